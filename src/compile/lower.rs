@@ -1,0 +1,290 @@
+//! From the tree to batches.
+
+use std::collections::HashMap;
+
+use crate::field::{Anchor, Field, Formula, Node, Radial, Tree};
+use crate::math::{Pose, Real, to_f64};
+
+use super::{
+    AnchorId, Compiled, ConstantField, Detector, Guard, Plan, PlanEntry, Program, RadialBatch,
+    RadialSource, Weighting, is_zero, unit_law,
+};
+
+impl Compiled {
+    /// Lowers a validated tree.
+    pub(crate) fn new(tree: &Tree) -> Self {
+        let mut lowering = Lowering::new(tree);
+        for term in tree.terms() {
+            lowering.term(term);
+        }
+        lowering.finish()
+    }
+}
+
+struct Lowering<'a> {
+    tree: &'a Tree,
+    compiled: Compiled,
+    anchor_ids: HashMap<AnchorKey, AnchorId>,
+    radial_ids: HashMap<RadialKey, usize>,
+    left_out: Vec<(String, usize)>,
+}
+
+/// Anchors are told apart by what they hang on and by the bits of their pose.
+type AnchorKey = (u8, (u32, u32), [u64; 7]);
+type RadialKey = ([u64; 5], Weighting);
+
+impl<'a> Lowering<'a> {
+    fn new(tree: &'a Tree) -> Self {
+        Lowering {
+            tree,
+            compiled: Compiled {
+                anchors: Vec::new(),
+                constants: Vec::new(),
+                radials: Vec::new(),
+                programs: Vec::new(),
+                detectors: Vec::new(),
+                plan: Plan::default(),
+            },
+            anchor_ids: HashMap::new(),
+            radial_ids: HashMap::new(),
+            left_out: Vec::new(),
+        }
+    }
+
+    /// One operand of the outermost sum of union.
+    fn term(&mut self, node: u32) {
+        match &self.tree.nodes()[node as usize] {
+            Node::Leaf(field) => self.leaf(node, field, &Anchor::WORLD),
+            Node::Instances { prototype, anchors } => {
+                match &self.tree.nodes()[*prototype as usize] {
+                    Node::Leaf(field) => {
+                        for anchor in anchors.iter() {
+                            self.leaf(*prototype, field, anchor);
+                        }
+                    }
+                    _ => self.program(*prototype, anchors),
+                }
+            }
+            Node::Operation { .. } => self.program(node, &[Anchor::WORLD]),
+        }
+    }
+
+    /// A field that is a term by itself.
+    fn leaf(&mut self, place: u32, field: &Field, instance: &Anchor) {
+        let anchor = field.anchor.within(instance);
+        let everywhere = field.region.is_everywhere();
+        let range = field.region.as_centred_ball();
+        match &field.formula {
+            formula if is_zero(formula) => {
+                self.leave_out(format!("{}: zero wherever it is defined", field.label(place as usize)));
+            }
+            Formula::Contact(law) if everywhere => self.detector(place, &anchor, *law, None),
+            Formula::Uniform(vector)
+                if everywhere && field.acts_at_centre() && anchor == Anchor::WORLD =>
+            {
+                self.compiled.constants.push(ConstantField {
+                    leaf: place,
+                    vector: *vector,
+                    reading: field.reading,
+                });
+            }
+            Formula::Radial(radial) if everywhere || range.is_some() => {
+                self.radial(place, field, radial, range, &anchor);
+            }
+            _ => self.program_of_leaf(place, field, instance),
+        }
+    }
+
+    fn radial(
+        &mut self,
+        leaf: u32,
+        field: &Field,
+        radial: &Radial,
+        range: Option<Real>,
+        anchor: &Anchor,
+    ) {
+        let (strength, law) = unit_law(radial);
+        let weighting = Weighting {
+            reading: field.reading,
+            coupling: field.coupling.clone(),
+        };
+        let key = (radial_bits(&law, range), weighting.clone());
+        let batches = &mut self.compiled.radials;
+        let batch = *self.radial_ids.entry(key).or_insert_with(|| {
+            batches.push(RadialBatch {
+                law,
+                range,
+                weighting,
+                sources: Vec::new(),
+            });
+            batches.len() - 1
+        });
+        let anchor = self.anchor(anchor);
+        self.compiled.radials[batch].sources.push(RadialSource {
+            anchor,
+            strength,
+            leaf,
+        });
+    }
+
+    /// Equal fields that differ in their anchor become instances of one program.
+    fn program_of_leaf(&mut self, place: u32, field: &Field, instance: &Anchor) {
+        let last = self.compiled.programs.last();
+        if last.is_none_or(|program| program.places != [place]) {
+            let mut program = Program::lower(self.tree, place);
+            program.reach = field.region.bounding_radius();
+            self.compiled.programs.push(program);
+        }
+        let anchor = self.anchor(&field.anchor.within(instance));
+        let index = self.compiled.programs.len() - 1;
+        let program = &mut self.compiled.programs[index];
+        program.anchors.push(anchor);
+        program.centres.push(anchor);
+        self.guarded_detectors(index);
+    }
+
+    fn program(&mut self, node: u32, instances: &[Anchor]) {
+        let mut program = Program::lower(self.tree, node);
+        for instance in instances {
+            for leaf in &program.leaves {
+                let id = self.anchor(&leaf.anchor.within(instance));
+                program.anchors.push(id);
+            }
+            let centre = self.anchor(instance);
+            program.centres.push(centre);
+        }
+        self.compiled.programs.push(program);
+        let index = self.compiled.programs.len() - 1;
+        self.guarded_detectors(index);
+    }
+
+    /// Registers the detection fields of a program for the instances that have none yet.
+    fn guarded_detectors(&mut self, index: usize) {
+        let program = &self.compiled.programs[index];
+        let mut found = Vec::new();
+        for (leaf, field) in program.leaves.iter().enumerate() {
+            let Formula::Contact(law) = field.formula else {
+                continue;
+            };
+            let first = if program.places.len() == 1 {
+                program.centres.len() - 1
+            } else {
+                0
+            };
+            for instance in first..program.centres.len() {
+                let anchor = program.anchors[instance * program.leaves.len() + leaf];
+                let guard = Guard {
+                    program: index as u32,
+                    instance: instance as u32,
+                    leaf: leaf as u32,
+                };
+                let anchor = self.compiled.anchors[anchor as usize];
+                found.push((program.places[leaf], anchor, law, guard));
+            }
+        }
+        for (place, anchor, law, guard) in found {
+            self.detector(place, &anchor, law, Some(guard));
+        }
+    }
+
+    fn detector(
+        &mut self,
+        leaf: u32,
+        anchor: &Anchor,
+        law: crate::field::ContactLaw,
+        guard: Option<Guard>,
+    ) {
+        // Validation has refused detection fields that are anchored to anything else.
+        if let Anchor::Collider { handle, .. } = anchor {
+            self.compiled.detectors.push(Detector {
+                leaf,
+                collider: *handle,
+                law,
+                guard,
+            });
+        }
+    }
+
+    fn anchor(&mut self, anchor: &Anchor) -> AnchorId {
+        let anchors = &mut self.compiled.anchors;
+        *self.anchor_ids.entry(anchor_key(anchor)).or_insert_with(|| {
+            anchors.push(*anchor);
+            anchors.len() as AnchorId - 1
+        })
+    }
+
+    fn leave_out(&mut self, what: String) {
+        match self.left_out.last_mut() {
+            Some((last, count)) if *last == what => *count += 1,
+            _ => self.left_out.push((what, 1)),
+        }
+    }
+
+    fn finish(mut self) -> Compiled {
+        let left_out = self.left_out.into_iter().map(|(what, count)| match count {
+            1 => what,
+            _ => format!("{what} (×{count})"),
+        });
+        self.compiled.plan = Plan::of(&self.compiled, self.tree, left_out.collect());
+        self.compiled
+    }
+}
+
+fn anchor_key(anchor: &Anchor) -> AnchorKey {
+    let (kind, handle) = match anchor {
+        Anchor::World { .. } => (0, (0, 0)),
+        Anchor::Body { handle, .. } => (1, handle.into_raw_parts()),
+        Anchor::Collider { handle, .. } => (2, handle.into_raw_parts()),
+    };
+    (kind, handle, pose_bits(anchor.local_pose()))
+}
+
+fn pose_bits(pose: &Pose) -> [u64; 7] {
+    let (t, r) = (pose.translation, pose.rotation);
+    [t.x, t.y, t.z, r.x, r.y, r.z, r.w].map(|x| to_f64(x).to_bits())
+}
+
+fn radial_bits(law: &Radial, range: Option<Real>) -> [u64; 5] {
+    use crate::field::Profile;
+    let bits = |x: Real| to_f64(x).to_bits();
+    let option_bits = |x: Option<Real>| x.map_or(u64::MAX, bits);
+    let (kind, a, b) = match law.profile {
+        Profile::Power {
+            power, softening, ..
+        } => (0, bits(power), bits(softening)),
+        Profile::LennardJones { sigma, .. } => (1, bits(sigma), 0),
+    };
+    [kind, a, b, option_bits(law.shifted_at), option_bits(range)]
+}
+
+impl Plan {
+    fn of(compiled: &Compiled, tree: &Tree, left_out: Vec<String>) -> Plan {
+        let mut entries = Vec::new();
+        for constant in &compiled.constants {
+            entries.push(PlanEntry::constant(constant, tree));
+        }
+        for batch in &compiled.radials {
+            entries.push(PlanEntry::radial(batch));
+        }
+        for program in compiled.programs.iter().filter(|program| program.has_force) {
+            entries.push(PlanEntry::program(program));
+        }
+        let mut axes: Vec<String> = Vec::new();
+        for axis in tree.leaves().flat_map(|(_, field)| field.axes()) {
+            if !axes.iter().any(|known| known == axis.name()) {
+                axes.push(axis.name().to_owned());
+            }
+        }
+        Plan {
+            fields: tree.field_count(),
+            anchors: compiled.anchors.len(),
+            reads_velocity: tree.leaves().any(|(_, field)| field.reads_velocity()),
+            torque_possible: !compiled.radials.is_empty()
+                || compiled.programs.iter().any(|p| p.has_force && !p.at_centre),
+            detectors: compiled.detectors.len(),
+            entries,
+            axes,
+            left_out,
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Compile: a tree becomes flat batches and a plan.
+//!
+//! The outermost sum of union falls into terms whose forces simply add up, so each can be
+//! evaluated in whatever way suits it best:
+//!
+//! - radial fields that differ only in strength and anchor become one [`RadialBatch`];
+//! - an unbounded uniform field becomes a constant ([`ConstantField`]);
+//! - detection fields go to the detector ([`Detector`]) and cost the force pass nothing;
+//! - every other term becomes a postfix [`Program`], with as many instances as it has anchors.
+
+mod lower;
+mod plan;
+mod program;
+
+use crate::field::{Anchor, Axis, ContactLaw, Coupling, Formula, Profile, Radial, Reading};
+use crate::math::{ColliderHandle, Real, Vector};
+
+pub use plan::{IndexKind, Plan, PlanEntry};
+pub(crate) use program::{Program, Step};
+
+/// Number of an anchor in [`Compiled::anchors`].
+pub(crate) type AnchorId = u32;
+
+/// A tree, ready for evaluation.
+#[derive(Debug)]
+pub(crate) struct Compiled {
+    pub anchors: Vec<Anchor>,
+    pub constants: Vec<ConstantField>,
+    pub radials: Vec<RadialBatch>,
+    pub programs: Vec<Program>,
+    pub detectors: Vec<Detector>,
+    pub plan: Plan,
+}
+
+/// How the vector of a field becomes a force on a probe.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Weighting {
+    pub reading: Reading,
+    pub coupling: Coupling,
+}
+
+impl Weighting {
+    /// The axis of the user's that it reads, if any.
+    pub(crate) fn user_axis(&self) -> Option<&Axis> {
+        match &self.coupling {
+            Coupling::Axis(axis @ Axis::User(_)) => Some(axis),
+            _ => None,
+        }
+    }
+}
+
+/// The same vector for every body, whatever its place.
+#[derive(Debug)]
+pub(crate) struct ConstantField {
+    pub leaf: u32,
+    pub vector: Vector,
+    pub reading: Reading,
+}
+
+/// Radial fields that differ in strength and anchor only.
+#[derive(Debug)]
+pub(crate) struct RadialBatch {
+    /// The law for a strength of one.
+    pub law: Radial,
+    /// Radius of the ball the fields act in; without one they act everywhere.
+    pub range: Option<Real>,
+    pub weighting: Weighting,
+    pub sources: Vec<RadialSource>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RadialSource {
+    pub anchor: AnchorId,
+    pub strength: Real,
+    pub leaf: u32,
+}
+
+/// A detection field.
+#[derive(Debug)]
+pub(crate) struct Detector {
+    pub leaf: u32,
+    pub collider: ColliderHandle,
+    pub law: ContactLaw,
+    /// The program instance that says whether the field acts at a sample; without one it does
+    /// everywhere.
+    pub guard: Option<Guard>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Guard {
+    pub program: u32,
+    pub instance: u32,
+    /// Which of the program's leaves is the detection field.
+    pub leaf: u32,
+}
+
+/// Splits a radial law into its strength and the same law of strength one.
+fn unit_law(radial: &Radial) -> (Real, Radial) {
+    let mut law = *radial;
+    let strength = match &mut law.profile {
+        Profile::Power { strength, .. } => std::mem::replace(strength, 1.0),
+        Profile::LennardJones { epsilon, .. } => std::mem::replace(epsilon, 1.0),
+    };
+    (strength, law)
+}
+
+/// Whether a formula gives zero wherever it is defined.
+fn is_zero(formula: &Formula) -> bool {
+    match formula {
+        Formula::Uniform(vector) => *vector == Vector::ZERO,
+        Formula::Radial(radial) => unit_law(radial).0 == 0.0,
+        Formula::Drag { linear, quadratic } => *linear == 0.0 && *quadratic == 0.0,
+        Formula::Magnetic(b) => *b == Vector::ZERO,
+        _ => false,
+    }
+}

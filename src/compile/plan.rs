@@ -1,0 +1,154 @@
+//! What the compiler decided, for people.
+
+use std::fmt;
+
+use super::{ConstantField, Program, RadialBatch};
+use crate::field::{Coupling, Tree};
+
+/// Radial batches of fewer sources are summed over directly: a grid would cost more.
+pub(crate) const FEWEST_FOR_GRID: usize = 64;
+
+/// Bounded programs of fewer instances are each tested against every probe.
+pub(crate) const FEWEST_FOR_TREE: usize = 16;
+
+/// What a tree needs and what was left out. Printed, it is a short report.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Plan {
+    /// Fields in the tree; those of a prototype count once.
+    pub fields: usize,
+    /// Different frames that fields are anchored to.
+    pub anchors: usize,
+    /// Whether any field depends on velocities.
+    pub reads_velocity: bool,
+    /// Whether any field can turn a body. If not, no lever arms are computed.
+    pub torque_possible: bool,
+    /// Detection fields. If there are none, nothing is detected.
+    pub detectors: usize,
+    /// The batches that give forces.
+    pub entries: Vec<PlanEntry>,
+    /// Axes that fields name, beyond what every formula reads.
+    pub axes: Vec<String>,
+    /// Fields that can never act.
+    pub left_out: Vec<String>,
+}
+
+/// One batch of a plan.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PlanEntry {
+    /// What is evaluated.
+    pub what: String,
+    /// How many of it.
+    pub count: usize,
+    /// How probes find what acts on them.
+    pub index: IndexKind,
+    /// Whether bodies are sampled once, at their centre of mass, and not at each probe.
+    pub at_centre: bool,
+}
+
+/// How probes find the fields that reach them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum IndexKind {
+    /// Every field is tried.
+    None,
+    /// A uniform grid over the sources.
+    Grid,
+    /// A bounding volume hierarchy over the bounds of the instances.
+    Bvh,
+}
+
+impl PlanEntry {
+    pub(super) fn constant(constant: &ConstantField, tree: &Tree) -> Self {
+        let label = tree.field(constant.leaf).map(|f| f.label(constant.leaf as usize));
+        PlanEntry {
+            what: format!("{}, the same everywhere", label.unwrap_or_default()),
+            count: 1,
+            index: IndexKind::None,
+            at_centre: true,
+        }
+    }
+
+    pub(super) fn radial(batch: &RadialBatch) -> Self {
+        let coupling = match &batch.weighting.coupling {
+            Coupling::Share => String::new(),
+            Coupling::Each => ", per probe".to_owned(),
+            Coupling::Axis(axis) => format!(", times {axis}"),
+        };
+        let range = batch.range.map_or(String::new(), |r| format!(" within {r}"));
+        PlanEntry {
+            what: format!("{} sources{range}{coupling}", batch.law.kind()),
+            count: batch.sources.len(),
+            index: batch.index_kind(),
+            at_centre: false,
+        }
+    }
+
+    pub(super) fn program(program: &Program) -> Self {
+        let what = match &program.leaves[..] {
+            [leaf] => leaf.label(program.places[0] as usize),
+            leaves => format!("composite of {} fields", leaves.len()),
+        };
+        PlanEntry {
+            what,
+            count: program.centres.len(),
+            index: program.index_kind(),
+            at_centre: program.at_centre,
+        }
+    }
+}
+
+impl RadialBatch {
+    pub(crate) fn index_kind(&self) -> IndexKind {
+        if self.range.is_some() && self.sources.len() >= FEWEST_FOR_GRID {
+            IndexKind::Grid
+        } else {
+            IndexKind::None
+        }
+    }
+}
+
+impl Program {
+    pub(crate) fn index_kind(&self) -> IndexKind {
+        if self.reach.is_some() && self.centres.len() >= FEWEST_FOR_TREE {
+            IndexKind::Bvh
+        } else {
+            IndexKind::None
+        }
+    }
+}
+
+impl fmt::Display for IndexKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            IndexKind::None => "no index",
+            IndexKind::Grid => "grid",
+            IndexKind::Bvh => "bounding volume hierarchy",
+        })
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let yes_no = |yes| if yes { "yes" } else { "no" };
+        writeln!(f, "plan: {} fields at {} anchors", self.fields, self.anchors)?;
+        for entry in &self.entries {
+            let sampling = if entry.at_centre { "once per body" } else { "per probe" };
+            let PlanEntry { what, count, index, .. } = entry;
+            writeln!(f, "  {count:>6} × {what}; {sampling}, {index}")?;
+        }
+        if self.detectors > 0 {
+            writeln!(f, "  {:>6} × detection field; grid", self.detectors)?;
+        }
+        let (velocity, torque) = (yes_no(self.reads_velocity), yes_no(self.torque_possible));
+        writeln!(f, "  reads velocities: {velocity}; can turn bodies: {torque}")?;
+        if !self.axes.is_empty() {
+            writeln!(f, "  axes named: {}", self.axes.join(", "))?;
+        }
+        for what in &self.left_out {
+            writeln!(f, "  left out: {what}")?;
+        }
+        Ok(())
+    }
+}

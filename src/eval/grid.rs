@@ -1,0 +1,171 @@
+//! A uniform grid over points: the index of everything that has one range for all.
+
+use std::ops::Range;
+
+use crate::math::{Real, Vector};
+
+/// Points sorted by cell, cells sorted by row: a query visits few, contiguous ranges of points.
+#[derive(Debug, Default)]
+pub(crate) struct Grid {
+    origin: Vector,
+    per_length: Real,
+    cells: [usize; 3],
+    /// For each cell, where its points start; one more for the end.
+    starts: Vec<u32>,
+    /// Cell of each point, then (see `build`) the point at each place.
+    cell_of: Vec<u32>,
+    order: Vec<u32>,
+}
+
+/// More cells than this per point cost more to clear than they save.
+const CELLS_PER_POINT: usize = 4;
+
+impl Grid {
+    /// Sorts `points` into cells of at least `side`. Afterwards [`Grid::order`] says which point
+    /// stands at which place.
+    pub(crate) fn build(&mut self, points: &[Vector], side: Real) {
+        let infinity = Vector::splat(Real::INFINITY);
+        let (low, high) = points.iter().fold((infinity, -infinity), |(low, high), p| {
+            (low.min(*p), high.max(*p))
+        });
+        let extent = (high - low).max(Vector::ZERO);
+        let most = (CELLS_PER_POINT * points.len()).max(1);
+        let mut side = side.max(Real::MIN_POSITIVE);
+        self.cells = loop {
+            let cells = extent.to_array().map(|e| (e / side).min(1e6) as usize + 1);
+            if cells.iter().product::<usize>() <= most || !extent.is_finite() {
+                break cells.map(|n| if extent.is_finite() { n } else { 1 });
+            }
+            side *= 1.25;
+        };
+        self.origin = low;
+        self.per_length = side.recip();
+        self.sort(points);
+    }
+
+    /// Counting sort, which keeps points of one cell in their order.
+    fn sort(&mut self, points: &[Vector]) {
+        let cell_count = self.cells.iter().product::<usize>();
+        self.cell_of.clear();
+        self.starts.clear();
+        self.starts.resize(cell_count + 1, 0);
+        for point in points {
+            let [x, y, z] = self.cell(*point);
+            let cell = (z * self.cells[1] + y) * self.cells[0] + x;
+            self.cell_of.push(cell as u32);
+            self.starts[cell + 1] += 1;
+        }
+        for cell in 0..cell_count {
+            self.starts[cell + 1] += self.starts[cell];
+        }
+        self.order.clear();
+        self.order.resize(points.len(), 0);
+        let mut next = self.starts.clone();
+        for (point, cell) in self.cell_of.iter().enumerate() {
+            let place = &mut next[*cell as usize];
+            self.order[*place as usize] = point as u32;
+            *place += 1;
+        }
+    }
+
+    /// Which point stands at each place.
+    pub(crate) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    fn cell(&self, point: Vector) -> [usize; 3] {
+        let scaled = (point - self.origin) * self.per_length;
+        let [x, y, z] = scaled.to_array();
+        let clamp = |x: Real, n: usize| (x.max(0.0) as usize).min(n - 1);
+        [
+            clamp(x, self.cells[0]),
+            clamp(y, self.cells[1]),
+            clamp(z, self.cells[2]),
+        ]
+    }
+
+    /// Ranges of places that hold every point within `reach` of `centre`, and some others.
+    pub(crate) fn near(
+        &self,
+        centre: Vector,
+        reach: Real,
+    ) -> impl Iterator<Item = Range<usize>> + '_ {
+        let margin = Vector::splat(reach);
+        let [x0, y0, z0] = self.cell(centre - margin);
+        let [x1, y1, z1] = self.cell(centre + margin);
+        let side = self.per_length.recip();
+        (z0..=z1).flat_map(move |z| {
+            (y0..=y1).filter_map(move |y| {
+                // Rows whose nearest edge is out of reach: the corners of the block.
+                let [_, dy, dz] = self.gap(centre, y, z, side);
+                // A hair of slack: rounding must not lose a point exactly at the reach.
+                if dy * dy + dz * dz > reach * reach * 1.0001 {
+                    return None;
+                }
+                let row = (z * self.cells[1] + y) * self.cells[0];
+                let (start, end) = (self.starts[row + x0], self.starts[row + x1 + 1]);
+                (start < end).then_some(start as usize..end as usize)
+            })
+        })
+    }
+
+    /// How far `centre` is from row (y, z), along each axis. The outermost rows have no end,
+    /// because points are clamped into them.
+    fn gap(&self, centre: Vector, y: usize, z: usize, side: Real) -> [Real; 3] {
+        let along = |x: Real, origin: Real, cell: usize, cells: usize| {
+            let low = origin + cell as Real * side;
+            let below = if cell == 0 { 0.0 } else { low - x };
+            let above = if cell + 1 == cells { 0.0 } else { x - (low + side) };
+            below.max(above).max(0.0)
+        };
+        let dy = along(centre.y, self.origin.y, y, self.cells[1]);
+        let dz = along(centre.z, self.origin.z, z, self.cells[2]);
+        [0.0, dy, dz]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every point within reach is found, whatever the spread, and no range goes out of bounds.
+    #[test]
+    fn finds_all_points_in_reach() {
+        let spread = [1.0, 30.0, 1e5];
+        for scale in spread {
+            let points: Vec<Vector> = (0..500)
+                .map(|i| {
+                    let t = i as Real;
+                    Vector::new((t * 0.7).sin(), (t * 1.3).cos(), (t * 2.1).sin()) * scale
+                })
+                .collect();
+            let mut grid = Grid::default();
+            for side in [0.01, 0.5, 5.0] {
+                grid.build(&points, side);
+                for (i, centre) in points.iter().enumerate().step_by(17) {
+                    let reach = 0.3 * scale;
+                    let mut found: Vec<u32> = grid
+                        .near(*centre, reach)
+                        .flat_map(|range| grid.order()[range].to_vec())
+                        .collect();
+                    found.sort_unstable();
+                    assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "found twice");
+                    for (j, point) in points.iter().enumerate() {
+                        if (*point - *centre).length() <= reach {
+                            assert!(found.contains(&(j as u32)), "{i} misses {j} at {scale}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn takes_no_points_and_equal_points() {
+        let mut grid = Grid::default();
+        grid.build(&[], 1.0);
+        assert_eq!(grid.near(Vector::ZERO, 10.0).count(), 0);
+        grid.build(&[Vector::X; 5], 1.0);
+        assert_eq!(grid.near(Vector::X, 0.0).map(|r| r.len()).sum::<usize>(), 5);
+    }
+}

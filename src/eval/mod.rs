@@ -1,0 +1,209 @@
+//! Evaluate: batches × probes → forces.
+
+mod grid;
+mod lanes;
+mod probe;
+mod program;
+mod radial;
+
+use crate::compile::{Compiled, Program};
+use crate::field::{Frame, LocalQuery};
+use crate::math::{Vector, from_dvec3, to_f64};
+
+pub(crate) use grid::Grid;
+pub(crate) use probe::{Moment, Probe, Probes, UserValues, owner};
+pub(crate) use program::Machine;
+
+use program::Reach;
+use radial::{Quantity, Sources};
+
+/// A force and the torque about the centre of mass that comes with it, world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wrench {
+    /// Force.
+    pub force: Vector,
+    /// Torque about the centre of mass.
+    pub torque: Vector,
+}
+
+impl Wrench {
+    /// No force and no torque.
+    pub const ZERO: Wrench = Wrench {
+        force: Vector::ZERO,
+        torque: Vector::ZERO,
+    };
+
+    /// Whether all components are finite.
+    pub fn is_finite(&self) -> bool {
+        self.force.is_finite() && self.torque.is_finite()
+    }
+}
+
+/// The potential energy of bodies in fields.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PotentialEnergy {
+    /// The sum over all fields that have a potential. A field anchored to a body counts half,
+    /// because the field of the body it acts on acts back; so it is exact where fields of bodies
+    /// come in such pairs.
+    pub total: f64,
+    /// Terms without a potential: drag, closures, and operators other than the sum of union.
+    pub without: usize,
+}
+
+/// Evaluates a compiled tree; keeps its buffers between calls.
+#[derive(Debug, Default)]
+pub(crate) struct Evaluator {
+    sources: Sources,
+    reach: Reach,
+    pub machine: Machine,
+    forces: Vec<Vector>,
+}
+
+impl Evaluator {
+    /// The wrench on each body of `probes`.
+    pub(crate) fn wrenches(
+        &mut self,
+        compiled: &Compiled,
+        frames: &[Option<Frame>],
+        probes: &Probes,
+        moment: Moment,
+        wrenches: &mut Vec<Wrench>,
+    ) {
+        wrenches.clear();
+        wrenches.resize(probes.bodies.len(), Wrench::ZERO);
+        self.constants(compiled, probes, moment, wrenches);
+        self.forces.clear();
+        self.forces.resize(probes.list.len(), Vector::ZERO);
+        for batch in &compiled.radials {
+            let forces = &mut self.forces;
+            let quantity = Quantity::Force;
+            self.sources.add(batch, frames, probes, moment, quantity, forces);
+        }
+        for program in compiled.programs.iter().filter(|program| program.has_force) {
+            self.program(program, frames, probes, moment, wrenches);
+        }
+        for (probe, force) in probes.list.iter().zip(&self.forces) {
+            let wrench = &mut wrenches[probe.body as usize];
+            wrench.force += *force;
+            wrench.torque += probe.arm.cross(*force);
+        }
+    }
+
+    fn constants(
+        &self,
+        compiled: &Compiled,
+        probes: &Probes,
+        moment: Moment,
+        wrenches: &mut [Wrench],
+    ) {
+        use crate::field::{Coupling, Reading};
+        for reading in [Reading::Force, Reading::Acceleration, Reading::VelocityChange] {
+            let fields = compiled.constants.iter().filter(|c| c.reading == reading);
+            let vector: Vector = fields.map(|constant| constant.vector).sum();
+            if vector == Vector::ZERO {
+                continue;
+            }
+            let weighting = crate::compile::Weighting {
+                reading,
+                coupling: Coupling::Share,
+            };
+            for (centre, wrench) in probes.centres.iter().zip(&mut *wrenches) {
+                wrench.force += vector * probes.weight(centre, &weighting, moment);
+            }
+        }
+    }
+
+    fn program(
+        &mut self,
+        program: &Program,
+        frames: &[Option<Frame>],
+        probes: &Probes,
+        moment: Moment,
+        wrenches: &mut [Wrench],
+    ) {
+        self.reach.refresh(program, frames);
+        let list = if program.at_centre { &probes.centres } else { &probes.list };
+        for (index, probe) in list.iter().enumerate() {
+            let instances = self.reach.at(probe.world_point);
+            if instances.is_empty() {
+                continue;
+            }
+            let query = probes.query(probe, moment);
+            let mut force = Vector::ZERO;
+            for instance in instances {
+                let outcome = self.machine.run(program, *instance as usize, frames, &query);
+                force += outcome.map_or(Vector::ZERO, |outcome| from_dvec3(outcome.force));
+            }
+            if program.at_centre {
+                wrenches[probe.body as usize].force += force;
+            } else {
+                self.forces[index] += force;
+            }
+        }
+    }
+
+    /// The potential energy of all bodies of `probes`.
+    pub(crate) fn potential_energy(
+        &mut self,
+        compiled: &Compiled,
+        frames: &[Option<Frame>],
+        probes: &Probes,
+        moment: Moment,
+    ) -> PotentialEnergy {
+        let mut energy = PotentialEnergy::default();
+        for constant in &compiled.constants {
+            for centre in &probes.centres {
+                let mass = if constant.reading == crate::field::Reading::Force {
+                    1.0
+                } else {
+                    centre.mass
+                };
+                energy.total -= to_f64(constant.vector.dot(centre.world_point) * mass);
+            }
+        }
+        self.forces.clear();
+        self.forces.resize(probes.list.len(), Vector::ZERO);
+        for batch in &compiled.radials {
+            let (sums, quantity) = (&mut self.forces, Quantity::Potential);
+            self.sources.add(batch, frames, probes, moment, quantity, sums);
+        }
+        energy.total += self.forces.iter().map(|sum| to_f64(sum.x)).sum::<f64>();
+        for program in compiled.programs.iter().filter(|program| program.has_force) {
+            match program_energy(program, frames, probes, moment) {
+                Some(potential) => energy.total += potential,
+                None => energy.without += 1,
+            }
+        }
+        energy
+    }
+}
+
+/// The potential of a program of one field, if that has one.
+fn program_energy(
+    program: &Program,
+    frames: &[Option<Frame>],
+    probes: &Probes,
+    moment: Moment,
+) -> Option<f64> {
+    let [field] = &program.leaves[..] else {
+        return None;
+    };
+    let list = if program.at_centre { &probes.centres } else { &probes.list };
+    let mut total = 0.0;
+    for probe in list {
+        let query = probes.query(probe, moment);
+        for frame in program.anchors.iter().filter_map(|anchor| frames[*anchor as usize].as_ref()) {
+            if frame.body.is_some() && frame.body == query.body {
+                continue;
+            }
+            let local = LocalQuery::new(&query, frame);
+            let here = crate::field::Neighbourhood::open();
+            if field.region.pieces(&local, &here).any() {
+                let share = if frame.body.is_some() { 0.5 } else { 1.0 };
+                total += field.formula.potential(&local)? * field.weight(&local) * share;
+            }
+        }
+    }
+    Some(total)
+}

@@ -1,0 +1,103 @@
+//! Where fields are sampled, in the form the evaluators want.
+
+use std::sync::Arc;
+
+use crate::compile::Weighting;
+use crate::field::{Axis, Coupling, Query, Reading};
+use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
+
+/// Values of the user's axes, by name.
+pub(crate) type UserValues = Arc<[(Arc<str>, f64)]>;
+
+/// A point of a body at which fields are sampled.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Probe {
+    pub world_point: Vector,
+    /// From the centre of mass to the point, world axes.
+    pub arm: Vector,
+    /// Of the body's material at the point, world axes.
+    pub velocity: Vector,
+    /// The body's number among the sampled ones.
+    pub body: u32,
+    /// See [`owner`].
+    pub owner: Real,
+    pub radius: Real,
+    pub mass: Real,
+    pub share: Real,
+    pub charge: Real,
+    /// Number of its [`UserValues`].
+    pub user: u32,
+}
+
+/// The probes of one step.
+#[derive(Debug, Default)]
+pub(crate) struct Probes {
+    /// Those of one body stand together.
+    pub list: Vec<Probe>,
+    /// For each body, one probe for it as a whole, at its centre of mass.
+    pub centres: Vec<Probe>,
+    /// The sampled bodies.
+    pub bodies: Vec<RigidBodyHandle>,
+    pub user: Vec<UserValues>,
+}
+
+/// The moment of a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment {
+    pub time: Real,
+    pub dt: Real,
+}
+
+/// Whom a probe or source belongs to, as a number that fits into SIMD lanes: a body's index, or
+/// −1. Exact up to 2²⁴ bodies in `f32`.
+pub(crate) fn owner(body: Option<RigidBodyHandle>) -> Real {
+    body.map_or(-1.0, |handle| handle.into_raw_parts().0 as Real)
+}
+
+impl Probes {
+    pub(crate) fn query(&self, probe: &Probe, moment: Moment) -> Query {
+        Query {
+            world_point: to_dvec3(probe.world_point),
+            world_velocity: to_dvec3(probe.velocity),
+            time: to_f64(moment.time),
+            dt: to_f64(moment.dt),
+            radius: to_f64(probe.radius),
+            mass: to_f64(probe.mass),
+            share: to_f64(probe.share),
+            charge: to_f64(probe.charge),
+            user: self.user[probe.user as usize].clone(),
+            body: Some(self.bodies[probe.body as usize]),
+        }
+    }
+
+    /// The number that turns the vector of a field into a force on the probe.
+    pub(crate) fn weight(&self, probe: &Probe, weighting: &Weighting, moment: Moment) -> Real {
+        let coupled = match &weighting.coupling {
+            Coupling::Axis(axis) => self.axis(probe, axis, moment),
+            Coupling::Share if weighting.reading == Reading::Force => probe.share,
+            Coupling::Share | Coupling::Each => 1.0,
+        };
+        match weighting.reading {
+            Reading::Force => coupled,
+            Reading::Acceleration => coupled * probe.mass,
+            Reading::VelocityChange => coupled * probe.mass / moment.dt,
+        }
+    }
+
+    /// The probe's coordinate along an axis; only those that do not depend on the frame of the
+    /// field.
+    fn axis(&self, probe: &Probe, axis: &Axis, moment: Moment) -> Real {
+        match axis {
+            Axis::Charge => probe.charge,
+            Axis::Mass => probe.mass,
+            Axis::Radius => probe.radius,
+            Axis::Time => moment.time,
+            Axis::User(name) => {
+                let values = self.user[probe.user as usize].iter();
+                let found = values.clone().find(|(known, _)| known == name);
+                found.map_or(Real::NAN, |(_, value)| from_f64(*value))
+            }
+            Axis::X | Axis::Y | Axis::Z | Axis::Speed => Real::NAN,
+        }
+    }
+}

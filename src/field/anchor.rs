@@ -1,0 +1,172 @@
+//! The frames fields are anchored to.
+
+use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
+
+/// What a field moves with.
+///
+/// The field's own frame is `local_pose` seen from the world, the body or the collider. A field
+/// anchored to a body, or to a collider of a body, never acts on that body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anchor {
+    /// At rest in the world. Inside [`Tree::instances`](crate::Tree::instances), the frame of
+    /// the instance takes the world's place.
+    World {
+        /// The field's frame in the world.
+        local_pose: Pose,
+    },
+    /// Fixed to a rigid body.
+    Body {
+        /// The body.
+        handle: RigidBodyHandle,
+        /// The field's frame in the frame of the body.
+        local_pose: Pose,
+    },
+    /// Fixed to a collider.
+    Collider {
+        /// The collider.
+        handle: ColliderHandle,
+        /// The field's frame in the frame of the collider.
+        local_pose: Pose,
+    },
+}
+
+impl Anchor {
+    /// The world's own frame.
+    pub const WORLD: Anchor = Anchor::World {
+        local_pose: Pose::IDENTITY,
+    };
+
+    pub(crate) fn local_pose(&self) -> &Pose {
+        match self {
+            Anchor::World { local_pose }
+            | Anchor::Body { local_pose, .. }
+            | Anchor::Collider { local_pose, .. } => local_pose,
+        }
+    }
+
+    pub(crate) fn with_local_pose(mut self, pose: Pose) -> Self {
+        match &mut self {
+            Anchor::World { local_pose }
+            | Anchor::Body { local_pose, .. }
+            | Anchor::Collider { local_pose, .. } => *local_pose = pose,
+        }
+        self
+    }
+
+    /// The anchor of a field of an instance, given the anchor of the instance.
+    pub(crate) fn within(&self, instance: &Anchor) -> Anchor {
+        match self {
+            Anchor::World { local_pose } => {
+                instance.with_local_pose(*instance.local_pose() * *local_pose)
+            }
+            _ => *self,
+        }
+    }
+}
+
+impl Default for Anchor {
+    fn default() -> Self {
+        Anchor::WORLD
+    }
+}
+
+impl From<RigidBodyHandle> for Anchor {
+    fn from(handle: RigidBodyHandle) -> Self {
+        Anchor::Body {
+            handle,
+            local_pose: Pose::IDENTITY,
+        }
+    }
+}
+
+impl From<ColliderHandle> for Anchor {
+    fn from(handle: ColliderHandle) -> Self {
+        Anchor::Collider {
+            handle,
+            local_pose: Pose::IDENTITY,
+        }
+    }
+}
+
+impl From<Pose> for Anchor {
+    fn from(local_pose: Pose) -> Self {
+        Anchor::World { local_pose }
+    }
+}
+
+impl From<Vector> for Anchor {
+    fn from(world_point: Vector) -> Self {
+        Anchor::from(Pose::from_translation(world_point))
+    }
+}
+
+/// Where an anchor is and how it moves, right now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The frame in the world.
+    pub pose: Pose,
+    /// Velocity of the frame's origin, world axes.
+    pub velocity: Vector,
+    /// Angular velocity of the frame, world axes.
+    pub angvel: Vector,
+    /// The body the frame belongs to: the field does not act on it.
+    pub body: Option<RigidBodyHandle>,
+}
+
+impl Frame {
+    /// A frame at rest.
+    pub fn at_rest(pose: Pose) -> Self {
+        Frame {
+            pose,
+            velocity: Vector::ZERO,
+            angvel: Vector::ZERO,
+            body: None,
+        }
+    }
+
+    /// The frame at `local_pose` within this one, moving with it.
+    pub fn then(&self, local_pose: &Pose) -> Frame {
+        let pose = self.pose * *local_pose;
+        let arm = pose.translation - self.pose.translation;
+        Frame {
+            pose,
+            velocity: self.velocity + self.angvel.cross(arm),
+            ..*self
+        }
+    }
+}
+
+/// Looks up where anchors are. Implemented for `(&RigidBodySet, &ColliderSet)`.
+pub trait Frames {
+    /// The frame of `anchor`, or nothing where its body or collider is not (or no longer) there.
+    fn frame(&self, anchor: &Anchor) -> Option<Frame>;
+}
+
+impl Frames for (&crate::math::RigidBodySet, &crate::math::ColliderSet) {
+    fn frame(&self, anchor: &Anchor) -> Option<Frame> {
+        let (bodies, colliders) = *self;
+        let of_body = |handle: RigidBodyHandle| {
+            let body = bodies.get(handle)?;
+            let arm = body.translation() - body.center_of_mass();
+            Some(Frame {
+                pose: *body.position(),
+                velocity: body.linvel() + body.angvel().cross(arm),
+                angvel: body.angvel(),
+                body: Some(handle),
+            })
+        };
+        let base = match anchor {
+            Anchor::World { .. } => Frame::at_rest(Pose::IDENTITY),
+            Anchor::Body { handle, .. } => of_body(*handle)?,
+            Anchor::Collider { handle, .. } => {
+                let collider = colliders.get(*handle)?;
+                match (collider.parent(), collider.position_wrt_parent()) {
+                    // A collider's own world pose lags behind a body that was just teleported.
+                    (Some(parent), Some(local_pose)) => of_body(parent)?.then(local_pose),
+                    _ => Frame::at_rest(*collider.position()),
+                }
+            }
+        };
+        Some(base.then(anchor.local_pose()))
+    }
+}

@@ -1,0 +1,170 @@
+//! What a field is asked: one point of one body at one moment, with its properties.
+
+use std::sync::Arc;
+
+use super::anchor::Frame;
+use super::axis::Axis;
+use super::boundary::Normal;
+use crate::math::{DQuat, DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dpose3, to_dvec3};
+
+/// Axes with a slot of their own in a [`Normal`]: world x, y, z, then these, then the user's.
+const SLOTS: [Axis; 5] = [
+    Axis::Time,
+    Axis::Speed,
+    Axis::Radius,
+    Axis::Mass,
+    Axis::Charge,
+];
+
+/// One probe at one moment, in 64-bit precision and world axes: the argument of the
+/// [reference](crate::reference).
+#[derive(Clone, Debug)]
+pub struct Query {
+    /// The sample point.
+    pub world_point: DVec3,
+    /// The velocity of the body's material at that point.
+    pub world_velocity: DVec3,
+    /// Simulated time.
+    pub time: f64,
+    /// The time step, over which a [`Reading::VelocityChange`](crate::Reading) is spread.
+    pub dt: f64,
+    /// Radius of the probe.
+    pub radius: f64,
+    /// Mass the probe stands for.
+    pub mass: f64,
+    /// That mass as a share of the body's: sums to one over the probes of a body.
+    pub share: f64,
+    /// Charge of the probe.
+    pub charge: f64,
+    /// Values of the user's axes, by name.
+    pub user: Arc<[(Arc<str>, f64)]>,
+    /// The body the probe belongs to: that body's own fields do not act.
+    pub body: Option<RigidBodyHandle>,
+}
+
+impl Default for Query {
+    /// A resting point of unit mass at the origin, of no size and no charge.
+    fn default() -> Self {
+        Query {
+            world_point: DVec3::ZERO,
+            world_velocity: DVec3::ZERO,
+            time: 0.0,
+            dt: 1.0,
+            radius: 0.0,
+            mass: 1.0,
+            share: 1.0,
+            charge: 0.0,
+            user: Arc::new([]),
+            body: None,
+        }
+    }
+}
+
+/// A query as a field sees it: point and velocity relative to the field's frame, in its axes.
+pub(crate) struct LocalQuery<'a> {
+    pub point: DVec3,
+    pub velocity: DVec3,
+    /// Frame to world.
+    pub rotation: DQuat,
+    pub query: &'a Query,
+}
+
+impl<'a> LocalQuery<'a> {
+    pub(crate) fn new(query: &'a Query, frame: &Frame) -> Self {
+        let pose = to_dpose3(&frame.pose);
+        let arm = query.world_point - pose.translation;
+        let frame_velocity = to_dvec3(frame.velocity) + to_dvec3(frame.angvel).cross(arm);
+        let to_local = pose.rotation.inverse();
+        // An unrotated frame must not cost the last bit: boundaries are compared exactly.
+        let (point, velocity) = if pose.rotation == DQuat::IDENTITY {
+            (arm, query.world_velocity - frame_velocity)
+        } else {
+            (to_local * arm, to_local * (query.world_velocity - frame_velocity))
+        };
+        LocalQuery {
+            point,
+            velocity,
+            rotation: pose.rotation,
+            query,
+        }
+    }
+
+    /// The coordinate of the sample along `axis`; nothing where the user's axis has no value.
+    pub(crate) fn axis(&self, axis: &Axis) -> Option<f64> {
+        Some(match axis {
+            Axis::X => self.point.x,
+            Axis::Y => self.point.y,
+            Axis::Z => self.point.z,
+            Axis::Time => self.query.time,
+            Axis::Speed => self.velocity.length(),
+            Axis::Radius => self.query.radius,
+            Axis::Mass => self.query.mass,
+            Axis::Charge => self.query.charge,
+            Axis::User(_) => self.query.user[self.user_index(axis)?].1,
+        })
+    }
+
+    /// The direction of growing `axis` in the space of all axes; not for x, y, z.
+    pub(crate) fn normal_along(&self, axis: &Axis, sign: f64) -> Normal {
+        let mut normal = self.blank_normal();
+        let slot = match SLOTS.iter().position(|a| a == axis) {
+            Some(slot) => Some(3 + slot),
+            None => self.user_index(axis).map(|i| 3 + SLOTS.len() + i),
+        };
+        if let Some(slot) = slot {
+            normal[slot] = sign;
+        }
+        normal
+    }
+
+    /// A direction of the field's frame in the space of all axes.
+    pub(crate) fn spatial_normal(&self, local: DVec3) -> Normal {
+        let mut normal = self.blank_normal();
+        normal[..3].copy_from_slice(&(self.rotation * local).to_array());
+        normal
+    }
+
+    fn blank_normal(&self) -> Normal {
+        vec![0.0; 3 + SLOTS.len() + self.query.user.len()]
+    }
+
+    fn user_index(&self, axis: &Axis) -> Option<usize> {
+        let names = self.query.user.iter();
+        names.into_iter().position(|(name, _)| **name == *axis.name())
+    }
+}
+
+/// What a user's own formula is given: the sample in the frame of the field.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Sample<'a> {
+    /// The sample point, in the field's frame.
+    pub local_point: Vector,
+    /// Velocity of the probe relative to the field's frame, in its axes.
+    pub local_velocity: Vector,
+    /// Simulated time.
+    pub time: Real,
+    /// Radius of the probe.
+    pub radius: Real,
+    /// Mass the probe stands for.
+    pub mass: Real,
+    /// Charge of the probe.
+    pub charge: Real,
+    /// The axes the formula declared that it reads, in that order.
+    pub axes: &'a [Real],
+}
+
+impl<'a> Sample<'a> {
+    pub(crate) fn new(local: &LocalQuery<'_>, axes: &'a [Real]) -> Self {
+        use crate::math::from_dvec3;
+        Sample {
+            local_point: from_dvec3(local.point),
+            local_velocity: from_dvec3(local.velocity),
+            time: from_f64(local.query.time),
+            radius: from_f64(local.query.radius),
+            mass: from_f64(local.query.mass),
+            charge: from_f64(local.query.charge),
+            axes,
+        }
+    }
+}

@@ -1,0 +1,409 @@
+//! The tree: fields at the leaves, operators at the nodes; one composite field (§3.4, Figure 4).
+
+use std::sync::Arc;
+
+use super::anchor::Anchor;
+use super::axis::Axis;
+use super::error::TreeError;
+use super::leaf::Field;
+use super::operator::Operator;
+
+/// The deepest nesting of operators that is accepted.
+pub(crate) const DEPTH_LIMIT: usize = 512;
+
+/// A composite field.
+///
+/// Made from [`Field`]s by the seven operators of the paper's Figure 1 (the table is at
+/// [`Operator`]). Operands may be fields or trees. A tree of one field is that field; the tree
+/// of none, [`Tree::empty`], is defined nowhere, and every operator treats it as such.
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// // The paper's Figure 3: an attraction outside, a repulsion in its place inside.
+/// let pull = Field::radial(-1.0, 0.0).within(Region::ball(5.0));
+/// let push = Field::radial(10.0, 0.0).within(Region::ball(1.0));
+/// let atom = pull.replace_union(push);
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Tree {
+    /// Operands stand before the operators that use them; the root is the last node. A flat
+    /// list, so that neither depth nor drop can exhaust the stack.
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Node {
+    Leaf(Box<Field>),
+    Operation {
+        operator: Operator,
+        operands: Vec<u32>,
+    },
+    Instances {
+        prototype: u32,
+        anchors: Arc<[Anchor]>,
+    },
+}
+
+impl From<Field> for Tree {
+    fn from(field: Field) -> Self {
+        Tree {
+            nodes: vec![Node::Leaf(Box::new(field))],
+        }
+    }
+}
+
+/// Methods common to trees and fields.
+macro_rules! operators {
+    () => {
+        /// U on E−G, V on G−E, U+V on E∩G.
+        pub fn sum_union(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::SumUnion, other.into())
+        }
+
+        /// U+V, on E∩G.
+        pub fn sum_intersection(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::SumIntersection, other.into())
+        }
+
+        /// U on E−G, V on G−E, U×V on E∩G.
+        pub fn cross_union(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::CrossUnion, other.into())
+        }
+
+        /// U×V, on E∩G.
+        pub fn cross_intersection(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::CrossIntersection, other.into())
+        }
+
+        /// U on E−G, V on G.
+        pub fn replace_union(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::ReplaceUnion, other.into())
+        }
+
+        /// V, on E∩G.
+        pub fn replace_intersection(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::ReplaceIntersection, other.into())
+        }
+
+        /// U, on E−G.
+        pub fn difference(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::Difference, other.into())
+        }
+    };
+}
+
+/// The operators, U being this field on its region E, and V the other operand on its set G.
+impl Field {
+    operators!();
+}
+
+/// The operators, U being this tree on its set E, and V the other operand on its set G.
+impl Tree {
+    operators!();
+
+    /// The tree that is defined nowhere.
+    pub fn empty() -> Self {
+        Tree::default()
+    }
+
+    /// The operator applied to any number of operands, from left to right. No operand gives the
+    /// [empty](Tree::empty) tree, one operand itself.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let lamps = (0..10).map(|i| Field::point_gravity(1.0).at(Vector::X * i as Real));
+    /// let tree = Tree::fold(Operator::SumUnion, lamps);
+    /// ```
+    pub fn fold<T: Into<Tree>>(
+        operator: Operator,
+        operands: impl IntoIterator<Item = T>,
+    ) -> Self {
+        let combined = operands
+            .into_iter()
+            .map(Into::into)
+            .reduce(|left, right| Tree::combine(left, operator, right));
+        combined.unwrap_or_default()
+    }
+
+    /// The sum of union of one prototype at many anchors.
+    ///
+    /// In the prototype, the world's frame stands for the frame of the instance. A thousand
+    /// instances cost one prototype and a thousand poses.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// # let world = PhysicsWorld::new();
+    /// let atom = Field::radial(-1.0, 0.0)
+    ///     .within(Region::ball(5.0))
+    ///     .replace_union(Field::radial(10.0, 0.0).within(Region::ball(1.0)));
+    /// let atoms = Tree::instances(atom, world.bodies.iter().map(|(handle, _)| handle));
+    /// ```
+    pub fn instances<A: Into<Anchor>>(
+        prototype: impl Into<Tree>,
+        anchors: impl IntoIterator<Item = A>,
+    ) -> Self {
+        let mut tree: Tree = prototype.into();
+        let anchors: Arc<[Anchor]> = anchors.into_iter().map(Into::into).collect();
+        if tree.nodes.is_empty() || anchors.is_empty() {
+            return Tree::empty();
+        }
+        let prototype = tree.root();
+        tree.nodes.push(Node::Instances { prototype, anchors });
+        tree
+    }
+
+    fn combine(mut left: Tree, operator: Operator, mut right: Tree) -> Tree {
+        match (left.nodes.is_empty(), right.nodes.is_empty()) {
+            (false, false) => {}
+            // E ∩ ∅ = ∅ and ∅ − G = ∅; otherwise the operand that is there remains.
+            (true, _) if operator == Operator::Difference => return left,
+            (_, true) if operator == Operator::Difference => return left,
+            _ if operator.is_intersection() => return Tree::empty(),
+            (true, _) => return right,
+            (_, true) => return left,
+        }
+        let mut operands = left.take_operands(operator);
+        let mut others = right.take_operands(operator);
+        // Append the shorter list to the longer one, so that long chains stay linear.
+        if left.nodes.len() >= right.nodes.len() {
+            let offset = left.append(right);
+            others.iter_mut().for_each(|operand| *operand += offset);
+        } else {
+            let offset = right.append(left);
+            operands.iter_mut().for_each(|operand| *operand += offset);
+            left = right;
+        }
+        operands.extend(others);
+        left.nodes.push(Node::Operation { operator, operands });
+        left
+    }
+
+    /// The operands this tree brings into an operation: its own, if it is the same associative
+    /// operation already, else itself.
+    fn take_operands(&mut self, operator: Operator) -> Vec<u32> {
+        if let Some(Node::Operation {
+            operator: own,
+            operands,
+        }) = self.nodes.last_mut()
+            && *own == operator
+            && operator.is_associative()
+        {
+            let operands = std::mem::take(operands);
+            self.nodes.pop();
+            return operands;
+        }
+        vec![self.root()]
+    }
+
+    /// Adds another list of nodes behind this one; returns by how much its numbers grew.
+    fn append(&mut self, other: Tree) -> u32 {
+        let offset = self.nodes.len() as u32;
+        self.nodes.extend(other.nodes.into_iter().map(|mut node| {
+            match &mut node {
+                Node::Leaf(_) => {}
+                Node::Operation { operands, .. } => operands.iter_mut().for_each(|o| *o += offset),
+                Node::Instances { prototype, .. } => *prototype += offset,
+            }
+            node
+        }));
+        offset
+    }
+
+    /// The number of fields in the tree; a prototype's count once.
+    pub fn field_count(&self) -> usize {
+        self.leaves().count()
+    }
+
+    /// Levels of operators above the deepest field. Chains of one associative operator count as
+    /// one level.
+    pub fn depth(&self) -> usize {
+        let mut depths: Vec<usize> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let below = match node {
+                Node::Leaf(_) => None,
+                Node::Operation { operands, .. } => {
+                    operands.iter().map(|o| depths[*o as usize]).max()
+                }
+                Node::Instances { prototype, .. } => Some(depths[*prototype as usize]),
+            };
+            depths.push(below.map_or(0, |depth| depth + 1));
+        }
+        depths.last().copied().unwrap_or(0)
+    }
+
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    pub(crate) fn root(&self) -> u32 {
+        self.nodes.len() as u32 - 1
+    }
+
+    /// The fields, each with its place in the tree.
+    pub(crate) fn leaves(&self) -> impl Iterator<Item = (usize, &Field)> {
+        let nodes = self.nodes.iter().enumerate();
+        nodes.filter_map(|(place, node)| match node {
+            Node::Leaf(field) => Some((place, &**field)),
+            _ => None,
+        })
+    }
+
+    /// The operands of the outermost sum of union: the terms whose forces simply add up.
+    pub(crate) fn terms(&self) -> Vec<u32> {
+        match self.nodes.last() {
+            Some(Node::Operation {
+                operator: Operator::SumUnion,
+                operands,
+            }) => operands.clone(),
+            Some(_) => vec![self.root()],
+            None => Vec::new(),
+        }
+    }
+
+    /// The fields at and below a node.
+    pub(crate) fn leaves_below(&self, node: u32) -> Vec<u32> {
+        let (mut leaves, mut open) = (Vec::new(), vec![node]);
+        while let Some(node) = open.pop() {
+            match &self.nodes[node as usize] {
+                Node::Leaf(_) => leaves.push(node),
+                Node::Operation { operands, .. } => open.extend(operands),
+                Node::Instances { prototype, .. } => open.push(*prototype),
+            }
+        }
+        leaves
+    }
+
+    pub(crate) fn field(&self, node: u32) -> Option<&Field> {
+        match &self.nodes[node as usize] {
+            Node::Leaf(field) => Some(field),
+            _ => None,
+        }
+    }
+
+    /// Whether a term acts on a body as a whole: all its fields do.
+    pub(crate) fn acts_at_centre(&self, term: u32) -> bool {
+        let leaves = self.leaves_below(term).into_iter();
+        let mut fields = leaves.filter_map(|leaf| self.field(leaf));
+        fields.all(Field::acts_at_centre)
+    }
+
+    /// Checks the tree, and every field in it, against the declared user axes.
+    pub(crate) fn validate(&self, declared: &[Arc<str>]) -> Result<(), TreeError> {
+        if self.nodes.is_empty() {
+            return Err(TreeError::Empty);
+        }
+        let depth = self.depth();
+        if depth > DEPTH_LIMIT {
+            let limit = DEPTH_LIMIT;
+            return Err(TreeError::TooDeep { depth, limit });
+        }
+        for (place, field) in self.leaves() {
+            let label = field.label(place);
+            field.validate(&label)?;
+            check_axes(field, &label, declared)?;
+        }
+        self.validate_detection()
+    }
+
+    /// A detection field's vector is no force, so operators that mix vectors cannot take it.
+    fn validate_detection(&self) -> Result<(), TreeError> {
+        for node in &self.nodes {
+            let Node::Operation { operator, operands } = node else {
+                continue;
+            };
+            if !matches!(operator, Operator::CrossUnion | Operator::CrossIntersection) {
+                continue;
+            }
+            for leaf in operands.iter().flat_map(|o| self.leaves_below(*o)) {
+                if let Some(field) = self.field(leaf).filter(|field| field.is_contact()) {
+                    return Err(TreeError::DetectionOperand {
+                        field: field.label(leaf as usize),
+                        operator: operator.symbol(),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_axes(field: &Field, label: &str, declared: &[Arc<str>]) -> Result<(), TreeError> {
+    for axis in field.axes() {
+        if let Axis::User(name) = axis
+            && !declared.contains(name)
+        {
+            let names: Vec<&str> = declared.iter().map(|name| &**name).collect();
+            return Err(TreeError::UnknownAxis {
+                field: label.to_owned(),
+                axis: name.to_string(),
+                declared: if names.is_empty() {
+                    "none".to_owned()
+                } else {
+                    names.join(", ")
+                },
+            });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vector;
+
+    fn leaf() -> Field {
+        Field::uniform(Vector::X)
+    }
+
+    #[test]
+    fn chains_of_an_associative_operator_are_one_level() {
+        let left = Tree::fold(Operator::SumUnion, (0..100_000).map(|_| leaf()));
+        assert_eq!((left.depth(), left.field_count()), (1, 100_000));
+        let right = (0..1000).fold(Tree::empty(), |tree, _| leaf().sum_union(tree));
+        assert_eq!((right.depth(), right.field_count()), (1, 1000));
+    }
+
+    #[test]
+    fn a_tree_too_deep_is_refused_not_walked() {
+        let deep = (0..100_000).fold(Tree::from(leaf()), |tree, _| tree.difference(leaf()));
+        assert_eq!(deep.depth(), 100_000);
+        assert_eq!(
+            deep.validate(&[]),
+            Err(TreeError::TooDeep {
+                depth: 100_000,
+                limit: DEPTH_LIMIT
+            })
+        );
+    }
+
+    #[test]
+    fn the_empty_tree_is_the_empty_set() {
+        for operator in Operator::ALL {
+            let with_nothing = |tree: Tree| tree.field_count();
+            let right = Tree::combine(leaf().into(), operator, Tree::empty());
+            let left = Tree::combine(Tree::empty(), operator, leaf().into());
+            let keeps_left = !operator.is_intersection();
+            let keeps_right = keeps_left && operator != Operator::Difference;
+            assert_eq!(with_nothing(right), usize::from(keeps_left), "{operator}");
+            assert_eq!(with_nothing(left), usize::from(keeps_right), "{operator}");
+        }
+        assert_eq!(Tree::empty().validate(&[]), Err(TreeError::Empty));
+    }
+
+    #[test]
+    fn operands_keep_their_order_whichever_list_is_longer() {
+        let named = |name: &str| leaf().named(name);
+        let short = named("a").replace_union(named("b"));
+        let long = Tree::fold(Operator::ReplaceUnion, ["c", "d", "e", "f"].map(named));
+        let tree = short.replace_union(long);
+        let Some(Node::Operation { operands, .. }) = tree.nodes().last() else {
+            panic!("an operation")
+        };
+        let names: Vec<&str> = operands
+            .iter()
+            .map(|o| tree.field(*o).and_then(|f| f.name.as_deref()).unwrap())
+            .collect();
+        assert_eq!(names, ["a", "b", "c", "d", "e", "f"]);
+    }
+}

@@ -1,0 +1,53 @@
+//! The one place that says where numbers, vectors, poses, shapes and handles come from.
+//!
+//! Everything is Rapier's own: a second `glam` in the dependency graph would give types that do
+//! not fit. [`Real`] is `f32` in `rapier3d-fields` and `f64` in `rapier3d-fields-f64`. The
+//! reference evaluator computes in `f64` in both, with [`DVec3`] and [`DPose3`].
+
+pub use rapier::dynamics::{RigidBodyHandle, RigidBodySet};
+pub use rapier::geometry::{ColliderHandle, ColliderSet, SharedShape};
+pub use rapier::glamx::{DPose3, DQuat, DVec3};
+pub use rapier::math::{AngularInertia, Pose, Real, Rotation, Vector};
+
+/// `v` in 64-bit precision; exact.
+#[cfg(feature = "f32")]
+pub fn to_dvec3(v: Vector) -> DVec3 {
+    v.as_dvec3()
+}
+
+/// `v` in 64-bit precision; exact.
+#[cfg(feature = "f64")]
+pub fn to_dvec3(v: Vector) -> DVec3 {
+    v
+}
+
+/// `v` rounded to [`Real`].
+#[cfg(feature = "f32")]
+pub fn from_dvec3(v: DVec3) -> Vector {
+    v.as_vec3()
+}
+
+/// `v` rounded to [`Real`].
+#[cfg(feature = "f64")]
+pub fn from_dvec3(v: DVec3) -> Vector {
+    v
+}
+
+/// `pose` in 64-bit precision, its rotation renormalised.
+pub fn to_dpose3(pose: &Pose) -> DPose3 {
+    let r = pose.rotation;
+    let quat = DQuat::from_xyzw(to_f64(r.x), to_f64(r.y), to_f64(r.z), to_f64(r.w));
+    DPose3::from_parts(to_dvec3(pose.translation), quat.normalize())
+}
+
+/// `x` in 64-bit precision; exact.
+#[allow(clippy::unnecessary_cast, reason = "Real is f64 in one of the two builds")]
+pub fn to_f64(x: Real) -> f64 {
+    x as f64
+}
+
+/// `x` rounded to [`Real`].
+#[allow(clippy::unnecessary_cast, reason = "Real is f64 in one of the two builds")]
+pub fn from_f64(x: f64) -> Real {
+    x as Real
+}
