@@ -41,13 +41,19 @@ pub fn to_dpose3(pose: &Pose) -> DPose3 {
 }
 
 /// `x` in 64-bit precision; exact.
-#[allow(clippy::unnecessary_cast, reason = "Real is f64 in one of the two builds")]
+#[allow(
+    clippy::unnecessary_cast,
+    reason = "Real is f64 in one of the two builds"
+)]
 pub fn to_f64(x: Real) -> f64 {
     x as f64
 }
 
 /// `x` rounded to [`Real`].
-#[allow(clippy::unnecessary_cast, reason = "Real is f64 in one of the two builds")]
+#[allow(
+    clippy::unnecessary_cast,
+    reason = "Real is f64 in one of the two builds"
+)]
 pub fn from_f64(x: f64) -> Real {
     x as Real
 }

@@ -1,6 +1,7 @@
 //! What most programs need: `use rapier3d_fields::prelude::*;` brings Rapier's own prelude along.
 
-pub use crate::field::{
-    Anchor, Axis, ContactLaw, Coupling, Field, Operator, Reading, Region, Sample, Tree, TreeError,
-};
 pub use crate::rapier::prelude::*;
+pub use crate::{
+    Anchor, Axis, ContactLaw, Coupling, Field, Fields, Operator, ProbeProperties, Reading, Region,
+    Responder, Sample, Scheme, StepError, Tree, TreeError, WakePolicy,
+};

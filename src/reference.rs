@@ -4,8 +4,8 @@
 //! by node and applies the table at [`Operator`](crate::Operator) line by line.
 
 use crate::field::{
-    Anchor, Field, Frame, Frames, LocalQuery, Neighbourhood, Node, Normal, Operator, Pieces,
-    Query, Tree, TreeError,
+    Anchor, Field, Frame, Frames, LocalQuery, Neighbourhood, Node, Normal, Operator, Pieces, Query,
+    Tree, TreeError,
 };
 use crate::math::DVec3;
 
@@ -123,7 +123,9 @@ impl<F: Frames> Walk<'_, F> {
                 values.fold(first, |u, v| self.apply(*operator, u, v))
             }
             Node::Instances { prototype, anchors } => {
-                let values = anchors.iter().map(|a| self.node(*prototype, &a.within(instance)));
+                let values = anchors
+                    .iter()
+                    .map(|a| self.node(*prototype, &a.within(instance)));
                 values.fold(UNDEFINED, |u, v| self.apply(Operator::SumUnion, u, v))
             }
         }

@@ -12,12 +12,13 @@ use super::{
 
 impl Compiled {
     /// Lowers a validated tree.
-    pub(crate) fn new(tree: &Tree) -> Self {
-        let mut lowering = Lowering::new(tree);
+    pub(crate) fn new(tree: Tree) -> Self {
+        let mut lowering = Lowering::new(&tree);
         for term in tree.terms() {
             lowering.term(term);
         }
-        lowering.finish()
+        let compiled = lowering.finish();
+        Compiled { tree, ..compiled }
     }
 }
 
@@ -38,6 +39,7 @@ impl<'a> Lowering<'a> {
         Lowering {
             tree,
             compiled: Compiled {
+                tree: Tree::empty(),
                 anchors: Vec::new(),
                 constants: Vec::new(),
                 radials: Vec::new(),
@@ -76,7 +78,10 @@ impl<'a> Lowering<'a> {
         let range = field.region.as_centred_ball();
         match &field.formula {
             formula if is_zero(formula) => {
-                self.leave_out(format!("{}: zero wherever it is defined", field.label(place as usize)));
+                self.leave_out(format!(
+                    "{}: zero wherever it is defined",
+                    field.label(place as usize)
+                ));
             }
             Formula::Contact(law) if everywhere => self.detector(place, &anchor, *law, None),
             Formula::Uniform(vector)
@@ -207,10 +212,13 @@ impl<'a> Lowering<'a> {
 
     fn anchor(&mut self, anchor: &Anchor) -> AnchorId {
         let anchors = &mut self.compiled.anchors;
-        *self.anchor_ids.entry(anchor_key(anchor)).or_insert_with(|| {
-            anchors.push(*anchor);
-            anchors.len() as AnchorId - 1
-        })
+        *self
+            .anchor_ids
+            .entry(anchor_key(anchor))
+            .or_insert_with(|| {
+                anchors.push(*anchor);
+                anchors.len() as AnchorId - 1
+            })
     }
 
     fn leave_out(&mut self, what: String) {
@@ -280,7 +288,10 @@ impl Plan {
             anchors: compiled.anchors.len(),
             reads_velocity: tree.leaves().any(|(_, field)| field.reads_velocity()),
             torque_possible: !compiled.radials.is_empty()
-                || compiled.programs.iter().any(|p| p.has_force && !p.at_centre),
+                || compiled
+                    .programs
+                    .iter()
+                    .any(|p| p.has_force && !p.at_centre),
             detectors: compiled.detectors.len(),
             entries,
             axes,

@@ -12,7 +12,7 @@ mod lower;
 mod plan;
 mod program;
 
-use crate::field::{Anchor, Axis, ContactLaw, Coupling, Formula, Profile, Radial, Reading};
+use crate::field::{Anchor, ContactLaw, Coupling, Formula, Profile, Radial, Reading, Tree};
 use crate::math::{ColliderHandle, Real, Vector};
 
 pub use plan::{IndexKind, Plan, PlanEntry};
@@ -24,6 +24,7 @@ pub(crate) type AnchorId = u32;
 /// A tree, ready for evaluation.
 #[derive(Debug)]
 pub(crate) struct Compiled {
+    pub tree: Tree,
     pub anchors: Vec<Anchor>,
     pub constants: Vec<ConstantField>,
     pub radials: Vec<RadialBatch>,
@@ -32,21 +33,19 @@ pub(crate) struct Compiled {
     pub plan: Plan,
 }
 
+impl Compiled {
+    /// How messages name the field at a place of the tree.
+    pub(crate) fn label(&self, place: u32) -> String {
+        let field = self.tree.field(place);
+        field.map_or_else(String::new, |field| field.label(place as usize))
+    }
+}
+
 /// How the vector of a field becomes a force on a probe.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Weighting {
     pub reading: Reading,
     pub coupling: Coupling,
-}
-
-impl Weighting {
-    /// The axis of the user's that it reads, if any.
-    pub(crate) fn user_axis(&self) -> Option<&Axis> {
-        match &self.coupling {
-            Coupling::Axis(axis @ Axis::User(_)) => Some(axis),
-            _ => None,
-        }
-    }
 }
 
 /// The same vector for every body, whatever its place.

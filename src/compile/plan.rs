@@ -61,7 +61,9 @@ pub enum IndexKind {
 
 impl PlanEntry {
     pub(super) fn constant(constant: &ConstantField, tree: &Tree) -> Self {
-        let label = tree.field(constant.leaf).map(|f| f.label(constant.leaf as usize));
+        let label = tree
+            .field(constant.leaf)
+            .map(|f| f.label(constant.leaf as usize));
         PlanEntry {
             what: format!("{}, the same everywhere", label.unwrap_or_default()),
             count: 1,
@@ -76,7 +78,9 @@ impl PlanEntry {
             Coupling::Each => ", per probe".to_owned(),
             Coupling::Axis(axis) => format!(", times {axis}"),
         };
-        let range = batch.range.map_or(String::new(), |r| format!(" within {r}"));
+        let range = batch
+            .range
+            .map_or(String::new(), |r| format!(" within {r}"));
         PlanEntry {
             what: format!("{} sources{range}{coupling}", batch.law.kind()),
             count: batch.sources.len(),
@@ -132,17 +136,30 @@ impl fmt::Display for IndexKind {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let yes_no = |yes| if yes { "yes" } else { "no" };
-        writeln!(f, "plan: {} fields at {} anchors", self.fields, self.anchors)?;
+        writeln!(
+            f,
+            "plan: {} fields at {} anchors",
+            self.fields, self.anchors
+        )?;
         for entry in &self.entries {
-            let sampling = if entry.at_centre { "once per body" } else { "per probe" };
-            let PlanEntry { what, count, index, .. } = entry;
+            let sampling = if entry.at_centre {
+                "once per body"
+            } else {
+                "per probe"
+            };
+            let PlanEntry {
+                what, count, index, ..
+            } = entry;
             writeln!(f, "  {count:>6} × {what}; {sampling}, {index}")?;
         }
         if self.detectors > 0 {
             writeln!(f, "  {:>6} × detection field; grid", self.detectors)?;
         }
         let (velocity, torque) = (yes_no(self.reads_velocity), yes_no(self.torque_possible));
-        writeln!(f, "  reads velocities: {velocity}; can turn bodies: {torque}")?;
+        writeln!(
+            f,
+            "  reads velocities: {velocity}; can turn bodies: {torque}"
+        )?;
         if !self.axes.is_empty() {
             writeln!(f, "  axes named: {}", self.axes.join(", "))?;
         }

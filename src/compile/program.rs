@@ -64,7 +64,8 @@ impl Program {
                 for operand in operands {
                     self.push(tree, *operand, instance);
                 }
-                self.steps.push(Step::Apply(*operator, operands.len() as u32));
+                self.steps
+                    .push(Step::Apply(*operator, operands.len() as u32));
             }
             Node::Instances { prototype, anchors } => {
                 for anchor in anchors.iter() {
@@ -100,12 +101,14 @@ fn reach(tree: &Tree, node: u32, relative: bool) -> Option<Real> {
         }
         Node::Instances { prototype, anchors } => {
             let below = reach(tree, *prototype, relative)?;
-            anchors.iter().try_fold(0.0, |most: Real, anchor| match anchor {
-                Anchor::World { local_pose } => {
-                    Some(most.max(local_pose.translation.length() + below))
-                }
-                _ => None,
-            })
+            anchors
+                .iter()
+                .try_fold(0.0, |most: Real, anchor| match anchor {
+                    Anchor::World { local_pose } => {
+                        Some(most.max(local_pose.translation.length() + below))
+                    }
+                    _ => None,
+                })
         }
     }
 }

@@ -115,7 +115,11 @@ impl Grid {
         let along = |x: Real, origin: Real, cell: usize, cells: usize| {
             let low = origin + cell as Real * side;
             let below = if cell == 0 { 0.0 } else { low - x };
-            let above = if cell + 1 == cells { 0.0 } else { x - (low + side) };
+            let above = if cell + 1 == cells {
+                0.0
+            } else {
+                x - (low + side)
+            };
             below.max(above).max(0.0)
         };
         let dy = along(centre.y, self.origin.y, y, self.cells[1]);
@@ -149,7 +153,10 @@ mod tests {
                         .flat_map(|range| grid.order()[range].to_vec())
                         .collect();
                     found.sort_unstable();
-                    assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "found twice");
+                    assert!(
+                        found.windows(2).all(|pair| pair[0] < pair[1]),
+                        "found twice"
+                    );
                     for (j, point) in points.iter().enumerate() {
                         if (*point - *centre).length() <= reach {
                             assert!(found.contains(&(j as u32)), "{i} misses {j} at {scale}");

@@ -78,7 +78,8 @@ impl Evaluator {
         for batch in &compiled.radials {
             let forces = &mut self.forces;
             let quantity = Quantity::Force;
-            self.sources.add(batch, frames, probes, moment, quantity, forces);
+            self.sources
+                .add(batch, frames, probes, moment, quantity, forces);
         }
         for program in compiled.programs.iter().filter(|program| program.has_force) {
             self.program(program, frames, probes, moment, wrenches);
@@ -98,7 +99,11 @@ impl Evaluator {
         wrenches: &mut [Wrench],
     ) {
         use crate::field::{Coupling, Reading};
-        for reading in [Reading::Force, Reading::Acceleration, Reading::VelocityChange] {
+        for reading in [
+            Reading::Force,
+            Reading::Acceleration,
+            Reading::VelocityChange,
+        ] {
             let fields = compiled.constants.iter().filter(|c| c.reading == reading);
             let vector: Vector = fields.map(|constant| constant.vector).sum();
             if vector == Vector::ZERO {
@@ -123,7 +128,11 @@ impl Evaluator {
         wrenches: &mut [Wrench],
     ) {
         self.reach.refresh(program, frames);
-        let list = if program.at_centre { &probes.centres } else { &probes.list };
+        let list = if program.at_centre {
+            &probes.centres
+        } else {
+            &probes.list
+        };
         for (index, probe) in list.iter().enumerate() {
             let instances = self.reach.at(probe.world_point);
             if instances.is_empty() {
@@ -132,7 +141,9 @@ impl Evaluator {
             let query = probes.query(probe, moment);
             let mut force = Vector::ZERO;
             for instance in instances {
-                let outcome = self.machine.run(program, *instance as usize, frames, &query);
+                let outcome = self
+                    .machine
+                    .run(program, *instance as usize, frames, &query);
                 force += outcome.map_or(Vector::ZERO, |outcome| from_dvec3(outcome.force));
             }
             if program.at_centre {
@@ -166,7 +177,8 @@ impl Evaluator {
         self.forces.resize(probes.list.len(), Vector::ZERO);
         for batch in &compiled.radials {
             let (sums, quantity) = (&mut self.forces, Quantity::Potential);
-            self.sources.add(batch, frames, probes, moment, quantity, sums);
+            self.sources
+                .add(batch, frames, probes, moment, quantity, sums);
         }
         energy.total += self.forces.iter().map(|sum| to_f64(sum.x)).sum::<f64>();
         for program in compiled.programs.iter().filter(|program| program.has_force) {
@@ -189,11 +201,19 @@ fn program_energy(
     let [field] = &program.leaves[..] else {
         return None;
     };
-    let list = if program.at_centre { &probes.centres } else { &probes.list };
+    let list = if program.at_centre {
+        &probes.centres
+    } else {
+        &probes.list
+    };
     let mut total = 0.0;
     for probe in list {
         let query = probes.query(probe, moment);
-        for frame in program.anchors.iter().filter_map(|anchor| frames[*anchor as usize].as_ref()) {
+        for frame in program
+            .anchors
+            .iter()
+            .filter_map(|anchor| frames[*anchor as usize].as_ref())
+        {
             if frame.body.is_some() && frame.body == query.body {
                 continue;
             }

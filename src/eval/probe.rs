@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::compile::Weighting;
 use crate::field::{Axis, Coupling, Query, Reading};
-use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
 
 /// Values of the user's axes, by name.
 pub(crate) type UserValues = Arc<[(Arc<str>, f64)]>;
@@ -27,6 +27,8 @@ pub(crate) struct Probe {
     pub charge: Real,
     /// Number of its [`UserValues`].
     pub user: u32,
+    /// The collider it stands for.
+    pub collider: Option<ColliderHandle>,
 }
 
 /// The probes of one step.

@@ -50,7 +50,9 @@ impl Machine {
         self.normals.clear();
         for leaf in 0..program.leaves.len() {
             if let Some(local) = acting(program, instance, leaf, frames, query) {
-                program.leaves[leaf].region.touched(&local, &mut self.normals);
+                program.leaves[leaf]
+                    .region
+                    .touched(&local, &mut self.normals);
             }
         }
         let here = Neighbourhood::of(&self.normals);
@@ -71,7 +73,9 @@ impl Machine {
                 Step::Leaf(leaf) => leaf_value(program, instance, leaf, frames, query, here),
                 Step::Apply(operator, count) => {
                     let operands = self.stack.split_off(self.stack.len() - count as usize);
-                    let combined = operands.into_iter().reduce(|u, v| apply(operator, u, v, here));
+                    let combined = operands
+                        .into_iter()
+                        .reduce(|u, v| apply(operator, u, v, here));
                     combined.unwrap_or(UNDEFINED)
                 }
             };
@@ -174,10 +178,17 @@ impl Reach {
             let frame = frames[*centre as usize].as_ref()?;
             Some((frame.pose.translation, reach))
         }));
-        let bounds = self.balls.iter().enumerate().filter_map(|(instance, ball)| {
-            let (centre, radius) = (*ball)?;
-            Some((instance, Aabb::from_half_extents(centre, Vector::splat(radius))))
-        });
+        let bounds = self
+            .balls
+            .iter()
+            .enumerate()
+            .filter_map(|(instance, ball)| {
+                let (centre, radius) = (*ball)?;
+                Some((
+                    instance,
+                    Aabb::from_half_extents(centre, Vector::splat(radius)),
+                ))
+            });
         self.bvh = (program.index_kind() == IndexKind::Bvh)
             .then(|| Bvh::from_iter(BvhBuildStrategy::Binned, bounds));
     }
@@ -200,7 +211,8 @@ impl Reach {
                 };
                 let instances = self.balls.iter().enumerate();
                 let acting = instances.filter(|(_, ball)| acts(ball));
-                self.found.extend(acting.map(|(instance, _)| instance as u32));
+                self.found
+                    .extend(acting.map(|(instance, _)| instance as u32));
             }
         }
         &self.found

@@ -1,7 +1,5 @@
 //! Batches of radial fields: every probe against every source in range, several at a time.
 
-use wide::{CmpLe, CmpLt, CmpNe};
-
 use super::grid::Grid;
 use super::lanes::{Lanes, WIDTH, counting, load};
 use super::probe::{Moment, Probes, owner};
@@ -41,7 +39,11 @@ impl Sources {
                 continue;
             };
             let shared = quantity == Quantity::Potential && frame.body.is_some();
-            let strength = if shared { source.strength * 0.5 } else { source.strength };
+            let strength = if shared {
+                source.strength * 0.5
+            } else {
+                source.strength
+            };
             self.points.push(frame.pose.translation);
             self.kept.push((strength, owner(frame.body)));
         }
@@ -250,7 +252,10 @@ impl LennardJones {
         use crate::math::{from_f64, to_f64};
         let (slope, offset) = law.shifted_at.map_or((0.0, 0.0), |cutoff| {
             let cutoff = to_f64(cutoff);
-            let plain = Radial { shifted_at: None, ..*law };
+            let plain = Radial {
+                shifted_at: None,
+                ..*law
+            };
             let slope = plain.factor(cutoff * cutoff) * cutoff;
             (slope, plain.potential(cutoff * cutoff) + cutoff * slope)
         });

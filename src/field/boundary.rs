@@ -159,7 +159,11 @@ fn cells(planes: &[Normal]) -> Vec<u64> {
         let mut trace_of: Vec<Option<(usize, bool)>> = vec![None; planes.len()];
         for (j, other) in planes.iter().enumerate().filter(|(j, _)| *j != k) {
             let along = dot(other, normal);
-            let within: Normal = other.iter().zip(normal).map(|(o, n)| o - along * n).collect();
+            let within: Normal = other
+                .iter()
+                .zip(normal)
+                .map(|(o, n)| o - along * n)
+                .collect();
             let Some(trace) = unit(&within) else { continue };
             let known = traces
                 .iter()

@@ -79,7 +79,10 @@ impl<'a> LocalQuery<'a> {
         let (point, velocity) = if pose.rotation == DQuat::IDENTITY {
             (arm, query.world_velocity - frame_velocity)
         } else {
-            (to_local * arm, to_local * (query.world_velocity - frame_velocity))
+            (
+                to_local * arm,
+                to_local * (query.world_velocity - frame_velocity),
+            )
         };
         LocalQuery {
             point,
@@ -130,7 +133,9 @@ impl<'a> LocalQuery<'a> {
 
     fn user_index(&self, axis: &Axis) -> Option<usize> {
         let names = self.query.user.iter();
-        names.into_iter().position(|(name, _)| **name == *axis.name())
+        names
+            .into_iter()
+            .position(|(name, _)| **name == *axis.name())
     }
 }
 

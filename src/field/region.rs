@@ -77,18 +77,27 @@ impl Region {
 
     /// A cylinder around the y axis, as Parry's: from −`half_height` to `half_height`.
     pub fn cylinder(half_height: Real, radius: Real) -> Self {
-        Self::solid(Solid::Cylinder { half_height, radius })
+        Self::solid(Solid::Cylinder {
+            half_height,
+            radius,
+        })
     }
 
     /// A cone around the y axis, as Parry's: apex at y = `half_height`, base at −`half_height`.
     pub fn cone(half_height: Real, radius: Real) -> Self {
-        Self::solid(Solid::Cone { half_height, radius })
+        Self::solid(Solid::Cone {
+            half_height,
+            radius,
+        })
     }
 
     /// A capsule around the y axis, as Parry's: its segment reaches from −`half_height` to
     /// `half_height`.
     pub fn capsule(half_height: Real, radius: Real) -> Self {
-        Self::solid(Solid::Capsule { half_height, radius })
+        Self::solid(Solid::Capsule {
+            half_height,
+            radius,
+        })
     }
 
     /// The half-space behind the plane `outward` · x = `offset`, for a unit vector `outward`.
@@ -181,9 +190,9 @@ impl Region {
         for step in &self.steps {
             let radius = match step {
                 Step::Everywhere | Step::Interval(..) => None,
-                Step::Solid(solid, pose) => {
-                    solid.extent().map(|extent| extent + pose.translation.length())
-                }
+                Step::Solid(solid, pose) => solid
+                    .extent()
+                    .map(|extent| extent + pose.translation.length()),
                 Step::Complement => {
                     stack.pop();
                     None
@@ -345,7 +354,12 @@ fn validate_interval(field: &str, min: Real, max: Real) -> Result<(), TreeError>
         return Ok(());
     }
     let below = "less than its upper end";
-    Err(bad(field, "the lower end of an interval", below, to_f64(min)))
+    Err(bad(
+        field,
+        "the lower end of an interval",
+        below,
+        to_f64(min),
+    ))
 }
 
 impl Solid {
@@ -378,11 +392,17 @@ impl Solid {
                 let half = to_dvec3(*half_extents);
                 (0..3).for_each(|axis| slab(axis, half[axis]));
             }
-            Solid::Cylinder { half_height, radius } => {
+            Solid::Cylinder {
+                half_height,
+                radius,
+            } => {
                 slab(1, to_f64(*half_height));
                 surface(around_y.length() - to_f64(*radius), around_y);
             }
-            Solid::Cone { half_height, radius } => {
+            Solid::Cone {
+                half_height,
+                radius,
+            } => {
                 let (h, r) = (to_f64(*half_height), to_f64(*radius));
                 surface(-h - p.y, DVec3::NEG_Y);
                 // The mantle: radius r at the base, 0 at the apex.
@@ -390,7 +410,10 @@ impl Solid {
                 let distance = around_y.length() * 2.0 * h - r * (h - p.y);
                 surface(distance, side);
             }
-            Solid::Capsule { half_height, radius } => {
+            Solid::Capsule {
+                half_height,
+                radius,
+            } => {
                 let h = to_f64(*half_height);
                 let from_axis = p - DVec3::Y * p.y.clamp(-h, h);
                 surface(from_axis.length() - to_f64(*radius), from_axis);
@@ -418,10 +441,18 @@ impl Solid {
         match self {
             Solid::Ball { radius } => Some(*radius),
             Solid::Cuboid { half_extents } => Some(half_extents.length()),
-            Solid::Cylinder { half_height, radius } | Solid::Cone { half_height, radius } => {
-                Some(half_height.hypot(*radius))
+            Solid::Cylinder {
+                half_height,
+                radius,
             }
-            Solid::Capsule { half_height, radius } => Some(half_height + radius),
+            | Solid::Cone {
+                half_height,
+                radius,
+            } => Some(half_height.hypot(*radius)),
+            Solid::Capsule {
+                half_height,
+                radius,
+            } => Some(half_height + radius),
             Solid::HalfSpace { .. } | Solid::Slab { .. } => None,
             Solid::Shape(shape) => {
                 let bounds = shape.compute_local_bounding_sphere();
@@ -438,9 +469,18 @@ impl Solid {
                 .to_array()
                 .iter()
                 .try_for_each(|half| positive(field, "a half-extent of the region", *half)),
-            Solid::Cylinder { half_height, radius }
-            | Solid::Cone { half_height, radius }
-            | Solid::Capsule { half_height, radius } => {
+            Solid::Cylinder {
+                half_height,
+                radius,
+            }
+            | Solid::Cone {
+                half_height,
+                radius,
+            }
+            | Solid::Capsule {
+                half_height,
+                radius,
+            } => {
                 positive(field, "the half-height of the region", *half_height)?;
                 positive(field, "the radius of the region", *radius)
             }

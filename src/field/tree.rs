@@ -114,10 +114,7 @@ impl Tree {
     /// let lamps = (0..10).map(|i| Field::point_gravity(1.0).at(Vector::X * i as Real));
     /// let tree = Tree::fold(Operator::SumUnion, lamps);
     /// ```
-    pub fn fold<T: Into<Tree>>(
-        operator: Operator,
-        operands: impl IntoIterator<Item = T>,
-    ) -> Self {
+    pub fn fold<T: Into<Tree>>(operator: Operator, operands: impl IntoIterator<Item = T>) -> Self {
         let combined = operands
             .into_iter()
             .map(Into::into)

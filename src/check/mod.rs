@@ -1,0 +1,255 @@
+//! Cross-check: what fields detect beside what Rapier's narrow phase finds, at the same poses.
+//!
+//! Contacts that Rapier reports after a step belong to the poses before it. So each step's
+//! detection is kept, and compared after the next step of Rapier, which starts from the same
+//! poses.
+
+use std::collections::HashSet;
+
+use crate::compile::Compiled;
+use crate::detect::FieldContact;
+use crate::math::{ColliderHandle, ColliderSet, Pose, Real, Vector};
+use crate::rapier::geometry::{ContactPair, NarrowPhase};
+
+/// How many roundings of a coordinate stand between the poses and a gap, at most, on both sides
+/// together: positions of two bodies, their rotations and those of the parts' places in them, the
+/// difference, its length and the radii, and the same on Rapier's side in the frame of one part.
+const ROUNDINGS: Real = 32.0;
+
+/// Counts and errors of a [cross-check](crate::FieldsBuilder::cross_check), since it began.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct CrossCheckReport {
+    /// Steps compared.
+    pub steps: u64,
+    /// Contacts that both sides found.
+    pub both: u64,
+    /// Contacts that only the fields found.
+    pub only_field: u64,
+    /// Contacts that only Rapier found.
+    pub only_rapier: u64,
+    /// Contacts that one side only found and that are shallower than the tolerance band: see
+    /// [`CrossCheckReport::band`].
+    pub within_band: u64,
+    /// Largest difference of depth.
+    pub depth_error: Real,
+    /// Largest angle between the normals, in radians.
+    pub normal_error: Real,
+    /// Largest distance between the points of contact.
+    pub point_error: Real,
+    /// Whether Rapier's contacts were being recycled, and so up to 0.05 length units stale:
+    /// `contact_recycling` must be off for the check to mean anything. Only known to
+    /// [`Fields::step`](crate::Fields::step).
+    pub recycling: bool,
+    /// The disagreements of the last step, those within the band left out.
+    pub disagreements: Vec<Disagreement>,
+}
+
+/// A contact that one side only found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Disagreement {
+    /// The colliders, in the order of their handles.
+    pub colliders: [ColliderHandle; 2],
+    /// Overlap as the fields found it, if they did.
+    pub field_depth: Option<Real>,
+    /// Overlap as Rapier found it, if it did.
+    pub rapier_depth: Option<Real>,
+    /// The tolerance band there.
+    pub band: Real,
+}
+
+impl CrossCheckReport {
+    /// Overlaps shallower than this are not told from rounding: 32 half units in the last place
+    /// of a length as large as the contact's distance from the origin and the parts together.
+    pub fn band(world_point: Vector, size: Real) -> Real {
+        ROUNDINGS * 0.5 * Real::EPSILON * (world_point.length() + size)
+    }
+
+    /// Contacts on which the sides disagree, outside the band.
+    pub fn disagreed(&self) -> u64 {
+        self.only_field + self.only_rapier
+    }
+}
+
+/// A contact of one side, at the poses compared.
+#[derive(Clone, Copy)]
+struct Sighting {
+    colliders: [ColliderHandle; 2],
+    world_point: Vector,
+    /// From the first to the second.
+    world_normal: Vector,
+    depth: Real,
+    band: Real,
+}
+
+/// The check of one world.
+#[derive(Default)]
+pub(crate) struct CrossCheck {
+    pub report: CrossCheckReport,
+    watched: HashSet<ColliderHandle>,
+    /// What the fields found at the poses the next step starts from.
+    expected: Option<Expected>,
+}
+
+struct Expected {
+    sightings: Vec<Sighting>,
+    poses: Vec<(ColliderHandle, Pose)>,
+}
+
+impl CrossCheck {
+    /// Watches the colliders of all detection fields of a tree.
+    pub(crate) fn watch(&mut self, compiled: &Compiled) {
+        self.watched = compiled.detectors.iter().map(|d| d.collider).collect();
+        self.expected = None;
+    }
+
+    /// Whether there is something to compare the next step with.
+    pub(crate) fn is_ready(&self) -> bool {
+        self.expected.is_some()
+    }
+
+    /// Keeps what the fields found, for comparison after the next step. `pose` gives the world
+    /// pose of a collider.
+    pub(crate) fn expect(
+        &mut self,
+        contacts: &[FieldContact],
+        colliders: &ColliderSet,
+        pose: impl Fn(ColliderHandle) -> Option<Pose>,
+    ) {
+        let sightings = contacts.iter().map(|contact| Sighting {
+            colliders: contact.colliders,
+            world_point: contact.world_point,
+            world_normal: contact.world_normal,
+            depth: contact.depth,
+            band: band(colliders, contact.colliders, contact.world_point),
+        });
+        let watched = colliders.iter().map(|(handle, _)| handle);
+        let mut poses: Vec<(ColliderHandle, Pose)> = watched
+            .filter_map(|handle| Some((handle, pose(handle)?)))
+            .collect();
+        poses.sort_unstable_by_key(|(handle, _)| handle.into_raw_parts());
+        self.expected = Some(Expected {
+            sightings: sightings.collect(),
+            poses,
+        });
+    }
+
+    /// Compares with what Rapier found in the step since.
+    pub(crate) fn compare(&mut self, colliders: &ColliderSet, narrow_phase: &NarrowPhase) {
+        let Some(expected) = self.expected.take() else {
+            return;
+        };
+        let mut theirs: Vec<Sighting> = narrow_phase
+            .contact_pairs()
+            .filter(|pair| self.compares(pair, colliders))
+            .filter_map(|pair| expected.sighting(pair, colliders))
+            .collect();
+        let key = |sighting: &Sighting| sighting.colliders.map(|c| c.into_raw_parts());
+        theirs.sort_unstable_by_key(key);
+        self.report.steps += 1;
+        self.report.disagreements.clear();
+        let (mut ours, mut theirs) = (
+            expected.sightings.iter().peekable(),
+            theirs.iter().peekable(),
+        );
+        while let Some(next) = ours
+            .peek()
+            .into_iter()
+            .chain(theirs.peek())
+            .map(|s| key(s))
+            .min()
+        {
+            let our = ours.next_if(|sighting| key(sighting) == next);
+            let their = theirs.next_if(|sighting| key(sighting) == next);
+            self.report.record(our, their);
+        }
+    }
+
+    /// Whether fields could have found what a pair of Rapier's may hold: one side has a detection
+    /// field, and one is a ball.
+    fn compares(&self, pair: &ContactPair, colliders: &ColliderSet) -> bool {
+        let handles = [pair.collider1, pair.collider2];
+        let is_ball = |handle: &ColliderHandle| {
+            let collider = colliders.get(*handle);
+            collider.is_some_and(|collider| collider.shape().as_ball().is_some())
+        };
+        handles.iter().any(|handle| self.watched.contains(handle)) && handles.iter().any(is_ball)
+    }
+}
+
+impl CrossCheckReport {
+    fn record(&mut self, our: Option<&Sighting>, their: Option<&Sighting>) {
+        if let (Some(our), Some(their)) = (our, their) {
+            self.both += 1;
+            self.depth_error = self.depth_error.max((our.depth - their.depth).abs());
+            let cross = our.world_normal.cross(their.world_normal).length();
+            let angle = cross.atan2(our.world_normal.dot(their.world_normal));
+            self.normal_error = self.normal_error.max(angle);
+            let apart = (our.world_point - their.world_point).length();
+            self.point_error = self.point_error.max(apart);
+            return;
+        }
+        let Some(only) = our.or(their) else { return };
+        if only.depth <= only.band {
+            self.within_band += 1;
+            return;
+        }
+        self.only_field += u64::from(our.is_some());
+        self.only_rapier += u64::from(their.is_some());
+        self.disagreements.push(Disagreement {
+            colliders: only.colliders,
+            field_depth: our.map(|our| our.depth),
+            rapier_depth: their.map(|their| their.depth),
+            band: only.band,
+        });
+    }
+}
+
+impl Expected {
+    fn pose(&self, handle: ColliderHandle) -> Option<&Pose> {
+        let key = handle.into_raw_parts();
+        let place = self
+            .poses
+            .binary_search_by_key(&key, |(h, _)| h.into_raw_parts())
+            .ok()?;
+        Some(&self.poses[place].1)
+    }
+
+    /// The deepest overlap of a pair of Rapier's, if it overlaps.
+    fn sighting(&self, pair: &ContactPair, colliders: &ColliderSet) -> Option<Sighting> {
+        let points = pair
+            .manifolds()
+            .iter()
+            .flat_map(|manifold| manifold.points.iter().map(move |point| (manifold, point)));
+        let deepest = points.min_by(|(_, a), (_, b)| a.dist.total_cmp(&b.dist));
+        let (manifold, point) = deepest.filter(|(_, point)| point.dist < 0.0)?;
+        let (pose1, pose2) = (self.pose(pair.collider1)?, self.pose(pair.collider2)?);
+        let world_point =
+            (pose1.transform_point(point.local_p1) + pose2.transform_point(point.local_p2)) * 0.5;
+        let mut handles = [pair.collider1, pair.collider2];
+        let mut world_normal = manifold.data.normal;
+        if handles[1].into_raw_parts() < handles[0].into_raw_parts() {
+            handles.reverse();
+            world_normal = -world_normal;
+        }
+        Some(Sighting {
+            colliders: handles,
+            world_point,
+            world_normal,
+            depth: -point.dist,
+            band: band(colliders, handles, world_point),
+        })
+    }
+}
+
+/// The tolerance band of a pair: half-spaces and other unbounded shapes have no size.
+fn band(colliders: &ColliderSet, handles: [ColliderHandle; 2], world_point: Vector) -> Real {
+    let size = |handle: ColliderHandle| {
+        let ball = colliders
+            .get(handle)
+            .and_then(|collider| collider.shape().as_ball());
+        ball.map_or(0.0, |ball| ball.radius)
+    };
+    CrossCheckReport::band(world_point, size(handles[0]) + size(handles[1]))
+}

@@ -1,0 +1,88 @@
+//! What can go wrong in a step.
+
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
+
+/// Why a step was refused. The world is as it was before the step.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// The time step is negative, infinite or NaN.
+    #[error("the time step must be zero or more, and finite, but is {dt}")]
+    TimeStep {
+        /// The time step.
+        dt: Real,
+    },
+    /// A field gives a force or torque that is infinite or NaN.
+    #[error("{field} gives {force} on {body:?} at {world_point} (collider {collider:?})")]
+    NonFinite {
+        /// The field.
+        field: String,
+        /// The body.
+        body: RigidBodyHandle,
+        /// The collider that was sampled; nothing for a body without any.
+        collider: Option<ColliderHandle>,
+        /// Where.
+        world_point: Vector,
+        /// The field's force there.
+        force: Vector,
+    },
+    /// The fields would push a body beyond what the scalar type can square, which Rapier turns
+    /// into a velocity of zero without a word.
+    #[error("{field} pushes {body:?} to a speed of {speed:e}; at most {limit:e} can be simulated")]
+    TooFast {
+        /// The field that pushes the most.
+        field: String,
+        /// The body.
+        body: RigidBodyHandle,
+        /// The speed it would have.
+        speed: Real,
+        /// The largest speed whose square is finite.
+        limit: Real,
+    },
+    /// A field is anchored to a body or collider that is not in the world.
+    #[error("{field} is anchored to {anchor}, which is not in the world")]
+    MissingAnchor {
+        /// The field.
+        field: String,
+        /// What it is anchored to.
+        anchor: String,
+    },
+    /// A collider was named that is not in the world.
+    #[error("there is no collider {collider:?}")]
+    NoSuchCollider {
+        /// The collider.
+        collider: ColliderHandle,
+    },
+    /// A property of a probe is out of its range.
+    #[error("{quantity} of collider {collider:?} must be {requirement}, but is {value}")]
+    Property {
+        /// The collider.
+        collider: ColliderHandle,
+        /// The property.
+        quantity: &'static str,
+        /// Its range.
+        requirement: &'static str,
+        /// The value found.
+        value: Real,
+    },
+    /// An axis was set that was never declared.
+    #[error("there is no axis `{axis}`; declare it when building the fields")]
+    UnknownAxis {
+        /// The axis.
+        axis: String,
+    },
+    /// An axis was set to infinity or NaN.
+    #[error("the value of axis `{axis}` must be finite, but is {value}")]
+    AxisValue {
+        /// The axis.
+        axis: String,
+        /// The value.
+        value: Real,
+    },
+    /// `begin_step` and `end_step` were not called in turn.
+    #[error("{called} was called out of turn: steps are begun and ended alternately")]
+    OutOfTurn {
+        /// The call.
+        called: &'static str,
+    },
+}

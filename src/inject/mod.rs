@@ -1,0 +1,527 @@
+//! Inject: wrenches become motion of Rapier's bodies.
+//!
+//! A step is two halves around Rapier's own. What the fields give is worked out in full, and
+//! checked, before anything is written; so an error leaves the world as it was.
+
+mod blame;
+mod error;
+mod probes;
+mod rotation;
+mod scheme;
+mod snapshot;
+mod wake;
+
+pub use error::StepError;
+pub use probes::ProbeProperties;
+pub use scheme::{Scheme, WakePolicy};
+
+pub(crate) use probes::PropertyBook;
+
+use crate::compile::Compiled;
+use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
+use crate::field::{Frame, Frames};
+use crate::math::{ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::rapier::dynamics::RigidBody;
+use probes::{Gathering, Pending};
+use rotation::Inertia;
+use snapshot::Snapshot;
+use wake::Sleepers;
+
+/// The largest speed whose square is finite.
+#[cfg(feature = "f32")]
+const FASTEST: Real = 1.8e19;
+/// The largest speed whose square is finite.
+#[cfg(feature = "f64")]
+const FASTEST: Real = 1.3e154;
+
+/// Carries the wrenches of a compiled tree into the bodies of a world.
+pub(crate) struct Injector {
+    pub scheme: Scheme,
+    pub wake: WakePolicy,
+    pub book: PropertyBook,
+    /// Solver iterations of Rapier's step, over which it integrates a rotation.
+    pub substeps: u32,
+    pub time: Real,
+    evaluator: Evaluator,
+    probes: Probes,
+    frames: Vec<Option<Frame>>,
+    wrenches: Vec<Wrench>,
+    sleepers: Sleepers,
+    /// The world at the last evaluation; without one, nothing is known of it.
+    before: Snapshot,
+    evaluated: bool,
+    /// Whether all anchors were found once; what is missing later was removed.
+    anchored: bool,
+    open: Option<OpenStep>,
+}
+
+/// What `begin` did that `end` completes.
+#[derive(Default)]
+struct OpenStep {
+    dt: Real,
+    spins: Vec<Spin>,
+    loans: Vec<Loan>,
+}
+
+/// A free rotation that Rapier is carrying out.
+struct Spin {
+    body: RigidBodyHandle,
+    /// In the world; conserved but for what contacts and joints add.
+    angular_momentum: DVec3,
+    /// The angular velocity that Rapier was given, and changes when something pushes the body.
+    steady: Vector,
+}
+
+/// A user's forces, while ours stand in their place.
+struct Loan {
+    body: RigidBodyHandle,
+    force: Vector,
+    torque: Vector,
+}
+
+/// New velocities of a body, not yet written.
+struct Update {
+    body: RigidBodyHandle,
+    wrench: Wrench,
+    linvel: Vector,
+    angvel: Vector,
+    spin: Option<Spin>,
+    wake: bool,
+}
+
+impl Injector {
+    pub(crate) fn new(scheme: Scheme, wake: WakePolicy, book: PropertyBook) -> Self {
+        Injector {
+            scheme,
+            wake,
+            book,
+            substeps: 4,
+            time: 0.0,
+            evaluator: Evaluator::default(),
+            probes: Probes::default(),
+            frames: Vec::new(),
+            wrenches: Vec::new(),
+            sleepers: Sleepers::default(),
+            before: Snapshot::default(),
+            evaluated: false,
+            anchored: false,
+            open: None,
+        }
+    }
+
+    /// Forgets what was evaluated: the fields or what they read have changed.
+    pub(crate) fn invalidate(&mut self) {
+        self.evaluated = false;
+    }
+
+    /// Like [`Injector::invalidate`], for a new tree: its anchors are to be found anew.
+    pub(crate) fn forget_anchors(&mut self) {
+        self.evaluated = false;
+        self.anchored = false;
+    }
+
+    /// The last wrench on a body; nothing if the body was not sampled.
+    pub(crate) fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
+        let place = self
+            .probes
+            .bodies
+            .iter()
+            .position(|handle| *handle == body)?;
+        self.wrenches.get(place).copied()
+    }
+
+    /// How many bodies were sampled last.
+    pub(crate) fn sampled(&self) -> usize {
+        self.probes.bodies.len()
+    }
+
+    /// The present moment, in a step of length `dt`.
+    pub(crate) fn moment(&self, dt: Real) -> Moment {
+        Moment {
+            time: self.time,
+            dt,
+        }
+    }
+
+    /// The length of the step that was begun.
+    pub(crate) fn open_dt(&self) -> Real {
+        self.open.as_ref().map_or(0.0, |open| open.dt)
+    }
+
+    /// Whether all bodies stand as they stood at the end of the last step.
+    pub(crate) fn stands_still(&self, bodies: &RigidBodySet) -> bool {
+        self.before.still_holds(bodies, false)
+    }
+
+    /// Works out the wrenches of the world as it is.
+    pub(crate) fn sample(
+        &mut self,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<(), StepError> {
+        self.check_anchors(compiled, bodies, colliders)?;
+        self.evaluate(compiled, 1.0, bodies, colliders, None)?;
+        self.evaluated = false;
+        Ok(())
+    }
+
+    /// What happens before Rapier's step; returns how many bodies were written.
+    pub(crate) fn begin(
+        &mut self,
+        compiled: &Compiled,
+        dt: Real,
+        bodies: &mut RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<usize, StepError> {
+        if self.open.is_some() {
+            return Err(StepError::OutOfTurn {
+                called: "begin_step",
+            });
+        }
+        if !(dt >= 0.0 && dt.is_finite()) {
+            return Err(StepError::TimeStep { dt });
+        }
+        self.check_anchors(compiled, bodies, colliders)?;
+        if !self.evaluated
+            || !self
+                .before
+                .still_holds(bodies, compiled.plan.reads_velocity)
+        {
+            // Rapier computes masses in its next step only; an impulse before would be lost.
+            for handle in self.before.moved(bodies) {
+                if let Some(body) = bodies.get_mut(handle) {
+                    body.recompute_mass_properties_from_colliders(colliders);
+                }
+            }
+            self.evaluate(compiled, dt, bodies, colliders, None)?;
+        }
+        let mut open = OpenStep {
+            dt,
+            ..OpenStep::default()
+        };
+        let updates = match self.scheme {
+            Scheme::ExternalForce => Vec::new(),
+            Scheme::Kick => self.kicks(compiled, dt, Some(dt), bodies)?,
+            Scheme::KickDriftKick => self.kicks(compiled, dt * 0.5, Some(dt), bodies)?,
+        };
+        self.before.take(bodies);
+        let written = match self.scheme {
+            Scheme::ExternalForce => self.lend(bodies, &mut open),
+            _ => write(bodies, updates, &mut open.spins),
+        };
+        self.open = Some(open);
+        Ok(written)
+    }
+
+    /// What happens after Rapier's step; returns how many bodies were written.
+    pub(crate) fn end(
+        &mut self,
+        compiled: &Compiled,
+        bodies: &mut RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<usize, StepError> {
+        let Some(open) = self.open.take() else {
+            return Err(StepError::OutOfTurn { called: "end_step" });
+        };
+        let mut written = take_back(bodies, &open.loans);
+        finish_spins(bodies, &open.spins);
+        self.time += open.dt;
+        self.evaluated = false;
+        if self.scheme == Scheme::KickDriftKick {
+            match self.second_half(compiled, open.dt, bodies, colliders) {
+                Ok(more) => written += more,
+                Err(error) => {
+                    self.time -= open.dt;
+                    self.before.restore(bodies, colliders);
+                    return Err(error);
+                }
+            }
+        }
+        Ok(written)
+    }
+
+    fn second_half(
+        &mut self,
+        compiled: &Compiled,
+        dt: Real,
+        bodies: &mut RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<usize, StepError> {
+        self.evaluate(compiled, dt, bodies, colliders, Some(dt * 0.5))?;
+        let updates = self.kicks(compiled, dt * 0.5, None, bodies)?;
+        let written = write(bodies, updates, &mut Vec::new());
+        self.before.take(bodies);
+        Ok(written)
+    }
+
+    /// Fills in the probes of all bodies as they are now, sleepers included.
+    pub(crate) fn gather(
+        book: &PropertyBook,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+        probes: &mut Probes,
+    ) {
+        let gathering = Gathering {
+            book,
+            sleepers: true,
+            pending: None,
+        };
+        gathering.run(bodies, colliders, probes);
+    }
+
+    /// The potential energy of the bodies as they are now.
+    pub(crate) fn potential_energy(
+        &mut self,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> PotentialEnergy {
+        // Sleepers have potential energy too, so the probes of the step do not do.
+        let (mut probes, mut frames) = (Probes::default(), Vec::new());
+        Self::gather(&self.book, bodies, colliders, &mut probes);
+        find_frames(compiled, bodies, colliders, &mut frames);
+        let moment = self.moment(1.0);
+        self.evaluator
+            .potential_energy(compiled, &frames, &probes, moment)
+    }
+
+    /// Works out the wrenches on all bodies. `pending`: for how long the last ones still act, so
+    /// that fields see the velocities that will be there in the end. This keeps forces that
+    /// depend on velocities at second order with one evaluation per step.
+    fn evaluate(
+        &mut self,
+        compiled: &Compiled,
+        dt: Real,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+        pending: Option<Real>,
+    ) -> Result<(), StepError> {
+        let last_bodies = std::mem::take(&mut self.probes.bodies);
+        let foreseen = pending.filter(|_| compiled.plan.reads_velocity);
+        let gathering = Gathering {
+            book: &self.book,
+            sleepers: self.wake != WakePolicy::Never,
+            pending: foreseen.map(|duration| Pending {
+                bodies: &last_bodies,
+                wrenches: &self.wrenches,
+                duration,
+            }),
+        };
+        gathering.run(bodies, colliders, &mut self.probes);
+        find_frames(compiled, bodies, colliders, &mut self.frames);
+        let moment = self.moment(dt);
+        let (evaluator, wrenches) = (&mut self.evaluator, &mut self.wrenches);
+        evaluator.wrenches(compiled, &self.frames, &self.probes, moment, wrenches);
+        if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
+            self.evaluated = false;
+            return Err(blame::non_finite(
+                compiled,
+                &self.frames,
+                &self.probes,
+                moment,
+                body,
+            ));
+        }
+        self.evaluated = true;
+        Ok(())
+    }
+
+    /// Velocities after the wrenches acted for `duration`; with a `drift`, also the free
+    /// rotations that Rapier is to carry out over that time.
+    fn kicks(
+        &mut self,
+        compiled: &Compiled,
+        duration: Real,
+        drift: Option<Real>,
+        bodies: &RigidBodySet,
+    ) -> Result<Vec<Update>, StepError> {
+        let drift = drift.filter(|dt| *dt > 0.0 && compiled.plan.torque_possible);
+        let mut updates = Vec::with_capacity(self.probes.bodies.len());
+        for (place, handle) in self.probes.bodies.iter().enumerate() {
+            let Some(body) = bodies.get(*handle) else {
+                continue;
+            };
+            let wrench = self.wrenches[place];
+            let wake = body.is_sleeping();
+            if !self.sleepers.acts(*handle, body, wrench, self.wake) {
+                continue;
+            }
+            let mut update = kicked(*handle, body, wrench, duration);
+            update.wake = wake;
+            let speed = update.linvel.length();
+            if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
+                let moment = self.moment(duration);
+                return Err(StepError::TooFast {
+                    field: blame::strongest(compiled, &self.frames, &self.probes, moment, place),
+                    body: *handle,
+                    speed,
+                    limit: FASTEST,
+                });
+            }
+            let inertia = Inertia::of(body).filter(|inertia| !inertia.is_spherical());
+            if let (Some(dt), Some(inertia), true) =
+                (drift, inertia, body.gyroscopic_forces_enabled())
+            {
+                update.spin(body, &inertia, duration, dt, self.substeps);
+            }
+            if update.spin.is_some() || update.wrench != Wrench::ZERO || wake {
+                updates.push(update);
+            }
+        }
+        Ok(updates)
+    }
+
+    /// Puts the wrenches in place of the user's forces, on top of them.
+    fn lend(&mut self, bodies: &mut RigidBodySet, open: &mut OpenStep) -> usize {
+        for (place, handle) in self.probes.bodies.iter().enumerate() {
+            let wrench = self.wrenches[place];
+            let Some(body) = bodies.get(*handle) else {
+                continue;
+            };
+            let acts = self.sleepers.acts(*handle, body, wrench, self.wake);
+            if !acts || wrench == Wrench::ZERO {
+                continue;
+            }
+            let wake = body.is_sleeping();
+            let Some(body) = bodies.get_mut(*handle) else {
+                continue;
+            };
+            open.loans.push(Loan {
+                body: *handle,
+                force: body.user_force(),
+                torque: body.user_torque(),
+            });
+            body.add_force(wrench.force, wake);
+            body.add_torque(wrench.torque, wake);
+        }
+        open.loans.len()
+    }
+
+    /// The first time a tree meets a world, every anchor must be there; later, what is missing
+    /// was removed, and its fields leave with it.
+    fn check_anchors(
+        &mut self,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<(), StepError> {
+        if self.anchored {
+            return Ok(());
+        }
+        find_frames(compiled, bodies, colliders, &mut self.frames);
+        if let Some(missing) = self.frames.iter().position(Option::is_none) {
+            return Err(blame::missing_anchor(compiled, missing));
+        }
+        for detector in &compiled.detectors {
+            if !colliders.contains(detector.collider) {
+                return Err(StepError::MissingAnchor {
+                    field: compiled.label(detector.leaf),
+                    anchor: format!("collider {:?}", detector.collider),
+                });
+            }
+        }
+        self.anchored = true;
+        Ok(())
+    }
+}
+
+impl Update {
+    /// Replaces the angular velocity by the steady one that Rapier turns into the free rotation
+    /// over `dt`, after the torque acted for `duration`.
+    fn spin(
+        &mut self,
+        body: &RigidBody,
+        inertia: &Inertia,
+        duration: Real,
+        dt: Real,
+        substeps: u32,
+    ) {
+        let attitude = *body.rotation();
+        let turned = inertia.angular_momentum(attitude, body.angvel());
+        let momentum = turned + crate::math::to_dvec3(self.wrench.torque * duration);
+        let rotation = inertia.free_rotation(attitude, momentum, dt);
+        let substeps = substeps + body.additional_solver_iterations() as u32;
+        self.angvel = rotation::steady_angvel(rotation, dt, substeps);
+        self.spin = Some(Spin {
+            body: self.body,
+            angular_momentum: momentum,
+            steady: self.angvel,
+        });
+    }
+}
+
+fn kicked(handle: RigidBodyHandle, body: &RigidBody, wrench: Wrench, duration: Real) -> Update {
+    let properties = body.mass_properties();
+    let twist = properties.effective_world_inv_inertia * (wrench.torque * duration);
+    Update {
+        body: handle,
+        wrench,
+        linvel: body.linvel() + wrench.force * duration * properties.effective_inv_mass,
+        angvel: body.angvel() + twist,
+        spin: None,
+        wake: false,
+    }
+}
+
+fn write(bodies: &mut RigidBodySet, updates: Vec<Update>, spins: &mut Vec<Spin>) -> usize {
+    let written = updates.len();
+    for update in updates {
+        let Some(body) = bodies.get_mut(update.body) else {
+            continue;
+        };
+        if update.wake {
+            body.wake_up(true);
+        }
+        body.set_linvel(update.linvel, false);
+        body.set_angvel(update.angvel, false);
+        if let Some(spin) = update.spin {
+            body.enable_gyroscopic_forces(false);
+            spins.push(spin);
+        }
+    }
+    written
+}
+
+/// Turns the steady velocities back into the true ones, with what pushed the bodies meanwhile.
+fn finish_spins(bodies: &mut RigidBodySet, spins: &[Spin]) {
+    for spin in spins {
+        let Some(body) = bodies.get_mut(spin.body) else {
+            continue;
+        };
+        body.enable_gyroscopic_forces(true);
+        // A body that fell asleep, or was quarantined, has come to rest.
+        if body.is_sleeping() || !body.is_enabled() {
+            continue;
+        }
+        if let Some(inertia) = Inertia::of(body) {
+            let pushed = body.angvel() - spin.steady;
+            let angvel = inertia.angvel_after(*body.rotation(), spin.angular_momentum);
+            body.set_angvel(angvel + pushed, false);
+        }
+    }
+}
+
+/// Gives the users their forces back, bit for bit: resetting first, since (u + f) − f is not u.
+fn take_back(bodies: &mut RigidBodySet, loans: &[Loan]) -> usize {
+    for loan in loans {
+        if let Some(body) = bodies.get_mut(loan.body) {
+            body.reset_forces(false);
+            body.reset_torques(false);
+            body.add_force(loan.force, false);
+            body.add_torque(loan.torque, false);
+        }
+    }
+    loans.len()
+}
+
+fn find_frames(
+    compiled: &Compiled,
+    bodies: &RigidBodySet,
+    colliders: &ColliderSet,
+    frames: &mut Vec<Option<Frame>>,
+) {
+    frames.clear();
+    let world = (bodies, colliders);
+    frames.extend(compiled.anchors.iter().map(|anchor| world.frame(anchor)));
+}

@@ -1,0 +1,107 @@
+//! The state of all bodies at one moment: to see what changed, and to go back.
+
+use crate::math::{ColliderSet, Pose, RigidBodyHandle, RigidBodySet, Vector};
+use crate::rapier::dynamics::{RigidBody, RigidBodyActivation};
+
+/// The bodies of a world, in the order of their handles.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Snapshot {
+    states: Vec<BodyState>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct BodyState {
+    handle: RigidBodyHandle,
+    pose: Pose,
+    linvel: Vector,
+    angvel: Vector,
+    colliders: usize,
+    enabled: bool,
+    activation: RigidBodyActivation,
+}
+
+impl BodyState {
+    fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
+        BodyState {
+            handle,
+            pose: *body.position(),
+            linvel: body.linvel(),
+            angvel: body.angvel(),
+            colliders: body.colliders().len(),
+            enabled: body.is_enabled(),
+            activation: *body.activation(),
+        }
+    }
+
+    fn stands_like(&self, other: &BodyState) -> bool {
+        self.handle == other.handle
+            && self.pose == other.pose
+            && self.colliders == other.colliders
+            && self.enabled == other.enabled
+            && self.activation.sleeping == other.activation.sleeping
+    }
+}
+
+impl Snapshot {
+    /// Takes the present state.
+    pub(crate) fn take(&mut self, bodies: &RigidBodySet) {
+        self.states.clear();
+        let states = bodies
+            .iter()
+            .map(|(handle, body)| BodyState::of(handle, body));
+        self.states.extend(states);
+    }
+
+    /// Whether every body still stands where it stood, and (if asked) moves as it moved.
+    pub(crate) fn still_holds(&self, bodies: &RigidBodySet, velocities: bool) -> bool {
+        let mut count = 0;
+        let same = bodies
+            .iter()
+            .zip(&self.states)
+            .all(|((handle, body), was)| {
+                count += 1;
+                let is = BodyState::of(handle, body);
+                is.stands_like(was)
+                    && (!velocities || (is.linvel == was.linvel && is.angvel == was.angvel))
+            });
+        same && count == self.states.len() && bodies.len() == count
+    }
+
+    /// Bodies that are new, or were moved, or have more or fewer colliders.
+    pub(crate) fn moved(&self, bodies: &RigidBodySet) -> Vec<RigidBodyHandle> {
+        let mut known = self.states.iter().peekable();
+        let mut moved = Vec::new();
+        for (handle, body) in bodies.iter() {
+            let index = |handle: RigidBodyHandle| handle.into_raw_parts().0;
+            while known
+                .next_if(|was| index(was.handle) < index(handle))
+                .is_some()
+            {}
+            let was = known.next_if(|was| was.handle == handle);
+            if !was.is_some_and(|was| was.stands_like(&BodyState::of(handle, body))) {
+                moved.push(handle);
+            }
+        }
+        moved
+    }
+
+    /// Puts every body back.
+    pub(crate) fn restore(&self, bodies: &mut RigidBodySet, colliders: &ColliderSet) {
+        for was in &self.states {
+            if bodies
+                .get(was.handle)
+                .is_some_and(|body| BodyState::of(was.handle, body) == *was)
+            {
+                continue;
+            }
+            let Some(body) = bodies.get_mut(was.handle) else {
+                continue;
+            };
+            body.set_position(was.pose, false);
+            body.set_linvel(was.linvel, false);
+            body.set_angvel(was.angvel, false);
+            *body.activation_mut() = was.activation;
+            body.recompute_mass_properties_from_colliders(colliders);
+        }
+    }
+}

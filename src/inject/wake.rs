@@ -1,0 +1,49 @@
+//! Which sleeping bodies fields may move.
+
+use super::scheme::WakePolicy;
+use crate::eval::Wrench;
+use crate::math::{RigidBodyHandle, Vector};
+use crate::rapier::data::Coarena;
+use crate::rapier::dynamics::RigidBody;
+
+/// What acted on bodies when they were first seen asleep.
+#[derive(Default)]
+pub(super) struct Sleepers {
+    resting: Coarena<Option<Wrench>>,
+    any: bool,
+}
+
+impl Sleepers {
+    /// Whether a wrench acts on a body: always while it is awake, and on a sleeper if the policy
+    /// wants it woken. A kick stored in a sleeper would fire when it wakes for another reason.
+    pub(super) fn acts(
+        &mut self,
+        handle: RigidBodyHandle,
+        body: &RigidBody,
+        wrench: Wrench,
+        policy: WakePolicy,
+    ) -> bool {
+        if !body.is_sleeping() {
+            if self.any {
+                self.resting.insert(handle.0, None);
+            }
+            return true;
+        }
+        match policy {
+            WakePolicy::Never => false,
+            WakePolicy::Always => wrench != Wrench::ZERO,
+            WakePolicy::OnChange { fraction } => {
+                let known = self.resting.get(handle.0).copied().flatten();
+                let Some(resting) = known else {
+                    self.resting.insert(handle.0, Some(wrench));
+                    self.any = true;
+                    return false;
+                };
+                let changed = |is: Vector, was: Vector| {
+                    (is - was).length() > fraction * is.length().max(was.length())
+                };
+                changed(wrench.force, resting.force) || changed(wrench.torque, resting.torque)
+            }
+        }
+    }
+}
