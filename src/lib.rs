@@ -23,6 +23,9 @@ mod check;
 
 mod fields;
 
+#[cfg(feature = "scenes")]
+pub mod scenes;
+
 pub mod prelude;
 
 pub use check::{CrossCheckReport, Disagreement};

@@ -13,8 +13,10 @@ use crate::rapier::prelude::{ColliderBuilder, MassProperties, PhysicsWorld, Rigi
 use super::{Motion, elastic};
 
 mod settings;
+mod tree;
 
 pub use settings::AmmoniaSettings;
+pub use tree::{DISPERSION, interaction, set_probes};
 
 /// Mass of a molecule, amu.
 pub const MASS: f64 = 17.0307;
