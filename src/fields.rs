@@ -6,7 +6,7 @@ use crate::check::{CrossCheck, CrossCheckReport};
 use crate::compile::{Compiled, Plan};
 use crate::detect::{Detection, FieldContact, Responder};
 use crate::eval::{PotentialEnergy, Wrench};
-use crate::field::{Anchor, Axis, Frames, Tree, TreeError};
+use crate::field::{Axis, Tree, TreeError};
 use crate::inject::{Injector, ProbeProperties, PropertyBook, Scheme, StepError, WakePolicy};
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet};
 use crate::rapier::geometry::NarrowPhase;
@@ -220,11 +220,7 @@ impl Fields {
                 .run(&self.compiled, bodies, colliders, moment, |probes| {
                     Injector::gather(book, bodies, colliders, probes);
                 });
-            check.expect(
-                &self.detection.contacts,
-                colliders,
-                pose_in(bodies, colliders),
-            );
+            check.expect(&self.detection.contacts, colliders);
         }
         self.injector.begin(&self.compiled, dt, bodies, colliders)?;
         Ok(())
@@ -242,10 +238,11 @@ impl Fields {
         narrow_phase: &NarrowPhase,
     ) -> Result<StepOutcome, StepError> {
         let dt = self.injector.open_dt();
-        let mut written = self.injector.end(&self.compiled, bodies, colliders)?;
         if let Some(check) = &mut self.check {
-            check.compare(colliders, narrow_phase);
+            let injector = &self.injector;
+            check.compare(colliders, narrow_phase, |handle| injector.pose_before(handle, colliders));
         }
+        let mut written = self.injector.end(&self.compiled, bodies, colliders)?;
         if !self.compiled.detectors.is_empty() {
             let moment = self.injector.moment(dt);
             let book = &self.injector.book;
@@ -254,11 +251,7 @@ impl Fields {
                     Injector::gather(book, bodies, colliders, probes);
                 });
             if let Some(check) = &mut self.check {
-                check.expect(
-                    &self.detection.contacts,
-                    colliders,
-                    pose_in(bodies, colliders),
-                );
+                check.expect(&self.detection.contacts, colliders);
             }
             if self.responder != Responder::Rapier {
                 written += self.detection.respond(bodies);
@@ -373,16 +366,5 @@ impl Fields {
     /// The cross-check with Rapier so far, if it is on.
     pub fn cross_check(&self) -> Option<&CrossCheckReport> {
         self.check.as_ref().map(|check| &check.report)
-    }
-}
-
-/// The present world pose of any collider.
-fn pose_in<'a>(
-    bodies: &'a RigidBodySet,
-    colliders: &'a ColliderSet,
-) -> impl Fn(ColliderHandle) -> Option<crate::math::Pose> + 'a {
-    move |handle| {
-        let frame = (bodies, colliders).frame(&Anchor::from(handle));
-        frame.map(|frame| frame.pose)
     }
 }

@@ -89,12 +89,7 @@ pub(crate) struct CrossCheck {
     pub report: CrossCheckReport,
     watched: HashSet<ColliderHandle>,
     /// What the fields found at the poses the next step starts from.
-    expected: Option<Expected>,
-}
-
-struct Expected {
-    sightings: Vec<Sighting>,
-    poses: Vec<(ColliderHandle, Pose)>,
+    expected: Option<Vec<Sighting>>,
 }
 
 impl CrossCheck {
@@ -109,14 +104,8 @@ impl CrossCheck {
         self.expected.is_some()
     }
 
-    /// Keeps what the fields found, for comparison after the next step. `pose` gives the world
-    /// pose of a collider.
-    pub(crate) fn expect(
-        &mut self,
-        contacts: &[FieldContact],
-        colliders: &ColliderSet,
-        pose: impl Fn(ColliderHandle) -> Option<Pose>,
-    ) {
+    /// Keeps what the fields found, for comparison after the next step.
+    pub(crate) fn expect(&mut self, contacts: &[FieldContact], colliders: &ColliderSet) {
         let sightings = contacts.iter().map(|contact| Sighting {
             colliders: contact.colliders,
             world_point: contact.world_point,
@@ -124,33 +113,31 @@ impl CrossCheck {
             depth: contact.depth,
             band: band(colliders, contact.colliders, contact.world_point),
         });
-        let watched = colliders.iter().map(|(handle, _)| handle);
-        let mut poses: Vec<(ColliderHandle, Pose)> = watched
-            .filter_map(|handle| Some((handle, pose(handle)?)))
-            .collect();
-        poses.sort_unstable_by_key(|(handle, _)| handle.into_raw_parts());
-        self.expected = Some(Expected {
-            sightings: sightings.collect(),
-            poses,
-        });
+        self.expected = Some(sightings.collect());
     }
 
-    /// Compares with what Rapier found in the step since.
-    pub(crate) fn compare(&mut self, colliders: &ColliderSet, narrow_phase: &NarrowPhase) {
+    /// Compares with what Rapier found in the step since. `pose_before` gives the world poses
+    /// that colliders had when that step began.
+    pub(crate) fn compare(
+        &mut self,
+        colliders: &ColliderSet,
+        narrow_phase: &NarrowPhase,
+        pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
+    ) {
         let Some(expected) = self.expected.take() else {
             return;
         };
         let mut theirs: Vec<Sighting> = narrow_phase
             .contact_pairs()
             .filter(|pair| self.compares(pair, colliders))
-            .filter_map(|pair| expected.sighting(pair, colliders))
+            .filter_map(|pair| sighting(pair, colliders, &pose_before))
             .collect();
         let key = |sighting: &Sighting| sighting.colliders.map(|c| c.into_raw_parts());
         theirs.sort_unstable_by_key(key);
         self.report.steps += 1;
         self.report.disagreements.clear();
         let (mut ours, mut theirs) = (
-            expected.sightings.iter().peekable(),
+            expected.iter().peekable(),
             theirs.iter().peekable(),
         );
         while let Some(next) = ours
@@ -206,41 +193,34 @@ impl CrossCheckReport {
     }
 }
 
-impl Expected {
-    fn pose(&self, handle: ColliderHandle) -> Option<&Pose> {
-        let key = handle.into_raw_parts();
-        let place = self
-            .poses
-            .binary_search_by_key(&key, |(h, _)| h.into_raw_parts())
-            .ok()?;
-        Some(&self.poses[place].1)
+/// The deepest overlap of a pair of Rapier's, if it overlaps.
+fn sighting(
+    pair: &ContactPair,
+    colliders: &ColliderSet,
+    pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
+) -> Option<Sighting> {
+    let points = pair.manifolds().iter().flat_map(|manifold| {
+        let points = manifold.points.iter();
+        points.map(move |point| (manifold, point))
+    });
+    let deepest = points.min_by(|(_, a), (_, b)| a.dist.total_cmp(&b.dist));
+    let (manifold, point) = deepest.filter(|(_, point)| point.dist < 0.0)?;
+    let (pose1, pose2) = (pose_before(pair.collider1)?, pose_before(pair.collider2)?);
+    let world_point =
+        (pose1.transform_point(point.local_p1) + pose2.transform_point(point.local_p2)) * 0.5;
+    let mut handles = [pair.collider1, pair.collider2];
+    let mut world_normal = manifold.data.normal;
+    if handles[1].into_raw_parts() < handles[0].into_raw_parts() {
+        handles.reverse();
+        world_normal = -world_normal;
     }
-
-    /// The deepest overlap of a pair of Rapier's, if it overlaps.
-    fn sighting(&self, pair: &ContactPair, colliders: &ColliderSet) -> Option<Sighting> {
-        let points = pair
-            .manifolds()
-            .iter()
-            .flat_map(|manifold| manifold.points.iter().map(move |point| (manifold, point)));
-        let deepest = points.min_by(|(_, a), (_, b)| a.dist.total_cmp(&b.dist));
-        let (manifold, point) = deepest.filter(|(_, point)| point.dist < 0.0)?;
-        let (pose1, pose2) = (self.pose(pair.collider1)?, self.pose(pair.collider2)?);
-        let world_point =
-            (pose1.transform_point(point.local_p1) + pose2.transform_point(point.local_p2)) * 0.5;
-        let mut handles = [pair.collider1, pair.collider2];
-        let mut world_normal = manifold.data.normal;
-        if handles[1].into_raw_parts() < handles[0].into_raw_parts() {
-            handles.reverse();
-            world_normal = -world_normal;
-        }
-        Some(Sighting {
-            colliders: handles,
-            world_point,
-            world_normal,
-            depth: -point.dist,
-            band: band(colliders, handles, world_point),
-        })
-    }
+    Some(Sighting {
+        colliders: handles,
+        world_point,
+        world_normal,
+        depth: -point.dist,
+        band: band(colliders, handles, world_point),
+    })
 }
 
 /// The tolerance band of a pair: half-spaces and other unbounded shapes have no size.

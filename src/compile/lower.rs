@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::field::{Anchor, Field, Formula, Node, Radial, Tree};
-use crate::math::{Pose, Real, to_f64};
+use crate::math::{Pose, Real, Vector, to_f64};
 
 use super::{
     AnchorId, Compiled, ConstantField, Detector, Guard, Plan, PlanEntry, Program, RadialBatch,
@@ -93,7 +93,10 @@ impl<'a> Lowering<'a> {
                     reading: field.reading,
                 });
             }
-            Formula::Radial(radial) if everywhere || range.is_some() => {
+            // A batch weighs its probes once for all its sources.
+            Formula::Radial(radial)
+                if (everywhere || range.is_some()) && !field.coupling.reads_frame() =>
+            {
                 self.radial(place, field, radial, range, &anchor);
             }
             _ => self.program_of_leaf(place, field, instance),
@@ -124,9 +127,16 @@ impl<'a> Lowering<'a> {
             });
             batches.len() - 1
         });
+        let collider = match anchor {
+            Anchor::Collider { handle, local_pose } if local_pose.translation == Vector::ZERO => {
+                Some(*handle)
+            }
+            _ => None,
+        };
         let anchor = self.anchor(anchor);
         self.compiled.radials[batch].sources.push(RadialSource {
             anchor,
+            collider,
             strength,
             leaf,
         });

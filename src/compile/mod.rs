@@ -15,6 +15,7 @@ mod program;
 use crate::field::{Anchor, ContactLaw, Coupling, Formula, Profile, Radial, Reading, Tree};
 use crate::math::{ColliderHandle, Real, Vector};
 
+pub(crate) use plan::FEWEST_FOR_GRID;
 pub use plan::{IndexKind, Plan, PlanEntry};
 pub(crate) use program::{Program, Step};
 
@@ -70,6 +71,8 @@ pub(crate) struct RadialBatch {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RadialSource {
     pub anchor: AnchorId,
+    /// The collider whose origin it is at, if it is.
+    pub collider: Option<ColliderHandle>,
     pub strength: Real,
     pub leaf: u32,
 }

@@ -92,7 +92,7 @@ impl Detection {
         probes: impl FnOnce(&mut Probes),
     ) {
         self.contacts.clear();
-        self.touch.gather(compiled, bodies, colliders);
+        self.touch.gather(bodies, colliders);
         self.touch.find(bodies, &mut self.contacts);
         if compiled
             .detectors

@@ -4,22 +4,25 @@ use std::collections::HashMap;
 
 use super::FieldContact;
 use crate::compile::Compiled;
-use crate::eval::Grid;
+use crate::eval::{Clump, PairList};
 use crate::field::ContactLaw;
 use crate::math::{
     ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, SharedShape, Vector,
 };
-use crate::rapier::geometry::Collider;
+use crate::rapier::geometry::{Aabb, Collider};
 
 /// Everything that may touch, at its present place.
 #[derive(Debug)]
 pub(super) struct Touch {
     /// Numbers of the detection fields of each collider.
     detectors: HashMap<ColliderHandle, Vec<u32>>,
+    /// By the index of a collider: its handle and law, if it has a detection field.
+    laws: Vec<Option<(ColliderHandle, ContactLaw)>>,
+    /// Those of one body stand together.
     balls: Vec<Ball>,
-    points: Vec<Vector>,
+    clumps: Vec<Clump>,
+    list: PairList,
     solids: Vec<Solid>,
-    grid: Grid,
 }
 
 /// What balls and other shapes have in common.
@@ -45,6 +48,7 @@ struct Solid {
     part: Part,
     pose: Pose,
     shape: SharedShape,
+    bounds: Aabb,
 }
 
 impl Touch {
@@ -56,12 +60,23 @@ impl Touch {
                 .or_default()
                 .push(number as u32);
         }
+        let laws = detectors.iter().filter_map(|(collider, numbers)| {
+            let laws = numbers.iter().map(|d| compiled.detectors[*d as usize].law);
+            Some((*collider, laws.reduce(stronger)?))
+        });
+        let mut by_index = Vec::new();
+        for (collider, law) in laws {
+            let index = collider.into_raw_parts().0 as usize;
+            by_index.resize(by_index.len().max(index + 1), None);
+            by_index[index] = Some((collider, law));
+        }
         Touch {
             detectors,
+            laws: by_index,
             balls: Vec::new(),
-            points: Vec::new(),
+            clumps: Vec::new(),
+            list: PairList::default(),
             solids: Vec::new(),
-            grid: Grid::default(),
         }
     }
 
@@ -70,85 +85,125 @@ impl Touch {
         self.detectors.get(&collider).map_or(&[], Vec::as_slice)
     }
 
+    fn law_of(&self, collider: ColliderHandle) -> Option<ContactLaw> {
+        let entry = self.laws.get(collider.into_raw_parts().0 as usize)?.as_ref();
+        entry.filter(|(handle, _)| *handle == collider).map(|(_, law)| *law)
+    }
+
     /// Takes up all colliders that can touch or be touched.
-    pub(super) fn gather(
-        &mut self,
-        compiled: &Compiled,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) {
+    pub(super) fn gather(&mut self, bodies: &RigidBodySet, colliders: &ColliderSet) {
         self.balls.clear();
+        self.clumps.clear();
         self.solids.clear();
-        for (handle, collider) in colliders.iter() {
-            if !collider.is_enabled() || collider.is_sensor() {
-                continue;
+        for (handle, body) in bodies.iter() {
+            let start = self.balls.len() as u32;
+            let part = Part {
+                collider: ColliderHandle::invalid(),
+                body: Some(handle),
+                dynamic: body.is_dynamic(),
+                law: None,
+            };
+            for handle in body.colliders() {
+                if let Some(collider) = colliders.get(*handle) {
+                    let local_pose = collider.position_wrt_parent();
+                    let pose = *body.position() * local_pose.copied().unwrap_or(Pose::IDENTITY);
+                    let collider_part = Part {
+                        collider: *handle,
+                        ..part
+                    };
+                    self.part(collider_part, collider, pose);
+                }
             }
-            let laws = self.detectors_of(handle).iter();
-            let laws = laws.map(|d| compiled.detectors[*d as usize].law);
-            let parent = collider.parent().and_then(|parent| bodies.get(parent));
+            self.clump(start);
+        }
+        let free = colliders.iter().filter(|(_, collider)| collider.parent().is_none());
+        for (handle, collider) in free {
+            let start = self.balls.len() as u32;
             let part = Part {
                 collider: handle,
-                body: collider.parent(),
-                dynamic: parent.is_some_and(|body| body.is_dynamic()),
-                law: laws.reduce(stronger),
+                body: None,
+                dynamic: false,
+                law: None,
             };
-            let pose = world_pose(collider, parent.map(|body| body.position()));
-            if let Some(ball) = collider.shape().as_ball() {
-                self.balls.push(Ball {
-                    part,
-                    centre: pose.translation,
-                    radius: ball.radius,
-                });
-            } else if part.law.is_some() {
-                self.solids.push(Solid {
-                    part,
-                    pose,
-                    shape: collider.shared_shape().clone(),
-                });
-            }
+            self.part(part, collider, *collider.position());
+            self.clump(start);
         }
-        self.points.clear();
-        self.points
-            .extend(self.balls.iter().map(|ball| ball.centre));
+    }
+
+    fn part(&mut self, mut part: Part, collider: &Collider, pose: Pose) {
+        if !collider.is_enabled() || collider.is_sensor() {
+            return;
+        }
+        part.law = self.law_of(part.collider);
+        if let Some(ball) = collider.shape().as_ball() {
+            self.balls.push(Ball {
+                part,
+                centre: pose.translation,
+                radius: ball.radius,
+            });
+        } else if part.law.is_some() {
+            self.solids.push(Solid {
+                part,
+                pose,
+                shape: collider.shared_shape().clone(),
+                bounds: collider.shape().compute_aabb(&pose),
+            });
+        }
+    }
+
+    /// Makes a clump of the balls from `start` on.
+    fn clump(&mut self, start: u32) {
+        let balls = &self.balls[start as usize..];
+        let Some(first) = balls.first() else { return };
+        let sum = balls.iter().fold(Vector::ZERO, |sum, ball| sum + (ball.centre - first.centre));
+        let centre = first.centre + sum / balls.len() as Real;
+        let reach = |ball: &Ball| (ball.centre - centre).length() + ball.radius;
+        self.clumps.push(Clump {
+            centre,
+            radius: balls.iter().map(reach).fold(0.0, Real::max),
+            start,
+            end: self.balls.len() as u32,
+        });
     }
 
     /// Adds all contacts in which at least one side has a detection field.
     pub(super) fn find(&mut self, bodies: &RigidBodySet, contacts: &mut Vec<FieldContact>) {
-        let largest = self
-            .balls
-            .iter()
-            .fold(0.0, |most: Real, ball| most.max(ball.radius));
-        self.grid.build(&self.points, largest * 2.0);
-        let order = self.grid.order();
-        for (i, ball) in self.balls.iter().enumerate() {
-            if ball.part.law.is_none() {
-                continue;
-            }
-            for j in self.grid.near(ball.centre, ball.radius + largest).flatten() {
-                let j = order[j] as usize;
-                let other = &self.balls[j];
-                // Of a pair in which both detect, the first finds it.
-                if (other.part.law.is_some() && j <= i) || !ball.part.may_touch(&other.part) {
-                    continue;
+        self.list.refresh(&self.clumps, 0.0);
+        for (i, clump) in self.clumps.iter().enumerate() {
+            for j in self.list.later(i) {
+                let other = &self.clumps[*j as usize];
+                let reach = clump.radius + other.radius;
+                if (clump.centre - other.centre).length_squared() <= reach * reach * 1.0001 {
+                    self.between(clump, other, bodies, contacts);
                 }
-                contacts.extend(ball.touches(other).map(|touch| touch.contact(bodies)));
             }
         }
         for solid in &self.solids {
-            for ball in &self.balls {
+            for ball in self.balls.iter().filter(|ball| solid.is_near(ball)) {
                 if solid.part.may_touch(&ball.part) {
                     contacts.extend(solid.touches(ball).map(|touch| touch.contact(bodies)));
                 }
             }
         }
     }
-}
 
-/// A collider's pose from its body's, which is newer after a teleport.
-fn world_pose(collider: &Collider, body_pose: Option<&Pose>) -> Pose {
-    match (body_pose, collider.position_wrt_parent()) {
-        (Some(body_pose), Some(local_pose)) => *body_pose * *local_pose,
-        _ => *collider.position(),
+    /// Adds the contacts between the balls of two clumps.
+    fn between(
+        &self,
+        clump: &Clump,
+        other: &Clump,
+        bodies: &RigidBodySet,
+        contacts: &mut Vec<FieldContact>,
+    ) {
+        let balls = |clump: &Clump| &self.balls[clump.start as usize..clump.end as usize];
+        for ball in balls(clump) {
+            for other in balls(other) {
+                let detects = ball.part.law.is_some() || other.part.law.is_some();
+                if detects && ball.part.may_touch(&other.part) {
+                    contacts.extend(ball.touches(other).map(|touch| touch.contact(bodies)));
+                }
+            }
+        }
     }
 }
 
@@ -209,6 +264,13 @@ impl Ball {
 }
 
 impl Solid {
+    /// Whether a ball reaches the bounds of the solid: a look that costs next to nothing.
+    fn is_near(&self, ball: &Ball) -> bool {
+        let margin = Vector::splat(ball.radius);
+        let (low, high) = (ball.centre - margin, ball.centre + margin);
+        low.cmple(self.bounds.maxs).all() && high.cmpge(self.bounds.mins).all()
+    }
+
     fn touches<'a>(&'a self, ball: &'a Ball) -> Option<Overlap<'a>> {
         let local = self.pose.inverse_transform_point(ball.centre);
         let (distance, outward) = match self.shape.as_halfspace() {

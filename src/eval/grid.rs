@@ -84,48 +84,44 @@ impl Grid {
         ]
     }
 
-    /// Ranges of places that hold every point within `reach` of `centre`, and some others.
-    pub(crate) fn near(
+    /// Visits ranges of places that hold every point within `reach` of `centre`, and some others.
+    pub(crate) fn for_each_near(
         &self,
         centre: Vector,
         reach: Real,
-    ) -> impl Iterator<Item = Range<usize>> + '_ {
+        mut visit: impl FnMut(Range<usize>),
+    ) {
         let margin = Vector::splat(reach);
         let [x0, y0, z0] = self.cell(centre - margin);
         let [x1, y1, z1] = self.cell(centre + margin);
         let side = self.per_length.recip();
-        (z0..=z1).flat_map(move |z| {
-            (y0..=y1).filter_map(move |y| {
+        // A hair of slack: rounding must not lose a point exactly at the reach.
+        let reach2 = reach * reach * 1.0001;
+        for z in z0..=z1 {
+            let dz = gap(centre.z, self.origin.z, z, self.cells[2], side);
+            for y in y0..=y1 {
                 // Rows whose nearest edge is out of reach: the corners of the block.
-                let [_, dy, dz] = self.gap(centre, y, z, side);
-                // A hair of slack: rounding must not lose a point exactly at the reach.
-                if dy * dy + dz * dz > reach * reach * 1.0001 {
-                    return None;
+                let dy = gap(centre.y, self.origin.y, y, self.cells[1], side);
+                if dy * dy + dz * dz > reach2 {
+                    continue;
                 }
                 let row = (z * self.cells[1] + y) * self.cells[0];
                 let (start, end) = (self.starts[row + x0], self.starts[row + x1 + 1]);
-                (start < end).then_some(start as usize..end as usize)
-            })
-        })
+                if start < end {
+                    visit(start as usize..end as usize);
+                }
+            }
+        }
     }
+}
 
-    /// How far `centre` is from row (y, z), along each axis. The outermost rows have no end,
-    /// because points are clamped into them.
-    fn gap(&self, centre: Vector, y: usize, z: usize, side: Real) -> [Real; 3] {
-        let along = |x: Real, origin: Real, cell: usize, cells: usize| {
-            let low = origin + cell as Real * side;
-            let below = if cell == 0 { 0.0 } else { low - x };
-            let above = if cell + 1 == cells {
-                0.0
-            } else {
-                x - (low + side)
-            };
-            below.max(above).max(0.0)
-        };
-        let dy = along(centre.y, self.origin.y, y, self.cells[1]);
-        let dz = along(centre.z, self.origin.z, z, self.cells[2]);
-        [0.0, dy, dz]
-    }
+/// How far `x` is from a row of cells, along one axis. The outermost rows have no end, because
+/// points are clamped into them.
+fn gap(x: Real, origin: Real, cell: usize, cells: usize, side: Real) -> Real {
+    let low = origin + cell as Real * side;
+    let below = if cell == 0 { 0.0 } else { low - x };
+    let above = if cell + 1 == cells { 0.0 } else { x - (low + side) };
+    below.max(above).max(0.0)
 }
 
 #[cfg(test)]
@@ -148,10 +144,10 @@ mod tests {
                 grid.build(&points, side);
                 for (i, centre) in points.iter().enumerate().step_by(17) {
                     let reach = 0.3 * scale;
-                    let mut found: Vec<u32> = grid
-                        .near(*centre, reach)
-                        .flat_map(|range| grid.order()[range].to_vec())
-                        .collect();
+                    let mut found: Vec<u32> = Vec::new();
+                    grid.for_each_near(*centre, reach, |range| {
+                        found.extend(&grid.order()[range]);
+                    });
                     found.sort_unstable();
                     assert!(
                         found.windows(2).all(|pair| pair[0] < pair[1]),
@@ -171,8 +167,10 @@ mod tests {
     fn takes_no_points_and_equal_points() {
         let mut grid = Grid::default();
         grid.build(&[], 1.0);
-        assert_eq!(grid.near(Vector::ZERO, 10.0).count(), 0);
+        grid.for_each_near(Vector::ZERO, 10.0, |range| panic!("found {range:?} in nothing"));
         grid.build(&[Vector::X; 5], 1.0);
-        assert_eq!(grid.near(Vector::X, 0.0).map(|r| r.len()).sum::<usize>(), 5);
+        let mut found = 0;
+        grid.for_each_near(Vector::X, 0.0, |range| found += range.len());
+        assert_eq!(found, 5);
     }
 }

@@ -29,3 +29,10 @@ pub(super) fn counting() -> Lanes {
     }
     Lanes::new(lanes)
 }
+
+/// Takes `lanes` off the values that start at `at`; the slice must be padded as for [`load`].
+pub(super) fn subtract(values: &mut [Real], at: usize, lanes: Lanes) {
+    if let Some(place) = values[at..].first_chunk_mut() {
+        *place = (Lanes::new(*place) - lanes).to_array();
+    }
+}

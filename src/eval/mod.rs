@@ -1,21 +1,26 @@
 //! Evaluate: batches × probes → forces.
 
+mod frames;
 mod grid;
+mod kernel;
 mod lanes;
+mod mutual;
+mod pairs;
 mod probe;
 mod program;
 mod radial;
 
 use crate::compile::{Compiled, Program};
-use crate::field::{Frame, LocalQuery};
+use crate::field::{Frame, Frames, LocalQuery};
 use crate::math::{Vector, from_dvec3, to_f64};
 
-pub(crate) use grid::Grid;
+pub(crate) use pairs::{Clump, PairList};
 pub(crate) use probe::{Moment, Probe, Probes, UserValues, owner};
 pub(crate) use program::Machine;
 
+use frames::FrameCache;
 use program::Reach;
-use radial::{Quantity, Sources};
+use radial::Radials;
 
 /// A force and the torque about the centre of mass that comes with it, world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,12 +56,22 @@ pub struct PotentialEnergy {
     pub without: usize,
 }
 
+/// What is summed over sources.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    Force,
+    /// The potential, in x; half of it where the source belongs to a body, because the body it
+    /// acts on has a field that acts back.
+    Potential,
+}
+
 /// Evaluates a compiled tree; keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(crate) struct Evaluator {
-    sources: Sources,
+    radials: Radials,
     reach: Reach,
-    pub machine: Machine,
+    machine: Machine,
+    frames: FrameCache,
     forces: Vec<Vector>,
 }
 
@@ -65,29 +80,42 @@ impl Evaluator {
     pub(crate) fn wrenches(
         &mut self,
         compiled: &Compiled,
-        frames: &[Option<Frame>],
+        world: &impl Frames,
         probes: &Probes,
         moment: Moment,
         wrenches: &mut Vec<Wrench>,
     ) {
+        self.frames.clear(compiled);
         wrenches.clear();
         wrenches.resize(probes.bodies.len(), Wrench::ZERO);
         self.constants(compiled, probes, moment, wrenches);
-        self.forces.clear();
-        self.forces.resize(probes.list.len(), Vector::ZERO);
-        for batch in &compiled.radials {
-            let forces = &mut self.forces;
-            let quantity = Quantity::Force;
-            self.sources
-                .add(batch, frames, probes, moment, quantity, forces);
-        }
+        self.radials(compiled, world, probes, moment, Quantity::Force);
         for program in compiled.programs.iter().filter(|program| program.has_force) {
-            self.program(program, frames, probes, moment, wrenches);
+            self.frames.fill(compiled, world, program);
+            self.program(program, probes, moment, wrenches);
         }
         for (probe, force) in probes.list.iter().zip(&self.forces) {
             let wrench = &mut wrenches[probe.body as usize];
             wrench.force += *force;
             wrench.torque += probe.arm.cross(*force);
+        }
+    }
+
+    /// Sums all radial batches into `self.forces`.
+    fn radials(
+        &mut self,
+        compiled: &Compiled,
+        world: &impl Frames,
+        probes: &Probes,
+        moment: Moment,
+        quantity: Quantity,
+    ) {
+        self.forces.clear();
+        self.forces.resize(probes.list.len(), Vector::ZERO);
+        for (number, batch) in compiled.radials.iter().enumerate() {
+            let (frames, forces) = (&mut self.frames, &mut self.forces);
+            let frame = |anchor| frames.get(compiled, world, anchor);
+            self.radials.add(number, batch, frame, probes, moment, quantity, forces);
         }
     }
 
@@ -122,11 +150,11 @@ impl Evaluator {
     fn program(
         &mut self,
         program: &Program,
-        frames: &[Option<Frame>],
         probes: &Probes,
         moment: Moment,
         wrenches: &mut [Wrench],
     ) {
+        let frames = self.frames.all();
         self.reach.refresh(program, frames);
         let list = if program.at_centre {
             &probes.centres
@@ -158,10 +186,11 @@ impl Evaluator {
     pub(crate) fn potential_energy(
         &mut self,
         compiled: &Compiled,
-        frames: &[Option<Frame>],
+        world: &impl Frames,
         probes: &Probes,
         moment: Moment,
     ) -> PotentialEnergy {
+        self.frames.clear(compiled);
         let mut energy = PotentialEnergy::default();
         for constant in &compiled.constants {
             for centre in &probes.centres {
@@ -173,16 +202,11 @@ impl Evaluator {
                 energy.total -= to_f64(constant.vector.dot(centre.world_point) * mass);
             }
         }
-        self.forces.clear();
-        self.forces.resize(probes.list.len(), Vector::ZERO);
-        for batch in &compiled.radials {
-            let (sums, quantity) = (&mut self.forces, Quantity::Potential);
-            self.sources
-                .add(batch, frames, probes, moment, quantity, sums);
-        }
+        self.radials(compiled, world, probes, moment, Quantity::Potential);
         energy.total += self.forces.iter().map(|sum| to_f64(sum.x)).sum::<f64>();
         for program in compiled.programs.iter().filter(|program| program.has_force) {
-            match program_energy(program, frames, probes, moment) {
+            self.frames.fill(compiled, world, program);
+            match program_energy(program, self.frames.all(), probes, moment) {
                 Some(potential) => energy.total += potential,
                 None => energy.without += 1,
             }

@@ -29,6 +29,8 @@ pub(crate) struct Probe {
     pub user: u32,
     /// The collider it stands for.
     pub collider: Option<ColliderHandle>,
+    /// Whether the point is the origin of that collider's frame, where fields anchored to it are.
+    pub at_origin: bool,
 }
 
 /// The probes of one step.
@@ -41,6 +43,8 @@ pub(crate) struct Probes {
     /// The sampled bodies.
     pub bodies: Vec<RigidBodyHandle>,
     pub user: Vec<UserValues>,
+    /// By the index of a collider: the number of its probe.
+    by_collider: Vec<u32>,
 }
 
 /// The moment of a step.
@@ -57,6 +61,32 @@ pub(crate) fn owner(body: Option<RigidBodyHandle>) -> Real {
 }
 
 impl Probes {
+    pub(crate) fn clear(&mut self) {
+        self.list.clear();
+        self.centres.clear();
+        self.bodies.clear();
+        self.user.clear();
+    }
+
+    /// Numbers the probes by their colliders, once all are there.
+    pub(crate) fn number(&mut self) {
+        self.by_collider.clear();
+        for (number, probe) in self.list.iter().enumerate() {
+            let Some(collider) = probe.collider else { continue };
+            let index = collider.into_raw_parts().0 as usize;
+            if self.by_collider.len() <= index {
+                self.by_collider.resize(index + 1, u32::MAX);
+            }
+            self.by_collider[index] = number as u32;
+        }
+    }
+
+    /// The number of a collider's probe, if it has one.
+    pub(crate) fn of_collider(&self, collider: ColliderHandle) -> Option<usize> {
+        let number = *self.by_collider.get(collider.into_raw_parts().0 as usize)? as usize;
+        (self.list.get(number)?.collider == Some(collider)).then_some(number)
+    }
+
     pub(crate) fn query(&self, probe: &Probe, moment: Moment) -> Query {
         Query {
             world_point: to_dvec3(probe.world_point),

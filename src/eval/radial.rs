@@ -1,15 +1,129 @@
 //! Batches of radial fields: every probe against every source in range, several at a time.
 
+use super::Quantity;
 use super::grid::Grid;
+use super::kernel::{Kernel, Law};
 use super::lanes::{Lanes, WIDTH, counting, load};
+use super::mutual::{Mutual, Pairs};
 use super::probe::{Moment, Probes, owner};
-use crate::compile::{IndexKind, RadialBatch};
-use crate::field::{Frame, Profile, Radial};
+use crate::compile::{AnchorId, FEWEST_FOR_GRID, RadialBatch, RadialSource};
+use crate::field::Frame;
 use crate::math::{Real, Vector};
+
+/// Evaluates radial batches; keeps its buffers between calls.
+#[derive(Debug, Default)]
+pub(super) struct Radials {
+    one_way: OneWay,
+    /// One per batch, because each keeps its neighbours.
+    mutual: Vec<Mutual>,
+    strengths: Vec<Real>,
+    weights: Vec<Real>,
+    /// Sources that are not probes, or that are but few.
+    apart: Vec<RadialSource>,
+}
+
+impl Radials {
+    /// Adds the batch's forces (or potentials) on every probe.
+    pub(super) fn add(
+        &mut self,
+        number: usize,
+        batch: &RadialBatch,
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
+        probes: &Probes,
+        moment: Moment,
+        quantity: Quantity,
+        sums: &mut [Vector],
+    ) {
+        let weight = |probe| probes.weight(probe, &batch.weighting, moment);
+        self.weights.clear();
+        self.weights.extend(probes.list.iter().map(weight));
+        let is_mutual = self.split(batch, probes);
+        self.one_way.gather(batch, &self.apart, frame, quantity);
+        if self.mutual.len() <= number {
+            self.mutual.resize_with(number + 1, Mutual::default);
+        }
+        let mut both = Both {
+            radials: self,
+            number,
+            batch,
+            probes,
+            quantity,
+            sums,
+            is_mutual,
+        };
+        match Law::new(&batch.law) {
+            Law::InverseSquare(law) => both.add(law),
+            Law::LennardJones(law) => both.add(law),
+            Law::Other(law) => both.add(law),
+        }
+    }
+
+    /// Sets the strengths of the probes that are sources; the others are kept apart. Whether
+    /// there are enough of the former for every pair of probes to be worth a look.
+    fn split(&mut self, batch: &RadialBatch, probes: &Probes) -> bool {
+        self.strengths.clear();
+        self.strengths.resize(probes.list.len(), 0.0);
+        self.apart.clear();
+        for source in &batch.sources {
+            let number = source.collider.and_then(|collider| probes.of_collider(collider));
+            match number.filter(|number| probes.list[*number].at_origin) {
+                Some(number) => self.strengths[number] += source.strength,
+                None => self.apart.push(*source),
+            }
+        }
+        let coupled = self.weights.iter().filter(|weight| **weight != 0.0).count();
+        let matched = batch.sources.len() - self.apart.len();
+        if matched * 2 >= coupled && matched > 0 {
+            return true;
+        }
+        self.apart.clone_from(&batch.sources);
+        false
+    }
+}
+
+/// One evaluation of a batch, for a law known to the compiler.
+struct Both<'a> {
+    radials: &'a mut Radials,
+    number: usize,
+    batch: &'a RadialBatch,
+    probes: &'a Probes,
+    quantity: Quantity,
+    sums: &'a mut [Vector],
+    is_mutual: bool,
+}
+
+impl Both<'_> {
+    fn add(&mut self, law: impl Kernel) {
+        let Radials {
+            one_way,
+            mutual,
+            strengths,
+            weights,
+            apart,
+        } = &mut *self.radials;
+        let range = self.batch.range;
+        if self.is_mutual {
+            let pairs = Pairs {
+                probes: self.probes,
+                strengths,
+                weights,
+                range,
+            };
+            let mutual = &mut mutual[self.number];
+            match self.quantity {
+                Quantity::Force => mutual.add::<false>(law, pairs, self.sums),
+                Quantity::Potential => mutual.add::<true>(law, pairs, self.sums),
+            }
+        }
+        if !apart.is_empty() {
+            one_way.add(law, range, self.quantity, self.probes, weights, self.sums);
+        }
+    }
+}
 
 /// Sources sorted for one evaluation, as separate arrays padded to whole [`Lanes`].
 #[derive(Debug, Default)]
-pub(super) struct Sources {
+struct OneWay {
     points: Vec<Vector>,
     kept: Vec<(Real, Real)>,
     x: Vec<Real>,
@@ -18,32 +132,26 @@ pub(super) struct Sources {
     strength: Vec<Real>,
     owner: Vec<Real>,
     grid: Grid,
+    gridded: bool,
 }
 
-/// What is summed over the sources.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Quantity {
-    Force,
-    /// The potential, in x; half of it where the source belongs to a body, because the body it
-    /// acts on has a field that acts back.
-    Potential,
-}
-
-impl Sources {
-    /// Takes the sources whose anchors are there, and sorts them into a grid if the plan says so.
-    fn gather(&mut self, batch: &RadialBatch, frames: &[Option<Frame>], quantity: Quantity) {
+impl OneWay {
+    /// Takes the sources whose anchors are there, and sorts them into a grid if there are many.
+    fn gather(
+        &mut self,
+        batch: &RadialBatch,
+        sources: &[RadialSource],
+        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+        quantity: Quantity,
+    ) {
         self.points.clear();
         self.kept.clear();
-        for source in &batch.sources {
-            let Some(frame) = &frames[source.anchor as usize] else {
+        for source in sources {
+            let Some(frame) = frame(source.anchor) else {
                 continue;
             };
             let shared = quantity == Quantity::Potential && frame.body.is_some();
-            let strength = if shared {
-                source.strength * 0.5
-            } else {
-                source.strength
-            };
+            let strength = if shared { source.strength * 0.5 } else { source.strength };
             self.points.push(frame.pose.translation);
             self.kept.push((strength, owner(frame.body)));
         }
@@ -52,15 +160,12 @@ impl Sources {
         }
         self.strength.clear();
         self.owner.clear();
-        match batch.range {
-            Some(range) if batch.index_kind() == IndexKind::Grid => {
-                // Half the range: finer cells fit the ball better than they cost in ranges.
-                self.grid.build(&self.points, range * 0.5);
-                for place in 0..self.points.len() {
-                    self.push(self.grid.order()[place] as usize);
-                }
-            }
-            _ => (0..self.points.len()).for_each(|place| self.push(place)),
+        let range = batch.range.filter(|_| self.points.len() >= FEWEST_FOR_GRID);
+        self.gridded = range.is_some();
+        // Half the range: finer cells fit the ball better than they cost in ranges.
+        self.grid.build(&self.points, range.map_or(Real::MAX, |range| range * 0.5));
+        for place in 0..self.points.len() {
+            self.push(self.grid.order()[place] as usize);
         }
         for array in [&mut self.x, &mut self.y, &mut self.z] {
             array.extend([0.0; WIDTH]);
@@ -78,50 +183,28 @@ impl Sources {
         self.owner.push(owner);
     }
 
-    /// Adds the batch's forces (or potentials) on every probe.
-    pub(super) fn add(
-        &mut self,
-        batch: &RadialBatch,
-        frames: &[Option<Frame>],
-        probes: &Probes,
-        moment: Moment,
-        quantity: Quantity,
-        sums: &mut [Vector],
-    ) {
-        self.gather(batch, frames, quantity);
-        let law = Law::new(&batch.law);
-        match law {
-            Law::InverseSquare(law) => self.add_all(law, batch, probes, moment, quantity, sums),
-            Law::LennardJones(law) => self.add_all(law, batch, probes, moment, quantity, sums),
-            Law::Other(law) => self.add_all(law, batch, probes, moment, quantity, sums),
-        }
-    }
-
-    fn add_all(
+    fn add(
         &self,
         law: impl Kernel,
-        batch: &RadialBatch,
-        probes: &Probes,
-        moment: Moment,
+        range: Option<Real>,
         quantity: Quantity,
+        probes: &Probes,
+        weights: &[Real],
         sums: &mut [Vector],
     ) {
-        for (probe, sum) in probes.list.iter().zip(sums) {
-            let weight = probes.weight(probe, &batch.weighting, moment);
+        for ((probe, weight), sum) in probes.list.iter().zip(weights).zip(sums) {
             // Probes that are not coupled are left out; so is what they would cost.
-            if weight == 0.0 {
+            if *weight == 0.0 {
                 continue;
             }
-            let mut seen = Accumulator::new(probe.world_point, probe.owner, batch.range, quantity);
-            match batch.range {
-                Some(range) if batch.index_kind() == IndexKind::Grid => {
-                    for run in self.grid.near(probe.world_point, range) {
-                        seen.add(self, law, run.start, run.end);
-                    }
-                }
-                _ => seen.add(self, law, 0, self.points.len()),
+            let mut seen = Accumulator::new(probe.world_point, probe.owner, range, quantity);
+            match range.filter(|_| self.gridded) {
+                Some(range) => self.grid.for_each_near(probe.world_point, range, |run| {
+                    seen.add(self, law, run.start, run.end);
+                }),
+                None => seen.add(self, law, 0, self.points.len()),
             }
-            *sum += seen.total() * weight;
+            *sum += seen.total() * *weight;
         }
     }
 }
@@ -150,7 +233,7 @@ impl Accumulator {
     }
 
     /// Adds the sources at places `start..end`.
-    fn add(&mut self, sources: &Sources, law: impl Kernel, start: usize, end: usize) {
+    fn add(&mut self, sources: &OneWay, law: impl Kernel, start: usize, end: usize) {
         for at in (start..end).step_by(WIDTH) {
             let dx = self.point[0] - load(&sources.x, at);
             let dy = self.point[1] - load(&sources.y, at);
@@ -180,135 +263,5 @@ impl Accumulator {
     fn total(&self) -> Vector {
         let [x, y, z] = self.sum.map(Lanes::reduce_add);
         Vector::new(x, y, z)
-    }
-}
-
-/// A radial law of strength one on lanes.
-trait Kernel: Copy {
-    /// s with F = s d, given r².
-    fn factor(self, r2: Lanes) -> Lanes;
-    /// U, given r².
-    fn potential(self, r2: Lanes) -> Lanes;
-}
-
-/// The laws that have a kernel of their own, and the rest.
-enum Law {
-    InverseSquare(InverseSquare),
-    LennardJones(LennardJones),
-    Other(Other),
-}
-
-impl Law {
-    fn new(law: &Radial) -> Self {
-        match law.profile {
-            Profile::Power {
-                power: -2.0,
-                softening: 0.0,
-                ..
-            } => {
-                let inverse = law.shifted_at.map_or(0.0, Real::recip);
-                Law::InverseSquare(InverseSquare {
-                    shift: inverse * inverse,
-                    offset: inverse * 2.0,
-                })
-            }
-            Profile::LennardJones { sigma, .. } => Law::LennardJones(LennardJones::new(law, sigma)),
-            _ => Law::Other(Other { law: *law }),
-        }
-    }
-}
-
-/// s = 1/r³ − shift/r, U = 1/r + shift r − offset.
-#[derive(Clone, Copy)]
-struct InverseSquare {
-    shift: Real,
-    offset: Real,
-}
-
-impl Kernel for InverseSquare {
-    #[inline]
-    fn factor(self, r2: Lanes) -> Lanes {
-        let inverse = Lanes::splat(1.0) / r2.sqrt();
-        inverse * (inverse * inverse - Lanes::splat(self.shift))
-    }
-
-    #[inline]
-    fn potential(self, r2: Lanes) -> Lanes {
-        let r = r2.sqrt();
-        Lanes::splat(1.0) / r + r * Lanes::splat(self.shift) - Lanes::splat(self.offset)
-    }
-}
-
-/// s = 24 (2 (σ/r)¹² − (σ/r)⁶)/r² − slope/r, U = 4 ((σ/r)¹² − (σ/r)⁶) + slope r − offset.
-#[derive(Clone, Copy)]
-struct LennardJones {
-    sigma2: Real,
-    slope: Real,
-    offset: Real,
-}
-
-impl LennardJones {
-    fn new(law: &Radial, sigma: Real) -> Self {
-        use crate::math::{from_f64, to_f64};
-        let (slope, offset) = law.shifted_at.map_or((0.0, 0.0), |cutoff| {
-            let cutoff = to_f64(cutoff);
-            let plain = Radial {
-                shifted_at: None,
-                ..*law
-            };
-            let slope = plain.factor(cutoff * cutoff) * cutoff;
-            (slope, plain.potential(cutoff * cutoff) + cutoff * slope)
-        });
-        LennardJones {
-            sigma2: sigma * sigma,
-            slope: from_f64(slope),
-            offset: from_f64(offset),
-        }
-    }
-}
-
-impl Kernel for LennardJones {
-    #[inline]
-    fn factor(self, r2: Lanes) -> Lanes {
-        let inverse2 = Lanes::splat(1.0) / r2;
-        let s2 = Lanes::splat(self.sigma2) * inverse2;
-        let s6 = s2 * s2 * s2;
-        let plain = Lanes::splat(24.0) * inverse2 * s6 * (s6 + s6 - Lanes::splat(1.0));
-        // One branch for the batch, not for the pair: the compiler hoists it.
-        if self.slope == 0.0 {
-            return plain;
-        }
-        plain - Lanes::splat(self.slope) * inverse2.sqrt()
-    }
-
-    #[inline]
-    fn potential(self, r2: Lanes) -> Lanes {
-        let s2 = Lanes::splat(self.sigma2) / r2;
-        let s6 = s2 * s2 * s2;
-        let plain = Lanes::splat(4.0) * s6 * (s6 - Lanes::splat(1.0));
-        plain + Lanes::splat(self.slope) * r2.sqrt() - Lanes::splat(self.offset)
-    }
-}
-
-/// Any law, one lane after the other, by its definition.
-#[derive(Clone, Copy)]
-struct Other {
-    law: Radial,
-}
-
-impl Other {
-    fn each(r2: Lanes, value: impl Fn(f64) -> f64) -> Lanes {
-        use crate::math::{from_f64, to_f64};
-        Lanes::new(r2.to_array().map(|r2| from_f64(value(to_f64(r2)))))
-    }
-}
-
-impl Kernel for Other {
-    fn factor(self, r2: Lanes) -> Lanes {
-        Self::each(r2, |r2| self.law.factor(r2))
-    }
-
-    fn potential(self, r2: Lanes) -> Lanes {
-        Self::each(r2, |r2| self.law.potential(r2))
     }
 }

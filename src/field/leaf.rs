@@ -57,6 +57,15 @@ pub enum Coupling {
     Axis(Axis),
 }
 
+impl Coupling {
+    /// Whether the number is measured in the field's own frame, and so differs from field to
+    /// field at one probe.
+    pub(crate) fn reads_frame(&self) -> bool {
+        use Axis::{Speed, X, Y, Z};
+        matches!(self, Coupling::Axis(X | Y | Z | Speed))
+    }
+}
+
 impl Field {
     fn new(formula: Formula) -> Self {
         Field {

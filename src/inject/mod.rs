@@ -20,7 +20,7 @@ pub(crate) use probes::PropertyBook;
 use crate::compile::Compiled;
 use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
 use crate::field::{Frame, Frames};
-use crate::math::{ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::math::{ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::RigidBody;
 use probes::{Gathering, Pending};
 use rotation::Inertia;
@@ -44,7 +44,6 @@ pub(crate) struct Injector {
     pub time: Real,
     evaluator: Evaluator,
     probes: Probes,
-    frames: Vec<Option<Frame>>,
     wrenches: Vec<Wrench>,
     sleepers: Sleepers,
     /// The world at the last evaluation; without one, nothing is known of it.
@@ -99,7 +98,6 @@ impl Injector {
             time: 0.0,
             evaluator: Evaluator::default(),
             probes: Probes::default(),
-            frames: Vec::new(),
             wrenches: Vec::new(),
             sleepers: Sleepers::default(),
             before: Snapshot::default(),
@@ -146,6 +144,19 @@ impl Injector {
     /// The length of the step that was begun.
     pub(crate) fn open_dt(&self) -> Real {
         self.open.as_ref().map_or(0.0, |open| open.dt)
+    }
+
+    /// The world pose that a collider had when the step began.
+    pub(crate) fn pose_before(
+        &self,
+        collider: ColliderHandle,
+        colliders: &ColliderSet,
+    ) -> Option<Pose> {
+        let collider = colliders.get(collider)?;
+        match (collider.parent(), collider.position_wrt_parent()) {
+            (Some(parent), Some(local_pose)) => Some(self.before.pose(parent)? * *local_pose),
+            _ => Some(*collider.position()),
+        }
     }
 
     /// Whether all bodies stand as they stood at the end of the last step.
@@ -202,8 +213,8 @@ impl Injector {
         };
         let updates = match self.scheme {
             Scheme::ExternalForce => Vec::new(),
-            Scheme::Kick => self.kicks(compiled, dt, Some(dt), bodies)?,
-            Scheme::KickDriftKick => self.kicks(compiled, dt * 0.5, Some(dt), bodies)?,
+            Scheme::Kick => self.kicks(compiled, dt, Some(dt), bodies, colliders)?,
+            Scheme::KickDriftKick => self.kicks(compiled, dt * 0.5, Some(dt), bodies, colliders)?,
         };
         self.before.take(bodies);
         let written = match self.scheme {
@@ -249,7 +260,7 @@ impl Injector {
         colliders: &ColliderSet,
     ) -> Result<usize, StepError> {
         self.evaluate(compiled, dt, bodies, colliders, Some(dt * 0.5))?;
-        let updates = self.kicks(compiled, dt * 0.5, None, bodies)?;
+        let updates = self.kicks(compiled, dt * 0.5, None, bodies, colliders)?;
         let written = write(bodies, updates, &mut Vec::new());
         self.before.take(bodies);
         Ok(written)
@@ -278,12 +289,11 @@ impl Injector {
         colliders: &ColliderSet,
     ) -> PotentialEnergy {
         // Sleepers have potential energy too, so the probes of the step do not do.
-        let (mut probes, mut frames) = (Probes::default(), Vec::new());
+        let mut probes = Probes::default();
         Self::gather(&self.book, bodies, colliders, &mut probes);
-        find_frames(compiled, bodies, colliders, &mut frames);
+        let world = (bodies, colliders);
         let moment = self.moment(1.0);
-        self.evaluator
-            .potential_energy(compiled, &frames, &probes, moment)
+        self.evaluator.potential_energy(compiled, &world, &probes, moment)
     }
 
     /// Works out the wrenches on all bodies. `pending`: for how long the last ones still act, so
@@ -309,19 +319,14 @@ impl Injector {
             }),
         };
         gathering.run(bodies, colliders, &mut self.probes);
-        find_frames(compiled, bodies, colliders, &mut self.frames);
         let moment = self.moment(dt);
+        let world = (bodies, colliders);
         let (evaluator, wrenches) = (&mut self.evaluator, &mut self.wrenches);
-        evaluator.wrenches(compiled, &self.frames, &self.probes, moment, wrenches);
+        evaluator.wrenches(compiled, &world, &self.probes, moment, wrenches);
         if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
             self.evaluated = false;
-            return Err(blame::non_finite(
-                compiled,
-                &self.frames,
-                &self.probes,
-                moment,
-                body,
-            ));
+            let frames = find_frames(compiled, bodies, colliders);
+            return Err(blame::non_finite(compiled, &frames, &self.probes, moment, body));
         }
         self.evaluated = true;
         Ok(())
@@ -335,6 +340,7 @@ impl Injector {
         duration: Real,
         drift: Option<Real>,
         bodies: &RigidBodySet,
+        colliders: &ColliderSet,
     ) -> Result<Vec<Update>, StepError> {
         let drift = drift.filter(|dt| *dt > 0.0 && compiled.plan.torque_possible);
         let mut updates = Vec::with_capacity(self.probes.bodies.len());
@@ -352,8 +358,9 @@ impl Injector {
             let speed = update.linvel.length();
             if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
                 let moment = self.moment(duration);
+                let frames = find_frames(compiled, bodies, colliders);
                 return Err(StepError::TooFast {
-                    field: blame::strongest(compiled, &self.frames, &self.probes, moment, place),
+                    field: blame::strongest(compiled, &frames, &self.probes, moment, place),
                     body: *handle,
                     speed,
                     limit: FASTEST,
@@ -409,8 +416,8 @@ impl Injector {
         if self.anchored {
             return Ok(());
         }
-        find_frames(compiled, bodies, colliders, &mut self.frames);
-        if let Some(missing) = self.frames.iter().position(Option::is_none) {
+        let frames = find_frames(compiled, bodies, colliders);
+        if let Some(missing) = frames.iter().position(Option::is_none) {
             return Err(blame::missing_anchor(compiled, missing));
         }
         for detector in &compiled.detectors {
@@ -519,9 +526,7 @@ fn find_frames(
     compiled: &Compiled,
     bodies: &RigidBodySet,
     colliders: &ColliderSet,
-    frames: &mut Vec<Option<Frame>>,
-) {
-    frames.clear();
+) -> Vec<Option<Frame>> {
     let world = (bodies, colliders);
-    frames.extend(compiled.anchors.iter().map(|anchor| world.frame(anchor)));
+    compiled.anchors.iter().map(|anchor| world.frame(anchor)).collect()
 }

@@ -185,10 +185,7 @@ pub(crate) struct Pending<'a> {
 impl Gathering<'_> {
     /// Fills `probes` with those of all bodies that fields can move.
     pub(crate) fn run(&self, bodies: &RigidBodySet, colliders: &ColliderSet, probes: &mut Probes) {
-        probes.list.clear();
-        probes.centres.clear();
-        probes.bodies.clear();
-        probes.user.clear();
+        probes.clear();
         probes.user.push(self.book.world.iter().cloned().collect());
         for (handle, body) in bodies.iter() {
             let sampled = body.is_dynamic() && body.is_enabled() && !body.is_soft_frame();
@@ -196,6 +193,7 @@ impl Gathering<'_> {
                 self.body(handle, body, colliders, probes);
             }
         }
+        probes.number();
     }
 
     fn body(
@@ -221,6 +219,7 @@ impl Gathering<'_> {
             charge: 0.0,
             user: 0,
             collider: None,
+            at_origin: false,
         };
         let first = probes.list.len();
         for collider_handle in body.colliders() {
@@ -242,13 +241,16 @@ impl Gathering<'_> {
                 arm,
                 velocity: linvel + angvel.cross(arm),
                 radius,
-                mass: collider.mass(),
+                mass: 0.0,
                 collider: Some(*collider_handle),
+                at_origin: local_point == Vector::ZERO,
                 ..centre
             };
-            if let Some(entry) = self.book.get(*collider_handle) {
+            let entry = self.book.get(*collider_handle);
+            let own_mass = entry.and_then(|entry| entry.properties.mass);
+            probe.mass = own_mass.unwrap_or_else(|| collider.mass());
+            if let Some(entry) = entry {
                 probe.charge = entry.properties.charge;
-                probe.mass = entry.properties.mass.unwrap_or(probe.mass);
                 if !entry.user.is_empty() {
                     probe.user = probes.user.len() as u32;
                     probes.user.push(entry.user.clone());

@@ -85,6 +85,14 @@ impl Snapshot {
         moved
     }
 
+    /// The pose that a body had.
+    pub(crate) fn pose(&self, body: RigidBodyHandle) -> Option<Pose> {
+        let index = |handle: RigidBodyHandle| handle.into_raw_parts().0;
+        let place = self.states.binary_search_by_key(&index(body), |state| index(state.handle));
+        let state = &self.states[place.ok()?];
+        (state.handle == body).then_some(state.pose)
+    }
+
     /// Puts every body back.
     pub(crate) fn restore(&self, bodies: &mut RigidBodySet, colliders: &ColliderSet) {
         for was in &self.states {

@@ -1,0 +1,320 @@
+//! Radial fields of bodies on bodies: every pair of parts once, both ways.
+//!
+//! Most sources of a many-body scene sit where a probe sits: the field of an atom, sampled at
+//! atoms. Then the law of a pair is worked out once and acts on both. Parts of one body, a clump,
+//! never act on each other, so pairs are sought between clumps; the parts of all clumps in reach
+//! of one are copied side by side, and each of its parts meets them several at a time.
+
+use std::ops::Range;
+
+use super::kernel::Kernel;
+use super::lanes::{Lanes, WIDTH, load, subtract};
+use super::pairs::{Clump, PairList};
+use super::probe::Probes;
+use crate::math::{Real, Vector};
+
+/// What is to be evaluated.
+#[derive(Clone, Copy)]
+pub(super) struct Pairs<'a> {
+    pub probes: &'a Probes,
+    /// Of each probe as a source.
+    pub strengths: &'a [Real],
+    /// Of each probe: what turns the vector of the field into a force.
+    pub weights: &'a [Real],
+    pub range: Option<Real>,
+}
+
+/// Evaluates one batch whose sources are probes; keeps its buffers and neighbours between calls.
+#[derive(Debug, Default)]
+pub(super) struct Mutual {
+    clumps: Vec<Clump>,
+    list: PairList,
+    /// The place of each part, and which probe it is.
+    probe_of: Vec<(u32, u32)>,
+    parts: Columns,
+    /// The parts in reach of one clump, and the clumps they come from.
+    near: Columns,
+    origins: Vec<u32>,
+}
+
+impl Mutual {
+    /// Adds the forces (or with `POTENTIAL`, potentials) that the probes exert on each other.
+    pub(super) fn add<const POTENTIAL: bool>(
+        &mut self,
+        law: impl Kernel,
+        pairs: Pairs<'_>,
+        sums: &mut [Vector],
+    ) {
+        self.collect(&pairs);
+        match pairs.range {
+            Some(range) => {
+                self.list.refresh(&self.clumps, range);
+                for i in 0..self.clumps.len() {
+                    self.meet_near::<POTENTIAL>(law, i, range);
+                }
+            }
+            None => {
+                for i in 0..self.clumps.len() {
+                    self.meet_all_later::<POTENTIAL>(law, i);
+                }
+            }
+        }
+        for (place, probe) in &self.probe_of {
+            sums[*probe as usize] += self.parts.sum_at(*place as usize);
+        }
+    }
+
+    /// Takes up all probes that act or are acted on, as the parts of clumps.
+    fn collect(&mut self, pairs: &Pairs<'_>) {
+        self.clumps.clear();
+        self.probe_of.clear();
+        self.parts.clear();
+        let mut body = None;
+        let sides = pairs.strengths.iter().zip(pairs.weights);
+        let probes = pairs.probes.list.iter().zip(sides).enumerate();
+        for (number, (probe, (strength, weight))) in probes {
+            if *strength == 0.0 && *weight == 0.0 {
+                continue;
+            }
+            if body != Some(probe.body) {
+                body = Some(probe.body);
+                self.close_clump();
+                self.clumps.push(Clump {
+                    centre: probe.world_point - probe.arm,
+                    radius: 0.0,
+                    start: self.parts.count as u32,
+                    end: 0,
+                });
+            }
+            if let Some(clump) = self.clumps.last_mut() {
+                clump.radius = clump.radius.max(probe.arm.length());
+            }
+            self.probe_of.push((self.parts.count as u32, number as u32));
+            self.parts.push(probe.world_point, *strength, *weight);
+        }
+        self.close_clump();
+        self.parts.finish();
+    }
+
+    /// Fills the last clump up to a whole chunk with parts that neither act nor are acted on, so
+    /// that clumps can be copied and summed by chunks. Clumps of one or two would grow too much
+    /// by that; they stay as they are.
+    fn close_clump(&mut self) {
+        if let Some(clump) = self.clumps.last_mut() {
+            let count = self.parts.count - clump.start as usize;
+            if count > CHUNK / 2 {
+                (count..count.next_multiple_of(CHUNK))
+                    .for_each(|_| self.parts.push(Vector::ZERO, 0.0, 0.0));
+            }
+            clump.end = self.parts.count as u32;
+        }
+    }
+
+    /// Lets a clump meet the later ones that are in range.
+    fn meet_near<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize, range: Real) {
+        let clump = self.clumps[i];
+        self.near.clear();
+        self.origins.clear();
+        // A hair of slack: rounding must not lose parts exactly at the range.
+        let range_and_own = range * 1.0001 + clump.radius;
+        for j in self.list.later(i) {
+            let other = &self.clumps[*j as usize];
+            let reach = range_and_own + other.radius;
+            if (clump.centre - other.centre).length_squared() <= reach * reach {
+                self.near.append(&self.parts, other.start as usize..other.end as usize);
+                self.origins.push(*j);
+            }
+        }
+        if self.origins.is_empty() {
+            return;
+        }
+        self.near.finish();
+        for place in clump.start..clump.end {
+            let part = self.parts.part(place as usize);
+            let sum = self.near.meet::<POTENTIAL>(law, part, 0, range * range);
+            self.parts.add(place as usize, sum);
+        }
+        let mut from = 0;
+        for origin in &self.origins {
+            let other = &self.clumps[*origin as usize];
+            let range = other.start as usize..other.end as usize;
+            from = self.parts.add_range(range, &self.near, from);
+        }
+    }
+
+    /// Lets a clump meet all later ones, which stand side by side already.
+    fn meet_all_later<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize) {
+        let clump = self.clumps[i];
+        for place in clump.start..clump.end {
+            let part = self.parts.part(place as usize);
+            let later = clump.end as usize;
+            let sum = self.parts.meet::<POTENTIAL>(law, part, later, Real::INFINITY);
+            self.parts.add(place as usize, sum);
+        }
+    }
+}
+
+/// One part that meets others.
+#[derive(Clone, Copy)]
+struct Part {
+    point: Vector,
+    strength: Real,
+    weight: Real,
+}
+
+/// Parts as separate arrays, longer than needed by whole [`Lanes`], with the sums of what acts on
+/// them.
+#[derive(Debug, Default)]
+struct Columns {
+    /// x, y, z, strength, weight.
+    given: [Vec<Real>; 5],
+    sum: [Vec<Real>; 3],
+    count: usize,
+}
+
+const STRENGTH: usize = 3;
+const WEIGHT: usize = 4;
+
+/// Parts are copied this many at a time, needed or not: a copy of fixed length is one
+/// instruction.
+const CHUNK: usize = 4;
+
+impl Columns {
+    fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    fn push(&mut self, point: Vector, strength: Real, weight: Real) {
+        self.make_room(1);
+        let values = [point.x, point.y, point.z, strength, weight];
+        for (column, value) in self.given.iter_mut().zip(values) {
+            column[self.count] = value;
+        }
+        self.count += 1;
+    }
+
+    /// Copies a range of other columns to the end.
+    fn append(&mut self, from: &Columns, range: Range<usize>) {
+        self.make_room(range.len());
+        for (to, from) in self.given.iter_mut().zip(&from.given) {
+            let (mut at, mut start) = (self.count, range.start);
+            while start < range.end {
+                copy_chunk(&mut to[at..], &from[start..]);
+                at += CHUNK;
+                start += CHUNK;
+            }
+        }
+        self.count += range.len();
+    }
+
+    /// Adds the sums of other columns, from a place on, to those of a range; returns the place
+    /// behind them.
+    fn add_range(&mut self, range: Range<usize>, other: &Columns, from: usize) -> usize {
+        let end = from + range.len();
+        for (to, from_sums) in self.sum.iter_mut().zip(&other.sum) {
+            let to = &mut to[range.clone()];
+            let whole = to.as_chunks_mut::<CHUNK>().0;
+            let whole_from = from_sums[from..end].as_chunks::<CHUNK>().0;
+            if whole.len() * CHUNK == range.len() {
+                for (to, from) in whole.iter_mut().zip(whole_from) {
+                    to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+                }
+            } else {
+                let sums = &from_sums[from..end];
+                to.iter_mut().zip(sums).for_each(|(to, from)| *to += from);
+            }
+        }
+        end
+    }
+
+    /// Room for that many more, and for whole chunks and lanes behind them.
+    fn make_room(&mut self, more: usize) {
+        let needed = self.count + more + CHUNK + WIDTH;
+        if self.given[0].len() < needed {
+            for column in &mut self.given {
+                column.resize(needed * 2, 0.0);
+            }
+        }
+    }
+
+    /// Sums of zero, once all parts are there, and behind them lanes that do not act.
+    fn finish(&mut self) {
+        self.make_room(0);
+        for side in [STRENGTH, WEIGHT] {
+            self.given[side][self.count..self.count + WIDTH].fill(0.0);
+        }
+        for sum in &mut self.sum {
+            sum.clear();
+            sum.resize(self.count + WIDTH, 0.0);
+        }
+    }
+
+    fn part(&self, place: usize) -> Part {
+        let [x, y, z, strength, weight] = &self.given;
+        Part {
+            point: Vector::new(x[place], y[place], z[place]),
+            strength: strength[place],
+            weight: weight[place],
+        }
+    }
+
+    fn sum_at(&self, place: usize) -> Vector {
+        let [x, y, z] = &self.sum;
+        Vector::new(x[place], y[place], z[place])
+    }
+
+    fn add(&mut self, place: usize, sum: Vector) {
+        self.sum[0][place] += sum.x;
+        self.sum[1][place] += sum.y;
+        self.sum[2][place] += sum.z;
+    }
+
+    /// Lets one part meet the columns from `start` on: adds to their sums what it does to them,
+    /// and returns what they do to it.
+    fn meet<const POTENTIAL: bool>(
+        &mut self,
+        law: impl Kernel,
+        part: Part,
+        start: usize,
+        range2: Real,
+    ) -> Vector {
+        let [x, y, z, strengths, weights] = &self.given;
+        let [sum_x, sum_y, sum_z] = &mut self.sum;
+        let Vector { x: px, y: py, z: pz } = part.point;
+        let (px, py, pz) = (Lanes::splat(px), Lanes::splat(py), Lanes::splat(pz));
+        let (strength, weight) = (Lanes::splat(part.strength), Lanes::splat(part.weight));
+        let (range2, zero) = (Lanes::splat(range2), Lanes::splat(0.0));
+        let (mut on_x, mut on_y, mut on_z) = (zero, zero, zero);
+        for at in (start..self.count).step_by(WIDTH) {
+            let dx = px - load(x, at);
+            let dy = py - load(y, at);
+            let dz = pz - load(z, at);
+            let r2 = dx * dx + dy * dy + dz * dz;
+            let acts = r2.simd_le(range2);
+            let on_part = load(strengths, at) * weight;
+            let on_others = load(weights, at) * strength;
+            // Masked bit by bit: what does not act, or is not coupled, may be infinite or NaN.
+            if POTENTIAL {
+                let both = (on_part + on_others) * Lanes::splat(0.5);
+                on_x += acts & both.simd_ne(zero) & (both * law.potential(r2));
+                continue;
+            }
+            let factor = acts & law.factor(r2);
+            let to_part = on_part.simd_ne(zero) & (factor * on_part);
+            let to_others = on_others.simd_ne(zero) & (factor * on_others);
+            on_x += to_part * dx;
+            on_y += to_part * dy;
+            on_z += to_part * dz;
+            subtract(sum_x, at, to_others * dx);
+            subtract(sum_y, at, to_others * dy);
+            subtract(sum_z, at, to_others * dz);
+        }
+        Vector::new(on_x.reduce_add(), on_y.reduce_add(), on_z.reduce_add())
+    }
+}
+
+fn copy_chunk(to: &mut [Real], from: &[Real]) {
+    if let (Some(to), Some(from)) = (to.first_chunk_mut::<CHUNK>(), from.first_chunk::<CHUNK>()) {
+        *to = *from;
+    }
+}
