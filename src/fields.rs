@@ -240,7 +240,9 @@ impl Fields {
         let dt = self.injector.open_dt();
         if let Some(check) = &mut self.check {
             let injector = &self.injector;
-            check.compare(colliders, narrow_phase, |handle| injector.pose_before(handle, colliders));
+            check.compare(colliders, narrow_phase, |handle| {
+                injector.pose_before(handle, colliders)
+            });
         }
         let mut written = self.injector.end(&self.compiled, bodies, colliders)?;
         if !self.compiled.detectors.is_empty() {

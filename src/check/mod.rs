@@ -136,10 +136,7 @@ impl CrossCheck {
         theirs.sort_unstable_by_key(key);
         self.report.steps += 1;
         self.report.disagreements.clear();
-        let (mut ours, mut theirs) = (
-            expected.iter().peekable(),
-            theirs.iter().peekable(),
-        );
+        let (mut ours, mut theirs) = (expected.iter().peekable(), theirs.iter().peekable());
         while let Some(next) = ours
             .peek()
             .into_iter()

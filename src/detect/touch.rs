@@ -86,8 +86,13 @@ impl Touch {
     }
 
     fn law_of(&self, collider: ColliderHandle) -> Option<ContactLaw> {
-        let entry = self.laws.get(collider.into_raw_parts().0 as usize)?.as_ref();
-        entry.filter(|(handle, _)| *handle == collider).map(|(_, law)| *law)
+        let entry = self
+            .laws
+            .get(collider.into_raw_parts().0 as usize)?
+            .as_ref();
+        entry
+            .filter(|(handle, _)| *handle == collider)
+            .map(|(_, law)| *law)
     }
 
     /// Takes up all colliders that can touch or be touched.
@@ -116,7 +121,9 @@ impl Touch {
             }
             self.clump(start);
         }
-        let free = colliders.iter().filter(|(_, collider)| collider.parent().is_none());
+        let free = colliders
+            .iter()
+            .filter(|(_, collider)| collider.parent().is_none());
         for (handle, collider) in free {
             let start = self.balls.len() as u32;
             let part = Part {
@@ -155,7 +162,9 @@ impl Touch {
     fn clump(&mut self, start: u32) {
         let balls = &self.balls[start as usize..];
         let Some(first) = balls.first() else { return };
-        let sum = balls.iter().fold(Vector::ZERO, |sum, ball| sum + (ball.centre - first.centre));
+        let sum = balls
+            .iter()
+            .fold(Vector::ZERO, |sum, ball| sum + (ball.centre - first.centre));
         let centre = first.centre + sum / balls.len() as Real;
         let reach = |ball: &Ball| (ball.centre - centre).length() + ball.radius;
         self.clumps.push(Clump {

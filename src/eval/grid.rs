@@ -120,7 +120,11 @@ impl Grid {
 fn gap(x: Real, origin: Real, cell: usize, cells: usize, side: Real) -> Real {
     let low = origin + cell as Real * side;
     let below = if cell == 0 { 0.0 } else { low - x };
-    let above = if cell + 1 == cells { 0.0 } else { x - (low + side) };
+    let above = if cell + 1 == cells {
+        0.0
+    } else {
+        x - (low + side)
+    };
     below.max(above).max(0.0)
 }
 
@@ -167,7 +171,9 @@ mod tests {
     fn takes_no_points_and_equal_points() {
         let mut grid = Grid::default();
         grid.build(&[], 1.0);
-        grid.for_each_near(Vector::ZERO, 10.0, |range| panic!("found {range:?} in nothing"));
+        grid.for_each_near(Vector::ZERO, 10.0, |range| {
+            panic!("found {range:?} in nothing")
+        });
         grid.build(&[Vector::X; 5], 1.0);
         let mut found = 0;
         grid.for_each_near(Vector::X, 0.0, |range| found += range.len());

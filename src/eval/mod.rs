@@ -115,7 +115,8 @@ impl Evaluator {
         for (number, batch) in compiled.radials.iter().enumerate() {
             let (frames, forces) = (&mut self.frames, &mut self.forces);
             let frame = |anchor| frames.get(compiled, world, anchor);
-            self.radials.add(number, batch, frame, probes, moment, quantity, forces);
+            self.radials
+                .add(number, batch, frame, probes, moment, quantity, forces);
         }
     }
 

@@ -35,6 +35,8 @@ pub(super) struct Mutual {
     /// The parts in reach of one clump, and the clumps they come from.
     near: Columns,
     origins: Vec<u32>,
+    /// The parts of the clump that meets the others.
+    own: Vec<Own>,
 }
 
 impl Mutual {
@@ -49,8 +51,14 @@ impl Mutual {
         match pairs.range {
             Some(range) => {
                 self.list.refresh(&self.clumps, range);
+                let whole = |clump: &Clump| (clump.end - clump.start) as usize % WIDTH == 0;
+                let in_place = self.clumps.iter().all(whole);
                 for i in 0..self.clumps.len() {
-                    self.meet_near::<POTENTIAL>(law, i, range);
+                    if in_place {
+                        self.meet_in_place::<POTENTIAL>(law, i, range);
+                    } else {
+                        self.meet_packed::<POTENTIAL>(law, i, range);
+                    }
                 }
             }
             None => {
@@ -110,18 +118,31 @@ impl Mutual {
         }
     }
 
-    /// Lets a clump meet the later ones that are in range.
-    fn meet_near<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize, range: Real) {
+    /// Lets a clump meet the later ones in range where they stand: all of them fill whole lanes.
+    fn meet_in_place<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize, range: Real) {
+        let clump = self.clumps[i];
+        self.take_own(&clump);
+        for j in self.list.later(i) {
+            let other = &self.clumps[*j as usize];
+            if may_reach(&clump, other, range) {
+                let there = other.start as usize..other.end as usize;
+                self.parts
+                    .meet::<POTENTIAL>(law, &mut self.own, there, range * range);
+            }
+        }
+        self.put_own(&clump);
+    }
+
+    /// Lets a clump meet the later ones in range, copied side by side so that they fill lanes.
+    fn meet_packed<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize, range: Real) {
         let clump = self.clumps[i];
         self.near.clear();
         self.origins.clear();
-        // A hair of slack: rounding must not lose parts exactly at the range.
-        let range_and_own = range * 1.0001 + clump.radius;
         for j in self.list.later(i) {
             let other = &self.clumps[*j as usize];
-            let reach = range_and_own + other.radius;
-            if (clump.centre - other.centre).length_squared() <= reach * reach {
-                self.near.append(&self.parts, other.start as usize..other.end as usize);
+            if may_reach(&clump, other, range) {
+                self.near
+                    .append(&self.parts, other.start as usize..other.end as usize);
                 self.origins.push(*j);
             }
         }
@@ -129,11 +150,11 @@ impl Mutual {
             return;
         }
         self.near.finish();
-        for place in clump.start..clump.end {
-            let part = self.parts.part(place as usize);
-            let sum = self.near.meet::<POTENTIAL>(law, part, 0, range * range);
-            self.parts.add(place as usize, sum);
-        }
+        self.take_own(&clump);
+        let all = 0..self.near.count;
+        self.near
+            .meet::<POTENTIAL>(law, &mut self.own, all, range * range);
+        self.put_own(&clump);
         let mut from = 0;
         for origin in &self.origins {
             let other = &self.clumps[*origin as usize];
@@ -145,21 +166,49 @@ impl Mutual {
     /// Lets a clump meet all later ones, which stand side by side already.
     fn meet_all_later<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize) {
         let clump = self.clumps[i];
-        for place in clump.start..clump.end {
-            let part = self.parts.part(place as usize);
-            let later = clump.end as usize;
-            let sum = self.parts.meet::<POTENTIAL>(law, part, later, Real::INFINITY);
-            self.parts.add(place as usize, sum);
+        self.take_own(&clump);
+        let later = clump.end as usize..self.parts.count;
+        self.parts
+            .meet::<POTENTIAL>(law, &mut self.own, later, Real::INFINITY);
+        self.put_own(&clump);
+    }
+
+    fn take_own(&mut self, clump: &Clump) {
+        let places = clump.start as usize..clump.end as usize;
+        self.own.clear();
+        self.own.extend(places.map(|place| self.parts.own(place)));
+    }
+
+    fn put_own(&mut self, clump: &Clump) {
+        for (own, place) in self.own.iter().zip(clump.start as usize..) {
+            self.parts.add(place, own.sum());
         }
     }
 }
 
-/// One part that meets others.
-#[derive(Clone, Copy)]
-struct Part {
-    point: Vector,
-    strength: Real,
-    weight: Real,
+/// Whether any parts of two clumps can be within range of each other.
+fn may_reach(clump: &Clump, other: &Clump, range: Real) -> bool {
+    // A hair of slack: rounding must not lose parts exactly at the range.
+    let reach = range * 1.0001 + clump.radius + other.radius;
+    (clump.centre - other.centre).length_squared() <= reach * reach
+}
+
+/// One part that meets others, the same in every lane, and lane by lane what they do to it.
+#[derive(Clone, Copy, Debug)]
+struct Own {
+    x: Lanes,
+    y: Lanes,
+    z: Lanes,
+    strength: Lanes,
+    weight: Lanes,
+    on: [Lanes; 3],
+}
+
+impl Own {
+    fn sum(&self) -> Vector {
+        let [x, y, z] = self.on;
+        Vector::new(x.reduce_add(), y.reduce_add(), z.reduce_add())
+    }
 }
 
 /// Parts as separate arrays, longer than needed by whole [`Lanes`], with the sums of what acts on
@@ -249,12 +298,15 @@ impl Columns {
         }
     }
 
-    fn part(&self, place: usize) -> Part {
+    fn own(&self, place: usize) -> Own {
         let [x, y, z, strength, weight] = &self.given;
-        Part {
-            point: Vector::new(x[place], y[place], z[place]),
-            strength: strength[place],
-            weight: weight[place],
+        Own {
+            x: Lanes::splat(x[place]),
+            y: Lanes::splat(y[place]),
+            z: Lanes::splat(z[place]),
+            strength: Lanes::splat(strength[place]),
+            weight: Lanes::splat(weight[place]),
+            on: [Lanes::splat(0.0); 3],
         }
     }
 
@@ -269,47 +321,49 @@ impl Columns {
         self.sum[2][place] += sum.z;
     }
 
-    /// Lets one part meet the columns from `start` on: adds to their sums what it does to them,
-    /// and returns what they do to it.
+    /// Lets some parts meet a range of the columns: adds what either does to the other.
     fn meet<const POTENTIAL: bool>(
         &mut self,
         law: impl Kernel,
-        part: Part,
-        start: usize,
+        own: &mut [Own],
+        there: Range<usize>,
         range2: Real,
-    ) -> Vector {
+    ) {
         let [x, y, z, strengths, weights] = &self.given;
         let [sum_x, sum_y, sum_z] = &mut self.sum;
-        let Vector { x: px, y: py, z: pz } = part.point;
-        let (px, py, pz) = (Lanes::splat(px), Lanes::splat(py), Lanes::splat(pz));
-        let (strength, weight) = (Lanes::splat(part.strength), Lanes::splat(part.weight));
         let (range2, zero) = (Lanes::splat(range2), Lanes::splat(0.0));
-        let (mut on_x, mut on_y, mut on_z) = (zero, zero, zero);
-        for at in (start..self.count).step_by(WIDTH) {
-            let dx = px - load(x, at);
-            let dy = py - load(y, at);
-            let dz = pz - load(z, at);
-            let r2 = dx * dx + dy * dy + dz * dz;
-            let acts = r2.simd_le(range2);
-            let on_part = load(strengths, at) * weight;
-            let on_others = load(weights, at) * strength;
-            // Masked bit by bit: what does not act, or is not coupled, may be infinite or NaN.
-            if POTENTIAL {
-                let both = (on_part + on_others) * Lanes::splat(0.5);
-                on_x += acts & both.simd_ne(zero) & (both * law.potential(r2));
-                continue;
+        for at in there.step_by(WIDTH) {
+            let (x, y, z) = (load(x, at), load(y, at), load(z, at));
+            let (strength, weight) = (load(strengths, at), load(weights, at));
+            let mut on = [zero; 3];
+            for own in &mut *own {
+                let (dx, dy, dz) = (own.x - x, own.y - y, own.z - z);
+                let r2 = dx * dx + dy * dy + dz * dz;
+                let acts = r2.simd_le(range2);
+                let on_own = strength * own.weight;
+                let on_others = own.strength * weight;
+                // Masked bit by bit: what does not act, or is not coupled, may be infinite.
+                if POTENTIAL {
+                    let both = (on_own + on_others) * Lanes::splat(0.5);
+                    own.on[0] += acts & both.simd_ne(zero) & (both * law.potential(r2));
+                    continue;
+                }
+                let factor = acts & law.factor(r2);
+                let to_own = on_own.simd_ne(zero) & (factor * on_own);
+                let to_others = on_others.simd_ne(zero) & (factor * on_others);
+                own.on[0] += to_own * dx;
+                own.on[1] += to_own * dy;
+                own.on[2] += to_own * dz;
+                on[0] += to_others * dx;
+                on[1] += to_others * dy;
+                on[2] += to_others * dz;
             }
-            let factor = acts & law.factor(r2);
-            let to_part = on_part.simd_ne(zero) & (factor * on_part);
-            let to_others = on_others.simd_ne(zero) & (factor * on_others);
-            on_x += to_part * dx;
-            on_y += to_part * dy;
-            on_z += to_part * dz;
-            subtract(sum_x, at, to_others * dx);
-            subtract(sum_y, at, to_others * dy);
-            subtract(sum_z, at, to_others * dz);
+            if !POTENTIAL {
+                subtract(sum_x, at, on[0]);
+                subtract(sum_y, at, on[1]);
+                subtract(sum_z, at, on[2]);
+            }
         }
-        Vector::new(on_x.reduce_add(), on_y.reduce_add(), on_z.reduce_add())
     }
 }
 

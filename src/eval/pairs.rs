@@ -67,7 +67,9 @@ impl PairList {
     }
 
     fn make(&mut self, clumps: &[Clump], reach: Real) {
-        let largest = clumps.iter().fold(0.0, |most: Real, clump| most.max(clump.radius));
+        let largest = clumps
+            .iter()
+            .fold(0.0, |most: Real, clump| most.max(clump.radius));
         self.reach = reach;
         self.skin = SKIN * (reach + largest);
         self.made_for.clear();
@@ -77,7 +79,10 @@ impl PairList {
         let farthest = reach + self.skin + 2.0 * largest;
         let gridded = clumps.len() >= FEWEST_FOR_GRID;
         // Half the reach: finer cells fit the ball better than they cost in ranges.
-        self.grid.build(&self.centres, if gridded { farthest * 0.5 } else { Real::MAX });
+        self.grid.build(
+            &self.centres,
+            if gridded { farthest * 0.5 } else { Real::MAX },
+        );
         self.starts.clear();
         self.neighbours.clear();
         for (i, clump) in clumps.iter().enumerate() {
@@ -108,7 +113,11 @@ mod tests {
 
     fn clumps(time: Real) -> Vec<Clump> {
         let point = |i: Real| {
-            Vector::new((i * 0.7 + time).sin(), (i * 1.3).cos(), (i * 2.1 - time).sin()) * 9.0
+            Vector::new(
+                (i * 0.7 + time).sin(),
+                (i * 1.3).cos(),
+                (i * 2.1 - time).sin(),
+            ) * 9.0
         };
         (0..200)
             .map(|i| Clump {
@@ -133,7 +142,10 @@ mod tests {
             for (i, a) in clumps.iter().enumerate() {
                 for (j, b) in clumps.iter().enumerate().skip(i + 1) {
                     if (a.centre - b.centre).length() <= reach + a.radius + b.radius {
-                        assert!(list.later(i).contains(&(j as u32)), "{i} misses {j} at {step}");
+                        assert!(
+                            list.later(i).contains(&(j as u32)),
+                            "{i} misses {j} at {step}"
+                        );
                     }
                 }
             }

@@ -72,7 +72,9 @@ impl Probes {
     pub(crate) fn number(&mut self) {
         self.by_collider.clear();
         for (number, probe) in self.list.iter().enumerate() {
-            let Some(collider) = probe.collider else { continue };
+            let Some(collider) = probe.collider else {
+                continue;
+            };
             let index = collider.into_raw_parts().0 as usize;
             if self.by_collider.len() <= index {
                 self.by_collider.resize(index + 1, u32::MAX);

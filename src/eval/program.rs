@@ -175,8 +175,12 @@ impl Reach {
         self.balls.clear();
         let reach = program.reach.unwrap_or(Real::INFINITY);
         self.balls.extend(program.centres.iter().map(|centre| {
-            let frame = frames[*centre as usize].as_ref()?;
-            Some((frame.pose.translation, reach))
+            match (&frames[*centre as usize], program.reach) {
+                (Some(frame), _) => Some((frame.pose.translation, reach)),
+                // Some field hangs elsewhere, and may be there still.
+                (None, None) => Some((Vector::ZERO, reach)),
+                (None, Some(_)) => None,
+            }
         }));
         let bounds = self
             .balls

@@ -65,7 +65,9 @@ impl Radials {
         self.strengths.resize(probes.list.len(), 0.0);
         self.apart.clear();
         for source in &batch.sources {
-            let number = source.collider.and_then(|collider| probes.of_collider(collider));
+            let number = source
+                .collider
+                .and_then(|collider| probes.of_collider(collider));
             match number.filter(|number| probes.list[*number].at_origin) {
                 Some(number) => self.strengths[number] += source.strength,
                 None => self.apart.push(*source),
@@ -151,7 +153,11 @@ impl OneWay {
                 continue;
             };
             let shared = quantity == Quantity::Potential && frame.body.is_some();
-            let strength = if shared { source.strength * 0.5 } else { source.strength };
+            let strength = if shared {
+                source.strength * 0.5
+            } else {
+                source.strength
+            };
             self.points.push(frame.pose.translation);
             self.kept.push((strength, owner(frame.body)));
         }
@@ -163,7 +169,8 @@ impl OneWay {
         let range = batch.range.filter(|_| self.points.len() >= FEWEST_FOR_GRID);
         self.gridded = range.is_some();
         // Half the range: finer cells fit the ball better than they cost in ranges.
-        self.grid.build(&self.points, range.map_or(Real::MAX, |range| range * 0.5));
+        self.grid
+            .build(&self.points, range.map_or(Real::MAX, |range| range * 0.5));
         for place in 0..self.points.len() {
             self.push(self.grid.order()[place] as usize);
         }

@@ -8,7 +8,7 @@ use super::contact::ContactLaw;
 use super::error::TreeError;
 use super::formula::{Closure, Formula, Profile, Radial};
 use super::query::{LocalQuery, Sample};
-use super::region::{Region, bad};
+use super::region::{Region, rigid};
 use crate::math::{Real, Vector};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.
@@ -277,10 +277,7 @@ impl Field {
     }
 
     pub(crate) fn validate(&self, label: &str) -> Result<(), TreeError> {
-        if !self.anchor.local_pose().is_finite() {
-            let nan = f64::NAN;
-            return Err(bad(label, "the pose of the anchor", "finite", nan));
-        }
+        rigid(label, "the pose of the anchor", self.anchor.local_pose())?;
         if self.is_contact() && !matches!(self.anchor, Anchor::Collider { .. }) {
             let field = label.to_owned();
             return Err(TreeError::DetectionAnchor { field });

@@ -226,9 +226,7 @@ impl Region {
         for step in &self.steps {
             match step {
                 Step::Solid(solid, pose) => {
-                    if !pose.is_finite() {
-                        return Err(bad(field, "the pose of the region", FINITE, f64::NAN));
-                    }
+                    rigid(field, "the pose of the region", pose)?;
                     solid.validate(field)?;
                 }
                 Step::Interval(_, min, max) => validate_interval(field, *min, *max)?,
@@ -349,6 +347,19 @@ pub(crate) fn finite(field: &str, quantity: &'static str, value: Real) -> Result
     Err(bad(field, quantity, FINITE, to_f64(value)))
 }
 
+/// Checks that a pose is finite and turns without stretching.
+pub(crate) fn rigid(field: &str, quantity: &'static str, pose: &Pose) -> Result<(), TreeError> {
+    if !pose.is_finite() {
+        return Err(bad(field, quantity, FINITE, f64::NAN));
+    }
+    let length = pose.rotation.length();
+    if (length - 1.0).abs() <= 1e-3 {
+        return Ok(());
+    }
+    let unit = "a rigid motion, its rotation of length one";
+    Err(bad(field, quantity, unit, to_f64(length)))
+}
+
 fn validate_interval(field: &str, min: Real, max: Real) -> Result<(), TreeError> {
     if min < max {
         return Ok(());
@@ -360,6 +371,16 @@ fn validate_interval(field: &str, min: Real, max: Real) -> Result<(), TreeError>
         below,
         to_f64(min),
     ))
+}
+
+/// Whether a shape is more than its surface. Only meshes flagged as oriented know their inside.
+fn has_inside(shape: &SharedShape) -> bool {
+    let flat = shape.as_triangle().is_some()
+        || shape.as_segment().is_some()
+        || shape.as_polyline().is_some()
+        || shape.as_heightfield().is_some();
+    let mesh = shape.as_trimesh();
+    !flat && mesh.is_none_or(|mesh| mesh.pseudo_normals_if_oriented().is_some())
 }
 
 impl Solid {
@@ -428,9 +449,17 @@ impl Solid {
                 surface(p[*axis] - to_f64(*max), outward);
             }
             Solid::Shape(shape) => {
-                let projection = shape.project_local_point(from_dvec3(p), false);
+                if !has_inside(shape) {
+                    return surface(f64::INFINITY, DVec3::ZERO);
+                }
+                let local_point = from_dvec3(p);
+                let projection = shape.project_local_point(local_point, false);
                 let outward = p - to_dvec3(projection.point);
-                let sign = if projection.is_inside { -1.0 } else { 1.0 };
+                // These project onto their nearest part, which need not hold the point.
+                let in_parts = shape.as_compound().is_some() || shape.as_voxels().is_some();
+                let is_inside =
+                    projection.is_inside || in_parts && shape.contains_local_point(local_point);
+                let sign = if is_inside { -1.0 } else { 1.0 };
                 surface(sign * outward.length(), sign * outward);
             }
         }

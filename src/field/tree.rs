@@ -7,6 +7,7 @@ use super::axis::Axis;
 use super::error::TreeError;
 use super::leaf::Field;
 use super::operator::Operator;
+use super::region::rigid;
 
 /// The deepest nesting of operators that is accepted.
 pub(crate) const DEPTH_LIMIT: usize = 512;
@@ -299,7 +300,25 @@ impl Tree {
             field.validate(&label)?;
             check_axes(field, &label, declared)?;
         }
+        self.validate_instances()?;
         self.validate_detection()
+    }
+
+    /// Instances are to blame on the first field of their prototype.
+    fn validate_instances(&self) -> Result<(), TreeError> {
+        for node in &self.nodes {
+            let Node::Instances { prototype, anchors } = node else {
+                continue;
+            };
+            let leaves = self.leaves_below(*prototype).into_iter();
+            let first = leaves.min().unwrap_or(*prototype);
+            let label = self.field(first).map(|field| field.label(first as usize));
+            let label = label.unwrap_or_default();
+            for anchor in anchors.iter() {
+                rigid(&label, "the pose of an instance", anchor.local_pose())?;
+            }
+        }
+        Ok(())
     }
 
     /// A detection field's vector is no force, so operators that mix vectors cannot take it.

@@ -20,7 +20,9 @@ pub(crate) use probes::PropertyBook;
 use crate::compile::Compiled;
 use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
 use crate::field::{Frame, Frames};
-use crate::math::{ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::math::{
+    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
+};
 use crate::rapier::dynamics::RigidBody;
 use probes::{Gathering, Pending};
 use rotation::Inertia;
@@ -49,6 +51,8 @@ pub(crate) struct Injector {
     /// The world at the last evaluation; without one, nothing is known of it.
     before: Snapshot,
     evaluated: bool,
+    /// The step for which it was evaluated: a change of velocity is a force by its length.
+    evaluated_dt: Real,
     /// Whether all anchors were found once; what is missing later was removed.
     anchored: bool,
     open: Option<OpenStep>,
@@ -102,6 +106,7 @@ impl Injector {
             sleepers: Sleepers::default(),
             before: Snapshot::default(),
             evaluated: false,
+            evaluated_dt: 0.0,
             anchored: false,
             open: None,
         }
@@ -137,7 +142,8 @@ impl Injector {
     pub(crate) fn moment(&self, dt: Real) -> Moment {
         Moment {
             time: self.time,
-            dt,
+            // In a step of no length no force acts; that of a change of velocity is to be finite.
+            dt: if dt == 0.0 { 1.0 } else { dt },
         }
     }
 
@@ -195,6 +201,7 @@ impl Injector {
         }
         self.check_anchors(compiled, bodies, colliders)?;
         if !self.evaluated
+            || self.evaluated_dt != dt
             || !self
                 .before
                 .still_holds(bodies, compiled.plan.reads_velocity)
@@ -248,8 +255,23 @@ impl Injector {
                     return Err(error);
                 }
             }
+        } else {
+            self.note_sleepers(bodies);
         }
         Ok(written)
+    }
+
+    /// Remembers under which wrenches bodies fell asleep in this step: the next evaluation may
+    /// see changed fields already.
+    fn note_sleepers(&mut self, bodies: &RigidBodySet) {
+        if !matches!(self.wake, WakePolicy::OnChange { .. }) {
+            return;
+        }
+        for (handle, wrench) in self.probes.bodies.iter().zip(&self.wrenches) {
+            if bodies.get(*handle).is_some_and(RigidBody::is_sleeping) {
+                self.sleepers.resting_under(*handle, *wrench);
+            }
+        }
     }
 
     fn second_half(
@@ -293,7 +315,8 @@ impl Injector {
         Self::gather(&self.book, bodies, colliders, &mut probes);
         let world = (bodies, colliders);
         let moment = self.moment(1.0);
-        self.evaluator.potential_energy(compiled, &world, &probes, moment)
+        self.evaluator
+            .potential_energy(compiled, &world, &probes, moment)
     }
 
     /// Works out the wrenches on all bodies. `pending`: for how long the last ones still act, so
@@ -326,9 +349,16 @@ impl Injector {
         if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
             self.evaluated = false;
             let frames = find_frames(compiled, bodies, colliders);
-            return Err(blame::non_finite(compiled, &frames, &self.probes, moment, body));
+            return Err(blame::non_finite(
+                compiled,
+                &frames,
+                &self.probes,
+                moment,
+                body,
+            ));
         }
         self.evaluated = true;
+        self.evaluated_dt = dt;
         Ok(())
     }
 
@@ -349,7 +379,7 @@ impl Injector {
                 continue;
             };
             let wrench = self.wrenches[place];
-            let wake = body.is_sleeping();
+            let wake = self.wakes(body, wrench);
             if !self.sleepers.acts(*handle, body, wrench, self.wake) {
                 continue;
             }
@@ -379,6 +409,12 @@ impl Injector {
         Ok(updates)
     }
 
+    /// Whether a body that the fields act on is to be woken, or kept from falling asleep.
+    fn wakes(&self, body: &RigidBody, wrench: Wrench) -> bool {
+        let always = self.wake == WakePolicy::Always && wrench != Wrench::ZERO;
+        always || body.is_sleeping()
+    }
+
     /// Puts the wrenches in place of the user's forces, on top of them.
     fn lend(&mut self, bodies: &mut RigidBodySet, open: &mut OpenStep) -> usize {
         for (place, handle) in self.probes.bodies.iter().enumerate() {
@@ -390,7 +426,7 @@ impl Injector {
             if !acts || wrench == Wrench::ZERO {
                 continue;
             }
-            let wake = body.is_sleeping();
+            let wake = self.wakes(body, wrench);
             let Some(body) = bodies.get_mut(*handle) else {
                 continue;
             };
@@ -528,5 +564,9 @@ fn find_frames(
     colliders: &ColliderSet,
 ) -> Vec<Option<Frame>> {
     let world = (bodies, colliders);
-    compiled.anchors.iter().map(|anchor| world.frame(anchor)).collect()
+    compiled
+        .anchors
+        .iter()
+        .map(|anchor| world.frame(anchor))
+        .collect()
 }

@@ -32,8 +32,8 @@ pub enum Scheme {
 pub enum WakePolicy {
     /// Never: sleeping bodies are not even sampled.
     Never,
-    /// When the wrench on a sleeping body has changed, since it was first seen asleep, by more
-    /// than this fraction of the larger of the two.
+    /// When the wrench on a sleeping body has changed, since it fell asleep or was first seen
+    /// asleep, by more than this fraction of the larger of the two.
     OnChange {
         /// The fraction.
         fraction: Real,

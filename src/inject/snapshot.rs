@@ -88,7 +88,9 @@ impl Snapshot {
     /// The pose that a body had.
     pub(crate) fn pose(&self, body: RigidBodyHandle) -> Option<Pose> {
         let index = |handle: RigidBodyHandle| handle.into_raw_parts().0;
-        let place = self.states.binary_search_by_key(&index(body), |state| index(state.handle));
+        let place = self
+            .states
+            .binary_search_by_key(&index(body), |state| index(state.handle));
         let state = &self.states[place.ok()?];
         (state.handle == body).then_some(state.pose)
     }

@@ -6,7 +6,7 @@ use crate::math::{RigidBodyHandle, Vector};
 use crate::rapier::data::Coarena;
 use crate::rapier::dynamics::RigidBody;
 
-/// What acted on bodies when they were first seen asleep.
+/// What acted on bodies when they fell asleep.
 #[derive(Default)]
 pub(super) struct Sleepers {
     resting: Coarena<Option<Wrench>>,
@@ -33,17 +33,22 @@ impl Sleepers {
             WakePolicy::Never => false,
             WakePolicy::Always => wrench != Wrench::ZERO,
             WakePolicy::OnChange { fraction } => {
-                let known = self.resting.get(handle.0).copied().flatten();
-                let Some(resting) = known else {
-                    self.resting.insert(handle.0, Some(wrench));
-                    self.any = true;
-                    return false;
-                };
+                let resting = self.resting_under(handle, wrench);
                 let changed = |is: Vector, was: Vector| {
                     (is - was).length() > fraction * is.length().max(was.length())
                 };
                 changed(wrench.force, resting.force) || changed(wrench.torque, resting.torque)
             }
         }
+    }
+
+    /// What a sleeper rests under: `wrench`, if it was not seen asleep before.
+    pub(super) fn resting_under(&mut self, handle: RigidBodyHandle, wrench: Wrench) -> Wrench {
+        if let Some(Some(resting)) = self.resting.get(handle.0) {
+            return *resting;
+        }
+        self.resting.insert(handle.0, Some(wrench));
+        self.any = true;
+        wrench
     }
 }

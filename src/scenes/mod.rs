@@ -9,8 +9,8 @@ pub mod random;
 pub mod spheres;
 
 use crate::math::{
-    ColliderHandle, ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector,
-    to_dpose3, to_dvec3,
+    ColliderHandle, ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector, to_dpose3,
+    to_dvec3,
 };
 use crate::rapier::prelude::{
     CoefficientCombineRule, ColliderBuilder, IntegrationParameters, PhysicsWorld, RigidBodyBuilder,
@@ -79,7 +79,14 @@ pub fn insert_box(
     half_extents: Vector,
 ) -> [ColliderHandle; 6] {
     let body = bodies.insert(RigidBodyBuilder::fixed());
-    let outward = [-Vector::X, Vector::X, -Vector::Y, Vector::Y, -Vector::Z, Vector::Z];
+    let outward = [
+        -Vector::X,
+        Vector::X,
+        -Vector::Y,
+        Vector::Y,
+        -Vector::Z,
+        Vector::Z,
+    ];
     // As thick as half the box, and overlapping at the edges: there is no gap to slip through.
     outward.map(|outward| {
         let axis = outward.abs();

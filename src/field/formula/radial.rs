@@ -45,8 +45,9 @@ impl Radial {
     pub(crate) fn factor(&self, r2: f64) -> f64 {
         let inner = self.profile.factor(r2);
         match self.shifted_at {
-            Some(cutoff) => inner - self.profile.force(to_f64(cutoff)) / r2.sqrt(),
-            None => inner,
+            // At the very centre the direction is undefined, and the shift pushes nowhere.
+            Some(cutoff) if r2 != 0.0 => inner - self.profile.force(to_f64(cutoff)) / r2.sqrt(),
+            _ => inner,
         }
     }
 
@@ -110,6 +111,11 @@ impl Profile {
                 softening,
             } => {
                 let rho2 = r2 + to_f64(softening) * to_f64(softening);
+                // At the very centre the direction is undefined, so what is not singular there
+                // pushes nowhere.
+                if rho2 == 0.0 && power >= 0.0 {
+                    return 0.0;
+                }
                 to_f64(strength) * rho2.powf((to_f64(power) - 1.0) / 2.0)
             }
             Profile::LennardJones { epsilon, sigma } => {

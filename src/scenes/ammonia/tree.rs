@@ -1,9 +1,7 @@
 //! The fields of a box of ammonia: two per atom (paper §4), and one per wall.
 
 use crate::math::{ColliderSet, Real, from_f64};
-use crate::{
-    ContactLaw, Field, Fields, FieldsBuilder, Operator, ProbeProperties, StepError, Tree,
-};
+use crate::{ContactLaw, Field, Fields, FieldsBuilder, Operator, ProbeProperties, StepError, Tree};
 
 use super::{BoxOfAmmonia, COULOMB, LJ_EPSILON, LJ_SIGMA, Molecule, SITES};
 
@@ -23,7 +21,9 @@ pub fn interaction(molecules: &[Molecule], cutoff: Option<Real>) -> Tree {
     let fields = molecules.iter().flat_map(|molecule| {
         let electric = SITES.iter().zip(molecule.sites).map(|(site, collider)| {
             let field = Field::coulomb(from_f64(COULOMB), from_f64(site.charge));
-            field.at(collider).named(&format!("charge of {}", site.name))
+            field
+                .at(collider)
+                .named(&format!("charge of {}", site.name))
         });
         let nitrogen = Field::lennard_jones(from_f64(LJ_EPSILON), from_f64(LJ_SIGMA))
             .coupled_to_axis(DISPERSION)
@@ -39,7 +39,9 @@ impl BoxOfAmmonia {
     /// field that answers by `law`.
     pub fn tree(&self, cutoff: Option<Real>, law: ContactLaw) -> Tree {
         let atoms = self.molecules.iter().flat_map(|molecule| molecule.sites);
-        let touch = atoms.chain(self.walls).map(|part| Field::contact(law).at(part));
+        let touch = atoms
+            .chain(self.walls)
+            .map(|part| Field::contact(law).at(part));
         interaction(&self.molecules, cutoff).sum_union(Tree::fold(Operator::SumUnion, touch))
     }
 
