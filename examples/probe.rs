@@ -1,8 +1,8 @@
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::scenes::ammonia::AmmoniaSettings;
 use std::time::Instant;
-#[path = "../benches/support/hand_written.rs"]
-mod hand_written;
+#[path = "../benches/support/mod.rs"]
+mod support;
 fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
     let args: Vec<f32> = std::env::args()
         .skip(1)
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
         start.elapsed().as_secs_f64() / 2000.0 * 1e6
     );
     let mut scene = settings.build()?;
-    let mut rival = hand_written::HandWritten::new(&scene, 10.0);
+    let mut rival = support::vectorised::Vectorised::new(&scene, 10.0);
     let start = Instant::now();
     for _ in 0..steps {
         rival.step(&mut scene.world);

@@ -346,8 +346,8 @@ impl Fields {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<Option<Wrench>, StepError> {
-        self.injector.sample(&self.compiled, bodies, colliders)?;
-        Ok(self.injector.wrench(body))
+        self.injector
+            .sample(body, &self.compiled, bodies, colliders)
     }
 
     /// The potential energy of all bodies in the fields, as they are now.

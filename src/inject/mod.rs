@@ -170,17 +170,24 @@ impl Injector {
         self.before.still_holds(bodies, false)
     }
 
-    /// Works out the wrenches of the world as it is.
+    /// The wrench on a body in the world as it is. Leaves the evaluation of the step alone: where
+    /// forces depend on velocities, another would not be the same to the last bit.
     pub(crate) fn sample(
         &mut self,
+        body: RigidBodyHandle,
         compiled: &Compiled,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
-    ) -> Result<(), StepError> {
+    ) -> Result<Option<Wrench>, StepError> {
         self.check_anchors(compiled, bodies, colliders)?;
-        self.evaluate(compiled, 1.0, bodies, colliders, None)?;
-        self.evaluated = false;
-        Ok(())
+        let probes = std::mem::take(&mut self.probes);
+        let wrenches = std::mem::take(&mut self.wrenches);
+        let evaluated = (self.evaluated, self.evaluated_dt);
+        let sampled = self.evaluate(compiled, 1.0, bodies, colliders, None);
+        let wrench = sampled.map(|()| self.wrench(body));
+        (self.probes, self.wrenches) = (probes, wrenches);
+        (self.evaluated, self.evaluated_dt) = evaluated;
+        wrench
     }
 
     /// What happens before Rapier's step; returns how many bodies were written.

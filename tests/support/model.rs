@@ -1,0 +1,222 @@
+//! A second, independent derivation of the algebra: sets of small integers, sampled by brute force.
+//!
+//! All surfaces are planes across an axis at integers, and samples stand on half-integers. So the
+//! neighbourhood of a sample falls into the 2⁵ orthants of x, y, z, time and delta, and a point a
+//! quarter into each orthant lies in general position: there, plain membership decides. A
+//! regularised closed set holds a sample if it holds one of these 32 points (§3.1.1).
+
+use proptest::prelude::*;
+use rapier3d_fields::field::Query;
+use rapier3d_fields::math::{DVec3, Real, Vector};
+use rapier3d_fields::reference::Reference;
+use rapier3d_fields::{Field, Operator, Region, Tree};
+
+/// x, y, z, time and the user's axis `delta`, in halves.
+pub type Point = [i32; 5];
+
+/// A set of the 32 orthants around a sample.
+pub type Cells = u32;
+
+/// A region, and how to tell its points.
+#[derive(Clone, Debug)]
+pub enum Set {
+    Everywhere,
+    /// Centre and half-extents.
+    Box([i32; 3], [i32; 3]),
+    /// Number of the axis, lower and upper end.
+    Interval(usize, i32, i32),
+    /// `x[axis] · sign ≤ offset`.
+    HalfSpace(usize, i32, i32),
+    Not(Box<Set>),
+    Union(Box<Set>, Box<Set>),
+    Intersection(Box<Set>, Box<Set>),
+    Difference(Box<Set>, Box<Set>),
+}
+
+const AXES: [&str; 5] = ["x", "y", "z", "time", "delta"];
+
+impl Set {
+    pub fn region(&self) -> Region {
+        let real = |i: i32| i as Real;
+        match self {
+            Set::Everywhere => Region::everywhere(),
+            Set::Box(centre, half) => Region::cuboid(vector(*half)).at(vector(*centre)),
+            Set::Interval(axis, low, high) => {
+                Region::interval(AXES[*axis], real(*low), real(*high))
+            }
+            Set::HalfSpace(axis, sign, offset) => {
+                let outward = Vector::AXES[*axis] * real(*sign);
+                Region::half_space(outward, real(*offset))
+            }
+            Set::Not(a) => a.region().complement(),
+            Set::Union(a, b) => a.region().union(b.region()),
+            Set::Intersection(a, b) => a.region().intersection(b.region()),
+            Set::Difference(a, b) => a.region().difference(b.region()),
+        }
+    }
+
+    /// Plain membership of a point in general position.
+    fn holds(&self, x: &[f64; 5]) -> bool {
+        match self {
+            Set::Everywhere => true,
+            Set::Box(centre, half) => {
+                (0..3).all(|i| (x[i] - f64::from(centre[i])).abs() < f64::from(half[i]))
+            }
+            Set::Interval(i, low, high) => f64::from(*low) < x[*i] && x[*i] < f64::from(*high),
+            Set::HalfSpace(i, sign, offset) => x[*i] * f64::from(*sign) < f64::from(*offset),
+            Set::Not(a) => !a.holds(x),
+            Set::Union(a, b) => a.holds(x) || b.holds(x),
+            Set::Intersection(a, b) => a.holds(x) && b.holds(x),
+            Set::Difference(a, b) => a.holds(x) && !b.holds(x),
+        }
+    }
+
+    /// The orthants around a sample that lie in the set.
+    pub fn cells(&self, at: &Point) -> Cells {
+        (0..32_u32)
+            .filter(|cell| {
+                let step = |i: usize| if cell >> i & 1 == 1 { 0.25 } else { -0.25 };
+                let x = std::array::from_fn(|i| f64::from(at[i]) / 2.0 + step(i));
+                self.holds(&x)
+            })
+            .fold(0, |cells, cell| cells | 1 << cell)
+    }
+}
+
+/// A composite field, as plain data.
+#[derive(Clone, Debug)]
+pub enum Model {
+    Leaf(Set, [i32; 3]),
+    Apply(Operator, Box<Model>, Box<Model>),
+}
+
+impl Model {
+    pub fn tree(&self) -> Tree {
+        match self {
+            Model::Leaf(set, v) => Field::uniform(vector(*v)).within(set.region()).into(),
+            Model::Apply(operator, u, v) => Tree::fold(*operator, [u.tree(), v.tree()]),
+        }
+    }
+
+    /// Figure 1 over again: where the composite is defined, and its vector there.
+    ///
+    /// `defined` follows from the orthants alone. On a boundary both operands count as present if
+    /// the (closed) sets of both hold the sample.
+    pub fn at(&self, at: &Point) -> (Cells, DVec3) {
+        match self {
+            Model::Leaf(set, v) => (set.cells(at), vector_f64(*v)),
+            Model::Apply(operator, u, v) => {
+                let ((e, u), (g, v)) = (u.at(at), v.at(at));
+                figure_1(*operator, (e, u), (g, v))
+            }
+        }
+    }
+
+    /// The force the model predicts.
+    pub fn force(&self, at: &Point) -> Option<DVec3> {
+        let (cells, vector) = self.at(at);
+        (cells != 0).then_some(vector)
+    }
+}
+
+/// U on E and V on G, combined.
+pub fn figure_1(
+    operator: Operator,
+    (e, u): (Cells, DVec3),
+    (g, v): (Cells, DVec3),
+) -> (Cells, DVec3) {
+    let both = |combined: DVec3| match (e != 0, g != 0) {
+        (true, true) => combined,
+        (true, false) => u,
+        _ => v,
+    };
+    match operator {
+        Operator::SumUnion => (e | g, both(u + v)),
+        Operator::SumIntersection => (e & g, u + v),
+        Operator::CrossUnion => (e | g, both(u.cross(v))),
+        Operator::CrossIntersection => (e & g, u.cross(v)),
+        Operator::ReplaceUnion => (e | g, both(v)),
+        Operator::ReplaceIntersection => (e & g, v),
+        Operator::Difference => (e & !g, u),
+    }
+}
+
+pub fn vector([x, y, z]: [i32; 3]) -> Vector {
+    Vector::new(x as Real, y as Real, z as Real)
+}
+
+fn vector_f64([x, y, z]: [i32; 3]) -> DVec3 {
+    DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+}
+
+/// The sample at a point.
+pub fn query(at: &Point) -> Query {
+    let [x, y, z, time, delta] = at.map(|x| f64::from(x) / 2.0);
+    Query {
+        world_point: DVec3::new(x, y, z),
+        time,
+        user: [("delta".into(), delta)].into(),
+        ..Query::default()
+    }
+}
+
+/// The reference's force of a tree at a point of an empty world.
+pub fn force(tree: &Tree, at: &Point) -> Option<DVec3> {
+    let world = rapier3d_fields::rapier::pipeline::PhysicsWorld::new();
+    let reference = Reference::new(tree).expect("a valid tree");
+    reference.force(&(&world.bodies, &world.colliders), &query(at))
+}
+
+pub fn point() -> impl Strategy<Value = Point> {
+    // Even numbers are integers, where the surfaces are: two of three samples per axis.
+    let coordinate = prop_oneof![2 => (-3..=3).prop_map(|i| 2 * i), 1 => -6..=6];
+    proptest::array::uniform5(coordinate)
+}
+
+/// Enough points that a law is tried inside, outside and on boundaries of every operand.
+pub fn points() -> impl Strategy<Value = Vec<Point>> {
+    proptest::collection::vec(point(), 24)
+}
+
+fn primitive() -> impl Strategy<Value = Set> {
+    let triple = |range: std::ops::RangeInclusive<i32>| proptest::array::uniform3(range);
+    let interval = (0..5_usize, -2..=2, 1..=3);
+    prop_oneof![
+        1 => Just(Set::Everywhere),
+        6 => (triple(-1..=1), triple(1..=2)).prop_map(|(centre, half)| Set::Box(centre, half)),
+        3 => interval.prop_map(|(axis, low, length)| Set::Interval(axis, low, low + length)),
+        2 => (0..3_usize, prop_oneof![Just(-1), Just(1)], -1..=1)
+            .prop_map(|(axis, sign, offset)| Set::HalfSpace(axis, sign, offset)),
+    ]
+}
+
+/// Primitives, combined up to three deep.
+pub fn set() -> impl Strategy<Value = Set> {
+    primitive().prop_recursive(3, 8, 2, |set| {
+        let pair = (set.clone(), set.clone());
+        prop_oneof![
+            set.prop_map(|a| Set::Not(Box::new(a))),
+            pair.clone()
+                .prop_map(|(a, b)| Set::Union(Box::new(a), Box::new(b))),
+            pair.clone()
+                .prop_map(|(a, b)| Set::Intersection(Box::new(a), Box::new(b))),
+            pair.prop_map(|(a, b)| Set::Difference(Box::new(a), Box::new(b))),
+        ]
+    })
+}
+
+pub fn operator() -> impl Strategy<Value = Operator> {
+    proptest::sample::select(Operator::ALL.to_vec())
+}
+
+pub fn leaf() -> impl Strategy<Value = Model> {
+    (set(), proptest::array::uniform3(-3..=3)).prop_map(|(set, v)| Model::Leaf(set, v))
+}
+
+/// Fields combined up to four deep: cross products of integers that small stay exact in `f64`.
+pub fn model() -> impl Strategy<Value = Model> {
+    leaf().prop_recursive(4, 12, 2, |model| {
+        (operator(), model.clone(), model)
+            .prop_map(|(operator, u, v)| Model::Apply(operator, Box::new(u), Box::new(v)))
+    })
+}
