@@ -1,10 +1,116 @@
-//! Force fields for the Rapier physics engine.
+//! Force fields for the [Rapier](rapier) physics engine: write vector fields, compose them in one
+//! tree, and every rigid body gets the right force and torque at every step.
+//!
+//! # Terms
+//!
+//! - A **field** is a formula (what vector) on a **region** (where), anchored to the world, a body
+//!   or a collider. Outside its region a field is *not defined*, which is not the same as zero.
+//! - A **tree** composes fields by the seven operators of the [table](Operator); it is one
+//!   composite field.
+//! - A **probe** is a point of a body where the tree is sampled: the middle of each collider, or
+//!   the centre of mass for uniform fields.
+//! - The **wrench** is the force and the torque about the centre of mass that the probes of a body
+//!   sum to. A **[scheme](Scheme)** says how it becomes motion.
+//! - A **detection field** says who touches the collider it is anchored to, and may answer.
+//!
+//! Units are yours, as in Rapier: nothing in this crate knows metres. Vectors are in world axes
+//! unless a name says `local`. Angles are in radians.
+//!
+//! # A first program
+//!
+//! ```
+//! use rapier3d_fields::prelude::*;
+//!
+//! let mut world = PhysicsWorld::new();
+//! world.gravity = Vector::ZERO;
+//! let ball = RigidBodyBuilder::dynamic().translation(Vector::new(8.0, 0.0, 0.0));
+//! let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.5));
+//!
+//! let planet = Field::point_gravity(50.0).within(Region::ball(20.0));
+//! let wind = Field::uniform(Vector::Z * 2.0).within(Region::cuboid(Vector::splat(5.0)));
+//! let mut fields = Fields::new(planet.sum_union(wind))?;
+//! for _ in 0..60 {
+//!     fields.step(&mut world)?; // in place of world.step()
+//! }
+//! assert!(world.bodies[ball].translation().x < 8.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Composing
+//!
+//! The paper's Figure 4: three bodies, each with a large attraction and, in its place close by, a
+//! repulsion.
+//!
+//! ```
+//! use rapier3d_fields::prelude::*;
+//! # let mut world = PhysicsWorld::new();
+//! # let handles = [0.0, 1.0, 2.0].map(|x| {
+//! #     let body = RigidBodyBuilder::dynamic().translation(Vector::X * (5.0 * x));
+//! #     world.insert(body, ColliderBuilder::ball(0.5)).0
+//! # });
+//! let pull = Field::radial(-1.0, 0.0).within(Region::ball(8.0));
+//! let push = Field::radial(10.0, 0.0).within(Region::ball(1.0));
+//! let three = Tree::instances(pull.replace_union(push), handles);
+//! let mut fields = Fields::new(three)?;
+//! println!("{}", fields.plan());
+//! let wrench = fields.sample(handles[0], &world.bodies, &world.colliders)?;
+//! assert_eq!(wrench.unwrap().force.x, 1.0, "pulled by its neighbour, out of reach of the other");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Around a pipeline of your own
+//!
+//! [`Fields::begin_step`] and [`Fields::end_step`] take the sets they need, before and after your
+//! own call of `PhysicsPipeline::step`.
+//!
+//! # Detecting collisions
+//!
+//! A [contact](Field::contact) field around a part finds what touches it, and answers by a
+//! [law](ContactLaw). [`FieldsBuilder::cross_check`] compares with Rapier's own contacts.
+//!
+//! ```
+//! use rapier3d_fields::prelude::*;
+//! # let mut world = PhysicsWorld::new();
+//! # world.gravity = Vector::ZERO;
+//! # let mut ball = |x: Real, v: Real| {
+//! #     let body = RigidBodyBuilder::dynamic().translation(Vector::X * x).linvel(Vector::X * v);
+//! #     world.insert(body, ColliderBuilder::ball(0.5))
+//! # };
+//! # let (left, right) = (ball(-1.0, 1.0), ball(1.0, 0.0));
+//! let elastic = ContactLaw::Impulse { restitution: 1.0 };
+//! let around = |collider: ColliderHandle| Field::contact(elastic).at(collider);
+//! let mut fields = Fields::new(around(left.1).sum_union(around(right.1)))?;
+//! for _ in 0..90 {
+//!     fields.step(&mut world)?;
+//! }
+//! assert_eq!(world.bodies[left.0].linvel().x, 0.0, "equal masses exchange their velocities");
+//! assert_eq!(world.bodies[right.0].linvel().x, 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Precision
+//!
+//! `rapier3d-fields` computes in `f32` on top of `rapier3d`. Its twin `rapier3d-fields-f64` is the
+//! same source on top of `rapier3d-f64`. The [reference](reference::Reference) walks the tree in
+//! `f64` in both; every faster evaluator is tested against it.
+//!
+//! # Features
+//!
+//! - `scenes`: ready-made worlds for examples, tests and benchmarks.
+//! - `study`: error against run time; implies `scenes`.
+//!
+//! Neither adds a dependency.
+
 #![forbid(unsafe_code)]
+#![deny(rustdoc::broken_intra_doc_links)]
+#![warn(clippy::doc_markdown)]
+
 #[cfg(feature = "f32")]
 pub extern crate rapier3d as rapier;
 #[cfg(feature = "f64")]
 pub extern crate rapier3d_f64 as rapier;
 
+// In the order in which data flows. ARCHITECTURE.md says who may use whom.
 pub mod math;
 
 pub mod field;
@@ -26,6 +132,9 @@ mod fields;
 #[cfg(feature = "scenes")]
 pub mod scenes;
 
+#[cfg(feature = "study")]
+pub mod study;
+
 pub mod prelude;
 
 pub use check::{CrossCheckReport, Disagreement};
@@ -37,3 +146,8 @@ pub use field::{
 };
 pub use fields::{Fields, FieldsBuilder, StepOutcome};
 pub use inject::{ProbeProperties, Scheme, StepError, WakePolicy};
+
+/// The README's programs run as tests.
+#[cfg(all(doctest, feature = "f32"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

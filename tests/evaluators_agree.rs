@@ -349,3 +349,42 @@ fn fields_that_hang_elsewhere_outlive_their_instance() {
         }
     }
 }
+
+/// A ball holds its surface, in every kind of batch: the 102 integer points at a distance of 9
+/// from a probe all reach it with a range of 9, and none with less.
+#[test]
+fn batches_hold_the_boundary_of_their_range() {
+    let square = |place: &[i32; 3]| place.iter().map(|x| x * x).sum::<i32>();
+    let axis = || -9..=9;
+    let lattice = axis().flat_map(|x| axis().flat_map(move |y| axis().map(move |z| [x, y, z])));
+    let shell: Vec<[i32; 3]> = lattice.filter(|place| square(place) == 81).collect();
+    assert_eq!(shell.len(), 102);
+    for count in (1..=20).chain([63, 64, 65, 102]) {
+        let places = &shell[..count];
+        let plans = std::iter::once([0; 3]).chain(places.iter().copied());
+        let world = World::new(&plans.map(one_body_at).collect::<Vec<_>>());
+        for kind in ["world", "bodies", "colliders"] {
+            for (range, holds) in [(9.0, true), (8.999, false)] {
+                let source = |(i, place): (usize, &[i32; 3])| {
+                    let field = Field::radial((i % 7 + 1) as Real, 1.0)
+                        .within(Region::ball(range))
+                        .coupled_to(Coupling::Each);
+                    match kind {
+                        "world" => field.at(worlds::vector(*place)),
+                        "bodies" => field.at(world.bodies[i + 1]),
+                        _ => field.at(world.colliders[i + 1]),
+                    }
+                };
+                let sources = places.iter().enumerate().map(source);
+                let mut fields = world.fields(&Tree::fold(Operator::SumUnion, sources));
+                let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
+                let found = fields.sample(world.bodies[0], bodies, colliders);
+                let found = found.expect("finite").expect("sampled").force;
+                let pushes = places.iter().enumerate();
+                let want = pushes.map(|(i, place)| worlds::vector(*place) * -((i % 7 + 1) as Real));
+                let want = if holds { want.sum() } else { Vector::ZERO };
+                assert_eq!(found, want, "{count} sources on {kind}, range {range}");
+            }
+        }
+    }
+}

@@ -92,22 +92,29 @@ impl CellList {
     }
 
     fn all_pairs(&mut self) {
-        for i in 0..self.sorted.len() {
-            let atom = self.sorted[i];
+        let Self {
+            interaction,
+            grid,
+            sorted,
+            sorted_forces,
+            ..
+        } = self;
+        for i in 0..sorted.len() {
+            let atom = sorted[i];
             let mut on_atom = Vector::ZERO;
-            for run in self.grid.later_neighbors(i, atom.point) {
-                let others = self.sorted[run.clone()].iter();
-                for (other, on_other) in others.zip(&mut self.sorted_forces[run]) {
+            for run in grid.later_neighbors(i, atom.point) {
+                let others = sorted[run.clone()].iter();
+                for (other, on_other) in others.zip(&mut sorted_forces[run]) {
                     let apart = atom.point - other.point;
                     let r2 = apart.length_squared();
-                    if r2 < self.interaction.cutoff_squared && atom.molecule != other.molecule {
-                        let force = apart * self.interaction.factor(&atom, other, r2);
+                    if r2 < interaction.cutoff_squared && atom.molecule != other.molecule {
+                        let force = apart * interaction.factor(&atom, other, r2);
                         on_atom += force;
                         *on_other -= force;
                     }
                 }
             }
-            self.sorted_forces[i] += on_atom;
+            sorted_forces[i] += on_atom;
         }
     }
 

@@ -394,7 +394,7 @@ impl Injector {
             update.wake = wake;
             let speed = update.linvel.length();
             if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
-                let moment = self.moment(duration);
+                let moment = self.moment(self.evaluated_dt);
                 let frames = find_frames(compiled, bodies, colliders);
                 return Err(StepError::TooFast {
                     field: blame::strongest(compiled, &frames, &self.probes, moment, place),

@@ -1,0 +1,105 @@
+//! What a scene does not use must cost nothing: each part beside the same scene without it.
+//!
+//! `cargo bench --bench leave_out`. Ratios within one run are what counts.
+
+use criterion::measurement::WallTime;
+use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
+use rapier3d_fields::prelude::*;
+
+/// Steps in one measured stretch.
+const STRETCH: usize = 20;
+
+/// `count` free balls on a wide lattice, at rest, without gravity.
+fn balls(count: usize) -> PhysicsWorld {
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::ZERO;
+    let side = (count as f64).cbrt().ceil() as usize;
+    for i in 0..count {
+        let cell = [i % side, i / side % side, i / side / side].map(|n| n as Real);
+        let body = RigidBodyBuilder::dynamic()
+            .translation(Vector::from_array(cell) * 5.0)
+            .can_sleep(false);
+        world.insert(body, ColliderBuilder::ball(0.5));
+    }
+    // The first step builds Rapier's structures.
+    world.step();
+    world
+}
+
+fn measure<S>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    make: impl Fn() -> S,
+    step: impl Fn(&mut S),
+) {
+    group.bench_function(name, |bencher| {
+        bencher.iter_batched_ref(
+            || {
+                let mut state = make();
+                step(&mut state);
+                state
+            },
+            |state| (0..STRETCH).for_each(|_| step(state)),
+            BatchSize::LargeInput,
+        );
+    });
+}
+
+fn with(tree: impl Into<Tree>, scheme: Scheme, count: usize) -> (PhysicsWorld, Fields) {
+    let fields = Fields::builder(tree).scheme(scheme).build();
+    (balls(count), fields.expect("a sound tree"))
+}
+
+fn step((world, fields): &mut (PhysicsWorld, Fields)) {
+    fields.step(world).expect("finite fields");
+}
+
+/// One uniform field against the loop that does the same by hand, and against Rapier's gravity.
+fn uniform(criterion: &mut Criterion) {
+    const COUNT: usize = 2000;
+    let g = Vector::Y * -9.81;
+    let mut group = criterion.benchmark_group("uniform field, 2000 balls");
+    measure(&mut group, "Rapier's gravity", || {
+        let mut world = balls(COUNT);
+        world.gravity = g;
+        world
+    }, PhysicsWorld::step);
+    measure(&mut group, "impulse loop by hand", || balls(COUNT), |world| {
+        let dt = world.integration_parameters.dt;
+        for (_, body) in world.bodies.iter_mut() {
+            let impulse = g * (body.mass() * dt);
+            body.apply_impulse(impulse, true);
+        }
+        world.step();
+    });
+    let uniform = || Field::uniform(g).read_as(Reading::Acceleration);
+    measure(&mut group, "field, kick", || with(uniform(), Scheme::Kick, COUNT), step);
+    measure(
+        &mut group,
+        "field, kick-drift-kick",
+        || with(uniform(), Scheme::KickDriftKick, COUNT),
+        step,
+    );
+    group.finish();
+}
+
+/// Fields that reach nobody, and bodies that feel nothing, beside the world without fields.
+fn out_of_reach(criterion: &mut Criterion) {
+    const COUNT: usize = 2000;
+    let mut group = criterion.benchmark_group("nothing in reach, 2000 balls");
+    measure(&mut group, "Rapier alone", || balls(COUNT), PhysicsWorld::step);
+    let far = || Field::point_gravity(1.0).within(Region::ball(10.0)).at(Vector::X * 1e4);
+    measure(&mut group, "one far field", || with(far(), Scheme::KickDriftKick, COUNT), step);
+    let many = || Tree::fold(Operator::SumUnion, (0..100).map(|i| {
+        Field::drag(1.0, 0.0).within(Region::ball(10.0)).at(Vector::X * (1e4 + 100.0 * i as Real))
+    }));
+    measure(&mut group, "100 far zones", || with(many(), Scheme::KickDriftKick, COUNT), step);
+    group.finish();
+}
+
+criterion_group! {
+    name = leave_out;
+    config = Criterion::default().sample_size(20);
+    targets = uniform, out_of_reach
+}
+criterion_main!(leave_out);

@@ -1,0 +1,207 @@
+//! What a run is judged by: conservation with the walls' share counted, and contacts.
+
+use std::time::{Duration, Instant};
+
+use rapier3d_fields::math::{DVec3, to_dvec3};
+use rapier3d_fields::prelude::*;
+use rapier3d_fields::{CrossCheckReport, FieldContact};
+
+/// The sums over all bodies that are conserved, or should be.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Totals {
+    pub kinetic: f64,
+    pub potential: f64,
+    pub momentum: DVec3,
+    /// About the origin.
+    pub angular_momentum: DVec3,
+}
+
+impl Totals {
+    pub fn energy(&self) -> f64 {
+        self.kinetic + self.potential
+    }
+}
+
+/// Energies at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    pub time: f64,
+    pub kinetic: f64,
+    pub potential: f64,
+}
+
+/// How many contacts each side counted, summed over the steps of an interval.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    /// Time at the end of the interval.
+    pub time: f64,
+    pub fields: u64,
+    pub rapier: u64,
+}
+
+/// The record of one run.
+pub struct Record {
+    pub start: Totals,
+    pub samples: Vec<Sample>,
+    /// One for each interval.
+    pub tallies: Vec<Tally>,
+    /// Contacts that were answered, each once for every step in which it was.
+    pub collisions: u64,
+    /// Impulse that the walls took up, and its moment about the origin.
+    wall_impulse: DVec3,
+    wall_twist: DVec3,
+    dt: f64,
+    steps: usize,
+    steps_per_tally: usize,
+    /// What the fields found at the poses from which the next step of Rapier starts.
+    found_before: u64,
+    began: Instant,
+}
+
+/// Into how many intervals a run is cut for counting contacts.
+const TALLIES: usize = 60;
+
+impl Record {
+    /// Begins the record of a run of so many steps.
+    pub fn begin(start: Totals, dt: f64, steps: usize) -> Self {
+        let mut record = Self {
+            start,
+            samples: Vec::new(),
+            tallies: Vec::new(),
+            collisions: 0,
+            wall_impulse: DVec3::ZERO,
+            wall_twist: DVec3::ZERO,
+            dt,
+            steps: 0,
+            steps_per_tally: steps.div_ceil(TALLIES),
+            found_before: 0,
+            began: Instant::now(),
+        };
+        record.sample(&start);
+        record
+    }
+
+    /// Simulated time. Not the sum of all `dt` in 32 bits, which would be a little off.
+    pub fn time(&self) -> f64 {
+        self.steps as f64 * self.dt
+    }
+
+    /// Takes up what the last step did.
+    pub fn step(&mut self, fields: &Fields, world: &PhysicsWorld) {
+        if self.steps.is_multiple_of(self.steps_per_tally) {
+            self.tallies.push(Tally::default());
+        }
+        self.steps += 1;
+        let time = self.time();
+        if let Some(tally) = self.tallies.last_mut() {
+            tally.time = time;
+            tally.fields += self.found_before;
+            tally.rapier += touching_pairs(world);
+        }
+        self.found_before = fields.contacts().len() as u64;
+        for contact in fields.contacts() {
+            let answered = contact.impulses.iter().any(|j| *j != Vector::ZERO);
+            self.collisions += u64::from(answered);
+            self.count_walls(contact, &world.bodies);
+        }
+    }
+
+    fn count_walls(&mut self, contact: &FieldContact, bodies: &RigidBodySet) {
+        let point = to_dvec3(contact.world_point);
+        for (body, impulse) in contact.bodies.iter().zip(contact.impulses) {
+            if body.is_some_and(|handle| bodies[handle].is_fixed()) {
+                let impulse = to_dvec3(impulse);
+                self.wall_impulse += impulse;
+                self.wall_twist += point.cross(impulse);
+            }
+        }
+    }
+
+    /// Notes the energies as they are now.
+    pub fn sample(&mut self, now: &Totals) {
+        self.samples.push(Sample {
+            time: self.time(),
+            kinetic: now.kinetic,
+            potential: now.potential,
+        });
+    }
+
+    /// Change of the total energy in each sample, relative to the kinetic energy at the start.
+    pub fn drifts(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let start = self.start.energy();
+        self.samples.iter().map(move |sample| {
+            let change = sample.kinetic + sample.potential - start;
+            (sample.time, change / self.start.kinetic)
+        })
+    }
+
+    /// The largest drift of all samples, and the last.
+    pub fn largest_and_last_drift(&self) -> (f64, f64) {
+        let largest = self.drifts().fold(0.0, |largest: f64, (_, drift)| {
+            // Not `max`, which would pass over NaN.
+            if drift.abs() <= largest {
+                largest
+            } else {
+                drift.abs()
+            }
+        });
+        (
+            largest,
+            self.drifts().last().map_or(0.0, |(_, drift)| drift),
+        )
+    }
+
+    /// How much momentum, and angular momentum, came from nowhere: bodies and walls together.
+    pub fn momentum_errors(&self, now: &Totals) -> (f64, f64) {
+        let linear = now.momentum + self.wall_impulse - self.start.momentum;
+        let angular = now.angular_momentum + self.wall_twist - self.start.angular_momentum;
+        (linear.length(), angular.length())
+    }
+
+    /// Wall-clock time since the record began.
+    pub fn elapsed(&self) -> Duration {
+        self.began.elapsed()
+    }
+}
+
+/// Sums of |p| and |r| |p| over all dynamic bodies, to hold errors of momentum against.
+pub fn momentum_scales(bodies: &RigidBodySet) -> (f64, f64) {
+    let dynamic = bodies.iter().filter(|(_, body)| body.is_dynamic());
+    dynamic.fold((0.0, 0.0), |(linear, angular), (_, body)| {
+        let momentum = f64::from(body.mass()) * to_dvec3(body.linvel()).length();
+        let arm = to_dvec3(body.translation()).length();
+        (linear + momentum, angular + arm * momentum)
+    })
+}
+
+/// Pairs of colliders that overlap, as Rapier found them when its last step began.
+fn touching_pairs(world: &PhysicsWorld) -> u64 {
+    let touching = world.narrow_phase.contact_pairs().filter(|pair| {
+        let mut points = pair.manifolds().iter().flat_map(|m| m.points.iter());
+        points.any(|point| point.dist < 0.0)
+    });
+    touching.count() as u64
+}
+
+/// Prints the two sides' counts and how far apart they were.
+pub fn print_cross_check(report: &CrossCheckReport, length: &str) {
+    let CrossCheckReport {
+        steps,
+        both,
+        only_field,
+        only_rapier,
+        within_band,
+        depth_error,
+        normal_error,
+        point_error,
+        ..
+    } = report;
+    println!("fields beside Rapier, same poses, {steps} steps");
+    println!("  found by both         {both}");
+    println!("  only by the fields    {only_field}");
+    println!("  only by Rapier        {only_rapier}");
+    println!("  within rounding       {within_band}   (by one side only, too shallow to tell)");
+    println!(
+        "  largest difference    depth {depth_error:.1e} {length}, point {point_error:.1e} {length}, normal {normal_error:.1e} rad"
+    );
+}
