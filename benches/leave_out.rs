@@ -59,21 +59,36 @@ fn uniform(criterion: &mut Criterion) {
     const COUNT: usize = 2000;
     let g = Vector::Y * -9.81;
     let mut group = criterion.benchmark_group("uniform field, 2000 balls");
-    measure(&mut group, "Rapier's gravity", || {
-        let mut world = balls(COUNT);
-        world.gravity = g;
-        world
-    }, PhysicsWorld::step);
-    measure(&mut group, "impulse loop by hand", || balls(COUNT), |world| {
-        let dt = world.integration_parameters.dt;
-        for (_, body) in world.bodies.iter_mut() {
-            let impulse = g * (body.mass() * dt);
-            body.apply_impulse(impulse, true);
-        }
-        world.step();
-    });
+    measure(
+        &mut group,
+        "Rapier's gravity",
+        || {
+            let mut world = balls(COUNT);
+            world.gravity = g;
+            world
+        },
+        PhysicsWorld::step,
+    );
+    measure(
+        &mut group,
+        "impulse loop by hand",
+        || balls(COUNT),
+        |world| {
+            let dt = world.integration_parameters.dt;
+            for (_, body) in world.bodies.iter_mut() {
+                let impulse = g * (body.mass() * dt);
+                body.apply_impulse(impulse, true);
+            }
+            world.step();
+        },
+    );
     let uniform = || Field::uniform(g).read_as(Reading::Acceleration);
-    measure(&mut group, "field, kick", || with(uniform(), Scheme::Kick, COUNT), step);
+    measure(
+        &mut group,
+        "field, kick",
+        || with(uniform(), Scheme::Kick, COUNT),
+        step,
+    );
     measure(
         &mut group,
         "field, kick-drift-kick",
@@ -87,13 +102,39 @@ fn uniform(criterion: &mut Criterion) {
 fn out_of_reach(criterion: &mut Criterion) {
     const COUNT: usize = 2000;
     let mut group = criterion.benchmark_group("nothing in reach, 2000 balls");
-    measure(&mut group, "Rapier alone", || balls(COUNT), PhysicsWorld::step);
-    let far = || Field::point_gravity(1.0).within(Region::ball(10.0)).at(Vector::X * 1e4);
-    measure(&mut group, "one far field", || with(far(), Scheme::KickDriftKick, COUNT), step);
-    let many = || Tree::fold(Operator::SumUnion, (0..100).map(|i| {
-        Field::drag(1.0, 0.0).within(Region::ball(10.0)).at(Vector::X * (1e4 + 100.0 * i as Real))
-    }));
-    measure(&mut group, "100 far zones", || with(many(), Scheme::KickDriftKick, COUNT), step);
+    measure(
+        &mut group,
+        "Rapier alone",
+        || balls(COUNT),
+        PhysicsWorld::step,
+    );
+    let far = || {
+        Field::point_gravity(1.0)
+            .within(Region::ball(10.0))
+            .at(Vector::X * 1e4)
+    };
+    measure(
+        &mut group,
+        "one far field",
+        || with(far(), Scheme::KickDriftKick, COUNT),
+        step,
+    );
+    let many = || {
+        Tree::fold(
+            Operator::SumUnion,
+            (0..100).map(|i| {
+                Field::drag(1.0, 0.0)
+                    .within(Region::ball(10.0))
+                    .at(Vector::X * (1e4 + 100.0 * i as Real))
+            }),
+        )
+    };
+    measure(
+        &mut group,
+        "100 far zones",
+        || with(many(), Scheme::KickDriftKick, COUNT),
+        step,
+    );
     group.finish();
 }
 

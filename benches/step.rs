@@ -7,8 +7,8 @@
 
 mod support;
 
-use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use criterion::measurement::WallTime;
+use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia, interaction};
 use support::cell_list::CellList;
@@ -70,8 +70,18 @@ fn ammonia(criterion: &mut Criterion) {
             fields.step(&mut scene.world).expect("no field is singular");
         };
         stretch(&mut group, "fields", || with_fields(false, true), step);
-        stretch(&mut group, "fields, cross-checked", || with_fields(true, true), step);
-        stretch(&mut group, "fields, Rapier's contacts", || with_fields(false, false), step);
+        stretch(
+            &mut group,
+            "fields, cross-checked",
+            || with_fields(true, true),
+            step,
+        );
+        stretch(
+            &mut group,
+            "fields, Rapier's contacts",
+            || with_fields(false, false),
+            step,
+        );
         stretch(
             &mut group,
             "by hand, cell list",

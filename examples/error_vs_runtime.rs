@@ -9,7 +9,7 @@ use std::error::Error;
 use indicatif::ProgressBar;
 use plotters::prelude::*;
 use rapier3d_fields::study::{
-    Case, Dimer, Effort, Impacts, Method, Run, Spring, compare, to_csv, to_table,
+    Case, Dimer, Effort, Impacts, Method, Metric, PRECISION, Run, Spring, compare, to_csv, to_table,
 };
 
 const DIMER: &str = include_str!("../tests/data/c_trajectories/dimer_bound.csv");
@@ -20,13 +20,20 @@ const SAMPLE: usize = 10;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (dimer, impacts) = (Dimer::from_csv(DIMER, SAMPLE)?, Impacts::from_csv(SPHERES)?);
-    // The errors at which times are compared: 1 % of the amplitude, 0.01 Å, 1 % of the speed.
-    let cases: [(&dyn Case, f64); 3] = [(&Spring, 0.01), (&dimer, 0.01), (&impacts, 0.01)];
+    let cases: [&dyn Case; 3] = [&Spring, &dimer, &impacts];
+    // What to compare by, and at which error: 1 % of the amplitude, 0.01 Å, 1 % and 10 % of the
+    // largest speed.
+    let views = [
+        (cases[0], Metric::FinalState, 0.01),
+        (cases[1], Metric::AtomPosition, 0.01),
+        (cases[2], Metric::Velocity, 0.01),
+        (cases[2], Metric::Velocity95, 0.1),
+    ];
 
-    let of_case = |(case, _): &(&dyn Case, f64)| case.methods().len() * case.time_steps().len();
-    let progress = ProgressBar::new(cases.iter().map(of_case).sum::<usize>() as u64);
+    let count = |case: &&dyn Case| case.methods().len() * case.time_steps().len();
+    let progress = ProgressBar::new(cases.iter().map(count).sum::<usize>() as u64);
     let mut runs = Vec::new();
-    for (case, _) in cases {
+    for case in cases {
         for method in case.methods() {
             for dt in case.time_steps() {
                 runs.push(case.run(*method, dt, Effort::default())?);
@@ -37,30 +44,31 @@ fn main() -> Result<(), Box<dyn Error>> {
     progress.finish_and_clear();
 
     println!("{}", to_table(&runs));
-    for (case, target) in cases {
-        println!("{}", compare(&runs, case.name(), case.metric(), target));
+    for (case, metric, target) in views {
+        println!("{}", compare(&runs, case.name(), metric, target));
     }
     std::fs::create_dir_all("out")?;
     std::fs::write("out/error_vs_runtime.csv", to_csv(&runs))?;
-    draw("out/error_vs_runtime.svg", &cases, &runs)?;
+    draw("out/error_vs_runtime.svg", &views, &runs)?;
     println!("\nWrote out/error_vs_runtime.csv and out/error_vs_runtime.svg.");
     Ok(())
 }
 
-/// One panel per case, one curve per method, one point per time step.
-fn draw(path: &str, cases: &[(&dyn Case, f64)], runs: &[Run]) -> Result<(), Box<dyn Error>> {
-    let area = SVGBackend::new(path, (1560, 620)).into_drawing_area();
+type View<'a> = (&'a dyn Case, Metric, f64);
+
+/// One panel per case and metric, one curve per method, one point per time step.
+fn draw(path: &str, views: &[View<'_>], runs: &[Run]) -> Result<(), Box<dyn Error>> {
+    let area = SVGBackend::new(path, (1240, 1000)).into_drawing_area();
     area.fill(&WHITE)?;
-    let bits = runs.first().map_or(0, |run| run.precision);
     let title = format!(
-        "Error against run time, f{bits}: lower left is better; each point is half the time step \
-         of the one above it"
+        "Error against run time in f{PRECISION}. Lower left is better. From point to point, upwards, the \
+         time step is halved."
     );
     let area = area.titled(&title, ("sans-serif", 20))?;
-    for (panel, (case, _)) in area.split_evenly((1, cases.len())).iter().zip(cases) {
+    for (panel, (case, metric, _)) in area.split_evenly((2, 2)).iter().zip(views) {
         let runs = runs.iter().filter(|run| run.case == case.name());
         let runs: Vec<&Run> = runs.filter(|run| !run.diverged()).collect();
-        draw_case(panel, *case, &runs)?;
+        draw_view(panel, *case, *metric, &runs)?;
     }
     area.present()?;
     Ok(())
@@ -68,8 +76,13 @@ fn draw(path: &str, cases: &[(&dyn Case, f64)], runs: &[Run]) -> Result<(), Box<
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-fn draw_case(area: &Area<'_>, case: &dyn Case, runs: &[&Run]) -> Result<(), Box<dyn Error>> {
-    let point = |run: &Run| Some((run.error(case.metric())?.log10(), run.cost().log10()));
+fn draw_view(
+    area: &Area<'_>,
+    case: &dyn Case,
+    metric: Metric,
+    runs: &[&Run],
+) -> Result<(), Box<dyn Error>> {
+    let point = |run: &Run| Some((run.error(metric)?.log10(), run.cost().log10()));
     let points: Vec<(f64, f64)> = runs.iter().filter_map(|run| point(run)).collect();
     let range = |of: fn(&(f64, f64)) -> f64, above: f64| {
         let low = points.iter().map(of).fold(f64::INFINITY, f64::min);
@@ -83,10 +96,10 @@ fn draw_case(area: &Area<'_>, case: &dyn Case, runs: &[&Run]) -> Result<(), Box<
         .x_label_area_size(48)
         .y_label_area_size(64)
         .build_cartesian_2d(range(|p| p.0, 0.0), range(|p| p.1, 1.0))?;
-    let power = |exponent: &f64| format!("1e{exponent:.0}");
+    let power = |exponent: &f64| format!("{:.0e}", 10_f64.powf(*exponent));
     chart
         .configure_mesh()
-        .x_desc(format!("error: {}", case.metric().name()))
+        .x_desc(format!("error: {}", metric.name()))
         .y_desc(format!("µs per simulated {}", case.time_unit()))
         .x_labels(8)
         .y_labels(6)

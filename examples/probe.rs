@@ -77,11 +77,21 @@ fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
     let mut scene = settings.build()?;
     let mut plain = support::cell_list::CellList::new(&scene, 10.0);
     let start = Instant::now();
-    for _ in 0..steps { plain.step(&mut scene.world); }
-    println!("plain {:.1}", start.elapsed().as_secs_f64() / steps as f64 * 1e6);
+    for _ in 0..steps {
+        plain.step(&mut scene.world);
+    }
+    println!(
+        "plain {:.1}",
+        start.elapsed().as_secs_f64() / steps as f64 * 1e6
+    );
     let start = Instant::now();
-    for _ in 0..2000 { plain.forces(&scene.world); }
-    println!("plain forces {:.1}", start.elapsed().as_secs_f64() / 2000.0 * 1e6);
+    for _ in 0..2000 {
+        plain.forces(&scene.world);
+    }
+    println!(
+        "plain forces {:.1}",
+        start.elapsed().as_secs_f64() / 2000.0 * 1e6
+    );
     let mut scene = settings.build()?;
     let mut rival = support::vectorised::Vectorised::new(&scene, 10.0);
     let start = Instant::now();

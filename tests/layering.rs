@@ -12,7 +12,11 @@ const OUTSIDE: [&str; 4] = ["rapier", "thiserror", "wide", "glamx"];
 fn root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let here = package.join("ARCHITECTURE.md").exists();
-    if here { package.to_owned() } else { package.join("..") }
+    if here {
+        package.to_owned()
+    } else {
+        package.join("..")
+    }
 }
 
 /// For each module: what it may use from the crate, and which other crates it may name.
@@ -42,7 +46,10 @@ fn cells(row: &str) -> Vec<String> {
 
 fn names(list: &str) -> BTreeSet<String> {
     let names = list.split(',').map(str::trim);
-    names.filter(|name| *name != "nothing").map(str::to_owned).collect()
+    names
+        .filter(|name| *name != "nothing")
+        .map(str::to_owned)
+        .collect()
 }
 
 /// The source files of a module: its own, or those of its folder.
@@ -71,7 +78,9 @@ fn files(module: &str) -> Vec<PathBuf> {
 fn code(path: &Path) -> String {
     let text = std::fs::read_to_string(path).expect("a source file");
     let body = text.split("#[cfg(test)]").next().unwrap_or_default();
-    let lines = body.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let lines = body
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
     lines.collect::<Vec<_>>().join("\n")
 }
 
@@ -86,7 +95,9 @@ fn inside(code: &str) -> BTreeSet<String> {
         };
         let first = |path: &str| -> String {
             let path = path.trim_start();
-            path.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+            path.chars()
+                .take_while(|c| c.is_alphanumeric() || *c == '_')
+                .collect()
         };
         found.extend(list.into_iter().map(first).filter(|name| !name.is_empty()));
     }
@@ -119,7 +130,9 @@ fn outside(code: &str) -> BTreeSet<String> {
     let code = code.replace("rapier::glamx", "rapier");
     let is_named = |name: &str| {
         let by_attribute = name == "thiserror" && code.contains("#[error(");
-        by_attribute || code.contains(&format!("{name}::")) || code.contains(&format!("use {name};"))
+        by_attribute
+            || code.contains(&format!("{name}::"))
+            || code.contains(&format!("use {name};"))
     };
     let named = OUTSIDE.into_iter().filter(|name| is_named(name));
     named.map(str::to_owned).collect()
@@ -153,7 +166,11 @@ fn modules_use_what_the_table_allows() {
             }
         }
     }
-    assert!(wrong.is_empty(), "against ARCHITECTURE.md:\n{}", wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "against ARCHITECTURE.md:\n{}",
+        wrong.join("\n")
+    );
 }
 
 /// The order of `lib.rs` is that of the table, and no module is missing from it.
@@ -164,7 +181,9 @@ fn the_table_lists_the_modules_of_the_crate() {
         .lines()
         .filter_map(|line| {
             let line = line.strip_prefix("pub ").unwrap_or(line);
-            line.strip_prefix("mod ")?.strip_suffix(';').map(str::to_owned)
+            line.strip_prefix("mod ")?
+                .strip_suffix(';')
+                .map(str::to_owned)
         })
         .filter(|module| module != "prelude")
         .collect();
@@ -175,7 +194,8 @@ fn the_table_lists_the_modules_of_the_crate() {
 /// A table that allowed everything would prove nothing.
 #[test]
 fn the_check_notices_a_forbidden_import() {
-    let used = inside("use crate::{eval::Grid, math::{Real, Vector}};\nlet x = crate::field::Tree;");
+    let used =
+        inside("use crate::{eval::Grid, math::{Real, Vector}};\nlet x = crate::field::Tree;");
     let expected = ["eval", "field", "math"].map(str::to_owned);
     assert_eq!(used, expected.into_iter().collect());
     assert!(!table()["reference"][0].contains("eval"));

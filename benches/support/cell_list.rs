@@ -46,7 +46,11 @@ impl CellList {
         Self {
             force: vec![Vector::ZERO; count],
             torque: vec![Vector::ZERO; count],
-            bodies: scene.molecules.iter().map(|molecule| molecule.body).collect(),
+            bodies: scene
+                .molecules
+                .iter()
+                .map(|molecule| molecule.body)
+                .collect(),
             interaction: Interaction::new(cutoff),
             grid: Grid::new(scene.half_extents, cutoff, 4 * count),
             centers: vec![Vector::ZERO; count],
@@ -142,8 +146,8 @@ impl Interaction {
         // Only nitrogen is negative, and only nitrogen has a Lennard-Jones term.
         if a.charge < 0.0 && b.charge < 0.0 {
             let inverse_r6 = inverse_r2 * inverse_r2 * inverse_r2;
-            force += (self.lj_a * inverse_r6 - self.lj_b) * inverse_r6 * inverse_r
-                - self.lj_at_cutoff;
+            force +=
+                (self.lj_a * inverse_r6 - self.lj_b) * inverse_r6 * inverse_r - self.lj_at_cutoff;
         }
         force * inverse_r
     }

@@ -17,6 +17,7 @@ const PANELS: u32 = 600;
 /// What the picture shows of the box.
 pub struct Scene<'a> {
     pub title: &'a str,
+    pub subtitle: &'a str,
     pub balls: Vec<Ball>,
     /// What the balls' colours are.
     pub colors: &'a [Rgb],
@@ -28,15 +29,16 @@ pub fn write(path: &Path, scene: &Scene, record: &Record, units: &Units) -> Resu
     let left = WIDTH - PANELS;
     let view = View {
         half_extents: to_dvec3(scene.half_extents),
-        page_center: [f64::from(left) / 2.0, f64::from(HEIGHT) / 2.0 + 22.0],
-        page_radius: f64::from(left) / 2.0 - 8.0,
+        page_center: [f64::from(left) / 2.0, f64::from(HEIGHT) / 2.0 + 20.0],
+        page_radius: f64::from(left) / 2.0 - 2.0,
     };
     let mut svg = format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" viewBox="0 0 {WIDTH} {HEIGHT}">
 <rect width="100%" height="100%" rx="14" fill="#fff"/>
 <text x="28" y="40" font-family="sans-serif" font-size="21" fill="#263246">{}</text>
+<text x="28" y="66" font-family="sans-serif" font-size="15" fill="#5b6b82">{}</text>
 "##,
-        scene.title
+        scene.title, scene.subtitle
     );
     view.draw(&mut svg, &scene.balls, scene.colors);
     let panels = plot::panels(record, units, (PANELS, HEIGHT - 24))?;

@@ -13,15 +13,26 @@ pub struct Units {
     pub energy_unit: f64,
 }
 
+/// Room for the labels at the left of a panel, and for title and legend above it.
+const LEFT: u32 = 64;
+const HEADING: u32 = 40;
+
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Points = Vec<(f64, f64)>;
 
-/// A line, or dots where a line of another colour is to be seen between them.
 struct Series {
     label: &'static str,
     color: RGBColor,
-    dots: bool,
+    mark: Mark,
     points: Points,
+}
+
+#[derive(Clone, Copy)]
+enum Mark {
+    /// A line of this width.
+    Line(u32),
+    /// Dots: what lies under them stays to be seen.
+    Dots,
 }
 
 const INK: RGBColor = RGBColor(38, 50, 70);
@@ -32,25 +43,24 @@ const GREEN: RGBColor = RGBColor(28, 145, 105);
 
 /// Draws the panels of a run; returns an SVG document.
 pub fn panels(record: &Record, units: &Units, size: (u32, u32)) -> Result<String, AnyError> {
+    let interval = record.tallies.first().map_or(0.0, |tally| tally.time);
+    let panels = [
+        (format!("Energy, {}", units.energy), energies(record, units)),
+        (
+            format!("Contacts in each {interval:.2} {}", units.time),
+            contacts(record),
+        ),
+        (
+            "Drift of the total energy, millionths of the initial kinetic energy".to_owned(),
+            drift(record),
+        ),
+    ];
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        let areas = root.split_evenly((3, 1));
-        let time = units.time;
-        draw(
-            &areas[0],
-            &format!("Energy, {}", units.energy),
-            time,
-            &energies(record, units),
-        )?;
-        let title = format!("Contacts in each {}", interval(record, time));
-        draw(&areas[1], &title, time, &contacts(record))?;
-        draw(
-            &areas[2],
-            "Drift of the total energy, ppm of kinetic",
-            time,
-            &drift(record),
-        )?;
+        for (area, (title, series)) in root.split_evenly((3, 1)).iter().zip(&panels) {
+            draw(area, title, units.time, series)?;
+        }
         root.present()?;
     }
     Ok(svg)
@@ -60,7 +70,7 @@ fn energies(record: &Record, units: &Units) -> Vec<Series> {
     let line = |label, color, value: fn(&Sample) -> f64| Series {
         label,
         color,
-        dots: false,
+        mark: Mark::Line(2),
         points: record
             .samples
             .iter()
@@ -84,15 +94,15 @@ fn contacts(record: &Record) -> Vec<Series> {
     let rapier = tallies.map(|tally| (tally.time, tally.rapier as f64));
     vec![
         Series {
-            label: "found by the fields",
+            label: "by the fields",
             color: GREEN,
-            dots: false,
+            mark: Mark::Line(2),
             points: fields.collect(),
         },
         Series {
-            label: "found by Rapier",
+            label: "by Rapier",
             color: INK,
-            dots: true,
+            mark: Mark::Dots,
             points: rapier.collect(),
         },
     ]
@@ -102,7 +112,7 @@ fn drift(record: &Record) -> Vec<Series> {
     vec![Series {
         label: "",
         color: INK,
-        dots: false,
+        mark: Mark::Line(1),
         points: record
             .drifts()
             .map(|(time, drift)| (time, drift * 1e6))
@@ -110,27 +120,21 @@ fn drift(record: &Record) -> Vec<Series> {
     }]
 }
 
-fn interval(record: &Record, unit: &str) -> String {
-    let end = record.tallies.first().map_or(0.0, |tally| tally.time);
-    format!("{end:.2} {unit}")
-}
-
 fn draw(area: &Area, title: &str, unit: &str, series: &[Series]) -> Result<(), AnyError> {
     let points = || series.iter().flat_map(|series| &series.points);
-    let time = points().fold(0.0, |end: f64, (time, _)| end.max(*time));
+    let end = points().fold(0.0, |end: f64, (time, _)| end.max(*time));
     let (low, high) = points().fold((0.0, 0.0), |(low, high): (f64, f64), (_, y)| {
         (low.min(*y), high.max(*y))
     });
-    // Something to see even where nothing happened; room for the legend above.
-    let margin = (0.08 * (high - low)).max(1e-3);
+    // Something to see even where nothing happened.
+    let margin = (0.1 * (high - low)).max(0.05);
     let low = if low < 0.0 { low - margin } else { low };
-    area.titled(title, ("sans-serif", 19).into_font().color(&INK))?;
     let mut chart = ChartBuilder::on(area)
-        .margin_top(30)
+        .margin_top(HEADING)
         .margin_right(24)
-        .x_label_area_size(36)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0.0..time, low..high + 3.0 * margin)?;
+        .x_label_area_size(38)
+        .y_label_area_size(LEFT)
+        .build_cartesian_2d(0.0..end, low..high + margin)?;
     chart
         .configure_mesh()
         .disable_x_mesh()
@@ -138,19 +142,49 @@ fn draw(area: &Area, title: &str, unit: &str, series: &[Series]) -> Result<(), A
         .bold_line_style(FAINT)
         .axis_style(FAINT)
         .y_labels(5)
+        .x_label_formatter(&|time| label(*time, 0.01 * end))
+        .y_label_formatter(&|y| label(*y, 0.01 * (high - low)))
         .label_style(("sans-serif", 14).into_font().color(&INK))
         .x_desc(format!("time, {unit}"))
         .draw()?;
     for series in series {
         draw_series(&mut chart, series)?;
     }
-    if series.len() > 1 {
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .label_font(("sans-serif", 14).into_font().color(&INK))
-            .background_style(WHITE.mix(0.8))
-            .draw()?;
+    draw_heading(area, title, series)
+}
+
+/// A number with as many decimals as tell it from one that differs by `step`.
+fn label(value: f64, step: f64) -> String {
+    let decimals = (-step.log10()).clamp(0.0, 6.0) as usize;
+    // Not -0.0, which a tick next to zero would print as.
+    let value = if value.abs() < step { 0.0 } else { value };
+    let text = format!("{value:.decimals$}");
+    if decimals == 0 {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// The title at the left and the legend at the right, above the curves, not over them.
+fn draw_heading(area: &Area, title: &str, series: &[Series]) -> Result<(), AnyError> {
+    let font = |size| ("sans-serif", size).into_font().color(&INK);
+    area.draw(&Text::new(title, (LEFT as i32, 10), font(17)))?;
+    let mut x = area.dim_in_pixel().0 as i32 - 24;
+    for series in series
+        .iter()
+        .rev()
+        .filter(|series| !series.label.is_empty())
+    {
+        // As wide as such text is on average: the backend cannot measure it.
+        x -= 34 + series.label.len() as i32 * 15 / 2;
+        area.draw(&Text::new(series.label, (x + 24, 11), font(14)))?;
+        match series.mark {
+            Mark::Dots => area.draw(&Circle::new((x + 14, 19), 2, series.color.filled()))?,
+            Mark::Line(width) => {
+                let key = [(x, 19), (x + 18, 19)];
+                area.draw(&PathElement::new(key, series.color.stroke_width(width)))?;
+            }
+        }
     }
     Ok(())
 }
@@ -162,24 +196,15 @@ type Chart<'a, 'b> = ChartContext<
 >;
 
 fn draw_series(chart: &mut Chart, series: &Series) -> Result<(), AnyError> {
-    let color = series.color;
-    if series.dots {
-        let dots = series
-            .points
-            .iter()
-            .map(|p| Circle::new(*p, 2, color.filled()));
-        chart
-            .draw_series(dots)?
-            .label(series.label)
-            .legend(move |(x, y)| Circle::new((x + 9, y), 2, color.filled()));
-    } else {
-        chart
-            .draw_series(LineSeries::new(
-                series.points.iter().copied(),
-                color.stroke_width(2),
-            ))?
-            .label(series.label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
-    }
+    let Series { color, points, .. } = series;
+    match series.mark {
+        Mark::Dots => {
+            chart.draw_series(points.iter().map(|p| Circle::new(*p, 2, color.filled())))?
+        }
+        Mark::Line(width) => {
+            let style = color.stroke_width(width);
+            chart.draw_series(LineSeries::new(points.iter().copied(), style))?
+        }
+    };
     Ok(())
 }

@@ -29,7 +29,7 @@ const HAZE: Rgb = [236.0, 241.0, 247.0];
 /// How many steps from near to far are told apart by colour.
 const LAYERS: usize = 10;
 /// How far the eye is away, in half diagonals of the box.
-const EYE: f64 = 4.2;
+const EYE: f64 = 5.5;
 
 /// The eight corners of the unit box, as signs, and its edges between them.
 const CORNERS: [[f64; 3]; 8] = [

@@ -1,8 +1,8 @@
 //! What a run is judged by: conservation with the walls' share counted, and contacts.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use rapier3d_fields::math::{DVec3, to_dvec3};
+use rapier3d_fields::math::{DVec3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::{CrossCheckReport, FieldContact};
 
@@ -14,6 +14,8 @@ pub struct Totals {
     pub momentum: DVec3,
     /// About the origin.
     pub angular_momentum: DVec3,
+    /// Σ|mv| and Σ|r||mv|, to hold errors of the two above against.
+    pub scales: [f64; 2],
 }
 
 impl Totals {
@@ -56,6 +58,7 @@ pub struct Record {
     /// What the fields found at the poses from which the next step of Rapier starts.
     found_before: u64,
     began: Instant,
+    seconds: f64,
 }
 
 /// Into how many intervals a run is cut for counting contacts.
@@ -76,6 +79,7 @@ impl Record {
             steps_per_tally: steps.div_ceil(TALLIES),
             found_before: 0,
             began: Instant::now(),
+            seconds: 0.0,
         };
         record.sample(&start);
         record
@@ -151,26 +155,36 @@ impl Record {
         )
     }
 
-    /// How much momentum, and angular momentum, came from nowhere: bodies and walls together.
+    /// How much momentum, and angular momentum, came from nowhere: bodies and walls together,
+    /// relative to the scales at the start.
     pub fn momentum_errors(&self, now: &Totals) -> (f64, f64) {
         let linear = now.momentum + self.wall_impulse - self.start.momentum;
         let angular = now.angular_momentum + self.wall_twist - self.start.angular_momentum;
-        (linear.length(), angular.length())
+        let [linear_scale, angular_scale] = self.start.scales;
+        (
+            linear.length() / linear_scale,
+            angular.length() / angular_scale,
+        )
     }
 
-    /// Wall-clock time since the record began.
-    pub fn elapsed(&self) -> Duration {
-        self.began.elapsed()
+    /// Stops the clock.
+    pub fn finish(&mut self) {
+        self.seconds = self.began.elapsed().as_secs_f64();
+    }
+
+    /// Steps in a second of the clock on the wall, until [`finish`](Self::finish).
+    pub fn steps_per_second(&self) -> f64 {
+        self.steps as f64 / self.seconds
     }
 }
 
-/// Sums of |p| and |r| |p| over all dynamic bodies, to hold errors of momentum against.
-pub fn momentum_scales(bodies: &RigidBodySet) -> (f64, f64) {
+/// The scales of [`Totals`] for all dynamic bodies.
+pub fn momentum_scales(bodies: &RigidBodySet) -> [f64; 2] {
     let dynamic = bodies.iter().filter(|(_, body)| body.is_dynamic());
-    dynamic.fold((0.0, 0.0), |(linear, angular), (_, body)| {
-        let momentum = f64::from(body.mass()) * to_dvec3(body.linvel()).length();
+    dynamic.fold([0.0; 2], |[linear, angular], (_, body)| {
+        let momentum = to_f64(body.mass()) * to_dvec3(body.linvel()).length();
         let arm = to_dvec3(body.translation()).length();
-        (linear + momentum, angular + arm * momentum)
+        [linear + momentum, angular + arm * momentum]
     })
 }
 

@@ -10,6 +10,10 @@ use super::{
     RadialSource, Weighting, is_zero, unit_law,
 };
 
+/// A field is looked for among this many of the last programs: a tree of fields that are all
+/// different should not be compared with itself.
+const MOST_COMPARED: usize = 64;
+
 impl Compiled {
     /// Lowers a validated tree.
     pub(crate) fn new(tree: Tree) -> Self {
@@ -142,63 +146,54 @@ impl<'a> Lowering<'a> {
         });
     }
 
-    /// Equal fields that differ in their anchor become instances of one program.
+    /// Fields that are alike but for their anchor become instances of one program.
     fn program_of_leaf(&mut self, place: u32, field: &Field, instance: &Anchor) {
-        let last = self.compiled.programs.last();
-        if last.is_none_or(|program| program.places != [place]) {
-            let mut program = Program::lower(self.tree, place);
+        let programs = self.compiled.programs.iter().enumerate().rev();
+        let like = |program: &Program| matches!(&program.leaves[..], [leaf] if leaf.is_like(field));
+        let known = programs
+            .take(MOST_COMPARED)
+            .find(|(_, program)| like(program));
+        let index = known.map(|(index, _)| index).unwrap_or_else(|| {
+            let (mut program, _) = Program::lower(self.tree, place);
             program.reach = field.region.bounding_radius();
             self.compiled.programs.push(program);
-        }
-        let anchor = self.anchor(&field.anchor.within(instance));
-        let index = self.compiled.programs.len() - 1;
-        let program = &mut self.compiled.programs[index];
-        program.anchors.push(anchor);
-        program.centres.push(anchor);
-        self.guarded_detectors(index);
+            self.compiled.programs.len() - 1
+        });
+        let anchor = field.anchor.within(instance);
+        self.instance(index, &anchor, &[(place, anchor)]);
     }
 
     fn program(&mut self, node: u32, instances: &[Anchor]) {
-        let mut program = Program::lower(self.tree, node);
-        for instance in instances {
-            for leaf in &program.leaves {
-                let id = self.anchor(&leaf.anchor.within(instance));
-                program.anchors.push(id);
-            }
-            let centre = self.anchor(instance);
-            program.centres.push(centre);
-        }
+        let (program, places) = Program::lower(self.tree, node);
+        let local: Vec<Anchor> = program.leaves.iter().map(|leaf| leaf.anchor).collect();
         self.compiled.programs.push(program);
         let index = self.compiled.programs.len() - 1;
-        self.guarded_detectors(index);
+        for instance in instances {
+            let anchors = local.iter().map(|anchor| anchor.within(instance));
+            let leaves: Vec<(u32, Anchor)> = places.iter().copied().zip(anchors).collect();
+            self.instance(index, instance, &leaves);
+        }
     }
 
-    /// Registers the detection fields of a program for the instances that have none yet.
-    fn guarded_detectors(&mut self, index: usize) {
-        let program = &self.compiled.programs[index];
-        let mut found = Vec::new();
-        for (leaf, field) in program.leaves.iter().enumerate() {
-            let Formula::Contact(law) = field.formula else {
-                continue;
-            };
-            let first = if program.places.len() == 1 {
-                program.centres.len() - 1
-            } else {
-                0
-            };
-            for instance in first..program.centres.len() {
-                let anchor = program.anchors[instance * program.leaves.len() + leaf];
+    /// Adds an instance to a program: its centre, and for each leaf its place in the tree and its
+    /// anchor. Detection fields among them are registered.
+    fn instance(&mut self, index: usize, centre: &Anchor, leaves: &[(u32, Anchor)]) {
+        let centre = self.anchor(centre);
+        let number = self.compiled.programs[index].centres.len() as u32;
+        self.compiled.programs[index].centres.push(centre);
+        for (leaf, (place, anchor)) in leaves.iter().enumerate() {
+            let id = self.anchor(anchor);
+            let program = &mut self.compiled.programs[index];
+            program.anchors.push(id);
+            program.places.push(*place);
+            if let Formula::Contact(law) = program.leaves[leaf].formula {
                 let guard = Guard {
                     program: index as u32,
-                    instance: instance as u32,
+                    instance: number,
                     leaf: leaf as u32,
                 };
-                let anchor = self.compiled.anchors[anchor as usize];
-                found.push((program.places[leaf], anchor, law, guard));
+                self.detector(*place, anchor, law, Some(guard));
             }
-        }
-        for (place, anchor, law, guard) in found {
-            self.detector(place, &anchor, law, Some(guard));
         }
     }
 
@@ -297,6 +292,7 @@ impl Plan {
             fields: tree.field_count(),
             anchors: compiled.anchors.len(),
             reads_velocity: tree.leaves().any(|(_, field)| field.reads_velocity()),
+            samples_parts: compiled.samples_parts(),
             torque_possible: !compiled.radials.is_empty()
                 || compiled
                     .programs

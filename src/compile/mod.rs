@@ -12,7 +12,7 @@ mod lower;
 mod plan;
 mod program;
 
-use crate::field::{Anchor, ContactLaw, Coupling, Formula, Profile, Radial, Reading, Tree};
+use crate::field::{Anchor, Axis, ContactLaw, Coupling, Formula, Profile, Radial, Reading, Tree};
 use crate::math::{ColliderHandle, Real, Vector};
 
 pub(crate) use plan::FEWEST_FOR_GRID;
@@ -35,6 +35,17 @@ pub(crate) struct Compiled {
 }
 
 impl Compiled {
+    /// Whether any field has to know the parts of bodies.
+    fn samples_parts(&self) -> bool {
+        let of_parts = |axis: &Axis| matches!(axis, Axis::Radius | Axis::Charge);
+        let programs = self.programs.iter().filter(|program| program.has_force);
+        let mut programs = programs.map(|program| {
+            let mut axes = program.leaves.iter().flat_map(|leaf| leaf.axes());
+            !program.at_centre || axes.any(of_parts)
+        });
+        !self.radials.is_empty() || programs.any(|samples_parts| samples_parts)
+    }
+
     /// How messages name the field at a place of the tree.
     pub(crate) fn label(&self, place: u32) -> String {
         let field = self.tree.field(place);

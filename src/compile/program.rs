@@ -10,7 +10,7 @@ use super::AnchorId;
 pub(crate) struct Program {
     pub steps: Vec<Step>,
     pub leaves: Vec<Field>,
-    /// The place of each leaf in the tree, for messages.
+    /// The place in the tree of each leaf of each instance, for messages.
     pub places: Vec<u32>,
     /// The anchor of each leaf of each instance: `leaves.len()` of them per instance.
     pub anchors: Vec<AnchorId>,
@@ -33,8 +33,9 @@ pub(crate) enum Step {
 }
 
 impl Program {
-    /// Lowers the subtree at `root`, seen as the prototype of an instance; anchors come later.
-    pub(crate) fn lower(tree: &Tree, root: u32) -> Self {
+    /// Lowers the subtree at `root`, seen as the prototype of instances that come later; also
+    /// returns the place of each leaf.
+    pub(crate) fn lower(tree: &Tree, root: u32) -> (Self, Vec<u32>) {
         let mut program = Program {
             steps: Vec::new(),
             leaves: Vec::new(),
@@ -47,7 +48,8 @@ impl Program {
         };
         program.push(tree, root, &Anchor::WORLD);
         program.has_force = program.leaves.iter().any(|leaf| !leaf.is_contact());
-        program
+        let places = std::mem::take(&mut program.places);
+        (program, places)
     }
 
     /// The depth of a tree is limited, so recursion is safe.

@@ -11,6 +11,10 @@ use crate::math::{
 };
 use crate::rapier::geometry::{Aabb, Collider};
 
+/// Laws of colliders are kept in a table up to this index, and beyond it in a map: a handle that
+/// no world gave out may hold any number.
+const TABLED: usize = 1 << 20;
+
 /// Everything that may touch, at its present place.
 #[derive(Debug)]
 pub(super) struct Touch {
@@ -18,6 +22,7 @@ pub(super) struct Touch {
     detectors: HashMap<ColliderHandle, Vec<u32>>,
     /// By the index of a collider: its handle and law, if it has a detection field.
     laws: Vec<Option<(ColliderHandle, ContactLaw)>>,
+    laws_beyond: HashMap<ColliderHandle, ContactLaw>,
     /// Those of one body stand together.
     balls: Vec<Ball>,
     clumps: Vec<Clump>,
@@ -60,19 +65,24 @@ impl Touch {
                 .or_default()
                 .push(number as u32);
         }
-        let laws = detectors.iter().filter_map(|(collider, numbers)| {
-            let laws = numbers.iter().map(|d| compiled.detectors[*d as usize].law);
-            Some((*collider, laws.reduce(stronger)?))
-        });
-        let mut by_index = Vec::new();
-        for (collider, law) in laws {
+        let (mut laws, mut laws_beyond) = (Vec::new(), HashMap::new());
+        for (collider, numbers) in &detectors {
+            let all = numbers.iter().map(|d| compiled.detectors[*d as usize].law);
+            let Some(law) = all.reduce(stronger) else {
+                continue;
+            };
             let index = collider.into_raw_parts().0 as usize;
-            by_index.resize(by_index.len().max(index + 1), None);
-            by_index[index] = Some((collider, law));
+            if index < TABLED {
+                laws.resize(laws.len().max(index + 1), None);
+                laws[index] = Some((*collider, law));
+            } else {
+                laws_beyond.insert(*collider, law);
+            }
         }
         Touch {
             detectors,
-            laws: by_index,
+            laws,
+            laws_beyond,
             balls: Vec::new(),
             clumps: Vec::new(),
             list: PairList::default(),
@@ -86,13 +96,12 @@ impl Touch {
     }
 
     fn law_of(&self, collider: ColliderHandle) -> Option<ContactLaw> {
-        let entry = self
-            .laws
-            .get(collider.into_raw_parts().0 as usize)?
-            .as_ref();
-        entry
-            .filter(|(handle, _)| *handle == collider)
-            .map(|(_, law)| *law)
+        let index = collider.into_raw_parts().0 as usize;
+        if index >= TABLED {
+            return self.laws_beyond.get(&collider).copied();
+        }
+        let (handle, law) = (*self.laws.get(index)?)?;
+        (handle == collider).then_some(law)
     }
 
     /// Takes up all colliders that can touch or be touched.

@@ -91,12 +91,15 @@ impl Grid {
         reach: Real,
         mut visit: impl FnMut(Range<usize>),
     ) {
-        let margin = Vector::splat(reach);
+        let margin = Vector::splat(reach * 1.0001);
         let [x0, y0, z0] = self.cell(centre - margin);
         let [x1, y1, z1] = self.cell(centre + margin);
         let side = self.per_length.recip();
-        // A hair of slack: rounding must not lose a point exactly at the reach.
-        let reach2 = reach * reach * 1.0001;
+        // A hair of slack: rounding, which grows with the distance from the origin, must not lose
+        // a point exactly at the reach.
+        let far = (centre.abs().max(self.origin.abs())).max_element() + reach;
+        let slack = reach * 1e-4 + far * (8.0 * Real::EPSILON);
+        let reach2 = (reach + slack) * (reach + slack);
         for z in z0..=z1 {
             let dz = gap(centre.z, self.origin.z, z, self.cells[2], side);
             for y in y0..=y1 {

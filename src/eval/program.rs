@@ -164,6 +164,9 @@ fn apply(operator: Operator, u: Value, v: Value, here: &Neighbourhood) -> Value 
 /// Which instances of a program may act at a point.
 #[derive(Debug, Default)]
 pub(super) struct Reach {
+    /// Holds all that any instance can reach.
+    low: Vector,
+    high: Vector,
     balls: Vec<Option<(Vector, Real)>>,
     bvh: Option<Bvh>,
     found: Vec<u32>,
@@ -182,6 +185,13 @@ impl Reach {
                 (None, Some(_)) => None,
             }
         }));
+        let infinity = Vector::splat(Real::INFINITY);
+        (self.low, self.high) = (infinity, -infinity);
+        for (centre, radius) in self.balls.iter().flatten() {
+            let radius = Vector::splat(*radius);
+            self.low = self.low.min(*centre - radius);
+            self.high = self.high.max(*centre + radius);
+        }
         let bounds = self
             .balls
             .iter()
@@ -200,6 +210,9 @@ impl Reach {
     /// The instances that may act at a point, in their order.
     pub(super) fn at(&mut self, point: Vector) -> &[u32] {
         self.found.clear();
+        if point.cmplt(self.low).any() || point.cmpgt(self.high).any() {
+            return &self.found;
+        }
         match &self.bvh {
             Some(bvh) => {
                 let here = Aabb::new(point, point);

@@ -14,6 +14,10 @@
 //! a common face of two equal boxes lies in their intersection and not in their difference.
 //! Away from all surfaces there is one piece, and this is the plain algebra of sets.
 //!
+//! Which vector holds where two operands meet is decided by membership in each of them, as
+//! everywhere else: on a face that E and G share from opposite sides, E ∩ G is empty, and the
+//! operators on their union give what they give for a sample in both.
+//!
 //! A sample lies on a surface when its distance is zero exactly, in `f64`. The surfaces are taken
 //! as planes through the sample, which decides the pieces wherever the surfaces cross; at points
 //! where curved surfaces touch without crossing (two balls from outside) the planes coincide, and

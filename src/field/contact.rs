@@ -1,7 +1,6 @@
 //! How a detection field answers a touch (§3.3).
 
-use super::error::TreeError;
-use super::region::bad;
+use super::error::{TreeError, bad};
 use crate::math::{Real, to_f64};
 
 /// The law by which a detection field answers two touching, approaching parts.

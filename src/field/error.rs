@@ -1,5 +1,7 @@
 //! What can be wrong with a tree.
 
+use crate::math::{Pose, Real, to_f64};
+
 /// Why a tree was refused. Fields are named by their own name, or by their place in the tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -14,6 +16,24 @@ pub enum TreeError {
         depth: usize,
         /// The limit.
         limit: usize,
+    },
+    /// Instances within instances make more fields than can be evaluated.
+    #[error("the tree makes {fields} fields; at most {limit} are supported")]
+    TooLarge {
+        /// Fields, those of each instance counted.
+        fields: usize,
+        /// The limit.
+        limit: usize,
+    },
+    /// A setter was used on a field whose formula has no such setting.
+    #[error("{field}: `{setter}` does not apply to a {formula} formula")]
+    Misfit {
+        /// The field.
+        field: String,
+        /// The setter.
+        setter: &'static str,
+        /// The formula.
+        formula: &'static str,
     },
     /// A parameter of a field is out of its range.
     #[error("{field}: {quantity} must be {requirement}, but is {value}")]
@@ -58,4 +78,64 @@ pub enum TreeError {
         /// The field.
         field: String,
     },
+}
+
+const POSITIVE: &str = "positive and finite";
+const FINITE: &str = "finite";
+
+/// The error for a parameter out of range.
+pub(crate) fn bad(
+    field: &str,
+    quantity: &'static str,
+    requirement: &'static str,
+    value: f64,
+) -> TreeError {
+    TreeError::Parameter {
+        field: field.to_owned(),
+        quantity,
+        requirement,
+        value,
+    }
+}
+
+/// Checks that a parameter is positive and finite.
+pub(crate) fn positive(field: &str, quantity: &'static str, value: Real) -> Result<(), TreeError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(bad(field, quantity, POSITIVE, to_f64(value)))
+}
+
+/// Checks that a parameter is finite.
+pub(crate) fn finite(field: &str, quantity: &'static str, value: Real) -> Result<(), TreeError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(bad(field, quantity, FINITE, to_f64(value)))
+}
+
+/// Checks that a pose is finite and turns without stretching.
+pub(crate) fn rigid(field: &str, quantity: &'static str, pose: &Pose) -> Result<(), TreeError> {
+    if !pose.is_finite() {
+        return Err(bad(field, quantity, FINITE, f64::NAN));
+    }
+    let length = pose.rotation.length();
+    if (length - 1.0).abs() <= 1e-3 {
+        return Ok(());
+    }
+    let unit = "a rigid motion, its rotation of length one";
+    Err(bad(field, quantity, unit, to_f64(length)))
+}
+
+pub(crate) fn validate_interval(field: &str, min: Real, max: Real) -> Result<(), TreeError> {
+    if min < max {
+        return Ok(());
+    }
+    let below = "less than its upper end";
+    Err(bad(
+        field,
+        "the lower end of an interval",
+        below,
+        to_f64(min),
+    ))
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::anchor::Anchor;
 use super::axis::Axis;
 use super::contact::ContactLaw;
-use super::error::TreeError;
+use super::error::{TreeError, rigid};
 use super::formula::{Closure, Formula, Profile, Radial};
 use super::query::{LocalQuery, Sample};
-use super::region::{Region, rigid};
+use super::region::Region;
 use crate::math::{Real, Vector};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.
@@ -29,6 +29,8 @@ pub struct Field {
     pub(crate) anchor: Anchor,
     pub(crate) reading: Reading,
     pub(crate) coupling: Coupling,
+    /// A setter that does not fit the formula, for validation to report.
+    pub(crate) misfit: Option<&'static str>,
 }
 
 /// How the vector of a field is to be read. Forces are what the algebra combines.
@@ -75,6 +77,7 @@ impl Field {
             anchor: Anchor::WORLD,
             reading: Reading::Force,
             coupling: Coupling::Share,
+            misfit: None,
         }
     }
 
@@ -172,7 +175,8 @@ impl Field {
         }))
     }
 
-    /// Softens a radial field: r² becomes r² + `length`² (Plummer).
+    /// Softens a radial power law: r² becomes r² + `length`² (Plummer). Other formulas have no
+    /// softening: the tree is then refused.
     pub fn softened(mut self, length: Real) -> Self {
         if let Formula::Radial(Radial {
             profile: Profile::Power { softening, .. },
@@ -180,16 +184,20 @@ impl Field {
         }) = &mut self.formula
         {
             *softening = length;
+        } else {
+            self.misfit = Some("softened");
         }
         self
     }
 
     /// Ends a radial field at `cutoff`, its force shifted so that it reaches zero there; replaces
-    /// the region by a ball of that radius.
+    /// the region by a ball of that radius. Formulas that are not radial are refused with the tree.
     pub fn shifted_to_zero_at(mut self, cutoff: Real) -> Self {
         if let Formula::Radial(radial) = &mut self.formula {
             radial.shifted_at = Some(cutoff);
             self.region = Region::ball(cutoff);
+        } else {
+            self.misfit = Some("shifted_to_zero_at");
         }
         self
     }
@@ -244,6 +252,14 @@ impl Field {
         }
     }
 
+    /// Whether two fields differ in name and anchor at most.
+    pub(crate) fn is_like(&self, other: &Field) -> bool {
+        self.formula == other.formula
+            && self.region == other.region
+            && self.reading == other.reading
+            && self.coupling == other.coupling
+    }
+
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that
     /// is not coupled to what differs between its parts.
     pub(crate) fn acts_at_centre(&self) -> bool {
@@ -281,6 +297,13 @@ impl Field {
         if self.is_contact() && !matches!(self.anchor, Anchor::Collider { .. }) {
             let field = label.to_owned();
             return Err(TreeError::DetectionAnchor { field });
+        }
+        if let Some(setter) = self.misfit {
+            return Err(TreeError::Misfit {
+                field: label.to_owned(),
+                setter,
+                formula: self.formula.kind(),
+            });
         }
         self.region.validate(label)?;
         self.formula.validate(label)

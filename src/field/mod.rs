@@ -10,6 +10,7 @@ mod leaf;
 mod operator;
 mod query;
 mod region;
+mod solid;
 mod tree;
 
 pub use anchor::{Anchor, Frame, Frames};

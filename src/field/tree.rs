@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use super::anchor::Anchor;
 use super::axis::Axis;
-use super::error::TreeError;
+use super::error::{TreeError, rigid};
 use super::leaf::Field;
 use super::operator::Operator;
-use super::region::rigid;
 
 /// The deepest nesting of operators that is accepted.
 pub(crate) const DEPTH_LIMIT: usize = 512;
+
+/// The most fields that are accepted, those of each instance counted.
+pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 
 /// A composite field.
 ///
@@ -229,6 +231,25 @@ impl Tree {
         depths.last().copied().unwrap_or(0)
     }
 
+    /// Fields that are evaluated: those of a prototype count once for each instance.
+    fn expanded_count(&self) -> usize {
+        let mut counts: Vec<usize> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let of = |operand: &u32| counts[*operand as usize];
+            let count = match node {
+                Node::Leaf(_) => 1,
+                Node::Operation { operands, .. } => {
+                    operands.iter().map(of).fold(0, usize::saturating_add)
+                }
+                Node::Instances { prototype, anchors } => {
+                    of(prototype).saturating_mul(anchors.len())
+                }
+            };
+            counts.push(count);
+        }
+        counts.last().copied().unwrap_or(0)
+    }
+
     pub(crate) fn nodes(&self) -> &[Node] {
         &self.nodes
     }
@@ -294,6 +315,11 @@ impl Tree {
         if depth > DEPTH_LIMIT {
             let limit = DEPTH_LIMIT;
             return Err(TreeError::TooDeep { depth, limit });
+        }
+        let fields = self.expanded_count();
+        if fields > SIZE_LIMIT {
+            let limit = SIZE_LIMIT;
+            return Err(TreeError::TooLarge { fields, limit });
         }
         for (place, field) in self.leaves() {
             let label = field.label(place);
@@ -391,6 +417,22 @@ mod tests {
                 limit: DEPTH_LIMIT
             })
         );
+    }
+
+    #[test]
+    fn instances_within_instances_are_counted_before_they_are_made() {
+        let two = [Vector::X, Vector::Y];
+        let nested = (0..100).fold(Tree::from(leaf()), |tree, _| Tree::instances(tree, two));
+        let error = nested.validate(&[]).unwrap_err();
+        assert!(matches!(error, TreeError::TooLarge { .. }), "{error}");
+    }
+
+    #[test]
+    fn setters_that_do_not_fit_are_refused() {
+        for field in [leaf().softened(1.0), leaf().shifted_to_zero_at(1.0)] {
+            let error = Tree::from(field).validate(&[]).unwrap_err();
+            assert!(matches!(error, TreeError::Misfit { .. }), "{error}");
+        }
     }
 
     #[test]

@@ -70,7 +70,7 @@ pub(super) fn missing_anchor(compiled: &Compiled, missing: usize) -> StepError {
     let of_program = compiled.programs.iter().flat_map(|program| {
         let anchors = program.anchors.iter().enumerate();
         let here = anchors.filter(|(_, anchor)| **anchor == missing);
-        let from_leaf = here.map(|(place, _)| program.places[place % program.places.len()]);
+        let from_leaf = here.map(|(place, _)| program.places[place]);
         // The anchor of an instance need not be that of any of its fields.
         let from_centre = program
             .centres
@@ -147,7 +147,7 @@ fn each_field(
     }
     for program in &compiled.programs {
         for (place, anchor) in program.anchors.iter().enumerate() {
-            field_at(program.places[place % program.places.len()], *anchor);
+            field_at(program.places[place], *anchor);
         }
     }
     for constant in &compiled.constants {

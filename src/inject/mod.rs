@@ -5,6 +5,7 @@
 
 mod blame;
 mod error;
+mod motion;
 mod probes;
 mod rotation;
 mod scheme;
@@ -20,21 +21,12 @@ pub(crate) use probes::PropertyBook;
 use crate::compile::Compiled;
 use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
 use crate::field::{Frame, Frames};
-use crate::math::{
-    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
-};
+use crate::math::{ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::RigidBody;
+use motion::{FASTEST, Loan, Spin, Update, finish_spins, free_top, kicked, take_back, write};
 use probes::{Gathering, Pending};
-use rotation::Inertia;
-use snapshot::Snapshot;
+use snapshot::{Change, Snapshot};
 use wake::Sleepers;
-
-/// The largest speed whose square is finite.
-#[cfg(feature = "f32")]
-const FASTEST: Real = 1.8e19;
-/// The largest speed whose square is finite.
-#[cfg(feature = "f64")]
-const FASTEST: Real = 1.3e154;
 
 /// Carries the wrenches of a compiled tree into the bodies of a world.
 pub(crate) struct Injector {
@@ -64,32 +56,6 @@ struct OpenStep {
     dt: Real,
     spins: Vec<Spin>,
     loans: Vec<Loan>,
-}
-
-/// A free rotation that Rapier is carrying out.
-struct Spin {
-    body: RigidBodyHandle,
-    /// In the world; conserved but for what contacts and joints add.
-    angular_momentum: DVec3,
-    /// The angular velocity that Rapier was given, and changes when something pushes the body.
-    steady: Vector,
-}
-
-/// A user's forces, while ours stand in their place.
-struct Loan {
-    body: RigidBodyHandle,
-    force: Vector,
-    torque: Vector,
-}
-
-/// New velocities of a body, not yet written.
-struct Update {
-    body: RigidBodyHandle,
-    wrench: Wrench,
-    linvel: Vector,
-    angvel: Vector,
-    spin: Option<Spin>,
-    wake: bool,
 }
 
 impl Injector {
@@ -167,7 +133,7 @@ impl Injector {
 
     /// Whether all bodies stand as they stood at the end of the last step.
     pub(crate) fn stands_still(&self, bodies: &RigidBodySet) -> bool {
-        self.before.still_holds(bodies, false)
+        self.before.compare(bodies) < Change::Places
     }
 
     /// The wrench on a body in the world as it is. Leaves the evaluation of the step alone: where
@@ -207,18 +173,20 @@ impl Injector {
             return Err(StepError::TimeStep { dt });
         }
         self.check_anchors(compiled, bodies, colliders)?;
-        if !self.evaluated
-            || self.evaluated_dt != dt
-            || !self
-                .before
-                .still_holds(bodies, compiled.plan.reads_velocity)
-        {
+        let change = self.before.compare(bodies);
+        if change == Change::Places {
             // Rapier computes masses in its next step only; an impulse before would be lost.
             for handle in self.before.moved(bodies) {
                 if let Some(body) = bodies.get_mut(handle) {
                     body.recompute_mass_properties_from_colliders(colliders);
                 }
             }
+        }
+        let may_change = match compiled.plan.reads_velocity {
+            true => Change::Nothing,
+            false => Change::Velocities,
+        };
+        if !self.evaluated || self.evaluated_dt != dt || change > may_change {
             self.evaluate(compiled, dt, bodies, colliders, None)?;
         }
         let mut open = OpenStep {
@@ -230,7 +198,9 @@ impl Injector {
             Scheme::Kick => self.kicks(compiled, dt, Some(dt), bodies, colliders)?,
             Scheme::KickDriftKick => self.kicks(compiled, dt * 0.5, Some(dt), bodies, colliders)?,
         };
-        self.before.take(bodies);
+        if change != Change::Nothing {
+            self.before.take(bodies);
+        }
         let written = match self.scheme {
             Scheme::ExternalForce => self.lend(bodies, &mut open),
             _ => write(bodies, updates, &mut open.spins),
@@ -264,6 +234,7 @@ impl Injector {
             }
         } else {
             self.note_sleepers(bodies);
+            self.before.take(bodies);
         }
         Ok(written)
     }
@@ -305,6 +276,7 @@ impl Injector {
         let gathering = Gathering {
             book,
             sleepers: true,
+            parts: true,
             pending: None,
         };
         gathering.run(bodies, colliders, probes);
@@ -342,6 +314,7 @@ impl Injector {
         let gathering = Gathering {
             book: &self.book,
             sleepers: self.wake != WakePolicy::Never,
+            parts: compiled.plan.samples_parts,
             pending: foreseen.map(|duration| Pending {
                 bodies: &last_bodies,
                 wrenches: &self.wrenches,
@@ -403,10 +376,7 @@ impl Injector {
                     limit: FASTEST,
                 });
             }
-            let inertia = Inertia::of(body).filter(|inertia| !inertia.is_spherical());
-            if let (Some(dt), Some(inertia), true) =
-                (drift, inertia, body.gyroscopic_forces_enabled())
-            {
+            if let (Some(dt), Some(inertia)) = (drift, free_top(body, update.angvel)) {
                 update.spin(body, &inertia, duration, dt, self.substeps);
             }
             if update.spin.is_some() || update.wrench != Wrench::ZERO || wake {
@@ -474,95 +444,6 @@ impl Injector {
         self.anchored = true;
         Ok(())
     }
-}
-
-impl Update {
-    /// Replaces the angular velocity by the steady one that Rapier turns into the free rotation
-    /// over `dt`, after the torque acted for `duration`.
-    fn spin(
-        &mut self,
-        body: &RigidBody,
-        inertia: &Inertia,
-        duration: Real,
-        dt: Real,
-        substeps: u32,
-    ) {
-        let attitude = *body.rotation();
-        let turned = inertia.angular_momentum(attitude, body.angvel());
-        let momentum = turned + crate::math::to_dvec3(self.wrench.torque * duration);
-        let rotation = inertia.free_rotation(attitude, momentum, dt);
-        let substeps = substeps + body.additional_solver_iterations() as u32;
-        self.angvel = rotation::steady_angvel(rotation, dt, substeps);
-        self.spin = Some(Spin {
-            body: self.body,
-            angular_momentum: momentum,
-            steady: self.angvel,
-        });
-    }
-}
-
-fn kicked(handle: RigidBodyHandle, body: &RigidBody, wrench: Wrench, duration: Real) -> Update {
-    let properties = body.mass_properties();
-    let twist = properties.effective_world_inv_inertia * (wrench.torque * duration);
-    Update {
-        body: handle,
-        wrench,
-        linvel: body.linvel() + wrench.force * duration * properties.effective_inv_mass,
-        angvel: body.angvel() + twist,
-        spin: None,
-        wake: false,
-    }
-}
-
-fn write(bodies: &mut RigidBodySet, updates: Vec<Update>, spins: &mut Vec<Spin>) -> usize {
-    let written = updates.len();
-    for update in updates {
-        let Some(body) = bodies.get_mut(update.body) else {
-            continue;
-        };
-        if update.wake {
-            body.wake_up(true);
-        }
-        body.set_linvel(update.linvel, false);
-        body.set_angvel(update.angvel, false);
-        if let Some(spin) = update.spin {
-            body.enable_gyroscopic_forces(false);
-            spins.push(spin);
-        }
-    }
-    written
-}
-
-/// Turns the steady velocities back into the true ones, with what pushed the bodies meanwhile.
-fn finish_spins(bodies: &mut RigidBodySet, spins: &[Spin]) {
-    for spin in spins {
-        let Some(body) = bodies.get_mut(spin.body) else {
-            continue;
-        };
-        body.enable_gyroscopic_forces(true);
-        // A body that fell asleep, or was quarantined, has come to rest.
-        if body.is_sleeping() || !body.is_enabled() {
-            continue;
-        }
-        if let Some(inertia) = Inertia::of(body) {
-            let pushed = body.angvel() - spin.steady;
-            let angvel = inertia.angvel_after(*body.rotation(), spin.angular_momentum);
-            body.set_angvel(angvel + pushed, false);
-        }
-    }
-}
-
-/// Gives the users their forces back, bit for bit: resetting first, since (u + f) − f is not u.
-fn take_back(bodies: &mut RigidBodySet, loans: &[Loan]) -> usize {
-    for loan in loans {
-        if let Some(body) = bodies.get_mut(loan.body) {
-            body.reset_forces(false);
-            body.reset_torques(false);
-            body.add_force(loan.force, false);
-            body.add_torque(loan.torque, false);
-        }
-    }
-    loans.len()
 }
 
 fn find_frames(

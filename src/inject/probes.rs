@@ -170,6 +170,8 @@ impl PropertyBook {
 pub(crate) struct Gathering<'a> {
     pub book: &'a PropertyBook,
     pub sleepers: bool,
+    /// Whether the parts of bodies are wanted, or only the bodies as a whole.
+    pub parts: bool,
     /// Impulses still to come, whose effect on the velocity counts already: see
     /// [`Injector`](super::Injector).
     pub pending: Option<Pending<'a>>,
@@ -221,6 +223,11 @@ impl Gathering<'_> {
             collider: None,
             at_origin: false,
         };
+        if !self.parts {
+            probes.centres.push(centre);
+            probes.bodies.push(handle);
+            return;
+        }
         let first = probes.list.len();
         for collider_handle in body.colliders() {
             let Some(collider) = colliders.get(*collider_handle) else {

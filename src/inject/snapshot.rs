@@ -3,6 +3,17 @@
 use crate::math::{ColliderSet, Pose, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyActivation};
 
+/// How far a world differs from a snapshot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Change {
+    /// Not at all.
+    Nothing,
+    /// Bodies move differently.
+    Velocities,
+    /// Bodies were moved, added or removed, fell asleep or woke, or have other colliders.
+    Places,
+}
+
 /// The bodies of a world, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Snapshot {
@@ -33,12 +44,13 @@ impl BodyState {
         }
     }
 
-    fn stands_like(&self, other: &BodyState) -> bool {
-        self.handle == other.handle
-            && self.pose == other.pose
-            && self.colliders == other.colliders
-            && self.enabled == other.enabled
-            && self.activation.sleeping == other.activation.sleeping
+    /// Whether a body is the same one, and stands where it stood.
+    fn stands(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
+        self.handle == handle
+            && self.pose == *body.position()
+            && self.colliders == body.colliders().len()
+            && self.enabled == body.is_enabled()
+            && self.activation.sleeping == body.is_sleeping()
     }
 }
 
@@ -52,19 +64,21 @@ impl Snapshot {
         self.states.extend(states);
     }
 
-    /// Whether every body still stands where it stood, and (if asked) moves as it moved.
-    pub(crate) fn still_holds(&self, bodies: &RigidBodySet, velocities: bool) -> bool {
-        let mut count = 0;
-        let same = bodies
-            .iter()
-            .zip(&self.states)
-            .all(|((handle, body), was)| {
-                count += 1;
-                let is = BodyState::of(handle, body);
-                is.stands_like(was)
-                    && (!velocities || (is.linvel == was.linvel && is.angvel == was.angvel))
-            });
-        same && count == self.states.len() && bodies.len() == count
+    /// What has changed since.
+    pub(crate) fn compare(&self, bodies: &RigidBodySet) -> Change {
+        if bodies.len() != self.states.len() {
+            return Change::Places;
+        }
+        let mut change = Change::Nothing;
+        for ((handle, body), was) in bodies.iter().zip(&self.states) {
+            if !was.stands(handle, body) {
+                return Change::Places;
+            }
+            if body.linvel() != was.linvel || body.angvel() != was.angvel {
+                change = Change::Velocities;
+            }
+        }
+        change
     }
 
     /// Bodies that are new, or were moved, or have more or fewer colliders.
@@ -78,7 +92,7 @@ impl Snapshot {
                 .is_some()
             {}
             let was = known.next_if(|was| was.handle == handle);
-            if !was.is_some_and(|was| was.stands_like(&BodyState::of(handle, body))) {
+            if !was.is_some_and(|was| was.stands(handle, body)) {
                 moved.push(handle);
             }
         }

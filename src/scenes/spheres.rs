@@ -12,6 +12,8 @@ use crate::math::{
 };
 use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder};
 
+use crate::{ContactLaw, Field, Operator, Tree};
+
 use super::random::Random;
 use super::{Motion, SceneError, check_count, check_range, elastic, empty_world, insert_box};
 
@@ -155,6 +157,20 @@ pub fn insert_sphere(
 }
 
 impl BoxOfSpheres {
+    /// The tree of the paper's first simulation (§3.3, §4): around each sphere a detection field
+    /// that answers by `law`.
+    ///
+    /// The walls are detection fields too, always elastic: the paper leaves them out of its rule.
+    pub fn tree(&self, law: ContactLaw) -> Tree {
+        let elastic = ContactLaw::Impulse { restitution: 1.0 };
+        let spheres = self.spheres.iter().map(|(_, sphere)| (*sphere, law));
+        let walls = self.walls.iter().map(|wall| (*wall, elastic));
+        let fields = spheres
+            .chain(walls)
+            .map(|(part, law)| Field::contact(law).at(part));
+        Tree::fold(Operator::SumUnion, fields)
+    }
+
     /// Kinetic energy of translation and rotation.
     pub fn kinetic_energy(&self) -> f64 {
         self.motion().kinetic_energy
@@ -180,6 +196,7 @@ impl BoxOfSpheres {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Fields;
     use crate::math::to_dvec3;
 
     #[test]
@@ -221,6 +238,23 @@ mod tests {
             (ratio - 1.0).abs() < 1e-3,
             "energy became {ratio} times what it was"
         );
+    }
+
+    #[test]
+    fn newtons_law_keeps_energy_and_the_papers_rule_does_not() {
+        let run = |law| {
+            let mut scene = SpheresSettings::default().build().unwrap();
+            let energy = scene.kinetic_energy();
+            let mut fields = Fields::new(scene.tree(law)).unwrap();
+            for _ in 0..600 {
+                fields.step(&mut scene.world).unwrap();
+            }
+            scene.kinetic_energy() / energy
+        };
+        let newton = run(ContactLaw::Impulse { restitution: 1.0 });
+        assert!((newton - 1.0).abs() < 1e-5, "{newton}");
+        let paper = run(ContactLaw::Paper);
+        assert!((paper - 1.0).abs() > 0.05, "{paper}");
     }
 
     #[test]

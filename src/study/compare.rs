@@ -143,7 +143,12 @@ impl std::fmt::Display for Verdict {
         let error = self.metric.name();
         write!(f, ", the fastest at an error ({error}) of {target:e}")?;
         for (method, time) in others {
-            write!(f, "; {} takes {:.1} times as long", method.name(), time / cost)?;
+            write!(
+                f,
+                "; {} takes {:.1} times as long",
+                method.name(),
+                time / cost
+            )?;
         }
         for method in &self.missed {
             write!(f, "; {} does not get there", method.name())?;

@@ -9,20 +9,24 @@ use crate::rapier::pipeline::PhysicsWorld;
 use crate::{Field, Fields, StepError};
 
 /// How often a run is repeated for the clock.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
     /// Runs before the first that counts.
     pub warm_ups: usize,
-    /// Runs that count; at least one is made.
+    /// Runs that count, at least; one is always made.
     pub repeats: usize,
+    /// Seconds that all runs that count take together, at least: what else the machine does in
+    /// that time is not to decide a median.
+    pub seconds: f64,
 }
 
 impl Default for Effort {
-    /// One run to warm up and nine that count.
+    /// One run to warm up, and at least nine and 0.15 s that count.
     fn default() -> Self {
         Effort {
             warm_ups: 1,
             repeats: 9,
+            seconds: 0.15,
         }
     }
 }
@@ -121,17 +125,23 @@ pub(super) fn time<E>(
     steps: u64,
     set_up: impl Fn() -> Result<Vec<Simulation>, E>,
 ) -> Result<Timing, E> {
-    let mut seconds = Vec::with_capacity(effort.repeats);
-    for turn in 0..effort.warm_ups + effort.repeats.max(1) {
+    let once = || {
         let mut simulations = set_up()?;
         let start = Instant::now();
         for simulation in &mut simulations {
             simulation.advance(steps);
         }
-        let elapsed = start.elapsed().as_secs_f64();
-        if turn >= effort.warm_ups {
-            seconds.push(elapsed);
-        }
+        Ok(start.elapsed().as_secs_f64())
+    };
+    for _ in 0..effort.warm_ups {
+        once()?;
+    }
+    let mut seconds = vec![once()?];
+    let mut total = seconds[0];
+    while seconds.len() < effort.repeats || total < effort.seconds {
+        let next = once()?;
+        total += next;
+        seconds.push(next);
     }
     Ok(Timing::of(seconds))
 }

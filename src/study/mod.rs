@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use rapier3d_fields::study::{Case, Effort, Method, Metric, Spring};
-//! let effort = Effort { warm_ups: 0, repeats: 1 };
+//! let effort = Effort { warm_ups: 0, repeats: 1, seconds: 0.0 };
 //! let error = |method| {
 //!     let run = Spring.run(method, 1.0 / 64.0, effort)?;
 //!     Ok::<_, rapier3d_fields::study::StudyError>(run.error(Metric::FinalState).unwrap())
@@ -25,7 +25,7 @@ mod table;
 pub use cases::{Case, Dimer, DimerStart, Impact, Impacts, Spring};
 pub use compare::{OrderFit, Verdict, compare, fit_order, time_at_error};
 pub use measure::{Effort, Timing};
-pub use report::{from_csv, to_table, to_csv};
+pub use report::{from_csv, to_csv, to_table};
 pub use table::{Row, Table};
 
 use crate::math::Real;
@@ -76,11 +76,8 @@ impl Method {
     ];
 
     /// The methods that answer contacts.
-    pub const CONTACTS: [Method; 3] = [
-        Method::ImpulseLaw,
-        Method::PaperLaw,
-        Method::RapierContacts,
-    ];
+    pub const CONTACTS: [Method; 3] =
+        [Method::ImpulseLaw, Method::PaperLaw, Method::RapierContacts];
 
     /// The name in tables and files.
     pub fn name(self) -> &'static str {

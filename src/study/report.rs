@@ -11,7 +11,7 @@ const COLUMNS: &str = "case,method,precision,dt,steps,simulated,evaluations,metr
 /// The runs as a table of comma-separated values, one line per run and metric, every number to
 /// its last bit. Columns from `repeats` on depend on the machine, the others do not.
 pub fn to_csv(runs: &[Run]) -> String {
-    let mut text = format!("# {}\n", "errors: metric = definition");
+    let mut text = "# Errors, metric = definition:\n".to_owned();
     for metric in Metric::ALL {
         let measured = |run: &Run| run.error(metric).is_some();
         if runs.iter().any(measured) {
@@ -128,14 +128,23 @@ pub fn to_table(runs: &[Run]) -> String {
         }
         let _ = writeln!(text, " {:>10} {:>9}", "cost, µs", "spread");
         for run in group {
-            let _ = write!(text, "{:>11.4e} {:>8} {:>8}", run.dt, run.steps, run.evaluations);
+            let _ = write!(
+                text,
+                "{:>11.4e} {:>8} {:>8}",
+                run.dt, run.steps, run.evaluations
+            );
             for error in &run.errors {
                 let _ = write!(text, " {:>15.2e}", error.value);
             }
             let timing = &run.timing;
             let spread = (timing.upper_quartile - timing.lower_quartile) / timing.median;
             let note = if run.diverged() { "  diverged" } else { "" };
-            let _ = writeln!(text, " {:>10.1} {:>7.1} %{note}", run.cost(), 100.0 * spread);
+            let _ = writeln!(
+                text,
+                " {:>10.1} {:>7.1} %{note}",
+                run.cost(),
+                100.0 * spread
+            );
         }
         text.push('\n');
     }

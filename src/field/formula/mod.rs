@@ -11,15 +11,14 @@ pub use radial::{Profile, Radial};
 
 use super::axis::Axis;
 use super::contact::ContactLaw;
-use super::error::TreeError;
+use super::error::{TreeError, finite};
 use super::query::LocalQuery;
-use super::region::finite;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// What a field does where it is defined. Made by the constructors of [`Field`](crate::Field).
 ///
 /// Each formula maps the sample, seen in the field's own frame, to a vector in that frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Formula {
     /// The same vector everywhere.

@@ -1,7 +1,6 @@
 //! Forces along the line through the field's origin.
 
-use crate::field::error::TreeError;
-use crate::field::region::{bad, finite, positive};
+use crate::field::error::{TreeError, bad, finite, positive};
 use crate::math::{DVec3, Real, to_f64};
 
 /// A force d/r · (f(r) − f(r_c)) for the distance vector d from the field's origin, |d| = r.

@@ -1,6 +1,7 @@
 //! Two ammonia molecules in each other's field.
 
 use super::{Case, finite_or_infinite, halvings, whole_steps};
+use crate::Fields;
 use crate::math::{
     DPose3, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Rotation, Vector, from_dvec3,
     from_f64, to_dpose3,
@@ -12,7 +13,6 @@ use crate::scenes::ammonia::{
 };
 use crate::study::measure::{Counter, Driver, Simulation, time, weightless};
 use crate::study::{Effort, Measured, Method, Metric, PRECISION, Row, Run, StudyError, Table};
-use crate::Fields;
 
 /// A rigid molecule at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,7 +118,8 @@ impl Dimer {
         let points = SITES.map(|site| DVec3::from_array(site.local_point));
         let square = |(found, expected): (&DPose3, &DPose3)| {
             let at = |pose: &DPose3, point: DVec3| pose.translation + pose.rotation * point;
-            let squares = points.map(|point| at(found, point).distance_squared(at(expected, point)));
+            let squares =
+                points.map(|point| at(found, point).distance_squared(at(expected, point)));
             squares.iter().sum::<f64>()
         };
         let squares: f64 = found.iter().zip(&self.end).map(square).sum();
@@ -193,10 +194,6 @@ impl Case for Dimer {
     /// From 50 steps to 6400.
     fn time_steps(&self) -> Vec<f64> {
         halvings(self.duration / 50.0, 8)
-    }
-
-    fn metric(&self) -> Metric {
-        Metric::AtomPosition
     }
 
     fn run(&self, method: Method, dt: f64, effort: Effort) -> Result<Run, StudyError> {

@@ -147,7 +147,10 @@ impl Impact {
         let velocities = |simulation: &Simulation| -> Vec<Vector> {
             let bodies = &simulation.world.bodies;
             let handles: Vec<RigidBodyHandle> = bodies.iter().map(|(handle, _)| handle).collect();
-            handles.iter().map(|handle| bodies[*handle].linvel()).collect()
+            handles
+                .iter()
+                .map(|handle| bodies[*handle].linvel())
+                .collect()
         };
         let start = velocities(simulation);
         let mut answered = None;
@@ -187,10 +190,6 @@ impl Case for Impacts {
     /// From half the flight time to 1/256 of it.
     fn time_steps(&self) -> Vec<f64> {
         halvings(0.5, 8)
-    }
-
-    fn metric(&self) -> Metric {
-        Metric::Velocity
     }
 
     fn run(&self, method: Method, dt: f64, effort: Effort) -> Result<Run, StudyError> {

@@ -8,7 +8,7 @@ pub use dimer::{Dimer, DimerStart};
 pub use impacts::{Impact, Impacts};
 pub use spring::Spring;
 
-use super::{Effort, Method, Metric, Run, StudyError};
+use super::{Effort, Method, Run, StudyError};
 
 /// A small world of known outcome.
 pub trait Case {
@@ -24,9 +24,6 @@ pub trait Case {
     /// Time steps to study it at, each half of the one before.
     fn time_steps(&self) -> Vec<f64>;
 
-    /// What its runs are compared by.
-    fn metric(&self) -> Metric;
-
     /// Runs it with one method at one time step, times it, and measures the errors.
     ///
     /// # Errors
@@ -37,7 +34,9 @@ pub trait Case {
 /// `first`, and so on, each half of the one before.
 fn halvings(first: f64, count: usize) -> Vec<f64> {
     let next = |dt: &f64| Some(0.5 * dt);
-    std::iter::successors(Some(first), next).take(count).collect()
+    std::iter::successors(Some(first), next)
+        .take(count)
+        .collect()
 }
 
 /// How many steps of `dt` the time of a case takes.

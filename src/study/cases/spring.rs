@@ -93,10 +93,6 @@ impl Case for Spring {
         halvings(1.0 / 16.0, 9)
     }
 
-    fn metric(&self) -> Metric {
-        Metric::FinalState
-    }
-
     fn run(&self, method: Method, dt: f64, effort: Effort) -> Result<Run, StudyError> {
         let steps = whole_steps(NAME, DURATION, dt)?;
         let energy = |position: DVec3, velocity: DVec3| {

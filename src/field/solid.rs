@@ -1,0 +1,200 @@
+//! Closed bodies in space, as intersections of what lies behind surfaces.
+
+use super::error::{TreeError, bad, positive, validate_interval};
+use crate::math::{
+    DPose3, DVec3, Pose, Real, SharedShape, Vector, from_dvec3, to_dpose3, to_dvec3, to_f64,
+};
+
+/// A closed body in space, in a frame of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Solid {
+    Ball { radius: Real },
+    Cuboid { half_extents: Vector },
+    Cylinder { half_height: Real, radius: Real },
+    Cone { half_height: Real, radius: Real },
+    Capsule { half_height: Real, radius: Real },
+    HalfSpace { outward: Vector },
+    Slab { axis: usize, min: Real, max: Real },
+    Shape(AnyShape),
+}
+
+/// A shape of Parry's; equal to itself only.
+#[derive(Clone)]
+pub(super) struct AnyShape(pub SharedShape);
+
+impl PartialEq for AnyShape {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::addr_eq(&*self.0, &*other.0)
+    }
+}
+
+impl std::fmt::Debug for AnyShape {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:?}", self.0.shape_type())
+    }
+}
+
+/// Signed distance from a surface (negative inside) and its outward direction.
+pub(super) struct Surface {
+    pub distance: f64,
+    pub outward: DVec3,
+}
+
+/// Whether a shape is more than its surface. Only meshes flagged as oriented know their inside.
+fn has_inside(shape: &SharedShape) -> bool {
+    let flat = shape.as_triangle().is_some()
+        || shape.as_segment().is_some()
+        || shape.as_polyline().is_some()
+        || shape.as_heightfield().is_some();
+    let mesh = shape.as_trimesh();
+    !flat && mesh.is_none_or(|mesh| mesh.pseudo_normals_if_oriented().is_some())
+}
+
+impl Solid {
+    /// Visits the surfaces whose inner sides intersect in the solid.
+    ///
+    /// `point` is in the frame of the field, `pose` the frame of the solid in it; directions are
+    /// returned in the frame of the field.
+    pub(super) fn for_each_surface(
+        &self,
+        point: DVec3,
+        pose: &Pose,
+        mut visit: impl FnMut(Surface),
+    ) {
+        let pose: DPose3 = to_dpose3(pose);
+        let p = if pose == DPose3::IDENTITY {
+            point
+        } else {
+            pose.inverse_transform_point(point)
+        };
+        let mut surface = |distance: f64, outward: DVec3| {
+            visit(Surface {
+                distance,
+                outward: pose.rotation * outward,
+            });
+        };
+        let mut slab = |axis: usize, half: f64| {
+            let mut outward = DVec3::ZERO;
+            outward[axis] = p[axis].signum();
+            surface(p[axis].abs() - half, outward);
+        };
+        let around_y = DVec3::new(p.x, 0.0, p.z);
+        match self {
+            Solid::Ball { radius } => surface(p.length() - to_f64(*radius), p),
+            Solid::Cuboid { half_extents } => {
+                let half = to_dvec3(*half_extents);
+                (0..3).for_each(|axis| slab(axis, half[axis]));
+            }
+            Solid::Cylinder {
+                half_height,
+                radius,
+            } => {
+                slab(1, to_f64(*half_height));
+                surface(around_y.length() - to_f64(*radius), around_y);
+            }
+            Solid::Cone {
+                half_height,
+                radius,
+            } => {
+                let (h, r) = (to_f64(*half_height), to_f64(*radius));
+                surface(-h - p.y, DVec3::NEG_Y);
+                // The mantle: radius r at the base, 0 at the apex.
+                let side = around_y.normalize_or_zero() * (2.0 * h) + DVec3::Y * r;
+                let distance = around_y.length() * 2.0 * h - r * (h - p.y);
+                surface(distance, side);
+            }
+            Solid::Capsule {
+                half_height,
+                radius,
+            } => {
+                let h = to_f64(*half_height);
+                let from_axis = p - DVec3::Y * p.y.clamp(-h, h);
+                surface(from_axis.length() - to_f64(*radius), from_axis);
+            }
+            Solid::HalfSpace { outward } => {
+                let outward = to_dvec3(*outward);
+                surface(p.dot(outward), outward);
+            }
+            Solid::Slab { axis, min, max } => {
+                let outward = DVec3::AXES[*axis];
+                surface(to_f64(*min) - p[*axis], -outward);
+                surface(p[*axis] - to_f64(*max), outward);
+            }
+            Solid::Shape(AnyShape(shape)) => {
+                if !has_inside(shape) {
+                    return surface(f64::INFINITY, DVec3::ZERO);
+                }
+                let local_point = from_dvec3(p);
+                let projection = shape.project_local_point(local_point, false);
+                let outward = p - to_dvec3(projection.point);
+                // These project onto their nearest part, which need not hold the point.
+                let in_parts = shape.as_compound().is_some() || shape.as_voxels().is_some();
+                let is_inside =
+                    projection.is_inside || in_parts && shape.contains_local_point(local_point);
+                let sign = if is_inside { -1.0 } else { 1.0 };
+                surface(sign * outward.length(), sign * outward);
+            }
+        }
+    }
+
+    /// Farthest distance of the solid from its own origin, if it is bounded.
+    pub(super) fn extent(&self) -> Option<Real> {
+        match self {
+            Solid::Ball { radius } => Some(*radius),
+            Solid::Cuboid { half_extents } => Some(half_extents.length()),
+            Solid::Cylinder {
+                half_height,
+                radius,
+            }
+            | Solid::Cone {
+                half_height,
+                radius,
+            } => Some(half_height.hypot(*radius)),
+            Solid::Capsule {
+                half_height,
+                radius,
+            } => Some(half_height + radius),
+            Solid::HalfSpace { .. } | Solid::Slab { .. } => None,
+            Solid::Shape(AnyShape(shape)) => {
+                let bounds = shape.compute_local_bounding_sphere();
+                let extent = bounds.center.length() + bounds.radius;
+                extent.is_finite().then_some(extent)
+            }
+        }
+    }
+
+    pub(super) fn validate(&self, field: &str) -> Result<(), TreeError> {
+        match self {
+            Solid::Ball { radius } => positive(field, "the radius of the region", *radius),
+            Solid::Cuboid { half_extents } => half_extents
+                .to_array()
+                .iter()
+                .try_for_each(|half| positive(field, "a half-extent of the region", *half)),
+            Solid::Cylinder {
+                half_height,
+                radius,
+            }
+            | Solid::Cone {
+                half_height,
+                radius,
+            }
+            | Solid::Capsule {
+                half_height,
+                radius,
+            } => {
+                positive(field, "the half-height of the region", *half_height)?;
+                positive(field, "the radius of the region", *radius)
+            }
+            Solid::HalfSpace { outward } => {
+                let length = outward.length();
+                if (length - 1.0).abs() <= 1e-3 {
+                    return Ok(());
+                }
+                let quantity = "the length of the half-space's outward vector";
+                Err(bad(field, quantity, "one", to_f64(length)))
+            }
+            Solid::Slab { min, max, .. } => validate_interval(field, *min, *max),
+            Solid::Shape(_) => Ok(()),
+        }
+    }
+}
