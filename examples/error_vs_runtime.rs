@@ -87,19 +87,22 @@ fn draw_view(
     let range = |of: fn(&(f64, f64)) -> f64, above: f64| {
         let low = points.iter().map(of).fold(f64::INFINITY, f64::min);
         let high = points.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
-        low.floor()..high.ceil() + above
+        low.floor()..high + above
     };
     // The legend has its place above the curves.
     let mut chart = ChartBuilder::on(area)
-        .caption(case.name(), ("sans-serif", 20))
+        .caption(
+            format!("{}, {}", case.name(), metric.name()),
+            ("sans-serif", 20),
+        )
         .margin(12)
         .x_label_area_size(48)
         .y_label_area_size(64)
-        .build_cartesian_2d(range(|p| p.0, 0.0), range(|p| p.1, 1.0))?;
+        .build_cartesian_2d(range(|p| p.0, 0.1), range(|p| p.1, 1.0))?;
     let power = |exponent: &f64| format!("{:.0e}", 10_f64.powf(*exponent));
     chart
         .configure_mesh()
-        .x_desc(format!("error: {}", metric.name()))
+        .x_desc("error")
         .y_desc(format!("µs per simulated {}", case.time_unit()))
         .x_labels(8)
         .y_labels(6)

@@ -185,7 +185,7 @@ impl Run {
         let (momentum, angular_momentum) = record.momentum_errors(&end);
         println!("{}, {:.1} s", self.law.name(), record.time());
         println!(
-            "  energy              {last:+.1e} of the initial, {largest:.1e} at most on the way"
+            "  energy drift        {last:+.1e} of the initial, {largest:.1e} at most on the way"
         );
         println!("  momentum error      {momentum:.1e} of the initial Σ|mv|, walls counted");
         println!(

@@ -103,7 +103,6 @@
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
-#![warn(clippy::doc_markdown)]
 
 #[cfg(feature = "f32")]
 pub extern crate rapier3d as rapier;
@@ -137,7 +136,7 @@ pub mod study;
 
 pub mod prelude;
 
-pub use check::{CrossCheckReport, Disagreement};
+pub use check::{ContactCounts, CrossCheckReport, Disagreement};
 pub use compile::{IndexKind, Plan, PlanEntry};
 pub use detect::{FieldContact, Responder};
 pub use eval::{PotentialEnergy, Wrench};

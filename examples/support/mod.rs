@@ -8,10 +8,11 @@ pub mod record;
 pub mod xyz;
 
 use std::error::Error;
+use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 /// Whatever stops an example.
 pub type AnyError = Box<dyn Error + Send + Sync>;
@@ -30,10 +31,15 @@ pub fn exit(result: Result<(), AnyError>) -> ExitCode {
 /// A bar over `steps` with rate and time to go; invisible when the output is not a terminal.
 pub fn progress_bar(steps: usize) -> ProgressBar {
     let style = ProgressStyle::with_template(
-        "{bar:40.cyan/blue} {pos}/{len} steps, {per_sec}, {eta} to go  {msg}",
-    );
+        "{bar:40.cyan/blue} {pos}/{len} steps, {rate}, {eta} to go  {msg}",
+    )
+    .expect("the template is well-formed")
+    .with_key("rate", |state: &ProgressState, out: &mut dyn fmt::Write| {
+        // A rate that cannot be written is not worth stopping for.
+        let _ = write!(out, "{:.0}/s", state.per_sec());
+    });
     let bar = ProgressBar::new(steps as u64);
-    bar.set_style(style.expect("the template is well-formed"));
+    bar.set_style(style);
     bar
 }
 

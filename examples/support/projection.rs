@@ -31,7 +31,7 @@ const LAYERS: usize = 10;
 /// How far the eye is away, in half diagonals of the box.
 const EYE: f64 = 5.5;
 
-/// The eight corners of the unit box, as signs, and its edges between them.
+/// The corners of a box, as signs. Bit n of a number is set where sign n is positive.
 const CORNERS: [[f64; 3]; 8] = [
     [-1.0, -1.0, -1.0],
     [1.0, -1.0, -1.0],

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use rapier3d_fields::math::{DVec3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{CrossCheckReport, FieldContact};
+use rapier3d_fields::{ContactCounts, CrossCheckReport, FieldContact};
 
 /// The sums over all bodies that are conserved, or should be.
 #[derive(Clone, Copy, Debug, Default)]
@@ -162,8 +162,8 @@ impl Record {
         let angular = now.angular_momentum + self.wall_twist - self.start.angular_momentum;
         let [linear_scale, angular_scale] = self.start.scales;
         (
-            linear.length() / linear_scale,
-            angular.length() / angular_scale,
+            relative(linear.length(), linear_scale),
+            relative(angular.length(), angular_scale),
         )
     }
 
@@ -176,6 +176,11 @@ impl Record {
     pub fn steps_per_second(&self) -> f64 {
         self.steps as f64 / self.seconds
     }
+}
+
+/// The error itself where nothing moved at the start, and there is no scale.
+fn relative(error: f64, scale: f64) -> f64 {
+    if scale > 0.0 { error / scale } else { error }
 }
 
 /// The scales of [`Totals`] for all dynamic bodies.
@@ -199,12 +204,15 @@ fn touching_pairs(world: &PhysicsWorld) -> u64 {
 
 /// Prints the two sides' counts and how far apart they were.
 pub fn print_cross_check(report: &CrossCheckReport, length: &str) {
-    let CrossCheckReport {
-        steps,
+    let ContactCounts {
         both,
         only_field,
         only_rapier,
         within_band,
+        ..
+    } = report.total;
+    let CrossCheckReport {
+        steps,
         depth_error,
         normal_error,
         point_error,

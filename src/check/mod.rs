@@ -22,15 +22,10 @@ const ROUNDINGS: Real = 32.0;
 pub struct CrossCheckReport {
     /// Steps compared.
     pub steps: u64,
-    /// Contacts that both sides found.
-    pub both: u64,
-    /// Contacts that only the fields found.
-    pub only_field: u64,
-    /// Contacts that only Rapier found.
-    pub only_rapier: u64,
-    /// Contacts that one side only found and that are shallower than the tolerance band: see
-    /// [`CrossCheckReport::band`].
-    pub within_band: u64,
+    /// Contacts of all steps.
+    pub total: ContactCounts,
+    /// Contacts of the last step.
+    pub last_step: ContactCounts,
     /// Largest difference of depth.
     pub depth_error: Real,
     /// Largest angle between the normals, in radians.
@@ -43,6 +38,35 @@ pub struct CrossCheckReport {
     pub recycling: bool,
     /// The disagreements of the last step, those within the band left out.
     pub disagreements: Vec<Disagreement>,
+}
+
+/// Contacts by who found them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ContactCounts {
+    /// Found by both sides.
+    pub both: u64,
+    /// Found by the fields only.
+    pub only_field: u64,
+    /// Found by Rapier only.
+    pub only_rapier: u64,
+    /// Found by one side only, and shallower than the tolerance band: see
+    /// [`CrossCheckReport::band`].
+    pub within_band: u64,
+}
+
+impl ContactCounts {
+    /// Contacts on which the sides disagree, outside the band.
+    pub fn disagreed(&self) -> u64 {
+        self.only_field + self.only_rapier
+    }
+
+    fn add(&mut self, other: ContactCounts) {
+        self.both += other.both;
+        self.only_field += other.only_field;
+        self.only_rapier += other.only_rapier;
+        self.within_band += other.within_band;
+    }
 }
 
 /// A contact that one side only found.
@@ -64,11 +88,6 @@ impl CrossCheckReport {
     /// of a length as large as the contact's distance from the origin and the parts together.
     pub fn band(world_point: Vector, size: Real) -> Real {
         ROUNDINGS * 0.5 * Real::EPSILON * (world_point.length() + size)
-    }
-
-    /// Contacts on which the sides disagree, outside the band.
-    pub fn disagreed(&self) -> u64 {
-        self.only_field + self.only_rapier
     }
 }
 
@@ -136,6 +155,7 @@ impl CrossCheck {
         theirs.sort_unstable_by_key(key);
         self.report.steps += 1;
         self.report.disagreements.clear();
+        self.report.last_step = ContactCounts::default();
         let (mut ours, mut theirs) = (expected.iter().peekable(), theirs.iter().peekable());
         while let Some(next) = ours
             .peek()
@@ -148,6 +168,7 @@ impl CrossCheck {
             let their = theirs.next_if(|sighting| key(sighting) == next);
             self.report.record(our, their);
         }
+        self.report.total.add(self.report.last_step);
     }
 
     /// Whether fields could have found what a pair of Rapier's may hold: one side has a detection
@@ -165,7 +186,7 @@ impl CrossCheck {
 impl CrossCheckReport {
     fn record(&mut self, our: Option<&Sighting>, their: Option<&Sighting>) {
         if let (Some(our), Some(their)) = (our, their) {
-            self.both += 1;
+            self.last_step.both += 1;
             self.depth_error = self.depth_error.max((our.depth - their.depth).abs());
             let cross = our.world_normal.cross(their.world_normal).length();
             let angle = cross.atan2(our.world_normal.dot(their.world_normal));
@@ -176,11 +197,11 @@ impl CrossCheckReport {
         }
         let Some(only) = our.or(their) else { return };
         if only.depth <= only.band {
-            self.within_band += 1;
+            self.last_step.within_band += 1;
             return;
         }
-        self.only_field += u64::from(our.is_some());
-        self.only_rapier += u64::from(their.is_some());
+        self.last_step.only_field += u64::from(our.is_some());
+        self.last_step.only_rapier += u64::from(their.is_some());
         self.disagreements.push(Disagreement {
             colliders: only.colliders,
             field_depth: our.map(|our| our.depth),

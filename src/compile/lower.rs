@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::field::{Anchor, Field, Formula, Node, Radial, Tree};
+use crate::field::{Anchor, ContactLaw, Field, Formula, Node, Radial, Tree};
 use crate::math::{Pose, Real, Vector, to_f64};
 
 use super::{
@@ -197,17 +197,13 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    fn detector(
-        &mut self,
-        leaf: u32,
-        anchor: &Anchor,
-        law: crate::field::ContactLaw,
-        guard: Option<Guard>,
-    ) {
+    fn detector(&mut self, leaf: u32, anchor: &Anchor, law: ContactLaw, guard: Option<Guard>) {
         // Validation has refused detection fields that are anchored to anything else.
         if let Anchor::Collider { handle, .. } = anchor {
+            let anchor = self.anchor(anchor);
             self.compiled.detectors.push(Detector {
                 leaf,
+                anchor,
                 collider: *handle,
                 law,
                 guard,

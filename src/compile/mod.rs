@@ -92,6 +92,7 @@ pub(crate) struct RadialSource {
 #[derive(Debug)]
 pub(crate) struct Detector {
     pub leaf: u32,
+    pub anchor: AnchorId,
     pub collider: ColliderHandle,
     pub law: ContactLaw,
     /// The program instance that says whether the field acts at a sample; without one it does

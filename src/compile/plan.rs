@@ -57,6 +57,9 @@ pub enum IndexKind {
     None,
     /// A uniform grid over the sources.
     Grid,
+    /// Pairs of bodies in reach of each other, kept from step to step; each pair of parts is
+    /// worked out once, for both.
+    Neighbours,
     /// A bounding volume hierarchy over the bounds of the instances.
     Bvh,
 }
@@ -107,7 +110,13 @@ impl PlanEntry {
 
 impl RadialBatch {
     pub(crate) fn index_kind(&self) -> IndexKind {
-        if self.range.is_some() && self.sources.len() >= FEWEST_FOR_GRID {
+        let on_colliders = self
+            .sources
+            .iter()
+            .filter(|source| source.collider.is_some());
+        if on_colliders.count() * 2 > self.sources.len() {
+            IndexKind::Neighbours
+        } else if self.range.is_some() && self.sources.len() >= FEWEST_FOR_GRID {
             IndexKind::Grid
         } else {
             IndexKind::None
@@ -130,6 +139,7 @@ impl fmt::Display for IndexKind {
         f.write_str(match self {
             IndexKind::None => "no index",
             IndexKind::Grid => "grid",
+            IndexKind::Neighbours => "neighbour list",
             IndexKind::Bvh => "bounding volume hierarchy",
         })
     }
@@ -155,7 +165,11 @@ impl fmt::Display for Plan {
             writeln!(f, "  {count:>6} × {what}; {sampling}, {index}")?;
         }
         if self.detectors > 0 {
-            writeln!(f, "  {:>6} × detection field; grid", self.detectors)?;
+            writeln!(
+                f,
+                "  {:>6} × detection field; neighbour list",
+                self.detectors
+            )?;
         }
         let (velocity, torque) = (yes_no(self.reads_velocity), yes_no(self.torque_possible));
         writeln!(

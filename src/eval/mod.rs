@@ -116,7 +116,7 @@ impl Evaluator {
             let (frames, forces) = (&mut self.frames, &mut self.forces);
             let frame = |anchor| frames.get(compiled, world, anchor);
             self.radials
-                .add(number, batch, frame, probes, moment, quantity, forces);
+                .add((number, batch), frame, probes, moment, quantity, forces);
         }
     }
 

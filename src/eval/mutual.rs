@@ -51,7 +51,8 @@ impl Mutual {
         match pairs.range {
             Some(range) => {
                 self.list.refresh(&self.clumps, range);
-                let whole = |clump: &Clump| (clump.end - clump.start) as usize % WIDTH == 0;
+                let whole =
+                    |clump: &Clump| ((clump.end - clump.start) as usize).is_multiple_of(WIDTH);
                 let in_place = self.clumps.iter().all(whole);
                 for i in 0..self.clumps.len() {
                     if in_place {

@@ -23,11 +23,10 @@ pub(super) struct Radials {
 }
 
 impl Radials {
-    /// Adds the batch's forces (or potentials) on every probe.
+    /// Adds the forces (or potentials) of a batch, given with its number, on every probe.
     pub(super) fn add(
         &mut self,
-        number: usize,
-        batch: &RadialBatch,
+        (number, batch): (usize, &RadialBatch),
         frame: impl FnMut(AnchorId) -> Option<Frame>,
         probes: &Probes,
         moment: Moment,

@@ -4,7 +4,7 @@ use super::error::StepError;
 use crate::compile::Compiled;
 use crate::eval::{Moment, Probe, Probes};
 use crate::field::{Anchor, Frame, LocalQuery, Neighbourhood};
-use crate::math::{Real, Vector, from_dvec3};
+use crate::math::{Real, Vector, from_dvec3, from_f64};
 
 /// What one field gives at one probe.
 struct Share<'a> {
@@ -78,7 +78,11 @@ pub(super) fn missing_anchor(compiled: &Compiled, missing: usize) -> StepError {
             .then(|| program.places[0]);
         from_leaf.chain(from_centre)
     });
-    let leaf = of_radial.chain(of_program).next();
+    let detectors = compiled.detectors.iter();
+    let of_detector = detectors
+        .filter(|detector| detector.anchor == missing)
+        .map(|detector| detector.leaf);
+    let leaf = of_radial.chain(of_program).chain(of_detector).next();
     let anchor = match compiled.anchors[missing as usize] {
         Anchor::World { .. } => "the world".to_owned(),
         Anchor::Body { handle, .. } => format!("body {handle:?}"),
@@ -156,7 +160,7 @@ fn each_field(
             let local = LocalQuery::new(&query, &frame);
             visit(
                 constant.leaf,
-                constant.vector * (field.weight(&local) as Real),
+                constant.vector * from_f64(field.weight(&local)),
             );
         }
     }

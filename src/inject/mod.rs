@@ -21,9 +21,9 @@ pub(crate) use probes::PropertyBook;
 use crate::compile::Compiled;
 use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
 use crate::field::{Frame, Frames};
-use crate::math::{ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet};
+use crate::math::{ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::RigidBody;
-use motion::{FASTEST, Loan, Spin, Update, finish_spins, free_top, kicked, take_back, write};
+use motion::{FASTEST, Kicks, Loan, Spin, finish_spins, free_top, kicked, take_back, write};
 use probes::{Gathering, Pending};
 use snapshot::{Change, Snapshot};
 use wake::Sleepers;
@@ -40,6 +40,7 @@ pub(crate) struct Injector {
     probes: Probes,
     wrenches: Vec<Wrench>,
     sleepers: Sleepers,
+    kicks: Kicks,
     /// The world at the last evaluation; without one, nothing is known of it.
     before: Snapshot,
     evaluated: bool,
@@ -70,6 +71,7 @@ impl Injector {
             probes: Probes::default(),
             wrenches: Vec::new(),
             sleepers: Sleepers::default(),
+            kicks: Kicks::default(),
             before: Snapshot::default(),
             evaluated: false,
             evaluated_dt: 0.0,
@@ -193,17 +195,20 @@ impl Injector {
             dt,
             ..OpenStep::default()
         };
-        let updates = match self.scheme {
-            Scheme::ExternalForce => Vec::new(),
-            Scheme::Kick => self.kicks(compiled, dt, Some(dt), bodies, colliders)?,
-            Scheme::KickDriftKick => self.kicks(compiled, dt * 0.5, Some(dt), bodies, colliders)?,
-        };
+        match self.scheme {
+            Scheme::ExternalForce => {}
+            Scheme::Kick => self.kick(compiled, dt, Some(dt), bodies, colliders)?,
+            Scheme::KickDriftKick => self.kick(compiled, dt * 0.5, Some(dt), bodies, colliders)?,
+        }
         if change != Change::Nothing {
             self.before.take(bodies);
         }
         let written = match self.scheme {
             Scheme::ExternalForce => self.lend(bodies, &mut open),
-            _ => write(bodies, updates, &mut open.spins),
+            _ => {
+                std::mem::swap(&mut open.spins, &mut self.kicks.spins);
+                write(bodies, &self.kicks.updates)
+            }
         };
         self.open = Some(open);
         Ok(written)
@@ -260,8 +265,8 @@ impl Injector {
         colliders: &ColliderSet,
     ) -> Result<usize, StepError> {
         self.evaluate(compiled, dt, bodies, colliders, Some(dt * 0.5))?;
-        let updates = self.kicks(compiled, dt * 0.5, None, bodies, colliders)?;
-        let written = write(bodies, updates, &mut Vec::new());
+        self.kick(compiled, dt * 0.5, None, bodies, colliders)?;
+        let written = write(bodies, &self.kicks.updates);
         self.before.take(bodies);
         Ok(written)
     }
@@ -342,25 +347,31 @@ impl Injector {
         Ok(())
     }
 
-    /// Velocities after the wrenches acted for `duration`; with a `drift`, also the free
-    /// rotations that Rapier is to carry out over that time.
-    fn kicks(
+    /// Works out `self.kicks`: the velocities after the wrenches acted for `duration`; with a
+    /// `drift`, also the free rotations that Rapier is to carry out over that time.
+    fn kick(
         &mut self,
         compiled: &Compiled,
         duration: Real,
         drift: Option<Real>,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
-    ) -> Result<Vec<Update>, StepError> {
+    ) -> Result<(), StepError> {
         let drift = drift.filter(|dt| *dt > 0.0 && compiled.plan.torque_possible);
-        let mut updates = Vec::with_capacity(self.probes.bodies.len());
+        self.kicks.updates.clear();
+        self.kicks.spins.clear();
         for (place, handle) in self.probes.bodies.iter().enumerate() {
             let Some(body) = bodies.get(*handle) else {
                 continue;
             };
             let wrench = self.wrenches[place];
-            let wake = self.wakes(body, wrench);
             if !self.sleepers.acts(*handle, body, wrench, self.wake) {
+                continue;
+            }
+            let wake = self.wakes(body, wrench);
+            let may_spin = drift.is_some() && body.angvel() != Vector::ZERO;
+            // Bodies that feel nothing are left alone.
+            if wrench == Wrench::ZERO && !wake && !may_spin {
                 continue;
             }
             let mut update = kicked(*handle, body, wrench, duration);
@@ -377,13 +388,17 @@ impl Injector {
                 });
             }
             if let (Some(dt), Some(inertia)) = (drift, free_top(body, update.angvel)) {
-                update.spin(body, &inertia, duration, dt, self.substeps);
+                let twist = wrench.torque * duration;
+                let spin = Spin::new(*handle, body, &inertia, twist, dt, self.substeps);
+                update.angvel = spin.steady;
+                update.spins = true;
+                self.kicks.spins.push(spin);
             }
-            if update.spin.is_some() || update.wrench != Wrench::ZERO || wake {
-                updates.push(update);
+            if update.spins || wrench != Wrench::ZERO || wake {
+                self.kicks.updates.push(update);
             }
         }
-        Ok(updates)
+        Ok(())
     }
 
     /// Whether a body that the fields act on is to be woken, or kept from falling asleep.
@@ -432,14 +447,6 @@ impl Injector {
         let frames = find_frames(compiled, bodies, colliders);
         if let Some(missing) = frames.iter().position(Option::is_none) {
             return Err(blame::missing_anchor(compiled, missing));
-        }
-        for detector in &compiled.detectors {
-            if !colliders.contains(detector.collider) {
-                return Err(StepError::MissingAnchor {
-                    field: compiled.label(detector.leaf),
-                    anchor: format!("collider {:?}", detector.collider),
-                });
-            }
         }
         self.anchored = true;
         Ok(())

@@ -28,38 +28,43 @@ pub(super) struct Loan {
     pub torque: Vector,
 }
 
-/// New velocities of a body, not yet written.
+/// New velocities of bodies, not yet written, and the free rotations that begin with them.
+#[derive(Default)]
+pub(super) struct Kicks {
+    pub updates: Vec<Update>,
+    pub spins: Vec<Spin>,
+}
+
+/// New velocities of a body.
 pub(super) struct Update {
     pub body: RigidBodyHandle,
-    pub wrench: Wrench,
     pub linvel: Vector,
     pub angvel: Vector,
-    pub spin: Option<Spin>,
+    pub spins: bool,
     pub wake: bool,
 }
 
-impl Update {
-    /// Replaces the angular velocity by the steady one that Rapier turns into the free rotation
-    /// over `dt`, after the torque acted for `duration`.
-    pub(super) fn spin(
-        &mut self,
+impl Spin {
+    /// The free rotation of a body over `dt`, after an angular impulse `twist`; Rapier turns the
+    /// steady velocity into it.
+    pub(super) fn new(
+        handle: RigidBodyHandle,
         body: &RigidBody,
         inertia: &Inertia,
-        duration: Real,
+        twist: Vector,
         dt: Real,
         substeps: u32,
-    ) {
+    ) -> Self {
         let attitude = *body.rotation();
         let turned = inertia.angular_momentum(attitude, body.angvel());
-        let momentum = turned + to_dvec3(self.wrench.torque * duration);
-        let rotation = inertia.free_rotation(attitude, momentum, dt);
+        let angular_momentum = turned + to_dvec3(twist);
+        let rotation = inertia.free_rotation(attitude, angular_momentum, dt);
         let substeps = substeps + body.additional_solver_iterations() as u32;
-        self.angvel = rotation::steady_angvel(rotation, dt, substeps);
-        self.spin = Some(Spin {
-            body: self.body,
-            angular_momentum: momentum,
-            steady: self.angvel,
-        });
+        Spin {
+            body: handle,
+            angular_momentum,
+            steady: rotation::steady_angvel(rotation, dt, substeps),
+        }
     }
 }
 
@@ -72,6 +77,7 @@ pub(super) fn free_top(body: &RigidBody, angvel: Vector) -> Option<Inertia> {
     Inertia::of(body).filter(|inertia| !inertia.is_spherical())
 }
 
+/// The velocities of a body after a wrench has acted for `duration`.
 pub(super) fn kicked(
     handle: RigidBodyHandle,
     body: &RigidBody,
@@ -82,20 +88,14 @@ pub(super) fn kicked(
     let twist = properties.effective_world_inv_inertia * (wrench.torque * duration);
     Update {
         body: handle,
-        wrench,
         linvel: body.linvel() + wrench.force * duration * properties.effective_inv_mass,
         angvel: body.angvel() + twist,
-        spin: None,
+        spins: false,
         wake: false,
     }
 }
 
-pub(super) fn write(
-    bodies: &mut RigidBodySet,
-    updates: Vec<Update>,
-    spins: &mut Vec<Spin>,
-) -> usize {
-    let written = updates.len();
+pub(super) fn write(bodies: &mut RigidBodySet, updates: &[Update]) -> usize {
     for update in updates {
         let Some(body) = bodies.get_mut(update.body) else {
             continue;
@@ -105,12 +105,11 @@ pub(super) fn write(
         }
         body.set_linvel(update.linvel, false);
         body.set_angvel(update.angvel, false);
-        if let Some(spin) = update.spin {
+        if update.spins {
             body.enable_gyroscopic_forces(false);
-            spins.push(spin);
         }
     }
-    written
+    updates.len()
 }
 
 /// Turns the steady velocities back into the true ones, with what pushed the bodies meanwhile.

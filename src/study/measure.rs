@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use crate::math::{Real, RigidBodySet, Vector};
-use crate::rapier::pipeline::PhysicsWorld;
+use crate::rapier::prelude::{IntegrationParameters, PhysicsWorld};
 use crate::{Field, Fields, StepError};
 
 /// How often a run is repeated for the clock.
@@ -113,10 +113,14 @@ impl Simulation {
 
 /// An empty world without gravity, at Rapier's defaults otherwise.
 pub(super) fn weightless(dt: Real) -> PhysicsWorld {
-    let mut world = PhysicsWorld::default();
-    world.gravity = Vector::ZERO;
-    world.integration_parameters.dt = dt;
-    world
+    PhysicsWorld {
+        gravity: Vector::ZERO,
+        integration_parameters: IntegrationParameters {
+            dt,
+            ..IntegrationParameters::default()
+        },
+        ..PhysicsWorld::default()
+    }
 }
 
 /// Times how long some worlds take for their steps. Setting them up does not count.

@@ -33,7 +33,9 @@ pub struct Impact {
 /// The unit of time is that of the pair: the time in which the two fly, relative to each other,
 /// the sum of their radii. A run covers two such times, and they touch about in the middle, each
 /// pair at another moment within a step. Rapier's limit on speeds is lifted, for bullets; all
-/// else is as Rapier has it.
+/// else is as Rapier has it. That includes `contact_recycling`, which lets Rapier answer by
+/// contacts a little out of date: at 1/256 of the flight time, 95 % of its errors are within 0.08
+/// with it and within 0.01 without.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impacts {
     /// The pairs.
