@@ -2,8 +2,8 @@
 
 use crate::math::Real;
 
-// As wide as the processor's registers are known to be: wider ones would be kept in pairs, and
-// the pair loop has no registers to spare (measured on ammonia: a quarter slower).
+// As wide as the registers that the target is known to have: wider lanes are kept in two, of which
+// the pair loop has none to spare.
 #[cfg(all(feature = "f32", not(target_feature = "avx")))]
 mod width {
     pub type Lanes = wide::f32x4;

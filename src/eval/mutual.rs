@@ -2,8 +2,9 @@
 //!
 //! Most sources of a many-body scene sit where a probe sits: the field of an atom, sampled at
 //! atoms. Then the law of a pair is worked out once and acts on both. Parts of one body, a clump,
-//! never act on each other, so pairs are sought between clumps; the parts of all clumps in reach
-//! of one are copied side by side, and each of its parts meets them several at a time.
+//! never act on each other, so pairs are sought between clumps. Each clump fills whole lanes, so
+//! that it can meet another where it stands; copying neighbours together to save lanes cost more
+//! than it saved.
 
 use std::ops::Range;
 
@@ -32,9 +33,6 @@ pub(super) struct Mutual {
     /// The place of each part, and which probe it is.
     probe_of: Vec<(u32, u32)>,
     parts: Columns,
-    /// The parts in reach of one clump, and the clumps they come from.
-    near: Columns,
-    origins: Vec<u32>,
     /// The parts of the clump that meets the others.
     own: Vec<Own>,
 }
@@ -48,24 +46,13 @@ impl Mutual {
         sums: &mut [Vector],
     ) {
         self.collect(&pairs);
-        match pairs.range {
-            Some(range) => {
-                self.list.refresh(&self.clumps, range);
-                let whole =
-                    |clump: &Clump| ((clump.end - clump.start) as usize).is_multiple_of(WIDTH);
-                let in_place = self.clumps.iter().all(whole);
-                for i in 0..self.clumps.len() {
-                    if in_place {
-                        self.meet_in_place::<POTENTIAL>(law, i, range);
-                    } else {
-                        self.meet_packed::<POTENTIAL>(law, i, range);
-                    }
-                }
-            }
-            None => {
-                for i in 0..self.clumps.len() {
-                    self.meet_all_later::<POTENTIAL>(law, i);
-                }
+        if let Some(range) = pairs.range {
+            self.list.refresh(&self.clumps, range);
+        }
+        for i in 0..self.clumps.len() {
+            match pairs.range {
+                Some(range) => self.meet_near::<POTENTIAL>(law, i, range),
+                None => self.meet_all_later::<POTENTIAL>(law, i),
             }
         }
         for (place, probe) in &self.probe_of {
@@ -87,7 +74,7 @@ impl Mutual {
             }
             if body != Some(probe.body) {
                 body = Some(probe.body);
-                self.close_clump();
+                self.close_clump(pairs.range.is_some());
                 self.clumps.push(Clump {
                     centre: probe.world_point - probe.arm,
                     radius: 0.0,
@@ -101,26 +88,28 @@ impl Mutual {
             self.probe_of.push((self.parts.count as u32, number as u32));
             self.parts.push(probe.world_point, *strength, *weight);
         }
-        self.close_clump();
+        self.close_clump(pairs.range.is_some());
         self.parts.finish();
     }
 
-    /// Fills the last clump up to a whole chunk with parts that neither act nor are acted on, so
-    /// that clumps can be copied and summed by chunks. Clumps of one or two would grow too much
-    /// by that; they stay as they are.
-    fn close_clump(&mut self) {
-        if let Some(clump) = self.clumps.last_mut() {
-            let count = self.parts.count - clump.start as usize;
-            if count > CHUNK / 2 {
-                (count..count.next_multiple_of(CHUNK))
-                    .for_each(|_| self.parts.push(Vector::ZERO, 0.0, 0.0));
-            }
-            clump.end = self.parts.count as u32;
-        }
+    /// Ends the last clump; if clumps are to meet one by one, fills it up to whole lanes with
+    /// parts that neither act nor are acted on.
+    fn close_clump(&mut self, fill: bool) {
+        let Some(clump) = self.clumps.last_mut() else {
+            return;
+        };
+        let count = self.parts.count - clump.start as usize;
+        let wanted = if fill {
+            count.next_multiple_of(WIDTH)
+        } else {
+            count
+        };
+        (count..wanted).for_each(|_| self.parts.push(Vector::ZERO, 0.0, 0.0));
+        clump.end = self.parts.count as u32;
     }
 
-    /// Lets a clump meet the later ones in range where they stand: all of them fill whole lanes.
-    fn meet_in_place<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize, range: Real) {
+    /// Lets a clump meet the later ones that are in range.
+    fn meet_near<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize, range: Real) {
         let clump = self.clumps[i];
         self.take_own(&clump);
         for j in self.list.later(i) {
@@ -132,36 +121,6 @@ impl Mutual {
             }
         }
         self.put_own(&clump);
-    }
-
-    /// Lets a clump meet the later ones in range, copied side by side so that they fill lanes.
-    fn meet_packed<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize, range: Real) {
-        let clump = self.clumps[i];
-        self.near.clear();
-        self.origins.clear();
-        for j in self.list.later(i) {
-            let other = &self.clumps[*j as usize];
-            if may_reach(&clump, other, range) {
-                self.near
-                    .append(&self.parts, other.start as usize..other.end as usize);
-                self.origins.push(*j);
-            }
-        }
-        if self.origins.is_empty() {
-            return;
-        }
-        self.near.finish();
-        self.take_own(&clump);
-        let all = 0..self.near.count;
-        self.near
-            .meet::<POTENTIAL>(law, &mut self.own, all, range * range);
-        self.put_own(&clump);
-        let mut from = 0;
-        for origin in &self.origins {
-            let other = &self.clumps[*origin as usize];
-            let range = other.start as usize..other.end as usize;
-            from = self.parts.add_range(range, &self.near, from);
-        }
     }
 
     /// Lets a clump meet all later ones, which stand side by side already.
@@ -225,10 +184,6 @@ struct Columns {
 const STRENGTH: usize = 3;
 const WEIGHT: usize = 4;
 
-/// Parts are copied this many at a time, needed or not: a copy of fixed length is one
-/// instruction.
-const CHUNK: usize = 4;
-
 impl Columns {
     fn clear(&mut self) {
         self.count = 0;
@@ -243,43 +198,9 @@ impl Columns {
         self.count += 1;
     }
 
-    /// Copies a range of other columns to the end.
-    fn append(&mut self, from: &Columns, range: Range<usize>) {
-        self.make_room(range.len());
-        for (to, from) in self.given.iter_mut().zip(&from.given) {
-            let (mut at, mut start) = (self.count, range.start);
-            while start < range.end {
-                copy_chunk(&mut to[at..], &from[start..]);
-                at += CHUNK;
-                start += CHUNK;
-            }
-        }
-        self.count += range.len();
-    }
-
-    /// Adds the sums of other columns, from a place on, to those of a range; returns the place
-    /// behind them.
-    fn add_range(&mut self, range: Range<usize>, other: &Columns, from: usize) -> usize {
-        let end = from + range.len();
-        for (to, from_sums) in self.sum.iter_mut().zip(&other.sum) {
-            let to = &mut to[range.clone()];
-            let whole = to.as_chunks_mut::<CHUNK>().0;
-            let whole_from = from_sums[from..end].as_chunks::<CHUNK>().0;
-            if whole.len() * CHUNK == range.len() {
-                for (to, from) in whole.iter_mut().zip(whole_from) {
-                    to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
-                }
-            } else {
-                let sums = &from_sums[from..end];
-                to.iter_mut().zip(sums).for_each(|(to, from)| *to += from);
-            }
-        }
-        end
-    }
-
-    /// Room for that many more, and for whole chunks and lanes behind them.
+    /// Room for that many more, and for whole lanes behind them.
     fn make_room(&mut self, more: usize) {
-        let needed = self.count + more + CHUNK + WIDTH;
+        let needed = self.count + more + WIDTH;
         if self.given[0].len() < needed {
             for column in &mut self.given {
                 column.resize(needed * 2, 0.0);
@@ -365,11 +286,5 @@ impl Columns {
                 subtract(sum_z, at, on[2]);
             }
         }
-    }
-}
-
-fn copy_chunk(to: &mut [Real], from: &[Real]) {
-    if let (Some(to), Some(from)) = (to.first_chunk_mut::<CHUNK>(), from.first_chunk::<CHUNK>()) {
-        *to = *from;
     }
 }
