@@ -340,7 +340,7 @@ impl Fields {
     }
 
     /// Simulated time: the sum of all steps.
-    pub fn time(&self) -> Real {
+    pub fn time(&self) -> f64 {
         self.injector.time
     }
 

@@ -474,7 +474,7 @@ fn the_time_step_may_change() {
                 rounding(),
                 place,
             );
-            assert_close(to_f64(fields.time()), time, rounding(), "time");
+            assert_close(fields.time(), time, rounding(), "time");
         }
     }
 }

@@ -148,12 +148,12 @@ impl Mover {
     }
 
     fn push(&mut self, world_point: Vector, impulse: Vector) {
-        if self.inverse_mass == Vector::ZERO {
-            return;
-        }
         let arm = world_point - self.world_com;
-        self.linvel += impulse * self.inverse_mass;
-        self.angvel += self.inverse_inertia * arm.cross(impulse);
-        self.pushed = true;
+        let kick = impulse * self.inverse_mass;
+        let twist = self.inverse_inertia * arm.cross(impulse);
+        self.linvel += kick;
+        self.angvel += twist;
+        // A body held in its place may still turn.
+        self.pushed |= kick != Vector::ZERO || twist != Vector::ZERO;
     }
 }

@@ -298,7 +298,9 @@ impl Solid {
                 let projection = self.shape.project_local_point(local, false);
                 let away = local - projection.point;
                 let sign = if projection.is_inside { -1.0 } else { 1.0 };
-                (away.length() * sign, away.normalize_or_zero() * sign)
+                let outward = away.try_normalize().map(|away| away * sign);
+                let outward = outward.unwrap_or_else(|| outward_at(&self.shape, local, ball.radius));
+                (away.length() * sign, outward)
             }
         };
         let depth = ball.radius - distance;
@@ -313,6 +315,24 @@ impl Solid {
             depth,
         })
     }
+}
+
+/// Unit vector out of a shape at a point of its surface, where the projection shows no direction:
+/// the one in which a point a little beside it is farthest outside.
+fn outward_at(shape: &SharedShape, local: Vector, radius: Real) -> Vector {
+    let step = local.length().max(radius) * Real::EPSILON.sqrt();
+    let away = |axis: Vector| {
+        let beside = local + axis * step;
+        let projection = shape.project_local_point(beside, false);
+        (!projection.is_inside).then(|| beside - projection.point)
+    };
+    Vector::AXES
+        .into_iter()
+        .flat_map(|axis| [away(axis), away(-axis)])
+        .flatten()
+        .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+        .and_then(Vector::try_normalize)
+        .unwrap_or(Vector::Y)
 }
 
 impl Overlap<'_> {

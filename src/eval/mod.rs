@@ -69,7 +69,8 @@ enum Quantity {
 #[derive(Debug, Default)]
 pub(crate) struct Evaluator {
     radials: Radials,
-    reach: Reach,
+    /// One per program, because each keeps its hierarchy while nothing moves.
+    reaches: Vec<Reach>,
     machine: Machine,
     frames: FrameCache,
     forces: Vec<Vector>,
@@ -90,9 +91,13 @@ impl Evaluator {
         wrenches.resize(probes.bodies.len(), Wrench::ZERO);
         self.constants(compiled, probes, moment, wrenches);
         self.radials(compiled, world, probes, moment, Quantity::Force);
-        for program in compiled.programs.iter().filter(|program| program.has_force) {
-            self.frames.fill(compiled, world, program);
-            self.program(program, probes, moment, wrenches);
+        self.reaches
+            .resize_with(compiled.programs.len(), Reach::default);
+        for (number, program) in compiled.programs.iter().enumerate() {
+            if program.has_force {
+                self.frames.fill(compiled, world, program);
+                self.program(number, program, probes, moment, wrenches);
+            }
         }
         for (probe, force) in probes.list.iter().zip(&self.forces) {
             let wrench = &mut wrenches[probe.body as usize];
@@ -150,20 +155,22 @@ impl Evaluator {
 
     fn program(
         &mut self,
+        number: usize,
         program: &Program,
         probes: &Probes,
         moment: Moment,
         wrenches: &mut [Wrench],
     ) {
         let frames = self.frames.all();
-        self.reach.refresh(program, frames);
+        let reach = &mut self.reaches[number];
+        reach.refresh(program, frames);
         let list = if program.at_centre {
             &probes.centres
         } else {
             &probes.list
         };
         for (index, probe) in list.iter().enumerate() {
-            let instances = self.reach.at(probe.world_point);
+            let instances = reach.at(probe.world_point);
             if instances.is_empty() {
                 continue;
             }

@@ -50,7 +50,7 @@ pub(crate) struct Probes {
 /// The moment of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moment {
-    pub time: Real,
+    pub time: f64,
     pub dt: Real,
 }
 
@@ -93,7 +93,7 @@ impl Probes {
         Query {
             world_point: to_dvec3(probe.world_point),
             world_velocity: to_dvec3(probe.velocity),
-            time: to_f64(moment.time),
+            time: moment.time,
             dt: to_f64(moment.dt),
             radius: to_f64(probe.radius),
             mass: to_f64(probe.mass),
@@ -125,7 +125,7 @@ impl Probes {
             Axis::Charge => probe.charge,
             Axis::Mass => probe.mass,
             Axis::Radius => probe.radius,
-            Axis::Time => moment.time,
+            Axis::Time => from_f64(moment.time),
             Axis::User(name) => {
                 let values = self.user[probe.user as usize].iter();
                 let found = values.clone().find(|(known, _)| known == name);

@@ -1,6 +1,6 @@
 //! Programs: composite terms, evaluated at one probe at a time.
 
-use crate::compile::{IndexKind, Program, Step};
+use crate::compile::{AnchorId, IndexKind, Program, Step};
 use crate::field::{Frame, LocalQuery, Neighbourhood, Normal, Operator, Pieces, Query};
 use crate::math::{DVec3, Real, Vector};
 use crate::rapier::parry::bounding_volume::Aabb;
@@ -175,33 +175,34 @@ pub(super) struct Reach {
 impl Reach {
     /// Takes up where the instances are now.
     pub(super) fn refresh(&mut self, program: &Program, frames: &[Option<Frame>]) {
-        self.balls.clear();
         let reach = program.reach.unwrap_or(Real::INFINITY);
-        self.balls.extend(program.centres.iter().map(|centre| {
-            match (&frames[*centre as usize], program.reach) {
-                (Some(frame), _) => Some((frame.pose.translation, reach)),
-                // Some field hangs elsewhere, and may be there still.
-                (None, None) => Some((Vector::ZERO, reach)),
-                (None, Some(_)) => None,
-            }
-        }));
-        let infinity = Vector::splat(Real::INFINITY);
-        (self.low, self.high) = (infinity, -infinity);
-        for (centre, radius) in self.balls.iter().flatten() {
-            let radius = Vector::splat(*radius);
-            self.low = self.low.min(*centre - radius);
-            self.high = self.high.max(*centre + radius);
+        let ball = |centre: &AnchorId| match (&frames[*centre as usize], program.reach) {
+            (Some(frame), _) => Some((frame.pose.translation, reach)),
+            // Some field hangs elsewhere, and may be there still.
+            (None, None) => Some((Vector::ZERO, reach)),
+            (None, Some(_)) => None,
+        };
+        let balls = program.centres.iter().map(ball);
+        // Zones that stand still keep their hierarchy.
+        if balls.clone().eq(self.balls.iter().copied()) {
+            return;
         }
+        self.balls.clear();
+        self.balls.extend(balls);
         let bounds = self
             .balls
             .iter()
             .enumerate()
             .filter_map(|(instance, ball)| {
                 let (centre, radius) = (*ball)?;
-                Some((
-                    instance,
-                    Aabb::from_half_extents(centre, Vector::splat(radius)),
-                ))
+                let extent = Vector::splat(radius);
+                Some((instance, Aabb::from_half_extents(centre, extent)))
+            });
+        let infinity = Vector::splat(Real::INFINITY);
+        (self.low, self.high) = bounds
+            .clone()
+            .fold((infinity, -infinity), |(low, high), (_, bounds)| {
+                (low.min(bounds.mins), high.max(bounds.maxs))
             });
         self.bvh = (program.index_kind() == IndexKind::Bvh)
             .then(|| Bvh::from_iter(BvhBuildStrategy::Binned, bounds));

@@ -21,7 +21,9 @@ pub(crate) use probes::PropertyBook;
 use crate::compile::Compiled;
 use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
 use crate::field::{Frame, Frames};
-use crate::math::{ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::math::{
+    ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
+};
 use crate::rapier::dynamics::RigidBody;
 use motion::{FASTEST, Kicks, Loan, Spin, finish_spins, free_top, kicked, take_back, write};
 use probes::{Gathering, Pending};
@@ -35,7 +37,8 @@ pub(crate) struct Injector {
     pub book: PropertyBook,
     /// Solver iterations of Rapier's step, over which it integrates a rotation.
     pub substeps: u32,
-    pub time: Real,
+    /// In 64 bits, so that long runs of small steps do not lose time.
+    pub time: f64,
     evaluator: Evaluator,
     probes: Probes,
     wrenches: Vec<Wrench>,
@@ -89,6 +92,8 @@ impl Injector {
     pub(crate) fn forget_anchors(&mut self) {
         self.evaluated = false;
         self.anchored = false;
+        // What it keeps between steps belongs to the old tree.
+        self.evaluator = Evaluator::default();
     }
 
     /// The last wrench on a body; nothing if the body was not sampled.
@@ -226,13 +231,14 @@ impl Injector {
         };
         let mut written = take_back(bodies, &open.loans);
         finish_spins(bodies, &open.spins);
-        self.time += open.dt;
+        let began = self.time;
+        self.time += to_f64(open.dt);
         self.evaluated = false;
         if self.scheme == Scheme::KickDriftKick {
             match self.second_half(compiled, open.dt, bodies, colliders) {
                 Ok(more) => written += more,
                 Err(error) => {
-                    self.time -= open.dt;
+                    self.time = began;
                     self.before.restore(bodies, colliders);
                     return Err(error);
                 }
