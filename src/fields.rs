@@ -224,9 +224,8 @@ impl Fields {
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<(), StepError> {
-        if let Some(check) = &mut self.check
-            && (!check.is_ready() || !self.injector.stands_still(bodies))
-        {
+        // Anew, and not from the end of the last step: users may have changed bodies and colliders.
+        if let Some(check) = &mut self.check {
             let moment = self.injector.moment(dt);
             let book = &self.injector.book;
             self.detection
@@ -265,9 +264,6 @@ impl Fields {
                 .run(&self.compiled, bodies, colliders, moment, |probes| {
                     Injector::gather(book, bodies, colliders, probes);
                 });
-            if let Some(check) = &mut self.check {
-                check.expect(&self.detection.contacts, colliders);
-            }
             if self.responder != Responder::Rapier {
                 written += self.detection.respond(bodies);
             }

@@ -1,8 +1,7 @@
 //! Cross-check: what fields detect beside what Rapier's narrow phase finds, at the same poses.
 //!
-//! Contacts that Rapier reports after a step belong to the poses before it. So each step's
-//! detection is kept, and compared after the next step of Rapier, which starts from the same
-//! poses.
+//! Contacts that Rapier reports after a step belong to the poses before it. So what the fields find
+//! before a step is kept, and compared after it.
 
 use std::collections::HashSet;
 
@@ -116,11 +115,6 @@ impl CrossCheck {
     pub(crate) fn watch(&mut self, compiled: &Compiled) {
         self.watched = compiled.detectors.iter().map(|d| d.collider).collect();
         self.expected = None;
-    }
-
-    /// Whether there is something to compare the next step with.
-    pub(crate) fn is_ready(&self) -> bool {
-        self.expected.is_some()
     }
 
     /// Keeps what the fields found, for comparison after the next step.

@@ -299,7 +299,8 @@ impl Solid {
                 let away = local - projection.point;
                 let sign = if projection.is_inside { -1.0 } else { 1.0 };
                 let outward = away.try_normalize().map(|away| away * sign);
-                let outward = outward.unwrap_or_else(|| outward_at(&self.shape, local, ball.radius));
+                let outward =
+                    outward.unwrap_or_else(|| outward_at(&self.shape, local, ball.radius));
                 (away.length() * sign, outward)
             }
         };

@@ -138,11 +138,6 @@ impl Injector {
         }
     }
 
-    /// Whether all bodies stand as they stood at the end of the last step.
-    pub(crate) fn stands_still(&self, bodies: &RigidBodySet) -> bool {
-        self.before.compare(bodies) < Change::Places
-    }
-
     /// The wrench on a body in the world as it is. Leaves the evaluation of the step alone: where
     /// forces depend on velocities, another would not be the same to the last bit.
     pub(crate) fn sample(

@@ -10,7 +10,7 @@ use crate::support::{assert_at_most, either, weightless};
 pub const ELASTIC: ContactLaw = ContactLaw::Impulse { restitution: 1.0 };
 
 /// A step so short that nothing moves by as much as rounding.
-pub const INSTANT: Real = 1e-9;
+pub const INSTANT: Real = 1e-17;
 
 /// A body with its colliders.
 #[derive(Clone, Debug)]
