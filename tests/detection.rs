@@ -107,11 +107,7 @@ fn spinning_bodies_of_many_balls_keep_momenta_and_agree_with_rapier() {
     } = &mut world;
     let sides = insert_box(bodies, colliders, Vector::splat(from_f64(5.2)));
     let atoms = things.iter().flat_map(|thing| thing.parts.clone());
-    // Nothing has a charge. But a field that could turn tops has the layer turn them, and not
-    // Rapier, whose own free rotation loses angular momentum.
-    let unfelt = Field::coulomb(1.0, 1.0).at(things[0].parts[0]);
-    let tree = touch(atoms.chain(sides), ELASTIC).sum_union(unfelt);
-    let builder = Fields::builder(tree).cross_check(true);
+    let builder = Fields::builder(touch(atoms.chain(sides), ELASTIC)).cross_check(true);
     let mut fields = builder.build().expect("a valid tree");
     let start = Totals::of(&world);
     let mut walls = Walls::default();

@@ -289,11 +289,7 @@ impl Plan {
             anchors: compiled.anchors.len(),
             reads_velocity: tree.leaves().any(|(_, field)| field.reads_velocity()),
             samples_parts: compiled.samples_parts(),
-            torque_possible: !compiled.radials.is_empty()
-                || compiled
-                    .programs
-                    .iter()
-                    .any(|p| p.has_force && !p.at_centre),
+            torque_possible: compiled.torque_possible(),
             detectors: compiled.detectors.len(),
             entries,
             axes,

@@ -46,6 +46,15 @@ impl Compiled {
         !self.radials.is_empty() || programs.any(|samples_parts| samples_parts)
     }
 
+    /// Whether any field can turn a body, by its force or by the answer to a contact.
+    fn torque_possible(&self) -> bool {
+        let turns = |program: &Program| program.has_force && !program.at_centre;
+        let answers = |detector: &Detector| detector.law != ContactLaw::Observe;
+        !self.radials.is_empty()
+            || self.programs.iter().any(turns)
+            || self.detectors.iter().any(answers)
+    }
+
     /// How messages name the field at a place of the tree.
     pub(crate) fn label(&self, place: u32) -> String {
         let field = self.tree.field(place);

@@ -61,6 +61,8 @@ pub struct FieldContact {
     pub impulses: [Vector; 2],
     /// The law of the pair.
     pub law: ContactLaw,
+    /// Which of the two have a detection field.
+    pub has_field: [bool; 2],
 }
 
 /// Finds contacts and answers them; keeps its buffers between calls.

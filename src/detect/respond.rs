@@ -86,13 +86,14 @@ impl Movers {
             // The paper's rule acts once a step, whatever it leads to.
             ContactLaw::Paper if round > 0 => return false,
             ContactLaw::Paper => {
-                let push = |place: Option<usize>, speed: Real| {
-                    place.map_or(0.0, |place| speed * self.0[place].mass())
+                // Each part is pushed by the field of the other, if that has one.
+                let push = |part: usize, by: usize| match places[part] {
+                    Some(place) if contact.has_field[by] => {
+                        velocities[part].length() * self.0[place].mass()
+                    }
+                    _ => 0.0,
                 };
-                [
-                    normal * -push(places[0], velocities[0].length()),
-                    normal * push(places[1], velocities[1].length()),
-                ]
+                [normal * -push(0, 1), normal * push(1, 0)]
             }
             ContactLaw::Impulse { restitution } => {
                 let yielding = places.map(|place| {

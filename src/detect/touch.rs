@@ -365,6 +365,7 @@ impl Overlap<'_> {
             approach_speed: closing.dot(self.world_normal),
             impulses: [Vector::ZERO; 2],
             law,
+            has_field: parts.map(|part| part.law.is_some()),
         }
     }
 }
