@@ -10,7 +10,10 @@ pub enum ContactLaw {
     /// Only reports the contact.
     Observe,
     /// The paper's rule, literally: the field around one part gives the other a velocity change
-X    Paper,
+    /// along the line of centres, away from the field, as large as the *other's own* speed at
+    /// the point of contact. A part without a field pushes nobody. The rule conserves momentum
+    /// and energy in symmetric cases only.
+    Paper,
     /// Newton's law along the normal, with both bodies' effective masses including rotation:
     /// equal and opposite impulses at one point, so that momentum and angular momentum are
     /// exact, and for a restitution of one the energy too. Frictionless.
