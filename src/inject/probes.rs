@@ -254,8 +254,12 @@ impl Gathering<'_> {
                 ..centre
             };
             let entry = self.book.get(*collider_handle);
-            let own_mass = entry.and_then(|entry| entry.properties.mass);
-            probe.mass = own_mass.unwrap_or_else(|| collider.mass());
+            // A part that is alone has all of the mass; a collider's own takes time to work out.
+            probe.mass = match entry.and_then(|entry| entry.properties.mass) {
+                _ if body.colliders().len() == 1 => 1.0,
+                Some(own_mass) => own_mass,
+                None => collider.mass(),
+            };
             if let Some(entry) = entry {
                 probe.charge = entry.properties.charge;
                 if !entry.user.is_empty() {
