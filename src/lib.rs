@@ -112,6 +112,8 @@ pub extern crate rapier3d_f64 as rapier;
 // In the order in which data flows. ARCHITECTURE.md says who may use whom.
 pub mod math;
 
+pub mod random;
+
 pub mod field;
 
 pub mod reference;
@@ -141,7 +143,8 @@ pub use compile::{IndexKind, Plan, PlanEntry};
 pub use detect::{FieldContact, Responder};
 pub use eval::{PotentialEnergy, Wrench};
 pub use field::{
-    Anchor, Axis, ContactLaw, Coupling, Field, Operator, Reading, Region, Sample, Tree, TreeError,
+    Anchor, Axis, ContactLaw, Coupling, Field, Layer, Operator, Reading, Region, Sample, Scalar,
+    Tree, TreeError,
 };
 pub use fields::{Fields, FieldsBuilder, StepOutcome};
 pub use inject::{ProbeProperties, Scheme, StepError, WakePolicy};

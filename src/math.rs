@@ -5,8 +5,8 @@
 //! reference evaluator computes in `f64` in both, with [`DVec3`] and [`DPose3`].
 
 pub use rapier::dynamics::{RigidBodyHandle, RigidBodySet};
-pub use rapier::geometry::{ColliderHandle, ColliderSet, SharedShape};
-pub use rapier::glamx::{DPose3, DQuat, DVec3};
+pub use rapier::geometry::{ColliderHandle, ColliderSet, InteractionGroups, SharedShape};
+pub use rapier::glamx::{DMat3, DPose3, DQuat, DVec3};
 pub use rapier::math::{AngularInertia, Pose, Real, Rotation, Vector};
 
 /// `v` in 64-bit precision; exact.

@@ -251,7 +251,16 @@ fn detection_fields_stand_where_they_can_answer() {
             [other().into(), here().difference(other())],
         ] {
             let tree = Tree::fold(operator, operands);
-            if [Operator::CrossUnion, Operator::CrossIntersection].contains(&operator) {
+            use Operator::{CrossIntersection, CrossUnion, Maximum, Minimum, Strongest, Weakest};
+            let mixing = [
+                CrossUnion,
+                CrossIntersection,
+                Strongest,
+                Weakest,
+                Minimum,
+                Maximum,
+            ];
+            if mixing.contains(&operator) {
                 let error = refused(tree, operator.symbol());
                 assert!(
                     matches!(error, TreeError::DetectionOperand { .. }),

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::field::{Anchor, ContactLaw, Field, Formula, Node, Radial, Tree};
+use crate::field::{Anchor, ContactLaw, Field, Formula, Modifier, Node, Radial, Tree};
 use crate::math::{Pose, Real, Vector, to_f64};
 
 use super::{
     AnchorId, Compiled, ConstantField, Detector, Guard, Plan, PlanEntry, Program, RadialBatch,
-    RadialSource, Weighting, is_zero, unit_law,
+    RadialSource, Weighting, program::NO_ANCHOR,
 };
 
 /// A field is looked for among this many of the last programs: a tree of fields that are all
@@ -36,7 +36,7 @@ struct Lowering<'a> {
 
 /// Anchors are told apart by what they hang on and by the bits of their pose.
 type AnchorKey = (u8, (u32, u32), [u64; 7]);
-type RadialKey = ([u64; 5], Weighting);
+type RadialKey = ([u64; 7], Weighting);
 
 impl<'a> Lowering<'a> {
     fn new(tree: &'a Tree) -> Self {
@@ -71,7 +71,7 @@ impl<'a> Lowering<'a> {
                     _ => self.program(*prototype, anchors),
                 }
             }
-            Node::Operation { .. } => self.program(node, &[Anchor::WORLD]),
+            _ => self.program(node, &[Anchor::WORLD]),
         }
     }
 
@@ -80,26 +80,27 @@ impl<'a> Lowering<'a> {
         let anchor = field.anchor.within(instance);
         let everywhere = field.region.is_everywhere();
         let range = field.region.as_centred_ball();
+        let bare = field.scale.is_none() && field.limit.is_none();
         match &field.formula {
-            formula if is_zero(formula) => {
+            formula if formula.is_zero() => {
                 self.leave_out(format!(
                     "{}: zero wherever it is defined",
                     field.label(place as usize)
                 ));
             }
             Formula::Contact(law) if everywhere => self.detector(place, &anchor, *law, None),
-            Formula::Uniform(vector)
-                if everywhere && field.acts_at_centre() && anchor == Anchor::WORLD =>
+            Formula::Uniform(law)
+                if everywhere && field.acts_at_centre() && bare && anchor == Anchor::WORLD =>
             {
                 self.compiled.constants.push(ConstantField {
                     leaf: place,
-                    vector: *vector,
+                    vector: law.vector,
                     reading: field.reading,
                 });
             }
             // A batch weighs its probes once for all its sources.
             Formula::Radial(radial)
-                if (everywhere || range.is_some()) && !field.coupling.reads_frame() =>
+                if (everywhere || range.is_some()) && bare && !field.coupling.reads_frame() =>
             {
                 self.radial(place, field, radial, range, &anchor);
             }
@@ -115,10 +116,11 @@ impl<'a> Lowering<'a> {
         range: Option<Real>,
         anchor: &Anchor,
     ) {
-        let (strength, law) = unit_law(radial);
+        let (strength, law) = radial.unit();
         let weighting = Weighting {
             reading: field.reading,
             coupling: field.coupling.clone(),
+            groups: field.groups,
         };
         let key = (radial_bits(&law, range), weighting.clone());
         let batches = &mut self.compiled.radials;
@@ -160,33 +162,39 @@ impl<'a> Lowering<'a> {
             self.compiled.programs.len() - 1
         });
         let anchor = field.anchor.within(instance);
-        self.instance(index, &anchor, &[(place, anchor)]);
+        self.instance(index, &anchor, &[(place, Some(anchor))]);
     }
 
     fn program(&mut self, node: u32, instances: &[Anchor]) {
         let (program, places) = Program::lower(self.tree, node);
-        let local: Vec<Anchor> = program.leaves.iter().map(|leaf| leaf.anchor).collect();
+        let of_leaves = program.leaves.iter().map(|leaf| Some(leaf.anchor));
+        let of_modifiers = program.modifiers.iter().map(Modifier::anchor);
+        let local: Vec<Option<Anchor>> = of_leaves.chain(of_modifiers).collect();
         self.compiled.programs.push(program);
         let index = self.compiled.programs.len() - 1;
         for instance in instances {
-            let anchors = local.iter().map(|anchor| anchor.within(instance));
-            let leaves: Vec<(u32, Anchor)> = places.iter().copied().zip(anchors).collect();
-            self.instance(index, instance, &leaves);
+            let within = |anchor: &Option<Anchor>| anchor.map(|anchor| anchor.within(instance));
+            let anchors = local.iter().map(within);
+            let anchored: Vec<_> = places.iter().copied().zip(anchors).collect();
+            self.instance(index, instance, &anchored);
         }
     }
 
-    /// Adds an instance to a program: its centre, and for each leaf its place in the tree and its
-    /// anchor. Detection fields among them are registered.
-    fn instance(&mut self, index: usize, centre: &Anchor, leaves: &[(u32, Anchor)]) {
+    /// Adds an instance to a program: its centre, and for each leaf and modifier its place in the
+    /// tree and its anchor. Detection fields among them are registered.
+    fn instance(&mut self, index: usize, centre: &Anchor, anchored: &[(u32, Option<Anchor>)]) {
         let centre = self.anchor(centre);
         let number = self.compiled.programs[index].centres.len() as u32;
         self.compiled.programs[index].centres.push(centre);
-        for (leaf, (place, anchor)) in leaves.iter().enumerate() {
-            let id = self.anchor(anchor);
+        for (leaf, (place, anchor)) in anchored.iter().enumerate() {
+            let id = anchor.map_or(NO_ANCHOR, |anchor| self.anchor(&anchor));
             let program = &mut self.compiled.programs[index];
             program.anchors.push(id);
             program.places.push(*place);
-            if let Formula::Contact(law) = program.leaves[leaf].formula {
+            let field = program.leaves.get(leaf);
+            if let (Some(Formula::Contact(law)), Some(anchor)) =
+                (field.map(|field| field.formula.clone()), anchor)
+            {
                 let guard = Guard {
                     program: index as u32,
                     instance: number,
@@ -253,17 +261,10 @@ fn pose_bits(pose: &Pose) -> [u64; 7] {
     [t.x, t.y, t.z, r.x, r.y, r.z, r.w].map(|x| to_f64(x).to_bits())
 }
 
-fn radial_bits(law: &Radial, range: Option<Real>) -> [u64; 5] {
-    use crate::field::Profile;
-    let bits = |x: Real| to_f64(x).to_bits();
-    let option_bits = |x: Option<Real>| x.map_or(u64::MAX, bits);
-    let (kind, a, b) = match law.profile {
-        Profile::Power {
-            power, softening, ..
-        } => (0, bits(power), bits(softening)),
-        Profile::LennardJones { sigma, .. } => (1, bits(sigma), 0),
-    };
-    [kind, a, b, option_bits(law.shifted_at), option_bits(range)]
+fn radial_bits(law: &Radial, range: Option<Real>) -> [u64; 7] {
+    let [kind, a, b, c, d, e] = law.bits();
+    let range = range.map_or(u64::MAX, |range| to_f64(range).to_bits());
+    [kind, a, b, c, d, e, range]
 }
 
 impl Plan {
@@ -279,7 +280,7 @@ impl Plan {
             entries.push(PlanEntry::program(program));
         }
         let mut axes: Vec<String> = Vec::new();
-        for axis in tree.leaves().flat_map(|(_, field)| field.axes()) {
+        for axis in tree.axes() {
             if !axes.iter().any(|known| known == axis.name()) {
                 axes.push(axis.name().to_owned());
             }
@@ -287,7 +288,7 @@ impl Plan {
         Plan {
             fields: tree.field_count(),
             anchors: compiled.anchors.len(),
-            reads_velocity: tree.leaves().any(|(_, field)| field.reads_velocity()),
+            reads_velocity: tree.reads_velocity(),
             samples_parts: compiled.samples_parts(),
             torque_possible: compiled.torque_possible(),
             detectors: compiled.detectors.len(),

@@ -12,12 +12,12 @@ mod lower;
 mod plan;
 mod program;
 
-use crate::field::{Anchor, Axis, ContactLaw, Coupling, Formula, Profile, Radial, Reading, Tree};
-use crate::math::{ColliderHandle, Real, Vector};
+use crate::field::{Anchor, Axis, ContactLaw, Coupling, Radial, Reading, Tree};
+use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
 
 pub(crate) use plan::FEWEST_FOR_GRID;
 pub use plan::{IndexKind, Plan, PlanEntry};
-pub(crate) use program::{Program, Step};
+pub(crate) use program::{NO_ANCHOR, Program, Step};
 
 /// Number of an anchor in [`Compiled::anchors`].
 pub(crate) type AnchorId = u32;
@@ -57,8 +57,7 @@ impl Compiled {
 
     /// How messages name the field at a place of the tree.
     pub(crate) fn label(&self, place: u32) -> String {
-        let field = self.tree.field(place);
-        field.map_or_else(String::new, |field| field.label(place as usize))
+        self.tree.label(place)
     }
 }
 
@@ -67,6 +66,7 @@ impl Compiled {
 pub(crate) struct Weighting {
     pub reading: Reading,
     pub coupling: Coupling,
+    pub groups: Option<InteractionGroups>,
 }
 
 /// The same vector for every body, whatever its place.
@@ -115,25 +115,4 @@ pub(crate) struct Guard {
     pub instance: u32,
     /// Which of the program's leaves is the detection field.
     pub leaf: u32,
-}
-
-/// Splits a radial law into its strength and the same law of strength one.
-fn unit_law(radial: &Radial) -> (Real, Radial) {
-    let mut law = *radial;
-    let strength = match &mut law.profile {
-        Profile::Power { strength, .. } => std::mem::replace(strength, 1.0),
-        Profile::LennardJones { epsilon, .. } => std::mem::replace(epsilon, 1.0),
-    };
-    (strength, law)
-}
-
-/// Whether a formula gives zero wherever it is defined.
-fn is_zero(formula: &Formula) -> bool {
-    match formula {
-        Formula::Uniform(vector) => *vector == Vector::ZERO,
-        Formula::Radial(radial) => unit_law(radial).0 == 0.0,
-        Formula::Drag { linear, quadratic } => *linear == 0.0 && *quadratic == 0.0,
-        Formula::Magnetic(b) => *b == Vector::ZERO,
-        _ => false,
-    }
 }

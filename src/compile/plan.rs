@@ -87,7 +87,7 @@ impl PlanEntry {
             .range
             .map_or(String::new(), |r| format!(" within {r}"));
         PlanEntry {
-            what: format!("{} sources{range}{coupling}", batch.law.kind()),
+            what: format!("{} sources{range}{coupling}", batch.law.profile.kind()),
             count: batch.sources.len(),
             index: batch.index_kind(),
             at_centre: false,

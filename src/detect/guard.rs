@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::compile::{Compiled, Detector};
 use crate::eval::{Machine, Moment, Probes};
-use crate::field::{Frame, Frames};
+use crate::field::{Frame, Frames, Motion};
 use crate::math::{ColliderHandle, ColliderSet, RigidBodySet};
 
 /// The present state of what guards may ask.
@@ -55,7 +55,10 @@ impl Guards {
         let query = self.probes.query(&self.probes.list[*place], moment);
         let program = &compiled.programs[guard.program as usize];
         let instance = guard.instance as usize;
-        let outcome = self.machine.run(program, instance, &self.frames, &query);
+        let motion = Motion::of(&query);
+        let outcome = self
+            .machine
+            .run(program, instance, &self.frames, &query, &motion);
         outcome.is_some_and(|outcome| outcome.leaves & (1_u64 << guard.leaf.min(63)) != 0)
     }
 }

@@ -22,6 +22,7 @@ pub(super) enum Law {
 impl Law {
     pub(super) fn new(law: &Radial) -> Self {
         match law.profile {
+            _ if !law.is_plain() => Law::Other(Other { law: *law }),
             Profile::Power {
                 power: -2.0,
                 softening: 0.0,
@@ -77,7 +78,8 @@ impl LennardJones {
                 ..*law
             };
             let slope = plain.factor(cutoff * cutoff) * cutoff;
-            (slope, plain.potential(cutoff * cutoff) + cutoff * slope)
+            let at_cutoff = plain.potential_at(cutoff * cutoff).unwrap_or(0.0);
+            (slope, at_cutoff + cutoff * slope)
         });
         LennardJones {
             sigma2: sigma * sigma,
@@ -128,6 +130,7 @@ impl Kernel for Other {
     }
 
     fn potential(self, r2: Lanes) -> Lanes {
-        Self::each(r2, |r2| self.law.potential(r2))
+        // Laws without a potential are not asked for it.
+        Self::each(r2, |r2| self.law.potential_at(r2).unwrap_or(f64::NAN))
     }
 }

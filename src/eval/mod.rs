@@ -11,7 +11,7 @@ mod program;
 mod radial;
 
 use crate::compile::{Compiled, Program};
-use crate::field::{Frame, Frames, LocalQuery};
+use crate::field::{Frame, Frames, LocalQuery, Motion, real};
 use crate::math::{Vector, from_dvec3, to_f64};
 
 pub(crate) use pairs::{Clump, PairList};
@@ -118,6 +118,9 @@ impl Evaluator {
         self.forces.clear();
         self.forces.resize(probes.list.len(), Vector::ZERO);
         for (number, batch) in compiled.radials.iter().enumerate() {
+            if quantity == Quantity::Potential && !batch.law.has_potential() {
+                continue;
+            }
             let (frames, forces) = (&mut self.frames, &mut self.forces);
             let frame = |anchor| frames.get(compiled, world, anchor);
             self.radials
@@ -146,6 +149,7 @@ impl Evaluator {
             let weighting = crate::compile::Weighting {
                 reading,
                 coupling: Coupling::Share,
+                groups: None,
             };
             for (centre, wrench) in probes.centres.iter().zip(&mut *wrenches) {
                 wrench.force += vector * probes.weight(centre, &weighting, moment);
@@ -175,12 +179,12 @@ impl Evaluator {
                 continue;
             }
             let query = probes.query(probe, moment);
+            let motion = Motion::of(&query);
             let mut force = Vector::ZERO;
             for instance in instances {
-                let outcome = self
-                    .machine
-                    .run(program, *instance as usize, frames, &query);
-                force += outcome.map_or(Vector::ZERO, |outcome| from_dvec3(outcome.force));
+                let instance = *instance as usize;
+                let outcome = self.machine.run(program, instance, frames, &query, &motion);
+                force += outcome.map_or(Vector::ZERO, |outcome| from_dvec3(real(&outcome.force)));
             }
             if program.at_centre {
                 wrenches[probe.body as usize].force += force;
@@ -211,6 +215,8 @@ impl Evaluator {
             }
         }
         self.radials(compiled, world, probes, moment, Quantity::Potential);
+        let without = compiled.radials.iter();
+        energy.without = without.filter(|batch| !batch.law.has_potential()).count();
         energy.total += self.forces.iter().map(|sum| to_f64(sum.x)).sum::<f64>();
         for program in compiled.programs.iter().filter(|program| program.has_force) {
             self.frames.fill(compiled, world, program);
@@ -246,14 +252,14 @@ fn program_energy(
             .iter()
             .filter_map(|anchor| frames[*anchor as usize].as_ref())
         {
-            if frame.body.is_some() && frame.body == query.body {
+            if !field.acts_on(&query, frame) {
                 continue;
             }
             let local = LocalQuery::new(&query, frame);
             let here = crate::field::Neighbourhood::open();
             if field.region.pieces(&local, &here).any() {
                 let share = if frame.body.is_some() { 0.5 } else { 1.0 };
-                total += field.formula.potential(&local)? * field.weight(&local) * share;
+                total += field.potential(&local)? * share;
             }
         }
     }

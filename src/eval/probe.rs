@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use crate::compile::Weighting;
 use crate::field::{Axis, Coupling, Query, Reading};
-use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
+use crate::math::{
+    ColliderHandle, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64,
+};
 
 /// Values of the user's axes, by name.
 pub(crate) type UserValues = Arc<[(Arc<str>, f64)]>;
@@ -25,6 +27,9 @@ pub(crate) struct Probe {
     pub mass: Real,
     pub share: Real,
     pub charge: Real,
+    pub volume: Real,
+    /// Collision groups of the collider.
+    pub groups: InteractionGroups,
     /// Number of its [`UserValues`].
     pub user: u32,
     /// The collider it stands for.
@@ -99,6 +104,8 @@ impl Probes {
             mass: to_f64(probe.mass),
             share: to_f64(probe.share),
             charge: to_f64(probe.charge),
+            volume: to_f64(probe.volume),
+            groups: probe.groups,
             user: self.user[probe.user as usize].clone(),
             body: Some(self.bodies[probe.body as usize]),
         }
@@ -106,6 +113,12 @@ impl Probes {
 
     /// The number that turns the vector of a field into a force on the probe.
     pub(crate) fn weight(&self, probe: &Probe, weighting: &Weighting, moment: Moment) -> Real {
+        if weighting
+            .groups
+            .is_some_and(|groups| !groups.test(probe.groups))
+        {
+            return 0.0;
+        }
         let coupled = match &weighting.coupling {
             Coupling::Axis(axis) => self.axis(probe, axis, moment),
             Coupling::Share if weighting.reading == Reading::Force => probe.share,

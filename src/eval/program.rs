@@ -1,38 +1,70 @@
 //! Programs: composite terms, evaluated at one probe at a time.
 
-use crate::compile::{AnchorId, IndexKind, Program, Step};
-use crate::field::{Frame, LocalQuery, Neighbourhood, Normal, Operator, Pieces, Query};
+use crate::compile::{AnchorId, IndexKind, NO_ANCHOR, Program, Step};
+use crate::field::{
+    Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces, Query,
+    Vec3, constant,
+};
 use crate::math::{DVec3, Real, Vector};
 use crate::rapier::parry::bounding_volume::Aabb;
 use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy};
 
 /// A composite at a sample.
 #[derive(Clone, Copy, Debug)]
-struct Value {
+struct Value<T> {
     defined: Pieces,
-    vector: DVec3,
+    vector: Vec3<T>,
     /// Bit n: the vector would hold that of leaf n, were it not zero. Leaves beyond the 64th are
     /// not told apart.
     leaves: u64,
 }
 
+impl<T: Number> Value<T> {
+    fn undefined() -> Self {
+        Value {
+            defined: Pieces::NONE,
+            vector: constant(DVec3::ZERO),
+            leaves: 0,
+        }
+    }
+}
+
 /// What a program gives at a sample where it is defined.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Outcome {
+pub(crate) struct Outcome<T = f64> {
     /// The force, world axes.
-    pub force: DVec3,
+    pub force: Vec3<T>,
     /// Bit n: leaf n contributes to it.
     pub leaves: u64,
 }
 
-/// Evaluates programs; keeps its stack between calls.
-#[derive(Debug, Default)]
-pub(crate) struct Machine {
-    stack: Vec<Value>,
+/// Evaluates programs; keeps its stack between calls. With numbers that carry derivatives it
+/// gives the derivatives of the force, too.
+#[derive(Debug)]
+pub(crate) struct Machine<T = f64> {
+    stack: Vec<Value<T>>,
     normals: Vec<Normal>,
 }
 
-impl Machine {
+impl<T> Default for Machine<T> {
+    fn default() -> Self {
+        Machine {
+            stack: Vec::new(),
+            normals: Vec::new(),
+        }
+    }
+}
+
+/// One probe before one instance of a program.
+struct Place<'a, T> {
+    program: &'a Program,
+    instance: usize,
+    frames: &'a [Option<Frame>],
+    query: &'a Query,
+    motion: &'a Motion<T>,
+}
+
+impl<T: Number> Machine<T> {
     /// The program's instance at a sample; nothing where it is not defined.
     pub(crate) fn run(
         &mut self,
@@ -40,46 +72,53 @@ impl Machine {
         instance: usize,
         frames: &[Option<Frame>],
         query: &Query,
-    ) -> Option<Outcome> {
+        motion: &Motion<T>,
+    ) -> Option<Outcome<T>> {
+        let place = Place {
+            program,
+            instance,
+            frames,
+            query,
+            motion,
+        };
         let open = Neighbourhood::open();
-        let outcome = self.walk(program, instance, frames, query, &open);
+        let outcome = self.walk(&place, &open);
         if !open.met_a_surface() {
             return outcome;
         }
         // The sample lies on a surface: find the pieces around it, and walk again.
         self.normals.clear();
-        for leaf in 0..program.leaves.len() {
-            if let Some(local) = acting(program, instance, leaf, frames, query) {
-                program.leaves[leaf]
-                    .region
-                    .touched(&local, &mut self.normals);
+        for (leaf, field) in program.leaves.iter().enumerate() {
+            if let Some(local) = place.acting(leaf) {
+                field.region.touched(&local, &mut self.normals);
             }
         }
         let here = Neighbourhood::of(&self.normals);
-        self.walk(program, instance, frames, query, &here)
+        self.walk(&place, &here)
     }
 
-    fn walk(
-        &mut self,
-        program: &Program,
-        instance: usize,
-        frames: &[Option<Frame>],
-        query: &Query,
-        here: &Neighbourhood,
-    ) -> Option<Outcome> {
+    fn walk(&mut self, place: &Place<'_, T>, here: &Neighbourhood) -> Option<Outcome<T>> {
+        let program = place.program;
         self.stack.clear();
         for step in &program.steps {
-            let value = match *step {
-                Step::Leaf(leaf) => leaf_value(program, instance, leaf, frames, query, here),
+            match *step {
+                Step::Leaf(leaf) => self.stack.push(place.leaf_value(leaf, here)),
                 Step::Apply(operator, count) => {
-                    let operands = self.stack.split_off(self.stack.len() - count as usize);
-                    let combined = operands
-                        .into_iter()
-                        .reduce(|u, v| apply(operator, u, v, here));
-                    combined.unwrap_or(UNDEFINED)
+                    self.combine(count, |operands| {
+                        let combined = operands.iter().copied();
+                        combined.reduce(|u, v| apply(operator, u, v, here))
+                    });
                 }
-            };
-            self.stack.push(value);
+                Step::Layers(count, modes) => {
+                    let modes = &program.modes[modes as usize];
+                    self.combine(count, |operands| Some(layers(operands, modes)));
+                }
+                Step::Modify(number) => {
+                    if let Some(value) = self.stack.last_mut().filter(|v| v.defined.any()) {
+                        place.modify(number, value);
+                    }
+                }
+            }
         }
         let value = self.stack.pop()?;
         value.defined.any().then_some(Outcome {
@@ -87,78 +126,104 @@ impl Machine {
             leaves: value.leaves,
         })
     }
-}
 
-const UNDEFINED: Value = Value {
-    defined: Pieces::NONE,
-    vector: DVec3::ZERO,
-    leaves: 0,
-};
-
-/// The sample as a leaf sees it, if the leaf is there and does not belong to the probe's body.
-fn acting<'a>(
-    program: &Program,
-    instance: usize,
-    leaf: usize,
-    frames: &[Option<Frame>],
-    query: &'a Query,
-) -> Option<LocalQuery<'a>> {
-    let anchor = program.anchors[instance * program.leaves.len() + leaf];
-    let frame = frames[anchor as usize].as_ref()?;
-    let own = frame.body.is_some() && frame.body == query.body;
-    (!own).then(|| LocalQuery::new(query, frame))
-}
-
-fn leaf_value(
-    program: &Program,
-    instance: usize,
-    leaf: u32,
-    frames: &[Option<Frame>],
-    query: &Query,
-    here: &Neighbourhood,
-) -> Value {
-    let Some(local) = acting(program, instance, leaf as usize, frames, query) else {
-        return UNDEFINED;
-    };
-    let field = &program.leaves[leaf as usize];
-    let defined = field.region.pieces(&local, here);
-    if !defined.any() {
-        return UNDEFINED;
+    /// Puts one value in place of the last `count`.
+    fn combine(&mut self, count: u32, rule: impl FnOnce(&[Value<T>]) -> Option<Value<T>>) {
+        let start = self.stack.len() - count as usize;
+        let combined = rule(&self.stack[start..]).unwrap_or_else(Value::undefined);
+        self.stack.truncate(start);
+        self.stack.push(combined);
     }
-    Value {
-        defined,
-        vector: local.rotation * field.formula.vector(&local) * field.weight(&local),
-        leaves: 1_u64.checked_shl(leaf).unwrap_or(0),
+}
+
+impl<'a, T: Number> Place<'a, T> {
+    fn frame(&self, anchored: usize) -> Option<&'a Frame> {
+        let anchor = self.program.anchors[self.instance * self.program.stride() + anchored];
+        let there = anchor != NO_ANCHOR;
+        there
+            .then(|| self.frames[anchor as usize].as_ref())
+            .flatten()
+    }
+
+    /// The sample as a leaf sees it, if the leaf is there and acts on the probe.
+    fn acting(&self, leaf: usize) -> Option<LocalQuery<'a, T>> {
+        let frame = self.frame(leaf)?;
+        let acts = self.program.leaves[leaf].acts_on(self.query, frame);
+        acts.then(|| LocalQuery::moving(self.query, self.motion, frame))
+    }
+
+    fn leaf_value(&self, leaf: u32, here: &Neighbourhood) -> Value<T> {
+        let Some(local) = self.acting(leaf as usize) else {
+            return Value::undefined();
+        };
+        let field = &self.program.leaves[leaf as usize];
+        let defined = field.region.pieces(&local, here);
+        if !defined.any() {
+            return Value::undefined();
+        }
+        Value {
+            defined,
+            vector: field.force(&local),
+            leaves: 1_u64.checked_shl(leaf).unwrap_or(0),
+        }
+    }
+
+    fn modify(&self, number: u32, value: &mut Value<T>) {
+        let frame = self.frame(self.program.leaves.len() + number as usize);
+        let local = frame.map(|frame| LocalQuery::moving(self.query, self.motion, frame));
+        let modifier = &self.program.modifiers[number as usize];
+        value.vector = modifier.apply(value.vector, local.as_ref());
     }
 }
 
 /// An operator on the values of its operands; see the table at [`Operator`].
-fn apply(operator: Operator, u: Value, v: Value, here: &Neighbourhood) -> Value {
-    use Operator::*;
+fn apply<T: Number>(
+    operator: Operator,
+    u: Value<T>,
+    v: Value<T>,
+    here: &Neighbourhood,
+) -> Value<T> {
     let (e, g) = (u.defined, v.defined);
-    let defined = match operator {
-        SumUnion | CrossUnion | ReplaceUnion => e | g,
-        SumIntersection | CrossIntersection | ReplaceIntersection => e & g,
-        Difference => e & here.complement(g),
-    };
+    let defined = operator.set(e, g, here);
     if !defined.any() {
-        return UNDEFINED;
+        return Value::undefined();
     }
-    if !g.any() || operator == Difference {
+    if !g.any() {
         return Value { defined, ..u };
     }
-    if !e.any() || matches!(operator, ReplaceUnion | ReplaceIntersection) {
+    if !e.any() {
         return Value { defined, ..v };
     }
-    let vector = match operator {
-        CrossUnion | CrossIntersection => u.vector.cross(v.vector),
-        _ => u.vector + v.vector,
+    let leaves = match operator {
+        Operator::Difference => u.leaves,
+        Operator::ReplaceUnion | Operator::ReplaceIntersection => v.leaves,
+        _ => u.leaves | v.leaves,
     };
     Value {
         defined,
-        vector,
-        leaves: u.leaves | v.leaves,
+        vector: operator.vector(u.vector, v.vector),
+        leaves,
     }
+}
+
+/// The rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
+fn layers<T: Number>(operands: &[Value<T>], modes: &[Override]) -> Value<T> {
+    let mut gathered = Value::undefined();
+    let mut stopped = false;
+    for (value, mode) in operands.iter().zip(modes) {
+        gathered.defined = gathered.defined | value.defined;
+        if stopped || !value.defined.any() {
+            continue;
+        }
+        if mode.replaces {
+            gathered.vector = constant(DVec3::ZERO);
+            gathered.leaves = 0;
+        }
+        gathered.vector += value.vector;
+        gathered.leaves |= value.leaves;
+        stopped = mode.stops;
+    }
+    gathered
 }
 
 /// Which instances of a program may act at a point.

@@ -1,6 +1,6 @@
 //! What can be wrong with a tree.
 
-use crate::math::{Pose, Real, to_f64};
+use crate::math::{Pose, Real, Vector, to_f64};
 
 /// Why a tree was refused. Fields are named by their own name, or by their place in the tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -34,6 +34,14 @@ pub enum TreeError {
         setter: &'static str,
         /// The formula.
         formula: &'static str,
+    },
+    /// An expression cannot be read, or not be differentiated.
+    #[error("{field}: {message}")]
+    Expression {
+        /// The field.
+        field: String,
+        /// The text, and what is wrong with it.
+        message: String,
     },
     /// A parameter of a field is out of its range.
     #[error("{field}: {quantity} must be {requirement}, but is {value}")]
@@ -137,5 +145,39 @@ pub(crate) fn validate_interval(field: &str, min: Real, max: Real) -> Result<(),
         "the lower end of an interval",
         below,
         to_f64(min),
+    ))
+}
+
+/// Checks that parameters are finite.
+pub(crate) fn all_finite(field: &str, values: &[(&'static str, Real)]) -> Result<(), TreeError> {
+    values
+        .iter()
+        .try_for_each(|(quantity, value)| finite(field, quantity, *value))
+}
+
+/// Checks that a vector is finite.
+pub(crate) fn finite_vector(
+    field: &str,
+    quantity: &'static str,
+    vector: Vector,
+) -> Result<(), TreeError> {
+    let mut components = vector.to_array().into_iter();
+    components.try_for_each(|x| finite(field, quantity, x))
+}
+
+/// Checks that a parameter is zero or more, and finite.
+pub(crate) fn not_negative(
+    field: &str,
+    quantity: &'static str,
+    value: Real,
+) -> Result<(), TreeError> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(bad(
+        field,
+        quantity,
+        "zero or more, and finite",
+        to_f64(value),
     ))
 }

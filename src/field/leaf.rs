@@ -2,14 +2,16 @@
 
 use std::sync::Arc;
 
-use super::anchor::Anchor;
+use super::anchor::{Anchor, Frame};
 use super::axis::Axis;
-use super::contact::ContactLaw;
-use super::error::{TreeError, rigid};
-use super::formula::{Closure, Formula, Profile, Radial};
-use super::query::{LocalQuery, Sample};
+use super::error::{TreeError, not_negative, rigid};
+use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
+use super::number::{Number, Vec3, length, rotate};
+use super::query::{LocalQuery, Query};
 use super::region::Region;
-use crate::math::{Real, Vector};
+use super::scalar::Scalar;
+use super::solid::AnyShape;
+use crate::math::{InteractionGroups, Real, SharedShape, to_f64};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.
 ///
@@ -29,6 +31,12 @@ pub struct Field {
     pub(crate) anchor: Anchor,
     pub(crate) reading: Reading,
     pub(crate) coupling: Coupling,
+    pub(crate) scale: Option<Scalar>,
+    /// Bound of the vector's length, after scaling.
+    pub(crate) limit: Option<Real>,
+    /// Without any, the field acts on all colliders, whatever theirs.
+    pub(crate) groups: Option<InteractionGroups>,
+    pub(crate) reacts: bool,
     /// A setter that does not fit the formula, for validation to report.
     pub(crate) misfit: Option<&'static str>,
 }
@@ -69,7 +77,7 @@ impl Coupling {
 }
 
 impl Field {
-    fn new(formula: Formula) -> Self {
+    pub(super) fn new(formula: Formula) -> Self {
         Field {
             name: None,
             region: Region::everywhere(),
@@ -77,102 +85,12 @@ impl Field {
             anchor: Anchor::WORLD,
             reading: Reading::Force,
             coupling: Coupling::Share,
+            scale: None,
+            limit: None,
+            groups: None,
+            reacts: false,
             misfit: None,
         }
-    }
-
-    /// The same vector everywhere, in the field's frame: a force, unless read otherwise.
-    pub fn uniform(vector: Vector) -> Self {
-        Self::new(Formula::Uniform(vector))
-    }
-
-    /// Along the line through the field's origin: `strength` · rᵖᵒʷᵉʳ, positive outward.
-    pub fn radial(strength: Real, power: Real) -> Self {
-        Self::from_profile(Profile::Power {
-            strength,
-            power,
-            softening: 0.0,
-        })
-    }
-
-    /// The gravity of a point mass, an acceleration of `mu`/r² towards the field's origin.
-    ///
-    /// `mu` = G M, in length³/time². Singular at the origin unless [softened](Self::softened).
-    pub fn point_gravity(mu: Real) -> Self {
-        Self::radial(-mu, -2.0).read_as(Reading::Acceleration)
-    }
-
-    /// The electric force of a point charge, `constant` · `charge` · (charge of the probe) / r².
-    ///
-    /// Coupled to [`Axis::Charge`]. `constant` is 1/4πε₀ in the units of the world
-    /// (8.98755e9 N m²/C², or 138935.458 amu Å³ ps⁻² e⁻²).
-    pub fn coulomb(constant: Real, charge: Real) -> Self {
-        Self::radial(constant * charge, -2.0).coupled_to(Coupling::Axis(Axis::Charge))
-    }
-
-    /// The Lennard-Jones force of potential 4 ε ((σ/r)¹² − (σ/r)⁶), on [each](Coupling::Each)
-    /// probe.
-    pub fn lennard_jones(epsilon: Real, sigma: Real) -> Self {
-        Self::from_profile(Profile::LennardJones { epsilon, sigma }).coupled_to(Coupling::Each)
-    }
-
-    /// A spring to the field's origin: −`stiffness` · d, for the distance vector d.
-    pub fn spring(stiffness: Real) -> Self {
-        Self::new(Formula::Spring {
-            stiffness,
-            damping: 0.0,
-            rest_length: 0.0,
-        })
-    }
-
-    /// A spring to the field's origin with a rest length, and damping of the velocity relative
-    /// to the field's frame.
-    pub fn spring_damper(stiffness: Real, damping: Real, rest_length: Real) -> Self {
-        Self::new(Formula::Spring {
-            stiffness,
-            damping,
-            rest_length,
-        })
-    }
-
-    /// Drag −(`linear` + `quadratic` |v|) v, for the velocity v relative to the field's frame.
-    pub fn drag(linear: Real, quadratic: Real) -> Self {
-        Self::new(Formula::Drag { linear, quadratic })
-    }
-
-    /// The magnetic part of the Lorentz force, q v × B, coupled to [`Axis::Charge`].
-    pub fn magnetic(b: Vector) -> Self {
-        Self::new(Formula::Magnetic(b)).coupled_to(Coupling::Axis(Axis::Charge))
-    }
-
-    /// A function of the user's, from the sample in the field's frame to a vector in that frame.
-    ///
-    /// `reads` lists the axes it wants in [`Sample::axes`]; a function of the velocity names
-    /// [`Axis::Speed`] among them. The function must depend on nothing but the sample.
-    ///
-    /// ```
-    /// use rapier3d_fields::prelude::*;
-    /// let pulse = Field::closure([Axis::Time], |sample: &Sample| Vector::Y * sample.axes[0].sin());
-    /// ```
-    pub fn closure(
-        reads: impl IntoIterator<Item = Axis>,
-        function: impl Fn(&Sample<'_>) -> Vector + Send + Sync + 'static,
-    ) -> Self {
-        let closure = Closure::new(reads.into_iter().collect(), function);
-        Self::new(Formula::Closure(Arc::new(closure)))
-    }
-
-    /// A detection field (§3.3): finds what touches the collider it is anchored to, and answers
-    /// by a law.
-    pub fn contact(law: ContactLaw) -> Self {
-        Self::new(Formula::Contact(law))
-    }
-
-    fn from_profile(profile: Profile) -> Self {
-        Self::new(Formula::Radial(Radial {
-            profile,
-            shifted_at: None,
-        }))
     }
 
     /// Softens a radial power law: r² becomes r² + `length`² (Plummer). Other formulas have no
@@ -190,6 +108,15 @@ impl Field {
         self
     }
 
+    /// Smooths a vortex or spin within a core of this radius around its axis.
+    pub fn smoothed(mut self, radius: Real) -> Self {
+        match &mut self.formula {
+            Formula::Swirl(swirl) => swirl.core = radius,
+            _ => self.misfit = Some("smoothed"),
+        }
+        self
+    }
+
     /// Ends a radial field at `cutoff`, its force shifted so that it reaches zero there; replaces
     /// the region by a ball of that radius. Formulas that are not radial are refused with the tree.
     pub fn shifted_to_zero_at(mut self, cutoff: Real) -> Self {
@@ -202,10 +129,106 @@ impl Field {
         self
     }
 
+    /// Measures the distance of a radial field from the nearest point of a shape, which stands in
+    /// the field's frame: the pull of a ring, a wall, a planet that is a cube. Fields that are not
+    /// radial are refused with the tree.
+    pub fn around(mut self, shape: SharedShape) -> Self {
+        if let Formula::Radial(radial) = self.formula {
+            let shape = AnyShape(shape);
+            self.formula = Formula::Nearest(Nearest { shape, radial });
+        } else {
+            self.misfit = Some("around");
+        }
+        self
+    }
+
+    /// Takes a radial force nearer than `distance` to be as strong as there: no singularity.
+    pub fn no_nearer_than(mut self, distance: Real) -> Self {
+        match &mut self.formula {
+            Formula::Radial(radial) | Formula::Nearest(Nearest { radial, .. }) => {
+                radial.nearest = Some(distance);
+            }
+            _ => self.misfit = Some("no_nearer_than"),
+        }
+        self
+    }
+
+    /// Shortens the vector to this length where it is longer. The length is in the vector's own
+    /// unit: that of a force, an acceleration, or a velocity.
+    pub fn limited_to(mut self, length: Real) -> Self {
+        match &mut self.formula {
+            Formula::Radial(radial) if self.scale.is_none() => radial.strongest = Some(length),
+            _ => self.limit = Some(length),
+        }
+        self
+    }
+
+    /// Multiplies the vector with a number that depends on the sample: masks, soft edges, falloff
+    /// curves, time envelopes. A second scale multiplies the first.
+    pub fn scaled_by(mut self, scale: impl Into<Scalar>) -> Self {
+        let scale = scale.into();
+        self.scale = Some(match self.scale.take() {
+            Some(known) => known.times(scale),
+            None => scale,
+        });
+        self
+    }
+
+    /// Reads the vector as the velocity of a medium, in the field's frame, that drags what it
+    /// flows past: (`linear` + `quadratic` |w|) w for the velocity w of the flow past the probe.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let whirlwind = Field::vortex(12.0, -1.0).smoothed(1.0).as_wind(0.5, 0.0).speed_cap(30.0);
+    /// # let _ = whirlwind;
+    /// ```
+    pub fn as_wind(mut self, linear: Real, quadratic: Real) -> Self {
+        let still = Formula::Uniform(Uniform {
+            vector: crate::math::Vector::ZERO,
+        });
+        let flow = Box::new(std::mem::replace(&mut self.formula, still));
+        self.formula = Formula::Wind(Wind {
+            flow,
+            drag: Drag { linear, quadratic },
+            speed_cap: Real::INFINITY,
+        });
+        self
+    }
+
+    /// Bounds the speed past the probe that a [wind](Self::as_wind) answers to. Large speeds of
+    /// light bodies are stable only with a bound.
+    pub fn speed_cap(mut self, speed: Real) -> Self {
+        match &mut self.formula {
+            Formula::Wind(wind) => wind.speed_cap = speed,
+            _ => self.misfit = Some("speed_cap"),
+        }
+        self
+    }
+
+    /// Restricts the field to probes of colliders whose collision groups interact with these.
+    /// Without, it acts on all.
+    pub fn groups(mut self, groups: InteractionGroups) -> Self {
+        self.groups = Some(groups);
+        self
+    }
+
+    /// Lets the body that the field is anchored to feel the opposite force, at the same point: so
+    /// momentum and angular momentum are conserved. Fields that react cannot share a term of the
+    /// tree with fields of other bodies.
+    pub fn reacting(mut self) -> Self {
+        self.reacts = true;
+        self
+    }
+
     /// Restricts the field to a region of its own frame.
     pub fn within(mut self, region: Region) -> Self {
         self.region = region;
         self
+    }
+
+    /// Restricts the field to what is not in a region of its own frame.
+    pub fn outside(self, region: Region) -> Self {
+        self.within(region.complement())
     }
 
     /// Anchors the field to a body, a collider, or a pose in the world.
@@ -237,18 +260,44 @@ impl Field {
         self.coupled_to(Coupling::Axis(axis.into()))
     }
 
+    /// Whether the field acts on the probe at all, its region aside: its groups allow it, and
+    /// the probe is not of the body that carries the field.
+    pub(crate) fn acts_on(&self, query: &Query, frame: &Frame) -> bool {
+        let own = frame.body.is_some() && frame.body == query.body;
+        !own && self.groups.is_none_or(|groups| groups.test(query.groups))
+    }
+
+    /// The force on a probe where the field is defined, in world axes.
+    pub(crate) fn force<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let mut vector = self.formula.vector(local);
+        if let Some(scale) = &self.scale {
+            vector *= scale.at(local);
+        }
+        if let Some(limit) = self.limit {
+            vector = limited(vector, to_f64(limit));
+        }
+        rotate(local.rotation, &vector) * self.weight(local)
+    }
+
+    /// The potential energy of a probe, where the field has a potential.
+    pub(crate) fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        let bare = self.scale.is_none() && self.limit.is_none();
+        let potential = bare.then(|| self.formula.potential(local)).flatten()?;
+        Some(potential * self.weight(local))
+    }
+
     /// The number that turns the formula's vector into a force on the probe.
-    pub(crate) fn weight(&self, local: &LocalQuery<'_>) -> f64 {
+    fn weight<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
         let query = local.query;
-        let coupled = match &self.coupling {
-            Coupling::Axis(axis) => Some(local.axis(axis).unwrap_or(f64::NAN)),
-            _ => None,
+        let coupled = match (&self.coupling, self.reading) {
+            (Coupling::Axis(axis), _) => local.coordinate(axis).unwrap_or(f64::NAN.into()),
+            (Coupling::Share, Reading::Force) => query.share.into(),
+            (Coupling::Share | Coupling::Each, _) => 1.0.into(),
         };
-        match (self.reading, &self.coupling) {
-            (Reading::Force, Coupling::Share) => query.share,
-            (Reading::Force, _) => coupled.unwrap_or(1.0),
-            (Reading::Acceleration, _) => query.mass * coupled.unwrap_or(1.0),
-            (Reading::VelocityChange, _) => query.mass / query.dt * coupled.unwrap_or(1.0),
+        match self.reading {
+            Reading::Force => coupled,
+            Reading::Acceleration => coupled * query.mass,
+            Reading::VelocityChange => coupled * (query.mass / query.dt),
         }
     }
 
@@ -258,12 +307,20 @@ impl Field {
             && self.region == other.region
             && self.reading == other.reading
             && self.coupling == other.coupling
+            && self.scale == other.scale
+            && self.limit == other.limit
+            && self.groups == other.groups
+            && self.reacts == other.reacts
     }
 
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that
     /// is not coupled to what differs between its parts.
     pub(crate) fn acts_at_centre(&self) -> bool {
-        self.formula.is_uniform() && self.coupling == Coupling::Share
+        let scale_is_uniform = self.scale.as_ref().is_none_or(Scalar::is_uniform);
+        self.formula.is_uniform()
+            && self.coupling == Coupling::Share
+            && self.groups.is_none()
+            && scale_is_uniform
     }
 
     pub(crate) fn reads_velocity(&self) -> bool {
@@ -281,7 +338,11 @@ impl Field {
             _ => None,
         };
         let formula = self.formula.axes().iter();
-        formula.chain(self.region.axes()).chain(coupling)
+        let scale = self.scale.iter().flat_map(Scalar::axes);
+        formula
+            .chain(self.region.axes())
+            .chain(coupling)
+            .chain(scale)
     }
 
     /// How messages name the field.
@@ -305,7 +366,22 @@ impl Field {
                 formula: self.formula.kind(),
             });
         }
+        if let Some(scale) = &self.scale {
+            scale.validate(label)?;
+        }
+        let limit = self.limit.unwrap_or(0.0);
+        not_negative(label, "the limit of the vector's length", limit)?;
         self.region.validate(label)?;
         self.formula.validate(label)
+    }
+}
+
+/// The vector, no longer than `limit`.
+pub(crate) fn limited<T: Number>(vector: Vec3<T>, limit: f64) -> Vec3<T> {
+    let size = length(&vector);
+    if size.re() > limit {
+        vector * (size.recip() * limit)
+    } else {
+        vector
     }
 }

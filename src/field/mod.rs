@@ -3,13 +3,20 @@
 mod anchor;
 mod axis;
 pub mod boundary;
+mod constructors;
 mod contact;
 mod error;
 mod formula;
+mod layer;
 mod leaf;
+mod linearised;
+mod modifier;
+mod number;
 mod operator;
+mod over_axes;
 mod query;
 mod region;
+mod scalar;
 mod solid;
 mod tree;
 
@@ -17,13 +24,24 @@ pub use anchor::{Anchor, Frame, Frames};
 pub use axis::Axis;
 pub use contact::ContactLaw;
 pub use error::TreeError;
-pub use formula::{Closure, Formula, Profile, Radial};
+#[cfg(feature = "expression")]
+pub use formula::Expression;
+pub use formula::{
+    Buoyancy, Closure, Coordinates, Drag, Formula, Grid, LinearKernel, Magnetic, Nearest, Path,
+    Profile, Radial, Spring, Swirl, Turbulence, Uniform, Wind,
+};
+pub use layer::Layer;
 pub use leaf::{Coupling, Field, Reading};
+pub use linearised::Linearised;
 pub use operator::Operator;
 pub use query::{Query, Sample};
 pub use region::{Placement, Region};
+pub use scalar::Scalar;
 pub use tree::Tree;
 
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
-pub(crate) use query::LocalQuery;
+pub(crate) use layer::Override;
+pub(crate) use modifier::Modifier;
+pub(crate) use number::{Dual, Number, Vec3, constant, real};
+pub(crate) use query::{LocalQuery, Motion};
 pub(crate) use tree::Node;

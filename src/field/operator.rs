@@ -2,7 +2,12 @@
 
 use std::fmt;
 
-/// The seven operators of the paper's Figure 1: an algebraic operation (sum, cross product,
+use super::boundary::{Neighbourhood, Pieces};
+use super::number::{Number, Vec3};
+
+/// The operators of the algebra.
+///
+/// Seven are those of the paper's Figure 1: an algebraic operation (sum, cross product,
 /// replacement) on a set operation (union, intersection), and the difference.
 ///
 /// For a field U on the set E and a field V on the set G:
@@ -16,6 +21,19 @@ use std::fmt;
 /// | [`ReplaceUnion`](Operator::ReplaceUnion) →∪ | E∪G | U on E−G, V on G |
 /// | [`ReplaceIntersection`](Operator::ReplaceIntersection) →∩ | E∩G | V |
 /// | [`Difference`](Operator::Difference) − | E−G | U |
+///
+/// And four beyond the paper, for what other engines' users know:
+///
+/// | operator | defined on | value |
+/// |---|---|---|
+/// | [`Strongest`](Operator::Strongest) | E∪G | U on E−G, V on G−E, the longer of the two on E∩G |
+/// | [`Weakest`](Operator::Weakest) | E∪G | U on E−G, V on G−E, the shorter of the two on E∩G |
+/// | [`Minimum`](Operator::Minimum) | E∪G | U on E−G, V on G−E, the lesser of each component on E∩G |
+/// | [`Maximum`](Operator::Maximum) | E∪G | U on E−G, V on G−E, the greater of each component on E∩G |
+///
+/// Where both are equally long, U counts. Components are along the world's axes. A mask is a
+/// replacement: `mask.replace_intersection(field)` is the field where the mask is defined; and a
+/// complement a difference: `field.difference(mask)` is the field where it is not.
 ///
 /// The sets are closed and regularised: what happens on a boundary is said in
 /// [`boundary`](crate::field::boundary). Vectors are forces here, whatever the fields' own
@@ -36,11 +54,19 @@ pub enum Operator {
     ReplaceIntersection,
     /// The left operand, where the right one is not defined.
     Difference,
+    /// The longer vector where both are defined, either where only one is. Associates.
+    Strongest,
+    /// The shorter vector where both are defined, either where only one is. Associates.
+    Weakest,
+    /// The lesser of each component where both are defined. Commutes and associates.
+    Minimum,
+    /// The greater of each component where both are defined. Commutes and associates.
+    Maximum,
 }
 
 impl Operator {
-    /// All operators, in the order of the table.
-    pub const ALL: [Operator; 7] = [
+    /// All operators, in the order of the tables.
+    pub const ALL: [Operator; 11] = [
         Operator::SumUnion,
         Operator::SumIntersection,
         Operator::CrossUnion,
@@ -48,15 +74,48 @@ impl Operator {
         Operator::ReplaceUnion,
         Operator::ReplaceIntersection,
         Operator::Difference,
+        Operator::Strongest,
+        Operator::Weakest,
+        Operator::Minimum,
+        Operator::Maximum,
     ];
 
     /// Whether operands may be regrouped, and the operator so takes any number of them (§3.1.2).
     pub fn is_associative(self) -> bool {
         use Operator::*;
-        matches!(
-            self,
-            SumUnion | SumIntersection | ReplaceUnion | ReplaceIntersection
-        )
+        !matches!(self, CrossUnion | CrossIntersection | Difference)
+    }
+
+    /// The set of the result, for sets of the operands.
+    pub(crate) fn set(self, e: Pieces, g: Pieces, here: &Neighbourhood) -> Pieces {
+        match self {
+            Operator::Difference => e & here.complement(g),
+            _ if self.is_intersection() => e & g,
+            _ => e | g,
+        }
+    }
+
+    /// The vector where both operands are defined.
+    pub(crate) fn vector<T: Number>(self, u: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
+        use Operator::*;
+        let choose = |takes_v: fn(f64, f64) -> bool| {
+            Vec3::from_fn(|k, _| {
+                let v_wins = takes_v(u[k].re(), v[k].re());
+                if v_wins { v[k] } else { u[k] }
+            })
+        };
+        let (long_u, long_v) = (u.dot(&u).re(), v.dot(&v).re());
+        match self {
+            SumUnion | SumIntersection => u + v,
+            CrossUnion | CrossIntersection => u.cross(&v),
+            ReplaceUnion | ReplaceIntersection => v,
+            Difference => u,
+            Strongest if long_v > long_u => v,
+            Weakest if long_v < long_u => v,
+            Strongest | Weakest => u,
+            Minimum => choose(|u, v| v < u),
+            Maximum => choose(|u, v| v > u),
+        }
     }
 
     /// Whether the result is defined only where both operands are.
@@ -78,6 +137,10 @@ impl Operator {
             Operator::ReplaceUnion => "→∪",
             Operator::ReplaceIntersection => "→∩",
             Operator::Difference => "−",
+            Operator::Strongest => "strongest",
+            Operator::Weakest => "weakest",
+            Operator::Minimum => "minimum",
+            Operator::Maximum => "maximum",
         }
     }
 }

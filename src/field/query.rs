@@ -5,7 +5,10 @@ use std::sync::Arc;
 use super::anchor::Frame;
 use super::axis::Axis;
 use super::boundary::Normal;
-use crate::math::{DQuat, DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dpose3, to_dvec3};
+use super::number::{Dual, Number, Vec3, constant, length, real, rotate};
+use crate::math::{
+    DQuat, DVec3, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dpose3, to_dvec3,
+};
 
 /// Axes with a slot of their own in a [`Normal`]: world x, y, z, then these, then the user's.
 const SLOTS: [Axis; 5] = [
@@ -36,6 +39,10 @@ pub struct Query {
     pub share: f64,
     /// Charge of the probe.
     pub charge: f64,
+    /// Volume the probe stands for.
+    pub volume: f64,
+    /// Collision groups of the collider the probe belongs to.
+    pub groups: InteractionGroups,
     /// Values of the user's axes, by name.
     pub user: Arc<[(Arc<str>, f64)]>,
     /// The body the probe belongs to: that body's own fields do not act.
@@ -54,16 +61,49 @@ impl Default for Query {
             mass: 1.0,
             share: 1.0,
             charge: 0.0,
+            volume: 0.0,
+            groups: InteractionGroups::all(),
             user: Arc::new([]),
             body: None,
         }
     }
 }
 
+/// How a probe moves, as numbers that may carry derivatives; the rest of a query has none.
+#[derive(Clone, Copy)]
+pub(crate) struct Motion<T> {
+    pub point: Vec3<T>,
+    pub velocity: Vec3<T>,
+}
+
+impl Motion<f64> {
+    pub(crate) fn of(query: &Query) -> Self {
+        Motion {
+            point: constant(query.world_point),
+            velocity: constant(query.world_velocity),
+        }
+    }
+}
+
+impl Motion<Dual> {
+    /// With the derivatives by the point and the velocity themselves.
+    pub(crate) fn seeded(query: &Query) -> Self {
+        let plain = Motion::of(query);
+        let seed = |v: Vec3<f64>, first: usize| {
+            let component = |k: usize| Dual::from(v[k]).derivative(first + k);
+            Vec3::new(component(0), component(1), component(2))
+        };
+        Motion {
+            point: seed(plain.point, 0),
+            velocity: seed(plain.velocity, 3),
+        }
+    }
+}
+
 /// A query as a field sees it: point and velocity relative to the field's frame, in its axes.
-pub(crate) struct LocalQuery<'a> {
-    pub point: DVec3,
-    pub velocity: DVec3,
+pub(crate) struct LocalQuery<'a, T = f64> {
+    pub point: Vec3<T>,
+    pub velocity: Vec3<T>,
     /// Frame to world.
     pub rotation: DQuat,
     pub query: &'a Query,
@@ -71,39 +111,47 @@ pub(crate) struct LocalQuery<'a> {
 
 impl<'a> LocalQuery<'a> {
     pub(crate) fn new(query: &'a Query, frame: &Frame) -> Self {
+        Self::moving(query, &Motion::of(query), frame)
+    }
+}
+
+impl<'a, T: Number> LocalQuery<'a, T> {
+    pub(crate) fn moving(query: &'a Query, motion: &Motion<T>, frame: &Frame) -> Self {
         let pose = to_dpose3(&frame.pose);
-        let arm = query.world_point - pose.translation;
-        let frame_velocity = to_dvec3(frame.velocity) + to_dvec3(frame.angvel).cross(arm);
+        let arm = motion.point - constant(pose.translation);
+        let turning = constant::<T>(to_dvec3(frame.angvel)).cross(&arm);
+        let velocity = motion.velocity - constant(to_dvec3(frame.velocity)) - turning;
         let to_local = pose.rotation.inverse();
-        // An unrotated frame must not cost the last bit: boundaries are compared exactly.
-        let (point, velocity) = if pose.rotation == DQuat::IDENTITY {
-            (arm, query.world_velocity - frame_velocity)
-        } else {
-            (
-                to_local * arm,
-                to_local * (query.world_velocity - frame_velocity),
-            )
-        };
         LocalQuery {
-            point,
-            velocity,
+            point: rotate(to_local, &arm),
+            velocity: rotate(to_local, &velocity),
             rotation: pose.rotation,
             query,
         }
     }
 
+    /// The sample point without derivatives, in the field's frame.
+    pub(crate) fn local_point(&self) -> DVec3 {
+        real(&self.point)
+    }
+
     /// The coordinate of the sample along `axis`; nothing where the user's axis has no value.
     pub(crate) fn axis(&self, axis: &Axis) -> Option<f64> {
+        self.coordinate(axis).map(|value| value.re())
+    }
+
+    /// Like [`Self::axis`], with derivatives.
+    pub(crate) fn coordinate(&self, axis: &Axis) -> Option<T> {
         Some(match axis {
             Axis::X => self.point.x,
             Axis::Y => self.point.y,
             Axis::Z => self.point.z,
-            Axis::Time => self.query.time,
-            Axis::Speed => self.velocity.length(),
-            Axis::Radius => self.query.radius,
-            Axis::Mass => self.query.mass,
-            Axis::Charge => self.query.charge,
-            Axis::User(_) => self.query.user[self.user_index(axis)?].1,
+            Axis::Time => self.query.time.into(),
+            Axis::Speed => length(&self.velocity),
+            Axis::Radius => self.query.radius.into(),
+            Axis::Mass => self.query.mass.into(),
+            Axis::Charge => self.query.charge.into(),
+            Axis::User(_) => self.query.user[self.user_index(axis)?].1.into(),
         })
     }
 
@@ -160,15 +208,20 @@ pub struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    pub(crate) fn new(local: &LocalQuery<'_>, axes: &'a [Real]) -> Self {
+    pub(crate) fn new(
+        query: &Query,
+        local_point: DVec3,
+        local_velocity: DVec3,
+        axes: &'a [Real],
+    ) -> Self {
         use crate::math::from_dvec3;
         Sample {
-            local_point: from_dvec3(local.point),
-            local_velocity: from_dvec3(local.velocity),
-            time: from_f64(local.query.time),
-            radius: from_f64(local.query.radius),
-            mass: from_f64(local.query.mass),
-            charge: from_f64(local.query.charge),
+            local_point: from_dvec3(local_point),
+            local_velocity: from_dvec3(local_velocity),
+            time: from_f64(query.time),
+            radius: from_f64(query.radius),
+            mass: from_f64(query.mass),
+            charge: from_f64(query.charge),
             axes,
         }
     }

@@ -1,9 +1,13 @@
 //! The spatial component of a field (the paper's critical set): where it acts.
 
+use std::sync::Arc;
+
 use super::axis::Axis;
 use super::boundary::{Neighbourhood, Normal, Pieces};
 use super::error::{TreeError, rigid, validate_interval};
-use super::query::LocalQuery;
+use super::number::Number;
+use super::over_axes::{OverAxes, Predicate};
+use super::query::{LocalQuery, Sample};
 use super::solid::{AnyShape, Solid};
 use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 
@@ -31,6 +35,8 @@ enum Step {
     Everywhere,
     Solid(Solid, Pose),
     Interval(Axis, Real, Real),
+    OverAxes(OverAxes),
+    Predicate(Arc<Predicate>),
     Union,
     Intersection,
     Difference,
@@ -104,18 +110,64 @@ impl Region {
         }
     }
 
+    /// The half-space Σ cₐ · a ≤ `offset` over any axes a with coefficients cₐ: a plane in space
+    /// that moves with time, or a speed limit that falls with height.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// // Behind a front that moves along x at 3 length units per unit of time.
+    /// let behind = Region::half_space_over([(Axis::X, 1.0), (Axis::Time, -3.0)], 0.0);
+    /// # let _ = behind;
+    /// ```
+    pub fn half_space_over(
+        coefficients: impl IntoIterator<Item = (Axis, Real)>,
+        offset: Real,
+    ) -> Self {
+        Self::over_axes(OverAxes::half_space(coefficients, offset))
+    }
+
+    /// The ball Σ ((a − cₐ)/rₐ)² ≤ 1 over any axes a with centres cₐ and radii rₐ: an ellipsoid
+    /// in space, or one that grows and shrinks again in time.
+    pub fn ball_over(axes: impl IntoIterator<Item = (Axis, Real, Real)>) -> Self {
+        Self::over_axes(OverAxes::ball(axes))
+    }
+
+    fn over_axes(set: OverAxes) -> Self {
+        Region {
+            steps: vec![Step::OverAxes(set)],
+        }
+    }
+
+    /// Where a function of the user's is true. `reads` lists the axes it wants in
+    /// [`Sample::axes`].
+    ///
+    /// Its boundary is not known: there, the function is taken at its word.
+    pub fn predicate(
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
+    ) -> Self {
+        let predicate = Predicate::new(reads.into_iter().collect(), function);
+        Region {
+            steps: vec![Step::Predicate(Arc::new(predicate))],
+        }
+    }
+
     fn solid(solid: Solid) -> Self {
         Region {
             steps: vec![Step::Solid(solid, Pose::IDENTITY)],
         }
     }
 
-    /// The same region moved to `local_pose` (a pose, or a point) in the field's frame.
+    /// The same region moved to `local_pose` (a pose, or a point) in the field's frame. What is no
+    /// place stays: intervals of time, speeds, predicates.
     pub fn at(mut self, local_pose: impl Into<Placement>) -> Self {
         let Placement(moved) = local_pose.into();
         for step in &mut self.steps {
-            if let Step::Solid(_, pose) = step {
-                *pose = moved * *pose;
+            match step {
+                Step::Solid(_, pose) | Step::OverAxes(OverAxes { pose, .. }) => {
+                    *pose = moved * *pose;
+                }
+                _ => {}
             }
         }
         self
@@ -169,7 +221,8 @@ impl Region {
         let mut stack: Vec<Option<Real>> = Vec::new();
         for step in &self.steps {
             let radius = match step {
-                Step::Everywhere | Step::Interval(..) => None,
+                Step::Everywhere | Step::Interval(..) | Step::Predicate(_) => None,
+                Step::OverAxes(set) => set.extent(),
                 Step::Solid(solid, pose) => solid
                     .extent()
                     .map(|extent| extent + pose.translation.length()),
@@ -196,9 +249,11 @@ impl Region {
 
     /// The axes beyond space that the region constrains.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
-        self.steps.iter().filter_map(|step| match step {
-            Step::Interval(axis, ..) => Some(axis),
-            _ => None,
+        self.steps.iter().flat_map(|step| match step {
+            Step::Interval(axis, ..) => std::slice::from_ref(axis),
+            Step::OverAxes(set) => &set.axes,
+            Step::Predicate(predicate) => predicate.axes(),
+            _ => &[],
         })
     }
 
@@ -210,6 +265,7 @@ impl Region {
                     solid.validate(field)?;
                 }
                 Step::Interval(_, min, max) => validate_interval(field, *min, *max)?,
+                Step::OverAxes(set) => set.validate(field)?,
                 _ => {}
             }
         }
@@ -217,14 +273,18 @@ impl Region {
     }
 
     /// The pieces of the neighbourhood that lie in the region.
-    pub(crate) fn pieces(&self, local: &LocalQuery<'_>, here: &Neighbourhood) -> Pieces {
+    pub(crate) fn pieces<T: Number>(
+        &self,
+        local: &LocalQuery<'_, T>,
+        here: &Neighbourhood,
+    ) -> Pieces {
         let mut stack: Vec<Pieces> = Vec::with_capacity(4);
         for step in &self.steps {
             let set = match step {
                 Step::Everywhere => here.all(),
                 Step::Solid(solid, pose) => {
                     let mut inside = here.all();
-                    solid.for_each_surface(local.point, pose, |surface| {
+                    solid.for_each_surface(local.local_point(), pose, |surface| {
                         let normal = || local.spatial_normal(surface.outward);
                         inside = inside & here.behind(surface.distance, normal);
                     });
@@ -235,6 +295,9 @@ impl Region {
                     here.behind(to_f64(*min) - value, || local.normal_along(axis, -1.0))
                         & here.behind(value - to_f64(*max), || local.normal_along(axis, 1.0))
                 }
+                Step::OverAxes(set) => here.behind(set.excess(local).re(), || set.outward(local)),
+                Step::Predicate(predicate) if predicate.holds(local) => here.all(),
+                Step::Predicate(_) => Pieces::NONE,
                 Step::Complement => {
                     let set = stack.pop().unwrap_or(Pieces::NONE);
                     here.complement(set)
@@ -254,12 +317,46 @@ impl Region {
         stack.pop().unwrap_or(Pieces::NONE)
     }
 
+    /// How deep the sample lies inside the region, negative outside: for solids and intervals no
+    /// more than the distance from the border, along whichever axis it is; without a border,
+    /// infinite. For sets over several axes it is in units of the smallest radius or steepest
+    /// slope.
+    pub(crate) fn depth<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+        let lesser = |a: T, b: T| if b.re() < a.re() { b } else { a };
+        let mut stack: Vec<T> = Vec::with_capacity(4);
+        for step in &self.steps {
+            let depth = match step {
+                Step::Everywhere => f64::INFINITY.into(),
+                Step::Solid(solid, pose) => solid.depth(&local.point, pose),
+                Step::Interval(axis, min, max) => {
+                    let value = local.coordinate(axis).unwrap_or(f64::NAN.into());
+                    lesser(value - to_f64(*min), -value + to_f64(*max))
+                }
+                Step::OverAxes(set) => -set.excess(local),
+                Step::Predicate(predicate) if predicate.holds(local) => f64::INFINITY.into(),
+                Step::Predicate(_) => f64::NEG_INFINITY.into(),
+                Step::Complement => -stack.pop().unwrap_or(f64::NAN.into()),
+                Step::Union | Step::Intersection | Step::Difference => {
+                    let right = stack.pop().unwrap_or(f64::NAN.into());
+                    let left = stack.pop().unwrap_or(f64::NAN.into());
+                    match step {
+                        Step::Union => -lesser(-left, -right),
+                        Step::Intersection => lesser(left, right),
+                        _ => lesser(left, -right),
+                    }
+                }
+            };
+            stack.push(depth);
+        }
+        stack.pop().unwrap_or(f64::NAN.into())
+    }
+
     /// Adds the outward normals of the surfaces that the sample lies on exactly.
-    pub(crate) fn touched(&self, local: &LocalQuery<'_>, normals: &mut Vec<Normal>) {
+    pub(crate) fn touched<T: Number>(&self, local: &LocalQuery<'_, T>, normals: &mut Vec<Normal>) {
         for step in &self.steps {
             match step {
                 Step::Solid(solid, pose) => {
-                    solid.for_each_surface(local.point, pose, |surface| {
+                    solid.for_each_surface(local.local_point(), pose, |surface| {
                         if surface.distance == 0.0 {
                             normals.push(local.spatial_normal(surface.outward));
                         }
@@ -269,6 +366,11 @@ impl Region {
                     let value = local.axis(axis);
                     if value == Some(to_f64(*min)) || value == Some(to_f64(*max)) {
                         normals.push(local.normal_along(axis, 1.0));
+                    }
+                }
+                Step::OverAxes(set) => {
+                    if set.excess(local).re() == 0.0 {
+                        normals.push(set.outward(local));
                     }
                 }
                 _ => {}

@@ -1,6 +1,7 @@
 //! Closed bodies in space, as intersections of what lies behind surfaces.
 
 use super::error::{TreeError, bad, positive, validate_interval};
+use super::number::{Number, Vec3, constant, real};
 use crate::math::{
     DPose3, DVec3, Pose, Real, SharedShape, Vector, from_dvec3, to_dpose3, to_dvec3, to_f64,
 };
@@ -20,7 +21,7 @@ pub(super) enum Solid {
 
 /// A shape of Parry's; equal to itself only.
 #[derive(Clone)]
-pub(super) struct AnyShape(pub SharedShape);
+pub(crate) struct AnyShape(pub SharedShape);
 
 impl PartialEq for AnyShape {
     fn eq(&self, other: &Self) -> bool {
@@ -101,7 +102,7 @@ impl Solid {
                 // The mantle: radius r at the base, 0 at the apex.
                 let side = around_y.normalize_or_zero() * (2.0 * h) + DVec3::Y * r;
                 let distance = around_y.length() * 2.0 * h - r * (h - p.y);
-                surface(distance, side);
+                surface(distance / (2.0 * h).hypot(r), side);
             }
             Solid::Capsule {
                 half_height,
@@ -135,6 +136,21 @@ impl Solid {
                 surface(sign * outward.length(), sign * outward);
             }
         }
+    }
+
+    /// How deep a point of the field's frame lies inside, negative outside; no more than its
+    /// distance from the surface.
+    pub(super) fn depth<T: Number>(&self, point: &Vec3<T>, pose: &Pose) -> T {
+        let mut excess = T::from(f64::NEG_INFINITY);
+        self.for_each_surface(real(point), pose, |surface| {
+            if surface.distance > excess.re() {
+                let outward = constant::<T>(surface.outward.normalize_or_zero());
+                // Zero, but for the derivative.
+                let moved = point - constant::<T>(real(point));
+                excess = outward.dot(&moved) + surface.distance;
+            }
+        });
+        -excess
     }
 
     /// Farthest distance of the solid from its own origin, if it is bounded.

@@ -4,9 +4,13 @@ use std::sync::Arc;
 
 use super::anchor::Anchor;
 use super::axis::Axis;
-use super::error::{TreeError, rigid};
+use super::error::{TreeError, not_negative, rigid};
+use super::layer::{Layer, Override};
 use super::leaf::Field;
+use super::modifier::Modifier;
 use super::operator::Operator;
+use super::scalar::Scalar;
+use crate::math::Real;
 
 /// The deepest nesting of operators that is accepted.
 pub(crate) const DEPTH_LIMIT: usize = 512;
@@ -45,6 +49,40 @@ pub(crate) enum Node {
         prototype: u32,
         anchors: Arc<[Anchor]>,
     },
+    Modified {
+        operand: u32,
+        modifier: Modifier,
+    },
+    /// Operands of falling priority.
+    Layers {
+        operands: Vec<u32>,
+        modes: Arc<[Override]>,
+    },
+}
+
+impl Node {
+    /// The nodes it combines.
+    pub(crate) fn operands(&self) -> &[u32] {
+        match self {
+            Node::Leaf(_) => &[],
+            Node::Operation { operands, .. } | Node::Layers { operands, .. } => operands,
+            Node::Instances {
+                prototype: operand, ..
+            }
+            | Node::Modified { operand, .. } => std::slice::from_ref(operand),
+        }
+    }
+
+    fn operands_mut(&mut self) -> &mut [u32] {
+        match self {
+            Node::Leaf(_) => &mut [],
+            Node::Operation { operands, .. } | Node::Layers { operands, .. } => operands,
+            Node::Instances {
+                prototype: operand, ..
+            }
+            | Node::Modified { operand, .. } => std::slice::from_mut(operand),
+        }
+    }
 }
 
 impl From<Field> for Tree {
@@ -91,6 +129,31 @@ macro_rules! operators {
         /// U, on E−G.
         pub fn difference(self, other: impl Into<Tree>) -> Tree {
             Tree::combine(self.into(), Operator::Difference, other.into())
+        }
+
+        /// U on E−G, V on G−E, the longer of the two on E∩G.
+        pub fn strongest(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::Strongest, other.into())
+        }
+
+        /// U on E−G, V on G−E, the shorter of the two on E∩G.
+        pub fn weakest(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::Weakest, other.into())
+        }
+
+        /// U on E−G, V on G−E, the lesser of each component on E∩G.
+        pub fn minimum(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::Minimum, other.into())
+        }
+
+        /// U on E−G, V on G−E, the greater of each component on E∩G.
+        pub fn maximum(self, other: impl Into<Tree>) -> Tree {
+            Tree::combine(self.into(), Operator::Maximum, other.into())
+        }
+
+        /// U, on E∩G: the other operand is a mask, its vector does not count.
+        pub fn masked_by(self, mask: impl Into<Tree>) -> Tree {
+            Tree::combine(mask.into(), Operator::ReplaceIntersection, self.into())
         }
     };
 }
@@ -152,6 +215,67 @@ impl Tree {
         tree
     }
 
+    /// Multiplies the composite force with a number that depends on the sample, seen in the
+    /// world's frame or, in the prototype of [instances](Self::instances), that of the instance.
+    pub fn scaled_by(self, scale: impl Into<Scalar>) -> Self {
+        self.scaled_at(scale, Anchor::WORLD)
+    }
+
+    /// Like [`scaled_by`](Self::scaled_by), with the sample seen in another frame.
+    pub fn scaled_at(self, scale: impl Into<Scalar>, anchor: impl Into<Anchor>) -> Self {
+        self.modified(Modifier::Scale {
+            scale: Arc::new(scale.into()),
+            anchor: anchor.into(),
+        })
+    }
+
+    /// Shortens the composite force on a probe to this length where it is longer.
+    pub fn limited_to(self, length: Real) -> Self {
+        self.modified(Modifier::Limit(length))
+    }
+
+    fn modified(mut self, modifier: Modifier) -> Self {
+        if !self.nodes.is_empty() {
+            let operand = self.root();
+            self.nodes.push(Node::Modified { operand, modifier });
+        }
+        self
+    }
+
+    /// Layers of different priority, with the rules of other engines' zones.
+    ///
+    /// At each sample the layers that are defined there are gone through from the highest
+    /// [priority](Layer::priority) to the lowest (in their order, where priorities are equal). Each
+    /// adds its force; one that [replaces](Layer::replacing) first drops what was gathered; after
+    /// one that [stops](Layer::stopping), the rest is left out. These are glTF's `OMI_physics_gravity`
+    /// booleans; with them, Godot's modes are *combine* (neither), *combine-replace* (stop),
+    /// *replace* (both) and *replace-combine* (replace).
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let world = Layer::new(Field::uniform(Vector::Y * -9.81).read_as(Reading::Acceleration));
+    /// let lift = Field::uniform(Vector::Y).read_as(Reading::Acceleration);
+    /// let shaft = lift.within(Region::cylinder(10.0, 1.0));
+    /// let tree = Tree::layers([world, Layer::new(shaft).priority(1).replacing().stopping()]);
+    /// # let _ = tree;
+    /// ```
+    pub fn layers(layers: impl IntoIterator<Item = Layer>) -> Self {
+        let filled = |layer: &Layer| !layer.tree.nodes.is_empty();
+        let mut layers: Vec<Layer> = layers.into_iter().filter(filled).collect();
+        layers.sort_by_key(|layer| std::cmp::Reverse(layer.priority));
+        let modes = layers.iter().map(|layer| layer.mode).collect();
+        let mut tree = Tree::empty();
+        let mut operands = Vec::new();
+        for layer in layers {
+            tree.append(layer.tree);
+            operands.push(tree.root());
+        }
+        if !operands.is_empty() {
+            tree.nodes.push(Node::Layers { operands, modes });
+        }
+        tree
+    }
+
     fn combine(mut left: Tree, operator: Operator, mut right: Tree) -> Tree {
         match (left.nodes.is_empty(), right.nodes.is_empty()) {
             (false, false) => {}
@@ -199,11 +323,8 @@ impl Tree {
     fn append(&mut self, other: Tree) -> u32 {
         let offset = self.nodes.len() as u32;
         self.nodes.extend(other.nodes.into_iter().map(|mut node| {
-            match &mut node {
-                Node::Leaf(_) => {}
-                Node::Operation { operands, .. } => operands.iter_mut().for_each(|o| *o += offset),
-                Node::Instances { prototype, .. } => *prototype += offset,
-            }
+            let operands = node.operands_mut().iter_mut();
+            operands.for_each(|operand| *operand += offset);
             node
         }));
         offset
@@ -219,13 +340,7 @@ impl Tree {
     pub fn depth(&self) -> usize {
         let mut depths: Vec<usize> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
-            let below = match node {
-                Node::Leaf(_) => None,
-                Node::Operation { operands, .. } => {
-                    operands.iter().map(|o| depths[*o as usize]).max()
-                }
-                Node::Instances { prototype, .. } => Some(depths[*prototype as usize]),
-            };
+            let below = node.operands().iter().map(|o| depths[*o as usize]).max();
             depths.push(below.map_or(0, |depth| depth + 1));
         }
         depths.last().copied().unwrap_or(0)
@@ -236,14 +351,15 @@ impl Tree {
         let mut counts: Vec<usize> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let of = |operand: &u32| counts[*operand as usize];
+            let sum = node
+                .operands()
+                .iter()
+                .map(of)
+                .fold(0, usize::saturating_add);
             let count = match node {
                 Node::Leaf(_) => 1,
-                Node::Operation { operands, .. } => {
-                    operands.iter().map(of).fold(0, usize::saturating_add)
-                }
-                Node::Instances { prototype, anchors } => {
-                    of(prototype).saturating_mul(anchors.len())
-                }
+                Node::Instances { anchors, .. } => sum.saturating_mul(anchors.len()),
+                _ => sum,
             };
             counts.push(count);
         }
@@ -285,8 +401,7 @@ impl Tree {
         while let Some(node) = open.pop() {
             match &self.nodes[node as usize] {
                 Node::Leaf(_) => leaves.push(node),
-                Node::Operation { operands, .. } => open.extend(operands),
-                Node::Instances { prototype, .. } => open.push(*prototype),
+                inner => open.extend(inner.operands()),
             }
         }
         leaves
@@ -299,11 +414,66 @@ impl Tree {
         }
     }
 
-    /// Whether a term acts on a body as a whole: all its fields do.
+    /// How messages name the field or operation at a place of the tree.
+    pub(crate) fn label(&self, place: u32) -> String {
+        match &self.nodes[place as usize] {
+            Node::Leaf(field) => field.label(place as usize),
+            Node::Operation { operator, .. } => format!("operation #{place} ({operator})"),
+            Node::Instances { .. } => format!("instances #{place}"),
+            Node::Modified { .. } => format!("scale or limit #{place}"),
+            Node::Layers { .. } => format!("layers #{place}"),
+        }
+    }
+
+    /// The scale at a node, if it is one.
+    fn scale(&self, node: u32) -> Option<&Scalar> {
+        match &self.nodes[node as usize] {
+            Node::Modified {
+                modifier: Modifier::Scale { scale, .. },
+                ..
+            } => Some(scale),
+            _ => None,
+        }
+    }
+
+    /// The scales of composites, each with its place.
+    fn scales(&self) -> impl Iterator<Item = (u32, &Scalar)> {
+        let nodes = 0..self.nodes.len() as u32;
+        nodes.filter_map(|node| Some((node, self.scale(node)?)))
+    }
+
+    /// The nodes at and below a node.
+    fn below(&self, node: u32) -> Vec<u32> {
+        let (mut found, mut next) = (vec![node], 0);
+        while let Some(node) = found.get(next) {
+            next += 1;
+            found.extend(self.nodes[*node as usize].operands());
+        }
+        found
+    }
+
+    /// Whether a term acts on a body as a whole: all that it is made of does.
     pub(crate) fn acts_at_centre(&self, term: u32) -> bool {
         let leaves = self.leaves_below(term).into_iter();
         let mut fields = leaves.filter_map(|leaf| self.field(leaf));
         fields.all(Field::acts_at_centre)
+            && self
+                .below(term)
+                .into_iter()
+                .all(|node| self.scale(node).is_none_or(Scalar::is_uniform))
+    }
+
+    /// The axes that fields and scales name.
+    pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
+        let fields = self.leaves().flat_map(|(_, field)| field.axes());
+        let scales = self.scales().flat_map(|(_, scale)| scale.axes());
+        fields.chain(scales)
+    }
+
+    /// Whether anything depends on the velocities of probes.
+    pub(crate) fn reads_velocity(&self) -> bool {
+        let mut fields = self.leaves().map(|(_, field)| field);
+        fields.any(Field::reads_velocity) || self.axes().any(|axis| *axis == Axis::Speed)
     }
 
     /// Checks the tree, and every field in it, against the declared user axes.
@@ -324,10 +494,29 @@ impl Tree {
         for (place, field) in self.leaves() {
             let label = field.label(place);
             field.validate(&label)?;
-            check_axes(field, &label, declared)?;
+            check_axes(field.axes(), &label, declared)?;
         }
+        self.validate_modifiers(declared)?;
         self.validate_instances()?;
         self.validate_detection()
+    }
+
+    fn validate_modifiers(&self, declared: &[Arc<str>]) -> Result<(), TreeError> {
+        for (place, node) in self.nodes.iter().enumerate() {
+            let Node::Modified { modifier, .. } = node else {
+                continue;
+            };
+            let label = self.label(place as u32);
+            match modifier {
+                Modifier::Limit(length) => not_negative(&label, "the limit", *length)?,
+                Modifier::Scale { scale, anchor } => {
+                    rigid(&label, "the pose of the anchor", anchor.local_pose())?;
+                    scale.validate(&label)?;
+                    check_axes(scale.axes(), &label, declared)?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Instances are to blame on the first field of their prototype.
@@ -350,17 +539,26 @@ impl Tree {
     /// A detection field's vector is no force, so operators that mix vectors cannot take it.
     fn validate_detection(&self) -> Result<(), TreeError> {
         for node in &self.nodes {
-            let Node::Operation { operator, operands } = node else {
-                continue;
+            use Operator::*;
+            let operator = match node {
+                // What compares or mixes vectors would see its zeros.
+                Node::Operation { operator, .. } => match operator {
+                    SumUnion | SumIntersection | ReplaceUnion | ReplaceIntersection
+                    | Difference => {
+                        continue;
+                    }
+                    _ => operator.symbol(),
+                },
+                Node::Modified { .. } => "a scale or limit",
+                Node::Layers { .. } => "layers",
+                Node::Leaf(_) | Node::Instances { .. } => continue,
             };
-            if !matches!(operator, Operator::CrossUnion | Operator::CrossIntersection) {
-                continue;
-            }
-            for leaf in operands.iter().flat_map(|o| self.leaves_below(*o)) {
+            let leaves = node.operands().iter().flat_map(|o| self.leaves_below(*o));
+            for leaf in leaves {
                 if let Some(field) = self.field(leaf).filter(|field| field.is_contact()) {
                     return Err(TreeError::DetectionOperand {
                         field: field.label(leaf as usize),
-                        operator: operator.symbol(),
+                        operator,
                     });
                 }
             }
@@ -369,8 +567,12 @@ impl Tree {
     }
 }
 
-fn check_axes(field: &Field, label: &str, declared: &[Arc<str>]) -> Result<(), TreeError> {
-    for axis in field.axes() {
+fn check_axes<'a>(
+    named: impl Iterator<Item = &'a Axis>,
+    label: &str,
+    declared: &[Arc<str>],
+) -> Result<(), TreeError> {
+    for axis in named {
         if let Axis::User(name) = axis
             && !declared.contains(name)
         {

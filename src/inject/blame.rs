@@ -3,8 +3,8 @@
 use super::error::StepError;
 use crate::compile::Compiled;
 use crate::eval::{Moment, Probe, Probes};
-use crate::field::{Anchor, Frame, LocalQuery, Neighbourhood};
-use crate::math::{Real, Vector, from_dvec3, from_f64};
+use crate::field::{Anchor, Frame, LocalQuery, Neighbourhood, real};
+use crate::math::{Real, Vector, from_dvec3};
 
 /// What one field gives at one probe.
 struct Share<'a> {
@@ -137,13 +137,12 @@ fn each_field(
         else {
             return;
         };
-        if frame.body.is_some() && frame.body == query.body {
+        if !field.acts_on(&query, frame) {
             return;
         }
         let local = LocalQuery::new(&query, frame);
         if field.region.pieces(&local, &open).any() {
-            let force = local.rotation * field.formula.vector(&local) * field.weight(&local);
-            visit(leaf, from_dvec3(force));
+            visit(leaf, from_dvec3(real(&field.force(&local))));
         }
     };
     for source in compiled.radials.iter().flat_map(|batch| &batch.sources) {
@@ -158,10 +157,7 @@ fn each_field(
         if let Some(field) = compiled.tree.field(constant.leaf) {
             let frame = Frame::at_rest(crate::math::Pose::IDENTITY);
             let local = LocalQuery::new(&query, &frame);
-            visit(
-                constant.leaf,
-                constant.vector * from_f64(field.weight(&local)),
-            );
+            visit(constant.leaf, from_dvec3(real(&field.force(&local))));
         }
     }
 }

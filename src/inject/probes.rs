@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use super::error::StepError;
 use crate::eval::{Probe, Probes, UserValues, Wrench, owner};
-use crate::math::{ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::math::{
+    ColliderHandle, ColliderSet, InteractionGroups, Pose, Real, RigidBodyHandle, RigidBodySet,
+    Vector,
+};
 use crate::math::{from_f64, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::dynamics::RigidBody;
@@ -219,6 +222,8 @@ impl Gathering<'_> {
             mass,
             share: 1.0,
             charge: 0.0,
+            volume: 0.0,
+            groups: InteractionGroups::all(),
             user: 0,
             collider: None,
             at_origin: false,
@@ -249,6 +254,7 @@ impl Gathering<'_> {
                 velocity: linvel + angvel.cross(arm),
                 radius,
                 mass: 0.0,
+                groups: collider.collision_groups(),
                 collider: Some(*collider_handle),
                 at_origin: local_point == Vector::ZERO,
                 ..centre

@@ -5,7 +5,7 @@
 //! gives the same scene.
 
 pub mod ammonia;
-pub mod random;
+
 pub mod spheres;
 
 use crate::math::{

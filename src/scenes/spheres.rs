@@ -14,8 +14,8 @@ use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder};
 
 use crate::{ContactLaw, Field, Operator, Tree};
 
-use super::random::Random;
 use super::{Motion, SceneError, check_count, check_range, elastic, empty_world, insert_box};
+use crate::random::Random;
 
 /// Mass of a sphere.
 pub const MASS: f64 = 1.0;

@@ -138,7 +138,16 @@ pub fn figure_1(
         Operator::ReplaceUnion => (e | g, both(v)),
         Operator::ReplaceIntersection => (e & g, v),
         Operator::Difference => (e & !g, u),
+        // Not in the figure: the rest is on the union of the sets.
+        Operator::Strongest => (e | g, both(if shorter(u, v) { v } else { u })),
+        Operator::Weakest => (e | g, both(if shorter(v, u) { v } else { u })),
+        Operator::Minimum => (e | g, both(u.min(v))),
+        Operator::Maximum => (e | g, both(u.max(v))),
     }
+}
+
+fn shorter(a: DVec3, b: DVec3) -> bool {
+    a.length_squared() < b.length_squared()
 }
 
 pub fn vector([x, y, z]: [i32; 3]) -> Vector {

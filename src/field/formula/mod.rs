@@ -1,19 +1,41 @@
 //! The algebraic component of a field: the function from a sample to a vector.
 
+mod buoyancy;
 mod closure;
+#[cfg(feature = "expression")]
+mod expression;
+mod grid;
+mod kernel;
+mod nearest;
+mod path;
 mod radial;
+mod simple;
+mod swirl;
+mod turbulence;
 mod velocity;
 
 use std::sync::Arc;
 
+pub use buoyancy::Buoyancy;
 pub use closure::Closure;
+#[cfg(feature = "expression")]
+pub use expression::Expression;
+pub use grid::Grid;
+pub use kernel::{Coordinates, LinearKernel};
+pub use nearest::Nearest;
+pub use path::Path;
 pub use radial::{Profile, Radial};
+pub use simple::{Spring, Uniform};
+pub use swirl::Swirl;
+pub use turbulence::Turbulence;
+pub use velocity::{Drag, Magnetic, Wind};
 
 use super::axis::Axis;
 use super::contact::ContactLaw;
-use super::error::{TreeError, finite};
+use super::error::TreeError;
+use super::number::{Number, Vec3, constant};
 use super::query::LocalQuery;
-use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
+use crate::math::DVec3;
 
 /// What a field does where it is defined. Made by the constructors of [`Field`](crate::Field).
 ///
@@ -22,28 +44,34 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 #[non_exhaustive]
 pub enum Formula {
     /// The same vector everywhere.
-    Uniform(Vector),
+    Uniform(Uniform),
     /// Along the line through the field's origin, by a profile of the distance.
     Radial(Radial),
-    /// F = −k (r − L) d/r − c v, with v relative to the field's frame; for a rest length L of
-    /// zero, F = −k d − c v. Potential k (r − L)²/2, of the spring alone.
-    Spring {
-        /// k, force per length.
-        stiffness: Real,
-        /// c, force per velocity; isotropic.
-        damping: Real,
-        /// L.
-        rest_length: Real,
-    },
-    /// F = −(c₁ + c₂ |v|) v, with v relative to the field's frame.
-    Drag {
-        /// c₁, force per velocity.
-        linear: Real,
-        /// c₂, force per velocity squared.
-        quadratic: Real,
-    },
-    /// F = v × B, with v relative to the field's frame; coupled to the charge by default.
-    Magnetic(Vector),
+    /// Like a radial field, from the nearest point of a shape.
+    Nearest(Nearest),
+    /// A spring and damper to the field's origin.
+    Spring(Spring),
+    /// Drag in a medium that rests in the field's frame.
+    Drag(Drag),
+    /// Drag in a medium that flows.
+    Wind(Wind),
+    /// The magnetic part of the Lorentz force.
+    Magnetic(Magnetic),
+    /// Around, towards and along the y axis: spin, vortex, updraft.
+    Swirl(Swirl),
+    /// The weight of the fluid that the probe displaces.
+    Buoyancy(Buoyancy),
+    /// A random flow without sources.
+    Turbulence(Arc<Turbulence>),
+    /// Towards and along a path.
+    Path(Arc<Path>),
+    /// Vectors on a regular grid.
+    Grid(Arc<Grid>),
+    /// The linear kernel of PhysX 2.8.
+    LinearKernel(Box<LinearKernel>),
+    /// Three expressions, given as text.
+    #[cfg(feature = "expression")]
+    Expression(Arc<Expression>),
     /// A function of the user's.
     Closure(Arc<Closure>),
     /// Detects who touches the collider the field is anchored to (§3.3), and answers by a law.
@@ -51,56 +79,81 @@ pub enum Formula {
     Contact(ContactLaw),
 }
 
-impl Formula {
-    /// The vector at a sample, in the field's frame.
-    pub(crate) fn vector(&self, local: &LocalQuery<'_>) -> DVec3 {
-        match self {
-            Formula::Uniform(vector) => to_dvec3(*vector),
-            Formula::Radial(radial) => local.point * radial.factor(local.point.length_squared()),
-            Formula::Spring {
-                stiffness,
-                damping,
-                rest_length,
-            } => {
-                let (k, l) = (to_f64(*stiffness), to_f64(*rest_length));
-                radial::spring(local.point, k, l) - local.velocity * to_f64(*damping)
-            }
-            Formula::Drag { linear, quadratic } => {
-                velocity::drag(local.velocity, to_f64(*linear), to_f64(*quadratic))
-            }
-            Formula::Magnetic(b) => local.velocity.cross(to_dvec3(*b)),
-            Formula::Closure(closure) => closure.vector(local),
-            Formula::Contact(_) => DVec3::ZERO,
-        }
-    }
+/// One kind of formula.
+pub(crate) trait Law {
+    /// Its name, for messages and plans.
+    fn kind(&self) -> &'static str;
 
-    /// The potential at a sample, F = −∇U, where the formula has one.
-    pub(crate) fn potential(&self, local: &LocalQuery<'_>) -> Option<f64> {
-        match self {
-            Formula::Uniform(vector) => Some(-to_dvec3(*vector).dot(local.point)),
-            Formula::Radial(radial) => Some(radial.potential(local.point.length_squared())),
-            Formula::Spring {
-                stiffness,
-                rest_length,
-                ..
-            } => {
-                let stretch = local.point.length() - to_f64(*rest_length);
-                Some(to_f64(*stiffness) * stretch * stretch / 2.0)
-            }
-            // A magnetic field does no work, and a detection field is no force.
-            Formula::Magnetic(_) | Formula::Contact(_) => Some(0.0),
-            Formula::Drag { .. } | Formula::Closure(_) => None,
-        }
+    /// The vector at a sample, in the field's frame.
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
+
+    /// The potential U with F = −∇U at a sample, where there is one.
+    fn potential<T: Number>(&self, _local: &LocalQuery<'_, T>) -> Option<T> {
+        None
     }
 
     /// Whether the vector depends on the velocity of the probe.
-    pub(crate) fn reads_velocity(&self) -> bool {
-        match self {
-            Formula::Spring { damping, .. } => *damping != 0.0,
-            Formula::Drag { .. } | Formula::Magnetic(_) => true,
-            Formula::Closure(closure) => closure.reads_velocity(),
-            Formula::Uniform(_) | Formula::Radial(_) | Formula::Contact(_) => false,
+    fn reads_velocity(&self) -> bool {
+        false
+    }
+
+    /// The axes it names beyond those every formula may read.
+    fn axes(&self) -> &[Axis] {
+        &[]
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError>;
+}
+
+/// Does the same with whatever law a formula is.
+macro_rules! with_law {
+    ($formula:expr, $law:ident => $result:expr) => {
+        match $formula {
+            Formula::Uniform($law) => $result,
+            Formula::Radial($law) => $result,
+            Formula::Nearest($law) => $result,
+            Formula::Spring($law) => $result,
+            Formula::Drag($law) => $result,
+            Formula::Wind($law) => $result,
+            Formula::Magnetic($law) => $result,
+            Formula::Swirl($law) => $result,
+            Formula::Buoyancy($law) => $result,
+            Formula::Turbulence($law) => $result,
+            Formula::Path($law) => $result,
+            Formula::Grid($law) => $result,
+            Formula::LinearKernel($law) => $result,
+            #[cfg(feature = "expression")]
+            Formula::Expression($law) => $result,
+            Formula::Closure($law) => $result,
+            Formula::Contact($law) => $result,
         }
+    };
+}
+
+impl Formula {
+    pub(crate) fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        with_law!(self, law => law.vector(local))
+    }
+
+    /// The potential at a sample, for the vector as it stands, where the formula has one.
+    pub(crate) fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        with_law!(self, law => law.potential(local))
+    }
+
+    pub(crate) fn reads_velocity(&self) -> bool {
+        with_law!(self, law => law.reads_velocity())
+    }
+
+    pub(crate) fn axes(&self) -> &[Axis] {
+        with_law!(self, law => law.axes())
+    }
+
+    pub(crate) fn kind(&self) -> &'static str {
+        with_law!(self, law => law.kind())
+    }
+
+    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+        with_law!(self, law => law.validate(field))
     }
 
     /// Whether the vector is the same at all points of a body.
@@ -108,54 +161,36 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
-    /// The axes the formula names beyond those every formula may read.
-    pub(crate) fn axes(&self) -> &[Axis] {
+    /// Whether it gives zero wherever it is defined.
+    pub(crate) fn is_zero(&self) -> bool {
+        use crate::math::Vector;
         match self {
-            Formula::Closure(closure) => closure.axes(),
-            _ => &[],
-        }
-    }
-
-    /// The formula's name, for messages and plans.
-    pub(crate) fn kind(&self) -> &'static str {
-        match self {
-            Formula::Uniform(_) => "uniform",
-            Formula::Radial(radial) => radial.kind(),
-            Formula::Spring { .. } => "spring",
-            Formula::Drag { .. } => "drag",
-            Formula::Magnetic(_) => "magnetic",
-            Formula::Closure(_) => "closure",
-            Formula::Contact(_) => "contact",
-        }
-    }
-
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
-        let all_finite = |values: &[(&'static str, Real)]| {
-            values
-                .iter()
-                .try_for_each(|(quantity, value)| finite(field, quantity, *value))
-        };
-        match self {
-            Formula::Uniform(v) | Formula::Magnetic(v) => v
-                .to_array()
-                .iter()
-                .try_for_each(|x| finite(field, "a component of the vector", *x)),
-            Formula::Radial(radial) => radial.validate(field),
-            Formula::Spring {
-                stiffness,
-                damping,
-                rest_length,
-            } => all_finite(&[
-                ("the stiffness", *stiffness),
-                ("the damping", *damping),
-                ("the rest length", *rest_length),
-            ]),
-            Formula::Drag { linear, quadratic } => all_finite(&[
-                ("the linear drag coefficient", *linear),
-                ("the quadratic drag coefficient", *quadratic),
-            ]),
-            Formula::Contact(law) => law.validate(field),
-            Formula::Closure(_) => Ok(()),
+            Formula::Uniform(law) => law.vector == Vector::ZERO,
+            Formula::Radial(law) => law.unit().0 == 0.0,
+            Formula::Drag(law) => law.linear == 0.0 && law.quadratic == 0.0,
+            Formula::Magnetic(law) => law.field == Vector::ZERO,
+            _ => false,
         }
     }
 }
+
+impl Law for ContactLaw {
+    fn kind(&self) -> &'static str {
+        "contact"
+    }
+
+    fn vector<T: Number>(&self, _: &LocalQuery<'_, T>) -> Vec3<T> {
+        constant(DVec3::ZERO)
+    }
+
+    fn potential<T: Number>(&self, _: &LocalQuery<'_, T>) -> Option<T> {
+        Some(0.0.into())
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        ContactLaw::validate(self, field)
+    }
+}
+
+#[cfg(test)]
+mod tests;

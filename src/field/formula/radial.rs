@@ -1,19 +1,28 @@
 //! Forces along the line through the field's origin.
 
-use crate::field::error::{TreeError, bad, finite, positive};
-use crate::math::{DVec3, Real, to_f64};
+use super::Law;
+use crate::field::error::{TreeError, finite, not_negative, positive};
+use crate::field::number::{Number, Vec3, root};
+use crate::field::query::LocalQuery;
+use crate::math::{Real, to_f64};
 
 /// A force d/r · (f(r) − f(r_c)) for the distance vector d from the field's origin, |d| = r.
 ///
 /// Without a cutoff the second term is absent. With one it makes the force continuous at the
 /// cutoff r_c ("shifted force"; Allen & Tildesley, Computer Simulation of Liquids, §1.6.3): the
 /// potential becomes U(r) − U(r_c) + (r − r_c) f(r_c).
+///
+/// At the very centre the direction is undefined: what is not singular there pushes nowhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Radial {
     /// The profile f(r), positive outward.
     pub profile: Profile,
     /// r_c, the distance at which the force is brought to zero.
     pub shifted_at: Option<Real>,
+    /// Nearer than this, the force is as strong as at this distance.
+    pub nearest: Option<Real>,
+    /// Bound of the strength of the force. A bounded force has no potential here.
+    pub strongest: Option<Real>,
 }
 
 /// A force along the line as a function f of the distance r, positive outward.
@@ -37,43 +46,323 @@ pub enum Profile {
         /// σ, the distance at which the potential is zero.
         sigma: Real,
     },
+    /// U = k exp(−r/λ)/r, f = −dU/dr: a screened charge (Yukawa; Debye and Hückel). Singular at
+    /// r = 0.
+    Yukawa {
+        /// k: positive pushes outward.
+        strength: Real,
+        /// λ, the length over which it is screened.
+        screening: Real,
+    },
+    /// U = D ((1 − exp(−a (r − r₀)))² − 1), f = −dU/dr: a bond (Morse, Phys. Rev. 34, 1929).
+    Morse {
+        /// D, the depth of the well.
+        depth: Real,
+        /// a, per length: the well is the narrower the larger it is.
+        stiffness: Real,
+        /// r₀, where the well is deepest.
+        rest_length: Real,
+    },
+    /// U = k exp(−r²/2w²), f = −dU/dr = k r/w² exp(−r²/2w²).
+    Gaussian {
+        /// k, the height of the hill (negative: depth of the well).
+        height: Real,
+        /// w.
+        width: Real,
+    },
+    /// f = k (d − r)^{3/2} for r < d, else none: elastic balls pressed together (Hertz, 1882).
+    /// U = ⅖ k (d − r)^{5/2}.
+    Hertz {
+        /// k, force per length^{3/2}.
+        stiffness: Real,
+        /// d, the sum of the two radii.
+        diameter: Real,
+    },
 }
 
 impl Radial {
-    /// The factor s with F = s d, given r².
-    pub(crate) fn factor(&self, r2: f64) -> f64 {
-        let inner = self.profile.factor(r2);
-        match self.shifted_at {
-            // At the very centre the direction is undefined, and the shift pushes nowhere.
-            Some(cutoff) if r2 != 0.0 => inner - self.profile.force(to_f64(cutoff)) / r2.sqrt(),
-            _ => inner,
+    pub(crate) fn new(profile: Profile) -> Self {
+        Radial {
+            profile,
+            shifted_at: None,
+            nearest: None,
+            strongest: None,
         }
     }
 
-    /// The potential, given r².
-    pub(crate) fn potential(&self, r2: f64) -> f64 {
+    /// Whether the force is the profile, shifted or not, at all distances.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.nearest.is_none() && self.strongest.is_none()
+    }
+
+    /// Whether a potential is known: not of a bounded force.
+    pub(crate) fn has_potential(&self) -> bool {
+        self.strongest.is_none()
+    }
+
+    /// The factor s with F = s d, given r².
+    pub(crate) fn factor<T: Number>(&self, r2: T) -> T {
+        let at_centre = r2.re() == 0.0;
+        if self.is_plain() && (self.shifted_at.is_none() || at_centre) {
+            return self.profile.factor(r2);
+        }
+        if at_centre {
+            return 0.0.into();
+        }
+        let r = root(r2);
+        if self.is_plain() {
+            return self.profile.factor(r2) - r.recip() * self.shift();
+        }
+        let force = if r.re() < self.nearest.map_or(0.0, to_f64) {
+            T::from(self.force_when_near())
+        } else {
+            self.profile.factor(r2) * r - self.shift()
+        };
+        let bound = self.strongest.map_or(f64::INFINITY, to_f64);
+        if force.re().abs() > bound {
+            return r.recip() * bound.copysign(force.re());
+        }
+        force / r
+    }
+
+    /// The force at the nearest distance, which it keeps below.
+    fn force_when_near(&self) -> f64 {
+        let nearest = self.nearest.map_or(0.0, to_f64);
+        self.profile.force(nearest) - self.shift()
+    }
+
+    fn shift(&self) -> f64 {
+        self.shifted_at
+            .map_or(0.0, |cutoff| self.profile.force(to_f64(cutoff)))
+    }
+
+    /// The potential, given r²; a bounded force is given none.
+    pub(crate) fn potential_at<T: Number>(&self, r2: T) -> Option<T> {
+        if !self.has_potential() {
+            return None;
+        }
+        let nearest = self.nearest.map_or(0.0, to_f64);
+        let nearest2 = nearest * nearest;
+        Some(if r2.re() < nearest2 {
+            let at_nearest = self.shifted_potential(T::from(nearest2));
+            at_nearest + (-root(r2) + nearest) * self.force_when_near()
+        } else {
+            self.shifted_potential(r2)
+        })
+    }
+
+    fn shifted_potential<T: Number>(&self, r2: T) -> T {
         let inner = self.profile.potential(r2);
         match self.shifted_at.map(to_f64) {
             Some(cutoff) => {
-                let slope = self.profile.force(cutoff);
-                inner - self.profile.potential(cutoff * cutoff) + (r2.sqrt() - cutoff) * slope
+                let at_cutoff = self.profile.potential(cutoff * cutoff);
+                inner - at_cutoff + (root(r2) - cutoff) * self.shift()
             }
             None => inner,
         }
     }
 
+    /// The strength, and the same law of strength one.
+    pub(crate) fn unit(&self) -> (Real, Radial) {
+        let mut law = *self;
+        let strength = std::mem::replace(law.profile.strength_mut(), 1.0);
+        law.strongest = self.strongest.map(|bound| bound / strength.abs());
+        (strength, law)
+    }
+
+    /// All that tells laws of strength one apart.
+    pub(crate) fn bits(&self) -> [u64; 6] {
+        let bits = |x: Real| to_f64(x).to_bits();
+        let option_bits = |x: Option<Real>| x.map_or(u64::MAX, bits);
+        let (kind, a, b) = match self.profile {
+            Profile::Power {
+                power, softening, ..
+            } => (0, power, softening),
+            Profile::LennardJones { sigma, .. } => (1, sigma, 0.0),
+            Profile::Yukawa { screening, .. } => (2, screening, 0.0),
+            Profile::Morse {
+                stiffness,
+                rest_length,
+                ..
+            } => (3, stiffness, rest_length),
+            Profile::Gaussian { width, .. } => (4, width, 0.0),
+            Profile::Hertz { diameter, .. } => (5, diameter, 0.0),
+        };
+        let options = [self.shifted_at, self.nearest, self.strongest].map(option_bits);
+        [kind, bits(a), bits(b), options[0], options[1], options[2]]
+    }
+}
+
+impl Law for Radial {
+    fn kind(&self) -> &'static str {
+        self.profile.kind()
+    }
+
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        local.point * self.factor(local.point.dot(&local.point))
+    }
+
+    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        self.potential_at(local.point.dot(&local.point))
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        for (quantity, value) in [
+            ("the cutoff", self.shifted_at),
+            ("the nearest distance", self.nearest),
+        ] {
+            value.map_or(Ok(()), |value| positive(field, quantity, value))?;
+        }
+        let strongest = self.strongest.unwrap_or(0.0);
+        not_negative(field, "the bound of the force", strongest)?;
+        self.profile.validate(field)
+    }
+}
+
+impl Profile {
     pub(crate) fn kind(&self) -> &'static str {
-        match self.profile {
+        match self {
             Profile::Power { .. } => "radial",
             Profile::LennardJones { .. } => "Lennard-Jones",
+            Profile::Yukawa { .. } => "Yukawa",
+            Profile::Morse { .. } => "Morse",
+            Profile::Gaussian { .. } => "Gaussian",
+            Profile::Hertz { .. } => "Hertz",
         }
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
-        if let Some(cutoff) = self.shifted_at {
-            positive(field, "the cutoff", cutoff)?;
+    /// The parameter that f is proportional to.
+    fn strength_mut(&mut self) -> &mut Real {
+        match self {
+            Profile::Power { strength, .. } | Profile::Yukawa { strength, .. } => strength,
+            Profile::LennardJones { epsilon, .. } => epsilon,
+            Profile::Morse { depth, .. } => depth,
+            Profile::Gaussian { height, .. } => height,
+            Profile::Hertz { stiffness, .. } => stiffness,
         }
-        match self.profile {
+    }
+
+    /// f(r).
+    fn force(&self, r: f64) -> f64 {
+        self.factor(r * r) * r
+    }
+
+    /// f(r)/r.
+    fn factor<T: Number>(&self, r2: T) -> T {
+        match *self {
+            Profile::Power {
+                strength,
+                power,
+                softening,
+            } => {
+                let (power, softening) = (to_f64(power), to_f64(softening));
+                let rho2 = r2 + softening * softening;
+                if rho2.re() == 0.0 && power >= 0.0 {
+                    // The slope of f = k r is k at the centre, too; steeper powers are flat there.
+                    let slope = if power == 1.0 { to_f64(strength) } else { 0.0 };
+                    return slope.into();
+                }
+                rho2.powf((power - 1.0) / 2.0) * to_f64(strength)
+            }
+            Profile::LennardJones { epsilon, sigma } => {
+                let s2 = r2.recip() * (to_f64(sigma) * to_f64(sigma));
+                let s6 = s2 * s2 * s2;
+                (s6 * s6 * 2.0 - s6) * (24.0 * to_f64(epsilon)) / r2
+            }
+            Profile::Yukawa {
+                strength,
+                screening,
+            } => {
+                let (r, inverse) = (root(r2), to_f64(screening).recip());
+                let decay = (-r * inverse).exp() * to_f64(strength);
+                decay * (r.recip() + inverse) / r2
+            }
+            Profile::Morse {
+                depth,
+                stiffness,
+                rest_length,
+            } => {
+                let (r, a) = (root(r2), to_f64(stiffness));
+                if r.re() == 0.0 {
+                    return 0.0.into();
+                }
+                let decay = (-(r - to_f64(rest_length)) * a).exp();
+                (decay * decay - decay) * (2.0 * to_f64(depth) * a) / r
+            }
+            Profile::Gaussian { height, width } => {
+                let inverse2 = (to_f64(width) * to_f64(width)).recip();
+                (r2 * (-0.5 * inverse2)).exp() * (to_f64(height) * inverse2)
+            }
+            Profile::Hertz {
+                stiffness,
+                diameter,
+            } => {
+                let r = root(r2);
+                let depth = -r + to_f64(diameter);
+                if depth.re() <= 0.0 || r.re() == 0.0 {
+                    return 0.0.into();
+                }
+                depth * root(depth) * to_f64(stiffness) / r
+            }
+        }
+    }
+
+    fn potential<T: Number>(&self, r2: T) -> T {
+        match *self {
+            Profile::Power {
+                strength,
+                power,
+                softening,
+            } => {
+                let rho2 = r2 + to_f64(softening) * to_f64(softening);
+                let (k, n1) = (to_f64(strength), to_f64(power) + 1.0);
+                if n1 == 0.0 {
+                    rho2.ln() * (-k / 2.0)
+                } else {
+                    rho2.powf(n1 / 2.0) * (-k / n1)
+                }
+            }
+            Profile::LennardJones { epsilon, sigma } => {
+                let s2 = r2.recip() * (to_f64(sigma) * to_f64(sigma));
+                let s6 = s2 * s2 * s2;
+                (s6 * s6 - s6) * (4.0 * to_f64(epsilon))
+            }
+            Profile::Yukawa {
+                strength,
+                screening,
+            } => {
+                let r = root(r2);
+                (-r / to_f64(screening)).exp() * to_f64(strength) / r
+            }
+            Profile::Morse {
+                depth,
+                stiffness,
+                rest_length,
+            } => {
+                let stretch = root(r2) - to_f64(rest_length);
+                let decay = (-stretch * to_f64(stiffness)).exp();
+                (decay * decay - decay * 2.0) * to_f64(depth)
+            }
+            Profile::Gaussian { height, width } => {
+                let inverse2 = (to_f64(width) * to_f64(width)).recip();
+                (r2 * (-0.5 * inverse2)).exp() * to_f64(height)
+            }
+            Profile::Hertz {
+                stiffness,
+                diameter,
+            } => {
+                let depth = -root(r2) + to_f64(diameter);
+                if depth.re() <= 0.0 {
+                    return 0.0.into();
+                }
+                depth * depth * root(depth) * (0.4 * to_f64(stiffness))
+            }
+        }
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        let positive = |quantity, value| positive(field, quantity, value);
+        match *self {
             Profile::Power {
                 strength,
                 power,
@@ -81,134 +370,39 @@ impl Radial {
             } => {
                 finite(field, "the strength", strength)?;
                 finite(field, "the power", power)?;
-                if softening >= 0.0 && softening.is_finite() {
-                    return Ok(());
-                }
-                let range = "zero or more, and finite";
-                Err(bad(field, "the softening", range, to_f64(softening)))
+                not_negative(field, "the softening", softening)
             }
             Profile::LennardJones { epsilon, sigma } => {
                 finite(field, "epsilon", epsilon)?;
-                positive(field, "sigma", sigma)
+                positive("sigma", sigma)
             }
-        }
-    }
-}
-
-impl Profile {
-    /// f(r).
-    fn force(&self, r: f64) -> f64 {
-        self.factor(r * r) * r
-    }
-
-    /// f(r)/r.
-    fn factor(&self, r2: f64) -> f64 {
-        match *self {
-            Profile::Power {
+            Profile::Yukawa {
                 strength,
-                power,
-                softening,
+                screening,
             } => {
-                let rho2 = r2 + to_f64(softening) * to_f64(softening);
-                // At the very centre the direction is undefined, so what is not singular there
-                // pushes nowhere.
-                if rho2 == 0.0 && power >= 0.0 {
-                    return 0.0;
-                }
-                to_f64(strength) * rho2.powf((to_f64(power) - 1.0) / 2.0)
+                finite(field, "the strength", strength)?;
+                positive("the screening length", screening)
             }
-            Profile::LennardJones { epsilon, sigma } => {
-                let s2 = to_f64(sigma) * to_f64(sigma) / r2;
-                let s6 = s2 * s2 * s2;
-                24.0 * to_f64(epsilon) * (2.0 * s6 * s6 - s6) / r2
-            }
-        }
-    }
-
-    fn potential(&self, r2: f64) -> f64 {
-        match *self {
-            Profile::Power {
-                strength,
-                power,
-                softening,
+            Profile::Morse {
+                depth,
+                stiffness,
+                rest_length,
             } => {
-                let rho2 = r2 + to_f64(softening) * to_f64(softening);
-                let n1 = to_f64(power) + 1.0;
-                if n1 == 0.0 {
-                    -to_f64(strength) * rho2.ln() / 2.0
-                } else {
-                    -to_f64(strength) * rho2.powf(n1 / 2.0) / n1
-                }
+                finite(field, "the depth", depth)?;
+                finite(field, "the rest length", rest_length)?;
+                positive("the stiffness", stiffness)
             }
-            Profile::LennardJones { epsilon, sigma } => {
-                let s2 = to_f64(sigma) * to_f64(sigma) / r2;
-                let s6 = s2 * s2 * s2;
-                4.0 * to_f64(epsilon) * (s6 * s6 - s6)
+            Profile::Gaussian { height, width } => {
+                finite(field, "the height", height)?;
+                positive("the width", width)
             }
-        }
-    }
-}
-
-/// The pull of a spring of stiffness `k` and rest length `l` from the origin.
-pub(super) fn spring(d: DVec3, k: f64, l: f64) -> DVec3 {
-    if l == 0.0 {
-        return d * -k;
-    }
-    // At the very centre the direction is undefined; a spring pushed there stays.
-    let direction = d.normalize_or_zero();
-    direction * (-k * (d.length() - l))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use approx::assert_relative_eq;
-
-    /// F = −∇U, by a central difference whose error is third order in h.
-    #[test]
-    fn the_force_is_the_slope_of_the_potential() {
-        let power = |power, softening| Profile::Power {
-            strength: 3.0,
-            power,
-            softening,
-        };
-        let profiles = [
-            power(-2.0, 0.0),
-            power(-2.0, 0.5),
-            power(-1.0, 0.25),
-            power(1.0, 0.0),
-            Profile::LennardJones {
-                epsilon: 2.0,
-                sigma: 1.5,
-            },
-        ];
-        for profile in profiles {
-            for shifted_at in [None, Some(3.0)] {
-                let radial = Radial {
-                    profile,
-                    shifted_at,
-                };
-                for r in [1.25_f64, 1.7, 2.5] {
-                    let h = 1e-5;
-                    let u = |r: f64| radial.potential(r * r);
-                    let slope = (u(r + h) - u(r - h)) / (2.0 * h);
-                    let force = radial.factor(r * r) * r;
-                    assert_relative_eq!(force, -slope, epsilon = 1e-8, max_relative = 1e-8);
-                }
+            Profile::Hertz {
+                stiffness,
+                diameter,
+            } => {
+                finite(field, "the stiffness", stiffness)?;
+                positive("the diameter", diameter)
             }
         }
-    }
-
-    #[test]
-    fn a_shifted_force_ends_at_zero() {
-        let radial = Radial {
-            profile: Profile::LennardJones {
-                epsilon: 2.0,
-                sigma: 1.5,
-            },
-            shifted_at: Some(4.0),
-        };
-        assert_eq!(radial.factor(16.0), 0.0);
-        assert_eq!(radial.potential(16.0), 0.0);
     }
 }

@@ -1,8 +1,8 @@
 //! How a box of ammonia is laid out.
 
 use crate::math::{DPose3, DVec3, Pose, Real, Rotation, Vector, from_dvec3, from_f64, to_f64};
+use crate::random::Random;
 use crate::rapier::prelude::PhysicsWorld;
-use crate::scenes::random::Random;
 use crate::scenes::{SceneError, check_count, check_range, empty_world, insert_box};
 
 use super::{BOLTZMANN, BoxOfAmmonia, MASS, PRINCIPAL_INERTIA, SITES, insert_molecule};

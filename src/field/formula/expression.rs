@@ -1,0 +1,152 @@
+//! Three expressions, given as text.
+
+use exmex::{Differentiate, Express, FlatEx};
+
+use super::Law;
+use crate::field::axis::Axis;
+use crate::field::error::TreeError;
+use crate::field::number::{Number, Vec3, constant};
+use crate::field::query::LocalQuery;
+use crate::math::DVec3;
+
+/// The components of a vector, written as text: `"-x / (x^2 + y^2)"`.
+///
+/// Variables are the coordinates `x`, `y`, `z` and the velocity `vx`, `vy`, `vz` of the probe in
+/// the field's frame, the axes `time`, `speed`, `radius`, `mass`, `charge`, and the axes of the
+/// user. Operators and functions are those of the crate `exmex`: `+ - * / ^`, `sin`, `exp`,
+/// `sqrt`, `abs`, `atan2`, …, `PI`, `E`. Derivatives are exact: the text is differentiated.
+#[derive(Clone, Debug)]
+pub struct Expression {
+    texts: [String; 3],
+    parsed: Result<Vec<Component>, String>,
+    axes: Vec<Axis>,
+}
+
+#[derive(Clone, Debug)]
+struct Component {
+    value: FlatEx<f64>,
+    inputs: Vec<Input>,
+    /// The derivative by each input.
+    slopes: Vec<FlatEx<f64>>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Input {
+    Velocity(usize),
+    Axis(Axis),
+}
+
+impl Input {
+    fn named(name: &str) -> Self {
+        match name {
+            "vx" => Input::Velocity(0),
+            "vy" => Input::Velocity(1),
+            "vz" => Input::Velocity(2),
+            _ => Input::Axis(Axis::named(name)),
+        }
+    }
+
+    fn value<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+        match self {
+            Input::Velocity(k) => local.velocity[*k],
+            Input::Axis(axis) => local.coordinate(axis).unwrap_or(f64::NAN.into()),
+        }
+    }
+}
+
+impl Component {
+    fn parse(text: &str) -> Result<Self, String> {
+        let readable = |error: exmex::ExError| format!("`{text}`: {error}");
+        let value = FlatEx::<f64>::parse(text).map_err(readable)?;
+        let inputs = value.var_names().iter().map(|name| Input::named(name));
+        let inputs: Vec<Input> = inputs.collect();
+        let mut slopes = Vec::new();
+        for k in 0..inputs.len() {
+            let slope = value.clone().partial(k).map_err(readable)?;
+            slopes.push(slope);
+        }
+        Ok(Component {
+            value,
+            inputs,
+            slopes,
+        })
+    }
+
+    fn at<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+        let inputs: Vec<T> = self.inputs.iter().map(|i| i.value(local)).collect();
+        let values: Vec<f64> = inputs.iter().map(|input| input.re()).collect();
+        let mut result = T::from(self.value.eval(&values).unwrap_or(f64::NAN));
+        if T::NDERIV > 0 {
+            for (slope, input) in self.slopes.iter().zip(inputs) {
+                let slope = slope.eval(&values).unwrap_or(f64::NAN);
+                result += (input - input.re()) * slope;
+            }
+        }
+        result
+    }
+}
+
+impl Expression {
+    /// Expressions for x, y and z. What is wrong with them is told when the tree is compiled.
+    pub fn new(components: [&str; 3]) -> Self {
+        let parsed: Result<Vec<_>, _> = components.into_iter().map(Component::parse).collect();
+        let mut axes: Vec<Axis> = Vec::new();
+        for input in parsed.iter().flatten().flat_map(|c| &c.inputs) {
+            if let Input::Axis(axis) = input
+                && !axes.contains(axis)
+            {
+                axes.push(axis.clone());
+            }
+        }
+        Expression {
+            texts: components.map(str::to_owned),
+            parsed,
+            axes,
+        }
+    }
+
+    /// The three texts.
+    pub fn texts(&self) -> &[String; 3] {
+        &self.texts
+    }
+}
+
+impl Law for Expression {
+    fn kind(&self) -> &'static str {
+        "expression"
+    }
+
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        match self.parsed.as_deref() {
+            Ok([x, y, z]) => Vec3::new(x.at(local), y.at(local), z.at(local)),
+            _ => constant(DVec3::NAN),
+        }
+    }
+
+    fn reads_velocity(&self) -> bool {
+        let components = self.parsed.iter().flatten();
+        let mut inputs = components.flat_map(|component| &component.inputs);
+        inputs.any(|input| matches!(input, Input::Velocity(_) | Input::Axis(Axis::Speed)))
+    }
+
+    fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        match &self.parsed {
+            Ok(_) => Ok(()),
+            Err(message) => Err(TreeError::Expression {
+                field: field.to_owned(),
+                message: message.clone(),
+            }),
+        }
+    }
+}
+
+/// Equal if the texts are.
+impl PartialEq for Expression {
+    fn eq(&self, other: &Self) -> bool {
+        self.texts == other.texts
+    }
+}

@@ -1,0 +1,158 @@
+//! Following a path.
+
+use super::Law;
+use crate::field::error::{TreeError, all_finite, bad, finite_vector};
+use crate::field::number::{Number, Vec3, constant};
+use crate::field::query::LocalQuery;
+use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
+
+/// Towards and along a path of straight pieces: F = k (g − p) + c (speed · t − v), for the goal g
+/// on the path, `look_ahead` beyond the point nearest to p, and the direction t of the path there.
+///
+/// An open path ends at its last point, where t is zero. Where two points of the path are equally
+/// near, the force jumps; at corners its derivatives do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    points: Vec<DVec3>,
+    /// Length of the path up to each point.
+    lengths: Vec<f64>,
+    closed: bool,
+    /// Speed along the path.
+    pub speed: Real,
+    /// How far ahead of the nearest point the goal lies.
+    pub look_ahead: Real,
+    /// k, force per length.
+    pub stiffness: Real,
+    /// c, force per velocity.
+    pub damping: Real,
+}
+
+impl Path {
+    /// A path through at least two points of the field's frame, closed by a last straight piece
+    /// or not.
+    pub fn new(points: impl IntoIterator<Item = Vector>, closed: bool) -> Self {
+        let mut points: Vec<DVec3> = points.into_iter().map(to_dvec3).collect();
+        if let (true, Some(first)) = (closed, points.first()) {
+            points.push(*first);
+        }
+        let mut length = 0.0;
+        let mut lengths = Vec::with_capacity(points.len());
+        for (k, point) in points.iter().enumerate() {
+            length += k.checked_sub(1).map_or(0.0, |k| point.distance(points[k]));
+            lengths.push(length);
+        }
+        Path {
+            points,
+            lengths,
+            closed,
+            speed: 0.0,
+            look_ahead: 0.0,
+            stiffness: 1.0,
+            damping: 0.0,
+        }
+    }
+
+    /// Sets the pull towards the goal, force per length. One by default.
+    pub fn stiffness(mut self, stiffness: Real) -> Self {
+        self.stiffness = stiffness;
+        self
+    }
+
+    /// Sets the damping of the velocity towards `speed` along the path, force per velocity. None
+    /// by default.
+    pub fn damping(mut self, damping: Real, speed: Real) -> Self {
+        (self.damping, self.speed) = (damping, speed);
+        self
+    }
+
+    /// Sets how far ahead of the nearest point the goal lies. Nothing by default.
+    pub fn look_ahead(mut self, distance: Real) -> Self {
+        self.look_ahead = distance;
+        self
+    }
+
+    /// The place along the path nearest to a point, as a length from its start.
+    fn nearest<T: Number>(&self, point: &Vec3<T>) -> T {
+        let mut best: Option<(f64, T)> = None;
+        for (k, ends) in self.points.windows(2).enumerate() {
+            let along = ends[1] - ends[0];
+            let length = along.length();
+            let from_start = point - constant(ends[0]);
+            let mut place = from_start.dot(&constant(along)) / length;
+            if !(place.re() > 0.0) {
+                place = 0.0.into();
+            } else if place.re() > length {
+                place = length.into();
+            }
+            let aside = from_start - constant::<T>(along / length) * place;
+            let distance2 = aside.dot(&aside).re();
+            if best.is_none_or(|(least, _)| distance2 < least) {
+                best = Some((distance2, place + self.lengths[k]));
+            }
+        }
+        best.map_or(0.0.into(), |(_, place)| place)
+    }
+
+    /// The point of the path at a length from its start, and the direction of the path there.
+    fn at<T: Number>(&self, mut place: T) -> (Vec3<T>, DVec3) {
+        let total = self.lengths.last().copied().unwrap_or(0.0);
+        if self.closed {
+            place -= (place.re() / total).floor() * total;
+        }
+        let last = self.points.len() - 1;
+        if place.re() >= total {
+            return (constant(self.points[last]), DVec3::ZERO);
+        }
+        let beyond = self
+            .lengths
+            .partition_point(|length| *length <= place.re())
+            .clamp(1, last);
+        let start = self.points[beyond - 1];
+        let direction = (self.points[beyond] - start).normalize_or_zero();
+        let along = constant::<T>(direction) * (place - self.lengths[beyond - 1]);
+        (constant::<T>(start) + along, direction)
+    }
+}
+
+impl Law for Path {
+    fn kind(&self) -> &'static str {
+        "path"
+    }
+
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let place = self.nearest(&local.point) + to_f64(self.look_ahead);
+        let (goal, direction) = self.at(place);
+        let wanted = constant::<T>(direction * to_f64(self.speed));
+        let (k, c) = (to_f64(self.stiffness), to_f64(self.damping));
+        (goal - local.point) * T::from(k) + (wanted - local.velocity) * T::from(c)
+    }
+
+    fn reads_velocity(&self) -> bool {
+        self.damping != 0.0
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        let count = self.points.len();
+        if count < 2 {
+            let quantity = "the number of points of the path";
+            return Err(bad(field, quantity, "two or more", count as f64));
+        }
+        for point in &self.points {
+            let point = crate::math::from_dvec3(*point);
+            finite_vector(field, "a coordinate of the path", point)?;
+        }
+        if self.points.windows(2).any(|ends| ends[0] == ends[1]) {
+            let quantity = "the length of each piece of the path";
+            return Err(bad(field, quantity, "positive and finite", 0.0));
+        }
+        all_finite(
+            field,
+            &[
+                ("the speed", self.speed),
+                ("the look-ahead", self.look_ahead),
+                ("the stiffness", self.stiffness),
+                ("the damping", self.damping),
+            ],
+        )
+    }
+}

@@ -1,0 +1,82 @@
+//! The same vector everywhere, and the spring.
+
+use super::Law;
+use crate::field::error::{TreeError, all_finite, finite_vector};
+use crate::field::number::{Number, Vec3, constant, direction, length};
+use crate::field::query::LocalQuery;
+use crate::math::{Real, Vector, to_dvec3, to_f64};
+
+/// F = the vector. Potential −F·d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uniform {
+    /// The vector, in the field's frame.
+    pub vector: Vector,
+}
+
+impl Law for Uniform {
+    fn kind(&self) -> &'static str {
+        "uniform"
+    }
+
+    fn vector<T: Number>(&self, _: &LocalQuery<'_, T>) -> Vec3<T> {
+        constant(to_dvec3(self.vector))
+    }
+
+    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        Some(-constant::<T>(to_dvec3(self.vector)).dot(&local.point))
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        finite_vector(field, "a component of the vector", self.vector)
+    }
+}
+
+/// F = −k (r − L) d/r − c v, for the distance vector d from the field's origin, |d| = r, and the
+/// velocity v relative to the field's frame; for a rest length L of zero, F = −k d − c v.
+/// Potential k (r − L)²/2, of the spring alone. At the very centre a spring with a rest length
+/// pushes nowhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// k, force per length.
+    pub stiffness: Real,
+    /// c, force per velocity; isotropic.
+    pub damping: Real,
+    /// L.
+    pub rest_length: Real,
+}
+
+impl Law for Spring {
+    fn kind(&self) -> &'static str {
+        "spring"
+    }
+
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let (k, rest) = (to_f64(self.stiffness), to_f64(self.rest_length));
+        let d = &local.point;
+        let pull = match rest {
+            0.0 => d * T::from(-k),
+            _ => direction(d) * ((length(d) - rest) * -k),
+        };
+        pull - local.velocity * T::from(to_f64(self.damping))
+    }
+
+    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        let stretch = length(&local.point) - to_f64(self.rest_length);
+        Some(stretch * stretch * (to_f64(self.stiffness) / 2.0))
+    }
+
+    fn reads_velocity(&self) -> bool {
+        self.damping != 0.0
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        all_finite(
+            field,
+            &[
+                ("the stiffness", self.stiffness),
+                ("the damping", self.damping),
+                ("the rest length", self.rest_length),
+            ],
+        )
+    }
+}

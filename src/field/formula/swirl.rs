@@ -1,0 +1,66 @@
+//! Around, towards and along an axis.
+
+use super::Law;
+use crate::field::error::{TreeError, all_finite, not_negative};
+use crate::field::number::{Number, Vec3};
+use crate::field::query::LocalQuery;
+use crate::math::{Real, to_f64};
+
+/// Around the y axis of the field's frame: with ρ the distance vector from the axis,
+/// s² = |ρ|² + core², F = sⁿ (around · ŷ×ρ/s − inward · ρ/s) + along · ŷ.
+///
+/// n = 1 turns like a rigid body, n = −1 like a free vortex, smoothed within the core (Rankine's
+/// idea with a soft edge; Vatistas' n = 1 profile, Exp. Fluids 11, 1991). Singular on the axis for
+/// n < 0 without a core; where it is not singular it pushes nowhere but along. Only the part
+/// along the axis is given a potential.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swirl {
+    /// Strength around the axis, right-handed about +y.
+    pub around: Real,
+    /// Strength towards the axis.
+    pub inward: Real,
+    /// Strength along the axis.
+    pub along: Real,
+    /// n.
+    pub power: Real,
+    /// Radius within which it is smoothed.
+    pub core: Real,
+}
+
+impl Law for Swirl {
+    fn kind(&self) -> &'static str {
+        "swirl"
+    }
+
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let (x, z) = (local.point.x, local.point.z);
+        let core = to_f64(self.core);
+        let s2 = x * x + z * z + core * core;
+        let power = to_f64(self.power);
+        let along = T::from(to_f64(self.along));
+        if s2.re() == 0.0 && power >= 0.0 || self.around == 0.0 && self.inward == 0.0 {
+            return Vec3::new(0.0.into(), along, 0.0.into());
+        }
+        let scale = s2.powf((power - 1.0) / 2.0);
+        let (around, inward) = (scale * to_f64(self.around), scale * to_f64(self.inward));
+        Vec3::new(z * around - x * inward, along, -x * around - z * inward)
+    }
+
+    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        let lift = local.point.y * -to_f64(self.along);
+        (self.around == 0.0 && self.inward == 0.0).then_some(lift)
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        not_negative(field, "the core", self.core)?;
+        all_finite(
+            field,
+            &[
+                ("the strength around the axis", self.around),
+                ("the strength towards the axis", self.inward),
+                ("the strength along the axis", self.along),
+                ("the power", self.power),
+            ],
+        )
+    }
+}

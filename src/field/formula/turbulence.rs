@@ -1,0 +1,131 @@
+//! Turbulence.
+
+use std::f64::consts::TAU;
+
+use super::Law;
+use crate::field::error::{TreeError, all_finite, bad, positive};
+use crate::field::number::{Number, Vec3, constant};
+use crate::field::query::LocalQuery;
+use crate::math::{DVec3, Real, to_f64};
+use crate::random::Random;
+
+/// A random flow without sources, the curl of a random vector potential: a sum of plane waves
+/// Σ (aₙ cos φₙ + bₙ sin φₙ), φₙ = kₙ·d + ωₙ t, with aₙ and bₙ across kₙ.
+///
+/// Random directions and phases come from the seed; lengths of the waves fall geometrically from
+/// `size` to `size`/`detail`, their energies like Kolmogorov's k^(−5/3) spectrum, and their
+/// frequencies grow with k^(2/3) as eddies turn over. (Kraichnan, Phys. Fluids 13, 1970; Fung,
+/// Hunt, Malik and Perkins, J. Fluid Mech. 236, 1992.) The mean square of the flow is `speed`².
+/// Smooth and without divergence everywhere; no potential. The same seed gives the same flow up
+/// to the rounding of the platform's sine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Turbulence {
+    seed: u64,
+    speed: Real,
+    size: Real,
+    detail: Real,
+    turnover: Real,
+    waves: Vec<Wave>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wave {
+    /// kₙ.
+    along: DVec3,
+    /// ωₙ.
+    frequency: f64,
+    /// aₙ and bₙ.
+    cosine: DVec3,
+    sine: DVec3,
+}
+
+/// Enough for a flow that looks the same in all directions.
+const WAVES: usize = 32;
+
+impl Turbulence {
+    /// A flow of root mean square `speed` whose largest eddies have the length `size`.
+    pub fn new(seed: u64, speed: Real, size: Real) -> Self {
+        Turbulence {
+            seed,
+            speed,
+            size,
+            detail: 8.0,
+            turnover: 0.0,
+            waves: Vec::new(),
+        }
+        .made()
+    }
+
+    /// Sets how many times smaller the smallest eddies are. Eight by default.
+    pub fn detail(mut self, ratio: Real) -> Self {
+        self.detail = ratio;
+        self.made()
+    }
+
+    /// Sets the rate at which the largest eddies change, per time. None by default: the flow is
+    /// frozen.
+    pub fn turnover(mut self, rate: Real) -> Self {
+        self.turnover = rate;
+        self.made()
+    }
+
+    fn made(mut self) -> Self {
+        let mut random = Random::new(self.seed);
+        let largest = TAU / to_f64(self.size);
+        let mut energy = 0.0;
+        self.waves.clear();
+        for n in 0..WAVES {
+            let ratio = to_f64(self.detail).powf(n as f64 / (WAVES - 1) as f64);
+            let along = random.unit_vector();
+            // Evenly spaced in log k, so a wave's share of k^(-5/3) dk goes like k^(-2/3).
+            let amplitude = ratio.powf(-1.0 / 3.0);
+            let mut across = || along.cross(random.unit_vector()) * amplitude;
+            let (cosine, sine) = (across(), across());
+            energy += (cosine.length_squared() + sine.length_squared()) / 2.0;
+            self.waves.push(Wave {
+                along: along * (largest * ratio),
+                frequency: TAU * to_f64(self.turnover) * ratio.powf(2.0 / 3.0),
+                cosine,
+                sine,
+            });
+        }
+        let scale = to_f64(self.speed) / energy.sqrt();
+        for wave in &mut self.waves {
+            wave.cosine *= scale;
+            wave.sine *= scale;
+        }
+        self
+    }
+}
+
+impl Law for Turbulence {
+    fn kind(&self) -> &'static str {
+        "turbulence"
+    }
+
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let mut sum = constant(DVec3::ZERO);
+        for wave in &self.waves {
+            let still = constant::<T>(wave.along).dot(&local.point);
+            let (sin, cos) = (still + wave.frequency * local.query.time).sin_cos();
+            sum += constant::<T>(wave.cosine) * cos + constant::<T>(wave.sine) * sin;
+        }
+        sum
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        all_finite(
+            field,
+            &[
+                ("the speed", self.speed),
+                ("the turnover rate", self.turnover),
+            ],
+        )?;
+        positive(field, "the size", self.size)?;
+        if self.detail >= 1.0 && self.detail.is_finite() {
+            return Ok(());
+        }
+        let value = to_f64(self.detail);
+        Err(bad(field, "the detail", "one or more, and finite", value))
+    }
+}

@@ -1,0 +1,30 @@
+//! A force with its derivatives.
+
+use super::number::{Dual, Vec3, real};
+use crate::math::{DMat3, DVec3};
+
+/// A force and its derivatives at a sample, in world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Linearised {
+    /// The force.
+    pub force: DVec3,
+    /// ∂F/∂x: column k is the change of the force with coordinate k of the sample point.
+    pub by_position: DMat3,
+    /// ∂F/∂v: column k is the change of the force with component k of the velocity.
+    pub by_velocity: DMat3,
+}
+
+impl Linearised {
+    /// Of a force that carries its derivatives.
+    pub(crate) fn new(force: &Vec3<Dual>) -> Self {
+        let column = |k: usize| {
+            let slope = |row: usize| force[row].eps.0.map_or(0.0, |eps| eps[k]);
+            DVec3::new(slope(0), slope(1), slope(2))
+        };
+        Linearised {
+            force: real(force),
+            by_position: DMat3::from_cols(column(0), column(1), column(2)),
+            by_velocity: DMat3::from_cols(column(3), column(4), column(5)),
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! What changes the vector of one composite.
+
+use std::sync::Arc;
+
+use super::anchor::Anchor;
+use super::leaf::limited;
+use super::number::{Number, Vec3};
+use super::query::LocalQuery;
+use super::scalar::Scalar;
+use crate::math::{Real, to_f64};
+
+/// A change of the vector where it is defined.
+#[derive(Clone, Debug)]
+pub(crate) enum Modifier {
+    /// Times a number that depends on the sample, seen in the frame of the anchor.
+    Scale { scale: Arc<Scalar>, anchor: Anchor },
+    /// No longer than this.
+    Limit(Real),
+}
+
+impl Modifier {
+    /// The frame it sees the sample in, if it looks.
+    pub(crate) fn anchor(&self) -> Option<Anchor> {
+        match self {
+            Modifier::Scale { anchor, .. } => Some(*anchor),
+            Modifier::Limit(_) => None,
+        }
+    }
+
+    /// The changed vector. `local` is the sample in the frame of the anchor; where that is not (or
+    /// no longer) there, a scale leaves the vector as it is.
+    pub(crate) fn apply<T: Number>(
+        &self,
+        vector: Vec3<T>,
+        local: Option<&LocalQuery<'_, T>>,
+    ) -> Vec3<T> {
+        match (self, local) {
+            (Modifier::Scale { scale, .. }, Some(local)) => vector * scale.at(local),
+            (Modifier::Scale { .. }, None) => vector,
+            (Modifier::Limit(length), _) => limited(vector, to_f64(*length)),
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Sets over any axes: half-spaces, balls, and predicates.
+
+use std::fmt;
+
+use super::axis::Axis;
+use super::boundary::Normal;
+use super::error::{TreeError, bad, finite, positive, rigid};
+use super::number::{Number, constant, real, root, rotate};
+use super::query::{LocalQuery, Sample};
+use crate::math::{DVec3, Pose, Real, from_f64, to_dpose3, to_f64};
+
+/// A half-space or a ball over several axes, in a frame at `pose` in that of the field.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct OverAxes {
+    pub axes: Vec<Axis>,
+    shape: Shape,
+    pub pose: Pose,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Shape {
+    HalfSpace {
+        coefficients: Vec<Real>,
+        offset: Real,
+    },
+    Ball {
+        centre: Vec<Real>,
+        radii: Vec<Real>,
+    },
+}
+
+impl OverAxes {
+    pub fn half_space(coefficients: impl IntoIterator<Item = (Axis, Real)>, offset: Real) -> Self {
+        let (axes, coefficients) = coefficients.into_iter().unzip();
+        let shape = Shape::HalfSpace {
+            coefficients,
+            offset,
+        };
+        OverAxes {
+            axes,
+            shape,
+            pose: Pose::IDENTITY,
+        }
+    }
+
+    pub fn ball(ball: impl IntoIterator<Item = (Axis, Real, Real)>) -> Self {
+        let (mut axes, mut centre, mut radii) = (Vec::new(), Vec::new(), Vec::new());
+        for (axis, middle, radius) in ball {
+            axes.push(axis);
+            centre.push(middle);
+            radii.push(radius);
+        }
+        OverAxes {
+            axes,
+            shape: Shape::Ball { centre, radii },
+            pose: Pose::IDENTITY,
+        }
+    }
+
+    /// The coordinates along the axes; NaN where the user's axis has no value.
+    fn coordinates<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec<T> {
+        let pose = to_dpose3(&self.pose);
+        let arm = local.point - constant(pose.translation);
+        let point = rotate(pose.rotation.inverse(), &arm);
+        let coordinate = |axis: &Axis| match axis.spatial() {
+            Some(k) => point[k],
+            None => local.coordinate(axis).unwrap_or(f64::NAN.into()),
+        };
+        self.axes.iter().map(coordinate).collect()
+    }
+
+    /// How far outside the sample is, negative inside and zero on the border: along the steepest
+    /// direction for a half-space, in units of the smallest radius for a ball.
+    pub fn excess<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+        let coordinates = self.coordinates(local).into_iter();
+        match &self.shape {
+            Shape::HalfSpace {
+                coefficients,
+                offset,
+            } => {
+                let mut sum = T::from(-to_f64(*offset));
+                let mut steepness = 0.0;
+                for (x, c) in coordinates.zip(coefficients) {
+                    sum += x * to_f64(*c);
+                    steepness += to_f64(*c) * to_f64(*c);
+                }
+                sum / steepness.sqrt()
+            }
+            Shape::Ball { centre, radii } => {
+                let mut sum = T::from(0.0);
+                let mut smallest = f64::INFINITY;
+                for ((x, c), r) in coordinates.zip(centre).zip(radii) {
+                    let along = (x - to_f64(*c)) / to_f64(*r);
+                    sum += along * along;
+                    smallest = smallest.min(to_f64(*r));
+                }
+                (root(sum) - 1.0) * smallest
+            }
+        }
+    }
+
+    /// The direction of the steepest way out, in the space of all axes.
+    pub fn outward<T: Number>(&self, local: &LocalQuery<'_, T>) -> Normal {
+        let slopes: Vec<f64> = match &self.shape {
+            Shape::HalfSpace { coefficients, .. } => {
+                coefficients.iter().map(|c| to_f64(*c)).collect()
+            }
+            Shape::Ball { centre, radii } => {
+                let coordinates = self.coordinates(local).into_iter();
+                let slope = |((x, c), r): ((T, &Real), &Real)| {
+                    (x.re() - to_f64(*c)) / (to_f64(*r) * to_f64(*r))
+                };
+                coordinates.zip(centre).zip(radii).map(slope).collect()
+            }
+        };
+        let mut in_space = DVec3::ZERO;
+        let mut normal = local.spatial_normal(DVec3::ZERO);
+        for (axis, slope) in self.axes.iter().zip(slopes) {
+            match axis.spatial() {
+                Some(k) => in_space[k] += slope,
+                None => {
+                    let along = local.normal_along(axis, slope);
+                    normal.iter_mut().zip(along).for_each(|(n, a)| *n += a);
+                }
+            }
+        }
+        let in_space = local.spatial_normal(to_dpose3(&self.pose).rotation * in_space);
+        normal.iter_mut().zip(in_space).for_each(|(n, a)| *n += a);
+        normal
+    }
+
+    /// Farthest distance from the field's origin, if the set is bounded in space.
+    pub fn extent(&self) -> Option<Real> {
+        let Shape::Ball { centre, radii } = &self.shape else {
+            return None;
+        };
+        let along = |space: usize| {
+            let place = self.axes.iter().position(|a| a.spatial() == Some(space))?;
+            Some(centre[place].abs() + radii[place])
+        };
+        let corner = crate::math::Vector::new(along(0)?, along(1)?, along(2)?);
+        Some(corner.length() + self.pose.translation.length())
+    }
+
+    pub fn validate(&self, field: &str) -> Result<(), TreeError> {
+        rigid(field, "the pose of the region", &self.pose)?;
+        match &self.shape {
+            Shape::HalfSpace {
+                coefficients,
+                offset,
+            } => {
+                finite(field, "the offset of the half-space", *offset)?;
+                let size = coefficients.iter().map(|c| c.abs()).sum();
+                let quantity = "the sum of the half-space's coefficients, taken absolute,";
+                positive(field, quantity, size)
+            }
+            Shape::Ball { centre, radii } => {
+                if radii.is_empty() {
+                    let quantity = "the number of axes of the ball";
+                    return Err(bad(field, quantity, "one or more", 0.0));
+                }
+                for (middle, radius) in centre.iter().zip(radii) {
+                    finite(field, "the centre of the region", *middle)?;
+                    positive(field, "the radius of the region", *radius)?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+type Function = dyn Fn(&Sample<'_>) -> bool + Send + Sync;
+
+/// A user's function that says where a field is defined.
+pub(super) struct Predicate {
+    axes: Vec<Axis>,
+    function: Box<Function>,
+}
+
+impl Predicate {
+    pub fn new(
+        axes: Vec<Axis>,
+        function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
+    ) -> Self {
+        Predicate {
+            axes,
+            function: Box::new(function),
+        }
+    }
+
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    pub fn holds<T: Number>(&self, local: &LocalQuery<'_, T>) -> bool {
+        let value = |axis| local.axis(axis).map_or(Real::NAN, from_f64);
+        let axes: Vec<Real> = self.axes.iter().map(value).collect();
+        let velocity = real(&local.velocity);
+        (self.function)(&Sample::new(
+            local.query,
+            local.local_point(),
+            velocity,
+            &axes,
+        ))
+    }
+}
+
+/// Equal to itself only.
+impl PartialEq for Predicate {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+    }
+}
+
+impl fmt::Debug for Predicate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut predicate = f.debug_struct("Predicate");
+        predicate.field("axes", &self.axes).finish_non_exhaustive()
+    }
+}

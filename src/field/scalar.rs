@@ -1,0 +1,331 @@
+//! Scalar fields: numbers that depend on the sample, to scale vectors with.
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::axis::Axis;
+use super::error::{TreeError, bad, finite, positive};
+use super::number::{Number, length, real};
+use super::query::{LocalQuery, Sample};
+use super::region::Region;
+use crate::math::{Real, from_f64, to_f64};
+
+/// A number for each sample: masks, soft edges, falloff curves, time envelopes.
+///
+/// Made from a coordinate of the sample, and curves one after the other.
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// // Full strength up to 5 length units from the origin, none beyond 8.
+/// let falloff = Scalar::distance().smooth(8.0, 5.0);
+/// // Swells over the first second, then dies away within a tenth.
+/// let envelope = Scalar::time().table([(0.0, 0.0), (1.0, 1.0), (1.1, 0.0)]);
+/// let gust = Field::uniform(Vector::X * 20.0).scaled_by(falloff.times(envelope));
+/// // A wind zone that rises from its border over half a length unit.
+/// let zone = Region::cuboid(Vector::splat(3.0));
+/// let soft = Field::uniform(Vector::X).within(zone.clone()).scaled_by(Scalar::depth(zone).ramp(0.0, 0.5));
+/// # let _ = (gust, soft);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scalar {
+    /// Postfix, so that neither depth nor drop can exhaust the stack.
+    steps: Vec<Step>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Step {
+    Constant(Real),
+    Axis(Axis),
+    Distance,
+    Depth(Box<Region>),
+    Function(Arc<Function>),
+    Curve(Curve),
+    Plus,
+    Times,
+    Lesser,
+    Greater,
+}
+
+/// A function of one number.
+#[derive(Clone, Debug, PartialEq)]
+enum Curve {
+    Ramp { from: Real, to: Real, smooth: bool },
+    Power(Real),
+    Exponential(Real),
+    Gaussian(Real),
+    Table(Arc<[(Real, Real)]>),
+}
+
+impl Scalar {
+    /// The same number everywhere.
+    pub fn constant(value: Real) -> Self {
+        Self::from(Step::Constant(value))
+    }
+
+    /// The coordinate along an axis, in the frame of the field.
+    pub fn axis(axis: impl Into<Axis>) -> Self {
+        Self::from(Step::Axis(axis.into()))
+    }
+
+    /// Simulated time.
+    pub fn time() -> Self {
+        Self::axis(Axis::Time)
+    }
+
+    /// The distance from the origin of the field's frame.
+    pub fn distance() -> Self {
+        Self::from(Step::Distance)
+    }
+
+    /// How deep the sample lies inside a region of the field's frame, negative outside. For one
+    /// solid this is the distance from its border; for regions composed of several, no more than
+    /// that. A region over several axes counts in units of its smallest radius.
+    pub fn depth(region: Region) -> Self {
+        Self::from(Step::Depth(Box::new(region)))
+    }
+
+    /// A function of the user's own; `reads` lists the axes it wants in [`Sample::axes`]. It is
+    /// taken as locally constant when derivatives are asked for.
+    pub fn closure(
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
+    ) -> Self {
+        Self::from(Step::Function(Arc::new(Function {
+            axes: reads.into_iter().collect(),
+            function: Box::new(function),
+        })))
+    }
+
+    /// From 0 at `from` to 1 at `to`, in a straight line, constant beyond. `to` may be the
+    /// smaller of the two.
+    pub fn ramp(self, from: Real, to: Real) -> Self {
+        let smooth = false;
+        self.then(Step::Curve(Curve::Ramp { from, to, smooth }))
+    }
+
+    /// Like [`ramp`](Self::ramp), without corners: 3 t² − 2 t³.
+    pub fn smooth(self, from: Real, to: Real) -> Self {
+        let smooth = true;
+        self.then(Step::Curve(Curve::Ramp { from, to, smooth }))
+    }
+
+    /// xⁿ; not a number for x < 0 and fractional n, infinite at 0 for n < 0.
+    pub fn power(self, n: Real) -> Self {
+        self.then(Step::Curve(Curve::Power(n)))
+    }
+
+    /// exp(`rate` · x).
+    pub fn exponential(self, rate: Real) -> Self {
+        self.then(Step::Curve(Curve::Exponential(rate)))
+    }
+
+    /// exp(−x²/2 `width`²).
+    pub fn gaussian(self, width: Real) -> Self {
+        self.then(Step::Curve(Curve::Gaussian(width)))
+    }
+
+    /// Straight lines between points (x, y) of growing x, constant beyond.
+    pub fn table(self, points: impl IntoIterator<Item = (Real, Real)>) -> Self {
+        let points = points.into_iter().collect();
+        self.then(Step::Curve(Curve::Table(points)))
+    }
+
+    /// The sum.
+    pub fn plus(self, other: Scalar) -> Self {
+        self.combine(other, Step::Plus)
+    }
+
+    /// The product.
+    pub fn times(self, other: Scalar) -> Self {
+        self.combine(other, Step::Times)
+    }
+
+    /// The lesser of the two.
+    pub fn min(self, other: Scalar) -> Self {
+        self.combine(other, Step::Lesser)
+    }
+
+    /// The greater of the two.
+    pub fn max(self, other: Scalar) -> Self {
+        self.combine(other, Step::Greater)
+    }
+
+    fn then(mut self, step: Step) -> Self {
+        self.steps.push(step);
+        self
+    }
+
+    fn combine(mut self, other: Scalar, step: Step) -> Self {
+        self.steps.extend(other.steps);
+        self.then(step)
+    }
+
+    /// The number at a sample.
+    pub(crate) fn at<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+        let nan = || T::from(f64::NAN);
+        let mut stack: Vec<T> = Vec::with_capacity(4);
+        for step in &self.steps {
+            let value = match step {
+                Step::Constant(value) => to_f64(*value).into(),
+                Step::Axis(axis) => local.coordinate(axis).unwrap_or_else(nan),
+                Step::Distance => length(&local.point),
+                Step::Depth(region) => region.depth(local),
+                Step::Function(function) => function.at(local).into(),
+                Step::Curve(curve) => curve.at(stack.pop().unwrap_or_else(nan)),
+                Step::Plus | Step::Times | Step::Lesser | Step::Greater => {
+                    let right = stack.pop().unwrap_or_else(nan);
+                    let left = stack.pop().unwrap_or_else(nan);
+                    match step {
+                        Step::Plus => left + right,
+                        Step::Times => left * right,
+                        Step::Lesser if right.re() < left.re() => right,
+                        Step::Greater if right.re() > left.re() => right,
+                        _ => left,
+                    }
+                }
+            };
+            stack.push(value);
+        }
+        stack.pop().unwrap_or_else(nan)
+    }
+
+    /// The axes it names.
+    pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
+        self.steps.iter().flat_map(|step| {
+            let axes: Box<dyn Iterator<Item = &Axis>> = match step {
+                Step::Axis(axis) => Box::new(std::iter::once(axis)),
+                Step::Depth(region) => Box::new(region.axes()),
+                Step::Function(function) => Box::new(function.axes.iter()),
+                _ => Box::new(std::iter::empty()),
+            };
+            axes
+        })
+    }
+
+    /// Whether it is the same at all points of a body.
+    pub(crate) fn is_uniform(&self) -> bool {
+        let of_place = |step: &Step| match step {
+            Step::Distance | Step::Depth(_) | Step::Function(_) => true,
+            Step::Axis(axis) => !matches!(axis, Axis::Time),
+            _ => false,
+        };
+        !self.steps.iter().any(of_place)
+    }
+
+    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+        for step in &self.steps {
+            match step {
+                Step::Constant(value) => finite(field, "a number of the scale", *value)?,
+                Step::Depth(region) => region.validate(field)?,
+                Step::Curve(curve) => curve.validate(field)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+impl From<Step> for Scalar {
+    fn from(step: Step) -> Self {
+        Scalar { steps: vec![step] }
+    }
+}
+
+impl From<Real> for Scalar {
+    fn from(value: Real) -> Self {
+        Scalar::constant(value)
+    }
+}
+
+impl Curve {
+    fn at<T: Number>(&self, x: T) -> T {
+        match self {
+            Curve::Ramp { from, to, smooth } => {
+                let (from, to) = (to_f64(*from), to_f64(*to));
+                let t = (x - from) / (to - from);
+                match t.re() {
+                    below if below <= 0.0 => 0.0.into(),
+                    above if above >= 1.0 => 1.0.into(),
+                    _ if *smooth => t * t * (t * -2.0 + 3.0),
+                    _ => t,
+                }
+            }
+            Curve::Power(n) => x.powf(to_f64(*n)),
+            Curve::Exponential(rate) => (x * to_f64(*rate)).exp(),
+            Curve::Gaussian(width) => {
+                let t = x / to_f64(*width);
+                (t * t * -0.5).exp()
+            }
+            Curve::Table(points) => {
+                let above = points.partition_point(|(at, _)| to_f64(*at) <= x.re());
+                let number = |k: usize| (to_f64(points[k].0), to_f64(points[k].1));
+                if x.re().is_nan() {
+                    return x;
+                }
+                if above == 0 || above == points.len() {
+                    return number(above.saturating_sub(1)).1.into();
+                }
+                let ((x0, y0), (x1, y1)) = (number(above - 1), number(above));
+                (x - x0) * ((y1 - y0) / (x1 - x0)) + y0
+            }
+        }
+    }
+
+    fn validate(&self, field: &str) -> Result<(), TreeError> {
+        match self {
+            Curve::Ramp { from, to, .. } => {
+                let quantity = "the width of a ramp";
+                finite(field, "the start of a ramp", *from)?;
+                positive(field, quantity, (to - from).abs())
+            }
+            Curve::Power(n) => finite(field, "the power of a scale", *n),
+            Curve::Exponential(rate) => finite(field, "the rate of a scale", *rate),
+            Curve::Gaussian(width) => positive(field, "the width of a scale", *width),
+            Curve::Table(points) => {
+                let quantity = "the number of points of a table";
+                if points.is_empty() {
+                    return Err(bad(field, quantity, "one or more", 0.0));
+                }
+                for (x, y) in points.iter() {
+                    finite(field, "a place of a table", *x)?;
+                    finite(field, "a value of a table", *y)?;
+                }
+                for pair in points.windows(2) {
+                    let step = pair[1].0 - pair[0].0;
+                    positive(field, "the step between places of a table", step)?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A user's own scalar field.
+struct Function {
+    axes: Vec<Axis>,
+    function: Box<dyn Fn(&Sample<'_>) -> Real + Send + Sync>,
+}
+
+impl Function {
+    fn at<T: Number>(&self, local: &LocalQuery<'_, T>) -> f64 {
+        let value = |axis| local.axis(axis).map_or(Real::NAN, from_f64);
+        let axes: Vec<Real> = self.axes.iter().map(value).collect();
+        let velocity = real(&local.velocity);
+        let sample = Sample::new(local.query, local.local_point(), velocity, &axes);
+        to_f64((self.function)(&sample))
+    }
+}
+
+/// Equal to itself only.
+impl PartialEq for Function {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+    }
+}
+
+impl fmt::Debug for Function {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut function = f.debug_struct("Function");
+        function.field("axes", &self.axes).finish_non_exhaustive()
+    }
+}

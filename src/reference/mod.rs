@@ -1,0 +1,111 @@
+//! The meaning of a tree: a slow, literal walk in 64-bit precision.
+//!
+//! Every faster evaluator must equal this one. It knows nothing of them: it walks the tree node
+//! by node and applies the table at [`Operator`] line by line.
+
+mod trace;
+mod walk;
+
+pub use crate::field::Linearised;
+pub use trace::{Contribution, Fate, Trace};
+
+use crate::field::{Anchor, Frames, Motion, Query, Tree, TreeError, real};
+use crate::math::DVec3;
+use walk::Walk;
+
+/// The reference evaluator of a tree.
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// use rapier3d_fields::{field::Query, math::DVec3, reference::Reference};
+/// let inner = Field::uniform(Vector::Y).within(Region::ball(1.0));
+/// let tree = Field::uniform(Vector::X).within(Region::ball(2.0)).difference(inner);
+/// let world = PhysicsWorld::new();
+/// let reference = Reference::new(&tree)?;
+/// let at = |x| Query { world_point: DVec3::X * x, ..Query::default() };
+/// let frames = (&world.bodies, &world.colliders);
+/// assert_eq!(reference.force(&frames, &at(0.5)), None, "cut out: not defined, which is not zero");
+/// assert_eq!(reference.force(&frames, &at(1.5)), Some(DVec3::X));
+/// # Ok::<(), TreeError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Reference<'a> {
+    tree: &'a Tree,
+}
+
+impl<'a> Reference<'a> {
+    /// The reference for a tree.
+    ///
+    /// # Errors
+    /// The tree is empty, too deep, has a parameter out of range, or uses detection fields
+    /// wrongly. User axes are not checked: a query that lacks one finds regions over it empty.
+    pub fn new(tree: &'a Tree) -> Result<Self, TreeError> {
+        let named: Vec<std::sync::Arc<str>> = tree.axes().map(|axis| axis.name().into()).collect();
+        tree.validate(&named)?;
+        Ok(Reference { tree })
+    }
+
+    /// The reference for a tree that was found valid before.
+    pub(crate) fn of_valid(tree: &'a Tree) -> Self {
+        Reference { tree }
+    }
+
+    /// The force of the composite field on a probe, in world axes; nothing where the field is not
+    /// defined.
+    pub fn force(&self, frames: &impl Frames, query: &Query) -> Option<DVec3> {
+        let walk = Walk::new(
+            self.tree,
+            self.tree.root(),
+            frames,
+            query,
+            Motion::of(query),
+        );
+        let value = walk.node(self.tree.root(), &Anchor::WORLD);
+        value.defined.any().then(|| real(&value.vector))
+    }
+
+    /// The force with its derivatives by the point and the velocity of the probe; nothing where
+    /// the field is not defined.
+    ///
+    /// Exact but for shapes and closures, which are differentiated numerically. Regions are taken
+    /// as they are at the sample: the jump at a border is not a slope.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// use rapier3d_fields::{field::Query, math::{DMat3, DVec3}, reference::Reference};
+    /// let tree = Tree::from(Field::spring_damper(4.0, 0.5, 0.0));
+    /// let world = PhysicsWorld::new();
+    /// let query = Query { world_point: DVec3::X, ..Query::default() };
+    /// let linearised = Reference::new(&tree)?
+    ///     .linearised(&(&world.bodies, &world.colliders), &query)
+    ///     .unwrap();
+    /// assert_eq!(linearised.by_position, DMat3::from_diagonal(DVec3::splat(-4.0)));
+    /// assert_eq!(linearised.by_velocity, DMat3::from_diagonal(DVec3::splat(-0.5)));
+    /// # Ok::<(), TreeError>(())
+    /// ```
+    pub fn linearised(&self, frames: &impl Frames, query: &Query) -> Option<Linearised> {
+        let motion = Motion::seeded(query);
+        let walk = Walk::new(self.tree, self.tree.root(), frames, query, motion);
+        let value = walk.node(self.tree.root(), &Anchor::WORLD);
+        let defined = value.defined.any();
+        defined.then(|| Linearised::new(&value.vector))
+    }
+
+    /// What each single field gives at a sample, and what became of it on the way to the root.
+    pub fn trace(&self, frames: &impl Frames, query: &Query) -> Trace {
+        self.trace_below(self.tree.root(), frames, query)
+    }
+
+    /// Like [`Self::trace`], of one term of the tree.
+    pub(crate) fn trace_below(&self, term: u32, frames: &impl Frames, query: &Query) -> Trace {
+        let mut walk = Walk::new(self.tree, term, frames, query, Motion::of(query));
+        walk.log = Some(Default::default());
+        let value = walk.node(term, &Anchor::WORLD);
+        Trace {
+            force: value.defined.any().then(|| real(&value.vector)),
+            contributions: walk
+                .log
+                .map_or_else(Vec::new, std::cell::RefCell::into_inner),
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! What became of each field on the way to the root.
+
+use crate::math::DVec3;
+
+/// How the force at one sample came about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// The force, in world axes; nothing where the composite is not defined.
+    pub force: Option<DVec3>,
+    /// One for each field, in the order of the walk; those of prototypes once for each instance.
+    pub contributions: Vec<Contribution>,
+}
+
+/// One field at one sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contribution {
+    /// The field's place in the tree.
+    pub place: u32,
+    /// Its own force, in world axes, before any operator; nothing where it is not defined.
+    pub force: Option<DVec3>,
+    /// What became of it.
+    pub fate: Fate,
+}
+
+/// What became of the force of one field.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Fate {
+    /// It is part of the result.
+    Counts,
+    /// The sample is not in its region.
+    OutsideRegion,
+    /// The sample belongs to the body that carries the field.
+    OwnBody,
+    /// Its groups and those of the collider do not interact.
+    OtherGroups,
+    /// The body or collider it is anchored to is gone.
+    AnchorGone,
+    /// Other fields took its place.
+    Overruled {
+        /// The operator.
+        operator: &'static str,
+        /// The places of those fields.
+        by: Vec<u32>,
+    },
+    /// An intersection whose other operand is not defined here.
+    Unmatched {
+        /// The operator.
+        operator: &'static str,
+    },
+    /// Only its region counts: it cuts a difference.
+    Cuts,
+}

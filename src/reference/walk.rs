@@ -1,0 +1,290 @@
+//! The walk itself, over any [`Number`], with or without a log.
+
+use std::cell::RefCell;
+
+use super::trace::{Contribution, Fate};
+use crate::field::{
+    Anchor, Field, Frame, Frames, LocalQuery, Motion, Neighbourhood, Node, Normal, Number,
+    Operator, Override, Pieces, Query, Tree, Vec3, constant, real,
+};
+use crate::math::{DVec3, InteractionGroups};
+
+/// A composite at a sample.
+pub(super) struct Value<T> {
+    /// The pieces of the sample's neighbourhood it is defined on.
+    pub defined: Pieces,
+    pub vector: Vec3<T>,
+    /// Which entries of the log it is made of.
+    holds: Vec<u32>,
+}
+
+impl<T: Number> Value<T> {
+    fn undefined() -> Self {
+        Value {
+            defined: Pieces::NONE,
+            vector: constant(DVec3::ZERO),
+            holds: Vec::new(),
+        }
+    }
+}
+
+pub(super) struct Walk<'a, F, T> {
+    tree: &'a Tree,
+    frames: &'a F,
+    query: &'a Query,
+    motion: Motion<T>,
+    here: Neighbourhood,
+    pub log: Option<RefCell<Vec<Contribution>>>,
+}
+
+impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
+    /// A walk over the subtree at `root`.
+    pub fn new(
+        tree: &'a Tree,
+        root: u32,
+        frames: &'a F,
+        query: &'a Query,
+        motion: Motion<T>,
+    ) -> Self {
+        let mut walk = Walk {
+            tree,
+            frames,
+            query,
+            motion,
+            here: Neighbourhood::open(),
+            log: None,
+        };
+        walk.here = walk.neighbourhood(root);
+        walk
+    }
+
+    /// The pieces that the surfaces of all regions cut the neighbourhood of the sample into.
+    fn neighbourhood(&self, root: u32) -> Neighbourhood {
+        let mut normals: Vec<Normal> = Vec::new();
+        let mut open = vec![(root, Anchor::WORLD)];
+        while let Some((node, instance)) = open.pop() {
+            let node = &self.tree.nodes()[node as usize];
+            match node {
+                Node::Leaf(field) => {
+                    if let Ok(frame) = self.acting_frame(field, &instance) {
+                        let local = LocalQuery::moving(self.query, &self.motion, &frame);
+                        field.region.touched(&local, &mut normals);
+                    }
+                }
+                Node::Instances { prototype, anchors } => {
+                    open.extend(anchors.iter().map(|a| (*prototype, a.within(&instance))));
+                }
+                _ => open.extend(node.operands().iter().map(|operand| (*operand, instance))),
+            }
+        }
+        Neighbourhood::of(&normals)
+    }
+
+    /// The frame of a field, if the field acts on the probe at all.
+    fn acting_frame(&self, field: &Field, instance: &Anchor) -> Result<Frame, Fate> {
+        let frame = self.frames.frame(&field.anchor.within(instance));
+        let frame = frame.ok_or(Fate::AnchorGone)?;
+        if frame.body.is_some() && frame.body == self.query.body {
+            return Err(Fate::OwnBody);
+        }
+        let allowed = |groups: InteractionGroups| groups.test(self.query.groups);
+        if !field.groups.is_none_or(allowed) {
+            return Err(Fate::OtherGroups);
+        }
+        Ok(frame)
+    }
+
+    /// The depth of a tree is limited, so recursion is safe.
+    pub fn node(&self, node: u32, instance: &Anchor) -> Value<T> {
+        match &self.tree.nodes()[node as usize] {
+            Node::Leaf(field) => self.leaf(node, field, instance),
+            Node::Operation { operator, operands } => {
+                let values = operands.iter().map(|operand| self.node(*operand, instance));
+                let combined = values.reduce(|u, v| self.apply(*operator, u, v));
+                combined.unwrap_or_else(Value::undefined)
+            }
+            Node::Instances { prototype, anchors } => {
+                let values = anchors
+                    .iter()
+                    .map(|a| self.node(*prototype, &a.within(instance)));
+                values.fold(Value::undefined(), |u, v| {
+                    self.apply(Operator::SumUnion, u, v)
+                })
+            }
+            Node::Modified { operand, modifier } => {
+                let mut value = self.node(*operand, instance);
+                if value.defined.any() {
+                    let anchor = modifier.anchor().map(|anchor| anchor.within(instance));
+                    let frame = anchor.and_then(|anchor| self.frames.frame(&anchor));
+                    let local =
+                        frame.map(|frame| LocalQuery::moving(self.query, &self.motion, &frame));
+                    value.vector = modifier.apply(value.vector, local.as_ref());
+                }
+                value
+            }
+            Node::Layers { operands, modes } => {
+                let values = operands.iter().map(|operand| self.node(*operand, instance));
+                self.layers(values.collect(), modes)
+            }
+        }
+    }
+
+    fn leaf(&self, place: u32, field: &Field, instance: &Anchor) -> Value<T> {
+        let frame = match self.acting_frame(field, instance) {
+            Ok(frame) => frame,
+            Err(fate) => {
+                self.note(place, None, fate);
+                return Value::undefined();
+            }
+        };
+        let local = LocalQuery::moving(self.query, &self.motion, &frame);
+        let defined = field.region.pieces(&local, &self.here);
+        if !defined.any() {
+            self.note(place, None, Fate::OutsideRegion);
+            return Value::undefined();
+        }
+        let vector = field.force(&local);
+        let entry = self.note(place, Some(real(&vector)), Fate::Counts);
+        Value {
+            defined,
+            vector,
+            holds: entry.into_iter().collect(),
+        }
+    }
+
+    /// The tables at [`Operator`], line by line, for U on E and V on G.
+    fn apply(&self, operator: Operator, u: Value<T>, v: Value<T>) -> Value<T> {
+        use Operator::*;
+        let (e, g) = (u.defined, v.defined);
+        let (on_e, on_g) = (e.any(), g.any());
+        let defined = match operator {
+            SumUnion | CrossUnion | ReplaceUnion | Strongest | Weakest | Minimum | Maximum => e | g,
+            SumIntersection | CrossIntersection | ReplaceIntersection => e & g,
+            Difference => e & self.here.complement(g),
+        };
+        if !defined.any() {
+            let by_v = operator == Difference && on_g;
+            self.lose(&u.holds, operator, by_v.then_some(&v.holds));
+            if operator == Difference {
+                self.decide(&v.holds, Fate::Cuts);
+            } else {
+                self.lose(&v.holds, operator, None);
+            }
+            return Value::undefined();
+        }
+        if !on_g {
+            return Value { defined, ..u };
+        }
+        if operator == Difference {
+            self.decide(&v.holds, Fate::Cuts);
+            return Value { defined, ..u };
+        }
+        if !on_e {
+            return Value { defined, ..v };
+        }
+        let size = |vector: &Vec3<T>| real(vector).length_squared();
+        let v_wins = match operator {
+            ReplaceUnion | ReplaceIntersection => Some(true),
+            Strongest => Some(size(&v.vector) > size(&u.vector)),
+            Weakest => Some(size(&v.vector) < size(&u.vector)),
+            _ => None,
+        };
+        match v_wins {
+            Some(true) => {
+                self.lose(&u.holds, operator, Some(&v.holds));
+                Value { defined, ..v }
+            }
+            Some(false) => {
+                self.lose(&v.holds, operator, Some(&u.holds));
+                Value { defined, ..u }
+            }
+            None => {
+                let lesser = |a: T, b: T| if b.re() < a.re() { b } else { a };
+                let greater = |a: T, b: T| if b.re() > a.re() { b } else { a };
+                let vector = match operator {
+                    CrossUnion | CrossIntersection => u.vector.cross(&v.vector),
+                    Minimum => u.vector.zip_map(&v.vector, lesser),
+                    Maximum => u.vector.zip_map(&v.vector, greater),
+                    _ => u.vector + v.vector,
+                };
+                let mut holds = u.holds;
+                holds.extend(v.holds);
+                Value {
+                    defined,
+                    vector,
+                    holds,
+                }
+            }
+        }
+    }
+
+    /// The rule at [`Tree::layers`], for operands of falling priority.
+    fn layers(&self, values: Vec<Value<T>>, modes: &[Override]) -> Value<T> {
+        let mut gathered = Value::undefined();
+        let mut stopped_by: Option<Vec<u32>> = None;
+        for (value, mode) in values.into_iter().zip(modes) {
+            gathered.defined = gathered.defined | value.defined;
+            if let Some(by) = &stopped_by {
+                self.decide(&value.holds, overruled("stop", self.places(by)));
+                continue;
+            }
+            if !value.defined.any() {
+                continue;
+            }
+            if mode.replaces {
+                self.decide(
+                    &gathered.holds,
+                    overruled("replace", self.places(&value.holds)),
+                );
+                gathered.vector = constant(DVec3::ZERO);
+                gathered.holds.clear();
+            }
+            gathered.vector += value.vector;
+            if mode.stops {
+                stopped_by = Some(value.holds.clone());
+            }
+            gathered.holds.extend(value.holds);
+        }
+        gathered
+    }
+
+    /// Writes a field into the log, if there is one; returns the number of the entry.
+    fn note(&self, place: u32, force: Option<DVec3>, fate: Fate) -> Option<u32> {
+        let mut log = self.log.as_ref()?.borrow_mut();
+        log.push(Contribution { place, force, fate });
+        Some(log.len() as u32 - 1)
+    }
+
+    fn decide(&self, holds: &[u32], fate: Fate) {
+        if let Some(log) = &self.log {
+            for entry in holds {
+                log.borrow_mut()[*entry as usize].fate = fate.clone();
+            }
+        }
+    }
+
+    /// Some fields are no longer part of the result, because of others or for want of them.
+    fn lose(&self, holds: &[u32], operator: Operator, by: Option<&Vec<u32>>) {
+        let operator = operator.symbol();
+        let fate = match by {
+            Some(by) => overruled(operator, self.places(by)),
+            None => Fate::Unmatched { operator },
+        };
+        self.decide(holds, fate);
+    }
+
+    fn places(&self, holds: &[u32]) -> Vec<u32> {
+        let Some(log) = &self.log else {
+            return Vec::new();
+        };
+        let log = log.borrow();
+        holds
+            .iter()
+            .map(|entry| log[*entry as usize].place)
+            .collect()
+    }
+}
+
+fn overruled(operator: &'static str, by: Vec<u32>) -> Fate {
+    Fate::Overruled { operator, by }
+}
