@@ -6,6 +6,7 @@ use crate::check::{CrossCheck, CrossCheckReport};
 use crate::compile::{Compiled, Plan};
 use crate::detect::{Detection, FieldContact, Responder};
 use crate::eval::{PotentialEnergy, Wrench};
+use crate::explain::{self, Auditor, EnergyAudit, Explanation};
 use crate::field::{Axis, Tree, TreeError};
 use crate::inject::{Injector, ProbeProperties, PropertyBook, Scheme, StepError, WakePolicy};
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet};
@@ -49,6 +50,7 @@ pub struct Fields {
     injector: Injector,
     detection: Detection,
     check: Option<CrossCheck>,
+    auditor: Option<Auditor>,
     responder: Responder,
     axes: Vec<Arc<str>>,
     claimed: bool,
@@ -86,6 +88,7 @@ pub struct FieldsBuilder {
     responder: Responder,
     cross_check: bool,
     solver_iterations: usize,
+    audit: bool,
 }
 
 impl FieldsBuilder {
@@ -130,6 +133,14 @@ impl FieldsBuilder {
         self
     }
 
+    /// Keeps account of the energy in every step; see [`Fields::audit`]. Costs two walks of the
+    /// reference over all samples and fields in each step, so it is for finding out, not for
+    /// every day.
+    pub fn audit(mut self, on: bool) -> Self {
+        self.audit = on;
+        self
+    }
+
     /// Compiles the tree.
     ///
     /// # Errors
@@ -164,6 +175,7 @@ impl FieldsBuilder {
             compiled,
             injector,
             check,
+            auditor: self.audit.then(Auditor::default),
             responder: self.responder,
             axes: names,
             claimed: false,
@@ -190,6 +202,7 @@ impl Fields {
             responder: Responder::default(),
             cross_check: false,
             solver_iterations: 4,
+            audit: false,
         }
     }
 
@@ -234,6 +247,11 @@ impl Fields {
                 });
             check.expect(&self.detection.contacts, colliders);
         }
+        if let Some(auditor) = &mut self.auditor {
+            let (probes, moment) = self.injector.all_probes(dt, bodies, colliders);
+            let world = (&*bodies, &(&*bodies, colliders));
+            auditor.begin(&self.compiled, world, &probes, moment);
+        }
         self.injector.begin(&self.compiled, dt, bodies, colliders)?;
         Ok(())
     }
@@ -268,6 +286,11 @@ impl Fields {
                 written += self.detection.respond(bodies);
             }
         }
+        if let Some(auditor) = &mut self.auditor {
+            let (probes, moment) = self.injector.all_probes(dt, bodies, colliders);
+            let world = (&*bodies, &(&*bodies, colliders));
+            auditor.end(&self.compiled, world, &probes, moment, dt);
+        }
         Ok(StepOutcome {
             sampled: self.injector.sampled(),
             contacts: self.detection.contacts.len(),
@@ -298,6 +321,7 @@ impl Fields {
             check.watch(&self.compiled);
         }
         self.injector.forget_anchors();
+        self.auditor = self.auditor.take().map(|_| Auditor::default());
         self.claimed = false;
         Ok(())
     }
@@ -368,6 +392,64 @@ impl Fields {
     ) -> PotentialEnergy {
         self.injector
             .potential_energy(&self.compiled, bodies, colliders)
+    }
+
+    /// Why the fields push a body the way they do right now: what each field gives, who overrules
+    /// whom, and the wrench that results. Nothing for a body that fields cannot move.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// # let mut world = PhysicsWorld::new();
+    /// # let (body, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+    /// let wind = Field::uniform(Vector::X).named("wind");
+    /// let lee = Field::uniform(Vector::ZERO).within(Region::ball(2.0)).named("lee");
+    /// let mut fields = Fields::new(wind.replace_union(lee))?;
+    /// let why = fields.explain(body, &world.bodies, &world.colliders).unwrap();
+    /// assert_eq!(why.contributions[0].overruled_by, ["field `lee`"]);
+    /// println!("{why}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn explain(
+        &self,
+        body: RigidBodyHandle,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Option<Explanation> {
+        let (probes, moment) = self.injector.all_probes(1.0, bodies, colliders);
+        let place = probes.bodies.iter().position(|handle| *handle == body)?;
+        let frames = (bodies, colliders);
+        let compiled = &self.compiled;
+        Some(explain::explain(
+            compiled,
+            &frames,
+            &probes,
+            moment,
+            place as u32,
+        ))
+    }
+
+    /// The energy audit so far, if it is on: potential and work of each field, and the drift that
+    /// is left.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// # let mut world = PhysicsWorld::new();
+    /// # world.gravity = Vector::ZERO;
+    /// # let ball = RigidBodyBuilder::dynamic().translation(Vector::X);
+    /// # world.insert(ball, ColliderBuilder::ball(0.5));
+    /// let spring = Field::spring(1.0).named("spring");
+    /// let friction = Field::drag(0.1, 0.0).named("friction");
+    /// let mut fields = Fields::builder(spring.sum_union(friction)).audit(true).build()?;
+    /// for _ in 0..60 {
+    ///     fields.step(&mut world)?;
+    /// }
+    /// let audit = fields.audit().unwrap();
+    /// println!("{audit}");
+    /// assert!(audit.drift.abs() < 1e-4 * audit.initial, "what friction took is accounted for");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn audit(&self) -> Option<&EnergyAudit> {
+        self.auditor.as_ref().map(|auditor| &auditor.audit)
     }
 
     /// The contacts detected at the end of the last step, with the impulses that answered them.

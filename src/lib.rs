@@ -122,6 +122,8 @@ mod compile;
 
 mod eval;
 
+mod explain;
+
 mod inject;
 
 mod detect;
@@ -142,6 +144,7 @@ pub use check::{ContactCounts, CrossCheckReport, Disagreement};
 pub use compile::{IndexKind, Plan, PlanEntry};
 pub use detect::{FieldContact, Responder};
 pub use eval::{PotentialEnergy, Wrench};
+pub use explain::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
 pub use field::{
     Anchor, Axis, ContactLaw, Coupling, Field, Layer, Operator, Reading, Region, Sample, Scalar,
     Tree, TreeError,

@@ -4,6 +4,7 @@ mod frames;
 mod grid;
 mod kernel;
 mod lanes;
+mod linearise;
 mod mutual;
 mod pairs;
 mod probe;
@@ -11,7 +12,7 @@ mod program;
 mod radial;
 
 use crate::compile::{Compiled, Program};
-use crate::field::{Frame, Frames, LocalQuery, Motion, real};
+use crate::field::{Dual, Frame, Frames, LocalQuery, Motion, real};
 use crate::math::{Vector, from_dvec3, to_f64};
 
 pub(crate) use pairs::{Clump, PairList};
@@ -72,6 +73,7 @@ pub(crate) struct Evaluator {
     /// One per program, because each keeps its hierarchy while nothing moves.
     reaches: Vec<Reach>,
     machine: Machine,
+    linearising: Machine<Dual>,
     frames: FrameCache,
     forces: Vec<Vector>,
 }

@@ -11,7 +11,7 @@ use super::query::{LocalQuery, Query};
 use super::region::Region;
 use super::scalar::Scalar;
 use super::solid::AnyShape;
-use crate::math::{InteractionGroups, Real, SharedShape, to_f64};
+use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.
 ///
@@ -325,6 +325,13 @@ impl Field {
 
     pub(crate) fn reads_velocity(&self) -> bool {
         self.formula.reads_velocity() || self.axes().any(|axis| *axis == Axis::Speed)
+    }
+
+    /// Whether a potential is known.
+    pub(crate) fn has_potential(&self) -> bool {
+        let query = Query::default();
+        let frame = Frame::at_rest(Pose::IDENTITY);
+        self.potential(&LocalQuery::new(&query, &frame)).is_some()
     }
 
     pub(crate) fn is_contact(&self) -> bool {

@@ -288,6 +288,19 @@ impl Injector {
         gathering.run(bodies, colliders, probes);
     }
 
+    /// The probes of all bodies as they are now, sleepers included, and the moment of a step of
+    /// length `dt`.
+    pub(crate) fn all_probes(
+        &self,
+        dt: Real,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> (Probes, Moment) {
+        let mut probes = Probes::default();
+        Self::gather(&self.book, bodies, colliders, &mut probes);
+        (probes, self.moment(dt))
+    }
+
     /// The potential energy of the bodies as they are now.
     pub(crate) fn potential_energy(
         &mut self,
@@ -334,14 +347,8 @@ impl Injector {
         evaluator.wrenches(compiled, &world, &self.probes, moment, wrenches);
         if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
             self.evaluated = false;
-            let frames = find_frames(compiled, bodies, colliders);
-            return Err(blame::non_finite(
-                compiled,
-                &frames,
-                &self.probes,
-                moment,
-                body,
-            ));
+            let probes = &self.probes;
+            return Err(blame::non_finite(compiled, &world, probes, moment, body));
         }
         self.evaluated = true;
         self.evaluated_dt = dt;
@@ -380,9 +387,9 @@ impl Injector {
             let speed = update.linvel.length();
             if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
                 let moment = self.moment(self.evaluated_dt);
-                let frames = find_frames(compiled, bodies, colliders);
+                let world = (&*bodies, colliders);
                 return Err(StepError::TooFast {
-                    field: blame::strongest(compiled, &frames, &self.probes, moment, place),
+                    field: blame::strongest(compiled, &world, &self.probes, moment, place),
                     body: *handle,
                     speed,
                     limit: FASTEST,

@@ -1,6 +1,6 @@
 //! What became of each field on the way to the root.
 
-use crate::math::DVec3;
+use crate::math::{DVec3, RigidBodyHandle};
 
 /// How the force at one sample came about.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +18,25 @@ pub struct Contribution {
     pub place: u32,
     /// Its own force, in world axes, before any operator; nothing where it is not defined.
     pub force: Option<DVec3>,
+    /// The potential energy of the probe in it, where the field has a potential.
+    pub potential: Option<f64>,
+    /// The body that carries the field.
+    pub carrier: Option<RigidBodyHandle>,
     /// What became of it.
     pub fate: Fate,
+}
+
+impl Contribution {
+    /// Of a field that does not act.
+    pub(super) fn none(place: u32, fate: Fate) -> Self {
+        Contribution {
+            place,
+            force: None,
+            potential: None,
+            carrier: None,
+            fate,
+        }
+    }
 }
 
 /// What became of the force of one field.

@@ -133,18 +133,23 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         let frame = match self.acting_frame(field, instance) {
             Ok(frame) => frame,
             Err(fate) => {
-                self.note(place, None, fate);
+                self.note(Contribution::none(place, fate));
                 return Value::undefined();
             }
         };
         let local = LocalQuery::moving(self.query, &self.motion, &frame);
         let defined = field.region.pieces(&local, &self.here);
         if !defined.any() {
-            self.note(place, None, Fate::OutsideRegion);
+            self.note(Contribution::none(place, Fate::OutsideRegion));
             return Value::undefined();
         }
         let vector = field.force(&local);
-        let entry = self.note(place, Some(real(&vector)), Fate::Counts);
+        let entry = self.note(Contribution {
+            force: Some(real(&vector)),
+            potential: field.potential(&local).map(|potential| potential.re()),
+            carrier: frame.body,
+            ..Contribution::none(place, Fate::Counts)
+        });
         Value {
             defined,
             vector,
@@ -249,9 +254,9 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
     }
 
     /// Writes a field into the log, if there is one; returns the number of the entry.
-    fn note(&self, place: u32, force: Option<DVec3>, fate: Fate) -> Option<u32> {
+    fn note(&self, contribution: Contribution) -> Option<u32> {
         let mut log = self.log.as_ref()?.borrow_mut();
-        log.push(Contribution { place, force, fate });
+        log.push(contribution);
         Some(log.len() as u32 - 1)
     }
 

@@ -1,0 +1,112 @@
+//! The forces on bodies with their derivatives.
+
+use super::{Evaluator, Moment, Probe, Probes};
+use crate::compile::{Compiled, Program, RadialBatch};
+use crate::field::{Dual, Frames, Linearised, LocalQuery, Motion, Query, Vec3, constant};
+use crate::math::{DVec3, to_dvec3, to_f64};
+
+/// One sample of a body: what is asked, and how it moves.
+struct Seeded {
+    query: Query,
+    motion: Motion<Dual>,
+}
+
+impl Seeded {
+    fn new(probes: &Probes, probe: &Probe, moment: Moment) -> Self {
+        let query = probes.query(probe, moment);
+        Seeded {
+            motion: Motion::seeded(&query),
+            query,
+        }
+    }
+}
+
+impl Evaluator {
+    /// Visits the samples of one body with the force there and its derivatives by the place and
+    /// velocity of the sample. Constant fields have none and are left out, force and all.
+    pub(crate) fn linearise(
+        &mut self,
+        compiled: &Compiled,
+        world: &impl Frames,
+        probes: &Probes,
+        moment: Moment,
+        body: u32,
+        mut visit: impl FnMut(&Probe, &Linearised),
+    ) {
+        self.frames.clear(compiled);
+        self.reaches
+            .resize_with(compiled.programs.len(), Default::default);
+        for (number, program) in compiled.programs.iter().enumerate() {
+            if program.has_force {
+                self.frames.fill(compiled, world, program);
+                self.reaches[number].refresh(program, self.frames.all());
+            }
+        }
+        let of_body = |probe: &&Probe| probe.body == body;
+        for probe in probes.list.iter().filter(of_body) {
+            let seeded = Seeded::new(probes, probe, moment);
+            let mut force = constant(DVec3::ZERO);
+            for batch in &compiled.radials {
+                force += self.batch_on(compiled, world, batch, &seeded);
+            }
+            force += self.programs_on(compiled, probe, &seeded, |program| !program.at_centre);
+            visit(probe, &Linearised::new(&force));
+        }
+        for probe in probes.centres.iter().filter(of_body) {
+            let seeded = Seeded::new(probes, probe, moment);
+            let force = self.programs_on(compiled, probe, &seeded, |program| program.at_centre);
+            visit(probe, &Linearised::new(&force));
+        }
+    }
+
+    fn batch_on(
+        &mut self,
+        compiled: &Compiled,
+        world: &impl Frames,
+        batch: &RadialBatch,
+        seeded: &Seeded,
+    ) -> Vec3<Dual> {
+        let range = batch.range.map_or(f64::INFINITY, to_f64);
+        let mut sum = constant(DVec3::ZERO);
+        for source in &batch.sources {
+            let Some(frame) = self.frames.get(compiled, world, source.anchor) else {
+                continue;
+            };
+            let centre = to_dvec3(frame.pose.translation);
+            if centre.distance_squared(seeded.query.world_point) > range * range {
+                continue;
+            }
+            let Some(field) = compiled.tree.field(source.leaf) else {
+                continue;
+            };
+            if field.acts_on(&seeded.query, &frame) {
+                let local = LocalQuery::moving(&seeded.query, &seeded.motion, &frame);
+                sum += field.force(&local);
+            }
+        }
+        sum
+    }
+
+    fn programs_on(
+        &mut self,
+        compiled: &Compiled,
+        probe: &Probe,
+        seeded: &Seeded,
+        wanted: impl Fn(&Program) -> bool,
+    ) -> Vec3<Dual> {
+        let mut sum = constant(DVec3::ZERO);
+        let frames = self.frames.all();
+        let programs = compiled.programs.iter().enumerate();
+        for (number, program) in programs.filter(|(_, p)| p.has_force && wanted(p)) {
+            for instance in self.reaches[number].at(probe.world_point) {
+                let Seeded { query, motion } = seeded;
+                let instance = *instance as usize;
+                let machine = &mut self.linearising;
+                if let Some(outcome) = machine.run(program, instance, frames, query, motion) {
+                    sum += outcome.force;
+                }
+            }
+        }
+        sum
+    }
+}
