@@ -80,7 +80,7 @@ impl<'a> Lowering<'a> {
         let anchor = field.anchor.within(instance);
         let everywhere = field.region.is_everywhere();
         let range = field.region.as_centred_ball();
-        let bare = field.scale.is_none() && field.limit.is_none();
+        let bare = field.scale.is_none() && field.limit.is_none() && !field.reacts;
         match &field.formula {
             formula if formula.is_zero() => {
                 self.leave_out(format!(

@@ -25,6 +25,8 @@ pub(crate) struct Program {
     pub reach: Option<Real>,
     /// Sampled once per body, at its centre of mass.
     pub at_centre: bool,
+    /// Whether the opposite force acts on the body that carries the fields.
+    pub reacts: bool,
     /// Whether any leaf can give a force; otherwise the program only guards detection fields.
     pub has_force: bool,
 }
@@ -64,9 +66,11 @@ impl Program {
             reach: reach(tree, root, true),
             at_centre: tree.acts_at_centre(root),
             has_force: false,
+            reacts: false,
         };
         let mut modifier_places = Vec::new();
         program.push(tree, root, &Anchor::WORLD, &mut modifier_places);
+        program.reacts = program.leaves.iter().any(|leaf| leaf.reacts);
         program.has_force = program.leaves.iter().any(|leaf| !leaf.is_contact());
         let mut places = std::mem::take(&mut program.places);
         places.extend(modifier_places);

@@ -13,7 +13,7 @@ mod radial;
 
 use crate::compile::{Compiled, Program};
 use crate::field::{Dual, Frame, Frames, LocalQuery, Motion, real};
-use crate::math::{Vector, from_dvec3, to_f64};
+use crate::math::{RigidBodyHandle, Vector, from_dvec3, to_f64};
 
 pub(crate) use pairs::{Clump, PairList};
 pub(crate) use probe::{Moment, Probe, Probes, UserValues, owner};
@@ -186,7 +186,13 @@ impl Evaluator {
             for instance in instances {
                 let instance = *instance as usize;
                 let outcome = self.machine.run(program, instance, frames, &query, &motion);
-                force += outcome.map_or(Vector::ZERO, |outcome| from_dvec3(real(&outcome.force)));
+                let Some(outcome) = outcome else { continue };
+                let one = from_dvec3(real(&outcome.force));
+                force += one;
+                if program.reacts {
+                    let carrier = program.frame(instance, 0, frames).and_then(|f| f.body);
+                    react(carrier, one, probe, probes, wrenches);
+                }
             }
             if program.at_centre {
                 wrenches[probe.body as usize].force += force;
@@ -231,6 +237,23 @@ impl Evaluator {
     }
 }
 
+/// The opposite of a force at a probe, on the body that carries the field; bodies that are not
+/// sampled cannot be moved.
+fn react(
+    carrier: Option<RigidBodyHandle>,
+    force: Vector,
+    probe: &Probe,
+    probes: &Probes,
+    wrenches: &mut [Wrench],
+) {
+    let place = carrier.and_then(|carrier| probes.of_body(carrier));
+    if let Some(place) = place {
+        let arm = probe.world_point - probes.centres[place].world_point;
+        wrenches[place].force -= force;
+        wrenches[place].torque -= arm.cross(force);
+    }
+}
+
 /// The potential of a program of one field, if that has one.
 fn program_energy(
     program: &Program,
@@ -260,7 +283,7 @@ fn program_energy(
             let local = LocalQuery::new(&query, frame);
             let here = crate::field::Neighbourhood::open();
             if field.region.pieces(&local, &here).any() {
-                let share = if frame.body.is_some() { 0.5 } else { 1.0 };
+                let share = field.energy_share(frame.body.is_some());
                 total += field.potential(&local)? * share;
             }
         }

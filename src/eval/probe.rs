@@ -88,6 +88,17 @@ impl Probes {
         }
     }
 
+    /// The number of a body, if it was sampled.
+    pub(crate) fn of_body(&self, body: RigidBodyHandle) -> Option<usize> {
+        let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
+        // Bodies are gathered in the order of their indices.
+        let place = self
+            .bodies
+            .binary_search_by_key(&index(&body), index)
+            .ok()?;
+        (self.bodies[place] == body).then_some(place)
+    }
+
     /// The number of a collider's probe, if it has one.
     pub(crate) fn of_collider(&self, collider: ColliderHandle) -> Option<usize> {
         let number = *self.by_collider.get(collider.into_raw_parts().0 as usize)? as usize;

@@ -55,6 +55,20 @@ impl<T> Default for Machine<T> {
     }
 }
 
+impl Program {
+    /// The frame of a leaf or modifier of an instance, if it has one.
+    pub(super) fn frame<'a>(
+        &self,
+        instance: usize,
+        anchored: usize,
+        frames: &'a [Option<Frame>],
+    ) -> Option<&'a Frame> {
+        let anchor = self.anchors[instance * self.stride() + anchored];
+        let there = anchor != NO_ANCHOR;
+        there.then(|| frames[anchor as usize].as_ref()).flatten()
+    }
+}
+
 /// One probe before one instance of a program.
 struct Place<'a, T> {
     program: &'a Program,
@@ -138,11 +152,7 @@ impl<T: Number> Machine<T> {
 
 impl<'a, T: Number> Place<'a, T> {
     fn frame(&self, anchored: usize) -> Option<&'a Frame> {
-        let anchor = self.program.anchors[self.instance * self.program.stride() + anchored];
-        let there = anchor != NO_ANCHOR;
-        there
-            .then(|| self.frames[anchor as usize].as_ref())
-            .flatten()
+        self.program.frame(self.instance, anchored, self.frames)
     }
 
     /// The sample as a leaf sees it, if the leaf is there and acts on the probe.

@@ -5,8 +5,8 @@ use std::fmt;
 use super::each_trace;
 use crate::compile::Compiled;
 use crate::eval::{Moment, Probes};
-use crate::field::Frames;
-use crate::math::{Real, RigidBodySet, to_dvec3, to_f64};
+use crate::field::{Anchor, Frames};
+use crate::math::{DVec3, Real, RigidBodyHandle, RigidBodySet, Vector, to_dvec3, to_f64};
 use crate::reference::Fate;
 
 /// Potential and work of every field, and the drift of the total energy, since the audit began.
@@ -122,6 +122,15 @@ impl Auditor {
     }
 }
 
+/// The velocity of a body's material at a world point.
+fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector) -> DVec3 {
+    let frame = frames.frame(&Anchor::from(body));
+    frame.map_or(DVec3::ZERO, |frame| {
+        let arm = world_point - frame.pose.translation;
+        to_dvec3(frame.velocity + frame.angvel.cross(arm))
+    })
+}
+
 /// What all fields do to all sampled bodies right now.
 fn tally(compiled: &Compiled, frames: &impl Frames, probes: &Probes, moment: Moment) -> Tally {
     let count = compiled.tree.nodes().len();
@@ -150,18 +159,21 @@ fn tally(compiled: &Compiled, frames: &impl Frames, probes: &Probes, moment: Mom
                         continue;
                     }
                     let place = contribution.place as usize;
-                    let power = contribution.force.unwrap_or_default().dot(velocity);
+                    let force = contribution.force.unwrap_or_default();
+                    let power = force.dot(velocity);
                     tally.power[place] += power;
                     rest -= power;
+                    let field = compiled.tree.field(contribution.place);
+                    let carrier = contribution.carrier;
+                    if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {
+                        let point = probe.world_point;
+                        tally.power[place] -= force.dot(velocity_of(frames, carrier, point));
+                    }
                     if let (Some(sum), Some(potential)) =
                         (&mut tally.potential[place], contribution.potential)
                     {
-                        let share = if contribution.carrier.is_some() {
-                            0.5
-                        } else {
-                            1.0
-                        };
-                        *sum += potential * share;
+                        let carried = carrier.is_some();
+                        *sum += potential * field.map_or(1.0, |f| f.energy_share(carried));
                     }
                 }
                 // What an operation makes of its fields beyond their sum.

@@ -29,6 +29,9 @@ pub struct Explanation {
     pub contributions: Vec<ExplainedField>,
     /// How often a field's region did not hold a sample.
     pub outside: usize,
+    /// What the body feels for the forces of its own [reacting](crate::Field::reacting) fields on
+    /// others; part of `wrench`.
+    pub reaction: Wrench,
 }
 
 /// What one field gives at one sample.
@@ -88,7 +91,9 @@ pub(crate) fn explain(
         wrench: Wrench::ZERO,
         contributions: Vec::new(),
         outside: 0,
+        reaction: reaction(compiled, frames, probes, moment, body),
     };
+    explanation.wrench = explanation.reaction;
     each_trace(compiled, frames, probes, moment, body, |probe, _, trace| {
         if let Some(force) = trace.force {
             explanation.wrench.force += from_dvec3(force);
@@ -104,6 +109,43 @@ pub(crate) fn explain(
         }
     });
     explanation
+}
+
+/// The opposite of the forces that a body's reacting fields have on all others.
+fn reaction(
+    compiled: &Compiled,
+    frames: &impl Frames,
+    probes: &Probes,
+    moment: Moment,
+    body: u32,
+) -> Wrench {
+    let mut wrench = Wrench::ZERO;
+    let reacts = |place: u32| compiled.tree.field(place).is_some_and(|field| field.reacts);
+    if !compiled.tree.leaves().any(|(_, field)| field.reacts) {
+        return wrench;
+    }
+    let carrier = Some(probes.bodies[body as usize]);
+    let centre = probes.centres[body as usize].world_point;
+    for other in (0..probes.bodies.len() as u32).filter(|other| *other != body) {
+        each_trace(
+            compiled,
+            frames,
+            probes,
+            moment,
+            other,
+            |probe, _, trace| {
+                let counts = |c: &&Contribution| c.fate == Fate::Counts && c.carrier == carrier;
+                for contribution in trace.contributions.iter().filter(counts) {
+                    if reacts(contribution.place) {
+                        let force = from_dvec3(contribution.force.unwrap_or_default());
+                        wrench.force -= force;
+                        wrench.torque -= (probe.world_point - centre).cross(force);
+                    }
+                }
+            },
+        );
+    }
+    wrench
 }
 
 fn is_contact(compiled: &Compiled, place: u32) -> bool {
@@ -155,6 +197,13 @@ impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Wrench { force, torque } = self.wrench;
         writeln!(f, "{:?}: force {force}, torque {torque}", self.body)?;
+        if self.reaction != Wrench::ZERO {
+            let Wrench { force, torque } = self.reaction;
+            writeln!(
+                f,
+                "  reaction to its own fields: force {force}, torque {torque}"
+            )?;
+        }
         for field in &self.contributions {
             writeln!(f, "  {field}")?;
         }

@@ -71,6 +71,16 @@ pub enum TreeError {
         /// The axis.
         axis: String,
     },
+    /// A field is to react on the body that carries it, but its term of the tree is carried by
+    /// none, or by several.
+    #[error(
+        "{field}: to react, all fields of its term must react and be anchored to the same body or \
+         collider"
+    )]
+    Reaction {
+        /// The field.
+        field: String,
+    },
     /// A detection field stands where its vector would be changed, which says nothing about
     /// contacts.
     #[error("{field}: a detection field cannot be an operand of {operator}")]

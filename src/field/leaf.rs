@@ -327,6 +327,12 @@ impl Field {
         self.formula.reads_velocity() || self.axes().any(|axis| *axis == Axis::Speed)
     }
 
+    /// How much of its potential counts as energy: a field of a body shares it with the field of
+    /// the body it acts on, which acts back; unless it reacts itself.
+    pub(crate) fn energy_share(&self, carried: bool) -> f64 {
+        if carried && !self.reacts { 0.5 } else { 1.0 }
+    }
+
     /// Whether a potential is known.
     pub(crate) fn has_potential(&self) -> bool {
         let query = Query::default();

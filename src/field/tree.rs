@@ -10,7 +10,7 @@ use super::leaf::Field;
 use super::modifier::Modifier;
 use super::operator::Operator;
 use super::scalar::Scalar;
-use crate::math::Real;
+use crate::math::{Pose, Real};
 
 /// The deepest nesting of operators that is accepted.
 pub(crate) const DEPTH_LIMIT: usize = 512;
@@ -498,6 +498,7 @@ impl Tree {
         }
         self.validate_modifiers(declared)?;
         self.validate_instances()?;
+        self.validate_reactions()?;
         self.validate_detection()
     }
 
@@ -534,6 +535,55 @@ impl Tree {
             }
         }
         Ok(())
+    }
+
+    /// What reacts must know on whom: one body or collider for each term, or each instance of it.
+    fn validate_reactions(&self) -> Result<(), TreeError> {
+        let reacts = |leaf: &u32| self.field(*leaf).is_some_and(|field| field.reacts);
+        for term in self.terms() {
+            let leaves = self.leaves_below(term);
+            let Some(first) = leaves.iter().copied().filter(reacts).min() else {
+                continue;
+            };
+            let one_carrier = match &self.nodes[term as usize] {
+                Node::Instances { prototype, anchors } => {
+                    let mut instances = anchors.iter();
+                    instances.all(|instance| self.carrier(*prototype, instance).is_some())
+                }
+                _ => self.carrier(term, &Anchor::WORLD).is_some(),
+            };
+            if !one_carrier || !leaves.iter().all(reacts) {
+                let field = self.label(first);
+                return Err(TreeError::Reaction { field });
+            }
+        }
+        Ok(())
+    }
+
+    /// The anchor that all fields of a subtree hang on, if it is one body or collider.
+    fn carrier(&self, root: u32, instance: &Anchor) -> Option<Anchor> {
+        let mut carrier: Option<Anchor> = None;
+        let mut open = vec![(root, *instance)];
+        while let Some((node, instance)) = open.pop() {
+            match &self.nodes[node as usize] {
+                Node::Leaf(field) => {
+                    let anchor = field
+                        .anchor
+                        .within(&instance)
+                        .with_local_pose(Pose::IDENTITY);
+                    let other = carrier.is_some_and(|known| known != anchor);
+                    if other || matches!(anchor, Anchor::World { .. }) {
+                        return None;
+                    }
+                    carrier = Some(anchor);
+                }
+                Node::Instances { prototype, anchors } => {
+                    open.extend(anchors.iter().map(|a| (*prototype, a.within(&instance))));
+                }
+                inner => open.extend(inner.operands().iter().map(|o| (*o, instance))),
+            }
+        }
+        carrier
     }
 
     /// A detection field's vector is no force, so operators that mix vectors cannot take it.
