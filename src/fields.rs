@@ -8,7 +8,9 @@ use crate::detect::{Detection, FieldContact, Responder};
 use crate::eval::{PotentialEnergy, Wrench};
 use crate::field::{Axis, Tree, TreeError};
 use crate::inject::{Injector, ProbeProperties, PropertyBook, Scheme, StepError, WakePolicy};
-use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet};
+use crate::inject::{StepWarning, Stiffness};
+use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::rapier::dynamics::{IntegrationParameters, MultibodyJointSet};
 use crate::rapier::geometry::NarrowPhase;
 use crate::rapier::pipeline::PhysicsWorld;
 
@@ -64,6 +66,8 @@ pub struct StepOutcome {
     pub contacts: usize,
     /// Bodies written to after Rapier's step, by the scheme and by responses.
     pub written: usize,
+    /// What Rapier or the scheme will get wrong without a word; see [`Fields::warnings`].
+    pub warnings: usize,
 }
 
 /// Settings of [`Fields`].
@@ -115,7 +119,8 @@ impl FieldsBuilder {
     }
 
     /// Tells a number of solver iterations other than Rapier's default of 4, over which Rapier
-    /// turns a body; [`Fields::step`] reads it from the world, an own pipeline must tell it.
+    /// turns a body; [`Fields::step`] reads it from the world, an own pipeline must tell it (or
+    /// all of [`Fields::tell`]).
     /// Getting it wrong costs tops of unequal inertia an error of third order in their turn per
     /// step.
     pub fn solver_iterations(mut self, iterations: usize) -> Self {
@@ -133,8 +138,8 @@ impl FieldsBuilder {
     /// Compiles the tree.
     ///
     /// # Errors
-    /// The tree is empty or too deep, a parameter is out of its range, or an axis is unknown or
-    /// declared twice.
+    /// The tree is empty or too deep, a parameter of it or of the scheme is out of its range, or
+    /// an axis is unknown or declared twice.
     pub fn build(self) -> Result<Fields, TreeError> {
         let mut names: Vec<Arc<str>> = Vec::new();
         for (name, value) in &self.axes {
@@ -153,6 +158,7 @@ impl FieldsBuilder {
             names.push(name.clone());
         }
         self.tree.validate(&names)?;
+        self.scheme.validate()?;
         let compiled = Compiled::new(self.tree);
         let book = PropertyBook::new(self.axes);
         let mut injector = Injector::new(self.scheme, self.wake, book);
@@ -202,7 +208,7 @@ impl Fields {
     pub fn step(&mut self, world: &mut PhysicsWorld) -> Result<StepOutcome, StepError> {
         let parameters = &world.integration_parameters;
         let dt = parameters.dt;
-        self.injector.substeps = parameters.num_solver_iterations as u32;
+        self.tell(parameters, world.gravity, &world.multibody_joints);
         if let Some(check) = &mut self.check {
             check.report.recycling |= parameters.contact_recycling;
         }
@@ -212,6 +218,36 @@ impl Fields {
         }
         world.step();
         self.end_step(&mut world.bodies, &world.colliders, &world.narrow_phase)
+    }
+
+    /// Tells what else is at work in a world: [`Fields::step`] does so by itself, around a
+    /// pipeline of one's own it is to be called whenever one of these changes.
+    ///
+    /// - The number of solver iterations: see [`FieldsBuilder::solver_iterations`].
+    /// - The largest speed Rapier allows, for [`warnings`](Self::warnings).
+    /// - Gravity, which the schemes that make substeps follow as well. Untold, it is added once
+    ///   a step.
+    /// - The links of multibodies, which are pushed by [`Scheme::ExternalForce`] whatever the
+    ///   scheme. Untold, fields do not move them under the others.
+    pub fn tell(
+        &mut self,
+        parameters: &IntegrationParameters,
+        gravity: Vector,
+        multibodies: &MultibodyJointSet,
+    ) {
+        let injector = &mut self.injector;
+        injector.substeps = u32::try_from(parameters.num_solver_iterations).unwrap_or(u32::MAX);
+        injector.max_speed = Some(parameters.max_linear_velocity());
+        injector.gravity = gravity;
+        injector.links.clear();
+        for multibody in multibodies.multibodies() {
+            let links = multibody.links();
+            let handles = links.map(|link| link.rigid_body_handle());
+            injector.links.extend(handles);
+        }
+        injector
+            .links
+            .sort_unstable_by_key(|link| link.into_raw_parts().0);
     }
 
     /// What happens before Rapier's step of length `dt`.
@@ -272,6 +308,7 @@ impl Fields {
             sampled: self.injector.sampled(),
             contacts: self.detection.contacts.len(),
             written,
+            warnings: self.injector.warnings.len(),
         })
     }
 
@@ -358,6 +395,43 @@ impl Fields {
     ) -> Result<Option<Wrench>, StepError> {
         self.injector
             .sample(body, &self.compiled, bodies, colliders)
+    }
+
+    /// What the last step may have got wrong: fields too stiff for the scheme and the time step
+    /// (the worst body only), and velocities that Rapier cut down. Empty if nothing.
+    pub fn warnings(&self) -> &[StepWarning] {
+        &self.injector.warnings
+    }
+
+    /// How stiff the fields are for a body in steps of `dt`, as the world is now; nothing for a
+    /// body that fields do not move. Slow: samples the tree some tens of times at each probe of
+    /// the body.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let mut world = PhysicsWorld::new();
+    /// let ball = RigidBodyBuilder::dynamic().translation(Vector::X);
+    /// let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.5).mass(4.0));
+    /// world.bodies[ball].recompute_mass_properties_from_colliders(&world.colliders);
+    /// let mut fields = Fields::new(Field::spring(16.0))?;
+    /// let stiffness = fields.stiffness(ball, 0.1, &world.bodies, &world.colliders)?;
+    /// let stiffness = stiffness.expect("a dynamic body");
+    /// assert!((stiffness.dt_omega - 0.2).abs() < 1e-4, "ω = √(16/4)");
+    /// assert!((stiffness.largest_stable_dt - 1.0).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// See [`StepError`].
+    pub fn stiffness(
+        &mut self,
+        body: RigidBodyHandle,
+        dt: Real,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<Option<Stiffness>, StepError> {
+        self.injector
+            .stiffness(body, dt, &self.compiled, bodies, colliders)
     }
 
     /// The potential energy of all bodies in the fields, as they are now.

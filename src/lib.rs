@@ -144,7 +144,9 @@ pub use field::{
     Anchor, Axis, ContactLaw, Coupling, Field, Operator, Reading, Region, Sample, Tree, TreeError,
 };
 pub use fields::{Fields, FieldsBuilder, StepOutcome};
-pub use inject::{ProbeProperties, Scheme, StepError, WakePolicy};
+pub use inject::{
+    ProbeProperties, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy,
+};
 
 /// The README's programs run as tests.
 #[cfg(all(doctest, feature = "f32"))]

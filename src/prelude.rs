@@ -3,5 +3,6 @@
 pub use crate::rapier::prelude::*;
 pub use crate::{
     Anchor, Axis, ContactLaw, Coupling, Field, Fields, Operator, ProbeProperties, Reading, Region,
-    Responder, Sample, Scheme, StepError, Tree, TreeError, WakePolicy,
+    Responder, Sample, Scheme, StepError, StepWarning, Stiffness, Substeps, Tree, TreeError,
+    WakePolicy,
 };

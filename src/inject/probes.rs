@@ -279,7 +279,8 @@ impl Gathering<'_> {
         probes.bodies.push(handle);
     }
 
-    fn velocity(&self, handle: RigidBodyHandle, body: &RigidBody) -> (Vector, Vector) {
+    /// How fast a body is taken to move.
+    pub(super) fn velocity(&self, handle: RigidBodyHandle, body: &RigidBody) -> (Vector, Vector) {
         let (linvel, angvel) = (body.linvel(), body.angvel());
         let pending = self.pending.as_ref().and_then(|pending| {
             let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;

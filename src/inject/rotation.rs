@@ -77,21 +77,21 @@ impl Inertia {
 
     /// L = I w about the centre of mass, in world axes, of a body that turns with world velocity
     /// `angvel`.
-    pub(crate) fn angular_momentum(&self, attitude: Rotation, angvel: Vector) -> DVec3 {
-        let to_world = self.principal_to_world(attitude);
-        to_world * (self.moments * (to_world.inverse() * to_dvec3(angvel)))
+    pub(crate) fn angular_momentum(&self, attitude: DQuat, angvel: DVec3) -> DVec3 {
+        let to_world = attitude * self.principal_to_body;
+        to_world * (self.moments * (to_world.inverse() * angvel))
     }
 
     /// w = I⁻¹ L: the world angular velocity that carries `angular_momentum_world` at
     /// `attitude_after`, the attitude the step ended in.
     pub(crate) fn angvel_after(
         &self,
-        attitude_after: Rotation,
+        attitude_after: DQuat,
         angular_momentum_world: DVec3,
-    ) -> Vector {
-        let to_world = self.principal_to_world(attitude_after);
+    ) -> DVec3 {
+        let to_world = attitude_after * self.principal_to_body;
         let momentum = to_world.inverse() * angular_momentum_world;
-        from_dvec3(to_world * (self.inverse_moments * momentum))
+        to_world * (self.inverse_moments * momentum)
     }
 
     /// ΔR of free motion over `dt`: the attitude goes from R to ΔR R.
@@ -106,21 +106,16 @@ impl Inertia {
     /// the parts matters: Fassò, J. Comput. Phys. 189 (2003) 527.
     pub(crate) fn free_rotation(
         &self,
-        attitude: Rotation,
+        attitude: DQuat,
         angular_momentum_world: DVec3,
-        dt: Real,
+        dt: f64,
     ) -> DQuat {
-        let dt = to_f64(dt);
-        let to_world = self.principal_to_world(attitude);
+        let to_world = attitude * self.principal_to_body;
         let momentum = to_world.inverse() * angular_momentum_world;
         let split = Splitting::new(self, momentum);
         let common = DQuat::from_scaled_axis(angular_momentum_world * (split.common_rate * dt));
         let anisotropic = split.turn(momentum, dt, split.steps(dt));
         (common * to_world * anisotropic * to_world.inverse()).normalize()
-    }
-
-    fn principal_to_world(&self, attitude: Rotation) -> DQuat {
-        to_dquat(attitude) * self.principal_to_body
     }
 }
 
@@ -242,7 +237,7 @@ pub(crate) fn steady_angvel(delta: DQuat, dt: Real, substeps: u32) -> Vector {
 }
 
 /// `rotation` in 64-bit precision, renormalised: Rapier's is a unit only to its rounding.
-fn to_dquat(rotation: Rotation) -> DQuat {
+pub(super) fn to_dquat(rotation: Rotation) -> DQuat {
     let [x, y, z, w] = rotation.to_array().map(to_f64);
     DQuat::from_xyzw(x, y, z, w).normalize()
 }
