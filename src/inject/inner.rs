@@ -8,7 +8,7 @@ use super::implicit::Coupling;
 use super::jacobian;
 use super::mobility::{self, Mobility, TurnedInertia, pair, six};
 use super::motion::FASTEST;
-use super::rotation::{Inertia, to_dquat};
+use super::rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, to_dquat};
 use super::trial::{Role, Trial};
 use crate::compile::Compiled;
 use crate::eval::{Evaluator, Moment, Probes, Wrench};
@@ -88,11 +88,11 @@ impl Mover {
         }
     }
 
-    fn drift(&mut self, h: f64) {
+    fn drift(&mut self, h: f64, energy_error: f64) {
         self.position += self.linvel * h;
         match self.turning {
             Turning::Free(inertia, momentum) => {
-                let turn = inertia.free_rotation(self.attitude, momentum, h);
+                let turn = inertia.free_rotation_within(self.attitude, momentum, h, energy_error);
                 self.attitude = (turn * self.attitude).normalize();
                 self.angvel = inertia.angvel_after(self.attitude, momentum);
             }
@@ -143,8 +143,8 @@ pub(super) struct Setting<'a> {
     pub ticks: &'a [f64],
     /// By index of a body: where in the run it is found.
     pub roles: &'a [Role],
-    /// Whether kicks are to be solved to the order of a scheme of fourth order.
-    pub exact_kicks: bool,
+    /// Whether the ticks are those of a composition of fourth order.
+    pub composed: bool,
 }
 
 /// A run of the inner integrator.
@@ -197,40 +197,64 @@ impl<'a> Run<'a> {
     pub(super) fn go(&mut self, evaluators: &mut Vec<Evaluator>) -> Result<(), StepError> {
         evaluators.resize_with(evaluators.len().max(self.groups.len()), Evaluator::default);
         let count = self.setting.ticks.len();
+        let energy_error = if self.setting.composed {
+            COMPOSED_ENERGY_ERROR
+        } else {
+            ENERGY_ERROR
+        };
         for tick in 0..=count {
             for (group, evaluator) in (0..self.groups.len()).zip(&mut *evaluators) {
                 if tick % self.groups[group].stride == 0 {
-                    let known = tick == 0 && self.reference.is_none();
-                    self.kick(group, tick, (!known).then_some(evaluator))?;
+                    self.kicks(group, tick, evaluator)?;
                 }
             }
             let Some(tick) = self.setting.ticks.get(tick) else {
                 break;
             };
             let h = tick * to_f64(self.setting.dt);
-            self.movers.iter_mut().for_each(|mover| mover.drift(h));
+            let movers = self.movers.iter_mut();
+            movers.for_each(|mover| mover.drift(h, energy_error));
             self.elapsed += h;
         }
         Ok(())
     }
 
-    /// How long a kick lasts: half the way from the last one and half to the next.
-    fn duration(&self, stride: usize, tick: usize) -> f64 {
+    /// The kicks of a group at a tick: half the way from the last one, and half to the next.
+    fn kicks(
+        &mut self,
+        group: usize,
+        tick: usize,
+        evaluator: &mut Evaluator,
+    ) -> Result<(), StepError> {
+        let stride = self.groups[group].stride;
         let ticks = self.setting.ticks;
-        let before = &ticks[tick.saturating_sub(stride)..tick];
-        let after = &ticks[tick..(tick + stride).min(ticks.len())];
-        let sum: f64 = before.iter().chain(after).sum();
-        0.5 * sum * to_f64(self.setting.dt)
+        let half = |ticks: &[f64]| ticks.iter().sum::<f64>() * 0.5 * to_f64(self.setting.dt);
+        let before = half(&ticks[tick.saturating_sub(stride)..tick]);
+        let after = half(&ticks[tick..(tick + stride).min(ticks.len())]);
+        if self.reference.is_none() {
+            // The wrenches of the start are known.
+            let evaluator = (tick > 0).then_some(evaluator);
+            return self.kick(group, before + after, evaluator);
+        }
+        if !self.setting.composed {
+            return self.kick(group, before + after, Some(evaluator));
+        }
+        // Two kicks by the implicit midpoint rule are not one, at the order wanted.
+        for duration in [before, after] {
+            if duration != 0.0 {
+                self.kick(group, duration, Some(evaluator))?;
+            }
+        }
+        Ok(())
     }
 
     /// Kicks a group, if need be after evaluating the wrenches on it.
     fn kick(
         &mut self,
         number: usize,
-        tick: usize,
+        duration: f64,
         evaluator: Option<&mut Evaluator>,
     ) -> Result<(), StepError> {
-        let duration = self.duration(self.groups[number].stride, tick);
         let mut group = std::mem::take(&mut self.groups[number]);
         let outcome = match (evaluator, self.reference) {
             (None, _) => self.push(&group, duration, None),
@@ -279,7 +303,7 @@ impl<'a> Run<'a> {
             midway.push(solved.unwrap_or(wrench));
             solvers.push((coupling, mobility, velocities));
         }
-        let rounds = if self.setting.exact_kicks {
+        let rounds = if self.setting.composed {
             MIDPOINT_ROUNDS
         } else {
             0

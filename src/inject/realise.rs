@@ -57,7 +57,7 @@ impl Injector {
             dt: open.dt,
             ticks: &ticks,
             roles: &self.roles,
-            exact_kicks: self.scheme == Scheme::Suzuki4,
+            composed: self.scheme == Scheme::Suzuki4,
         };
         let places: Vec<(usize, u32)> = starts.iter().map(|s| (s.place, s.count)).collect();
         let mut run = Run::new(setting, movers, &places, &self.probes, &self.wrenches);

@@ -179,7 +179,7 @@ fn energy_error_is_bounded_for_any_top() {
         let start = energy(momentum);
         for _ in 0..300 {
             let splitting = Splitting::new(&top, momentum);
-            let turn = splitting.turn(momentum, 1.0, splitting.steps(1.0));
+            let turn = splitting.turn(momentum, 1.0, splitting.steps(1.0, ENERGY_ERROR));
             momentum = turn.inverse() * momentum;
             let error = (energy(momentum) / start - 1.0).abs();
             assert_within(error, ENERGY_ERROR, &format!("energy of {top:?}"));
