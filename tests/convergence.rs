@@ -282,15 +282,15 @@ fn free_tops() {
     let flip = include_str!("data/e_free_top/top_near_intermediate_axis_dzhanibekov.csv");
     // So many steps that a step needs no more than one of the rotation's own.
     let tops = [
-        ("largest side", side, 60, 400),
-        ("smallest side, fast", fast, 60, 1000),
-        ("intermediate", flip, 40, 1000),
+        ("largest side", side, 60, 400, 50),
+        ("smallest side, fast", fast, 60, 1000, 60),
+        ("intermediate", flip, 20, 1000, 120),
     ];
-    for (name, text, sample, first) in tops {
+    for (name, text, sample, first, suzuki) in tops {
         let plan = [
             (KDK, 2.0, from(first)),
             (SUBSTEP, 2.0, from(first / 2)),
-            (SUZUKI, 4.0, from(first / 8)),
+            (SUZUKI, 4.0, from(suzuki)),
         ];
         check(name, &plan, top(text, ASYMMETRIC, sample));
     }

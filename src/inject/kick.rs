@@ -55,6 +55,13 @@ impl Injector {
         colliders: &ColliderSet,
     ) -> Result<usize, StepError> {
         let dt = open.dt;
+        // No second half is to come for these, so their velocities are to be taken as they are.
+        for place in 0..self.probes.bodies.len() {
+            if !open.settled.is_empty() && find(&open.settled, self.probes.bodies[place]).is_some()
+            {
+                self.wrenches[place] = Wrench::ZERO;
+            }
+        }
         self.evaluate(compiled, dt, bodies, colliders, Some(dt * 0.5))?;
         self.look_back(compiled, dt, bodies, colliders);
         let mut open = OpenStep {
