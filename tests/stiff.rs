@@ -146,7 +146,7 @@ fn kick_drift_kick_explodes_beyond_its_limit() {
     for case in starts(WELLS) {
         let (h, zeta) = (case[0].number("w_dt"), case[0].number("zeta"));
         if zeta == 0.0 && h > 2.0 && h < 10.0 {
-            let (energies, _) = swing(case[0], Scheme::KickDriftKick, 20);
+            let (energies, _) = swing(case[0], Scheme::KickDriftKick, 8);
             assert!(largest(energies) > 1.5, "dt·ω = {h}");
         }
     }
@@ -347,8 +347,8 @@ fn what_rapier_would_cut_down_is_reported() {
         |warning| matches!(warning, StepWarning::RotationCapped { body, .. } if *body == turning),
     );
     assert!(speed_is_reported && rotation_is_reported, "{warnings:?}");
-    // Half a kick after the cut.
-    assert_close(to_f64(world.bodies[fast].linvel().x), 900.0, 1e-2, "speed");
+    // So it is; and it has left the field.
+    assert_close(to_f64(world.bodies[fast].linvel().x), 400.0, 1e-2, "speed");
 }
 
 #[test]
