@@ -27,8 +27,16 @@ use crate::rapier::pipeline::PhysicsWorld;
 ///   angular momentum to rounding, wherever fields can turn bodies at all; Rapier carries it out,
 ///   so that contacts act on it. Bodies whose `gyroscopic_forces_enabled` is off are left alone.
 /// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them.
-/// - Fixed and kinematic bodies carry fields but feel none. Soft bodies are left alone. Links of
-///   multibodies ignore impulses; use [`Scheme::ExternalForce`] for them.
+/// - Fixed and kinematic bodies carry fields but feel none. Locked axes do not move. Bodies
+///   without mass, or without inertia, are not moved, or not turned; disabled bodies and colliders
+///   are not sampled.
+/// - Links of multibodies, which ignore impulses, are pushed by [`Scheme::ExternalForce`] whatever
+///   the scheme.
+/// - The particles of soft bodies are probes of the particle's mass, without charge. They take
+///   half an impulse before and half after Rapier's step (with `Kick` and `ExternalForce` the
+///   whole before), for two evaluations. A soft body that sleeps is left asleep, but by
+///   [`WakePolicy::Always`]. Only [`Fields::step`] does this, not `begin_step` and `end_step`.
+/// - Only bodies that feel something are written to, once before and once after Rapier's step.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -66,6 +74,8 @@ pub struct StepOutcome {
     pub contacts: usize,
     /// Bodies written to after Rapier's step, by the scheme and by responses.
     pub written: usize,
+    /// Particles of soft bodies that took an impulse after Rapier's step.
+    pub particles: usize,
     /// What Rapier or the scheme will get wrong without a word; see [`Fields::warnings`].
     pub warnings: usize,
 }
@@ -212,12 +222,51 @@ impl Fields {
         if let Some(check) = &mut self.check {
             check.report.recycling |= parameters.contact_recycling;
         }
+        let soft = !world.soft_bodies.is_empty();
+        if soft {
+            let (bodies, colliders) = (&world.bodies, &world.colliders);
+            self.injector
+                .feel_soft(&self.compiled, dt, &world.soft_bodies, bodies, colliders)?;
+        }
         self.begin_step(dt, &mut world.bodies, &world.colliders)?;
+        if soft {
+            self.injector.kick_soft(dt, &mut world.soft_bodies);
+        }
         if !self.claimed {
             self.claim_contacts(&mut world.colliders);
         }
         world.step();
-        self.end_step(&mut world.bodies, &world.colliders, &world.narrow_phase)
+        if !soft {
+            return self.end_step(&mut world.bodies, &world.colliders, &world.narrow_phase);
+        }
+        self.end_with_soft_bodies(dt, world)
+    }
+
+    /// The end of a step of a world with soft bodies.
+    fn end_with_soft_bodies(
+        &mut self,
+        dt: Real,
+        world: &mut PhysicsWorld,
+    ) -> Result<StepOutcome, StepError> {
+        let (bodies, colliders) = (&mut world.bodies, &world.colliders);
+        let softs = &mut world.soft_bodies;
+        let injector = &mut self.injector;
+        if let Err(error) = injector.feel_soft(&self.compiled, dt, softs, bodies, colliders) {
+            injector.abort(bodies, colliders);
+            injector.restore_soft(softs);
+            return Err(error);
+        }
+        let outcome = self.end_step(bodies, colliders, &world.narrow_phase);
+        match outcome {
+            Ok(outcome) => Ok(StepOutcome {
+                particles: self.injector.end_soft(dt, softs),
+                ..outcome
+            }),
+            Err(error) => {
+                self.injector.restore_soft(softs);
+                Err(error)
+            }
+        }
     }
 
     /// Tells what else is at work in a world: [`Fields::step`] does so by itself, around a
@@ -309,6 +358,7 @@ impl Fields {
             contacts: self.detection.contacts.len(),
             written,
             warnings: self.injector.warnings.len(),
+            particles: 0,
         })
     }
 

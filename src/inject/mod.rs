@@ -16,6 +16,7 @@ mod realise;
 mod rotation;
 mod scheme;
 mod snapshot;
+mod soft;
 mod stiffness;
 mod trial;
 mod wake;
@@ -67,6 +68,7 @@ pub(crate) struct Injector {
     sleepers: Sleepers,
     kicks: Kicks,
     watch: Watch,
+    softs: soft::Softs,
     /// Of the inner integrator, one per group of bodies.
     inner: Vec<Evaluator>,
     roles: Vec<Role>,
@@ -109,6 +111,7 @@ impl Injector {
             sleepers: Sleepers::default(),
             kicks: Kicks::default(),
             watch: Watch::default(),
+            softs: soft::Softs::default(),
             inner: Vec::new(),
             roles: Vec::new(),
             before: Snapshot::default(),
@@ -131,6 +134,7 @@ impl Injector {
         // What it keeps between steps belongs to the old tree.
         self.evaluator = Evaluator::default();
         self.inner.clear();
+        self.softs = soft::Softs::default();
         self.watch = Watch::default();
     }
 
@@ -307,6 +311,16 @@ impl Injector {
             self.before.take(bodies);
         }
         Ok(written)
+    }
+
+    /// Gives up a step that was begun: everything is as it was before.
+    pub(crate) fn abort(&mut self, bodies: &mut RigidBodySet, colliders: &ColliderSet) {
+        if let Some(open) = self.open.take() {
+            take_back(bodies, &open.loans);
+            finish(bodies, &open.spins, &open.rides, open.dt);
+            self.evaluated = false;
+            self.before.restore(bodies, colliders);
+        }
     }
 
     /// Remembers under which wrenches bodies fell asleep in this step: the next evaluation may

@@ -135,6 +135,11 @@ impl PropertyBook {
         Ok(())
     }
 
+    /// Gives probes the world's values, as the first of theirs.
+    pub(super) fn of_world(&self, probes: &mut Probes) {
+        probes.user.push(self.world.iter().cloned().collect());
+    }
+
     fn check_axis(&self, name: &str, value: Real) -> Result<(), StepError> {
         let axis = name.to_owned();
         if !self.world.iter().any(|(known, _)| **known == *name) {
@@ -188,7 +193,7 @@ impl Gathering<'_> {
     /// Fills `probes` with those of all bodies that fields can move.
     pub(crate) fn run(&self, bodies: &RigidBodySet, colliders: &ColliderSet, probes: &mut Probes) {
         probes.clear();
-        probes.user.push(self.book.world.iter().cloned().collect());
+        self.book.of_world(probes);
         for (handle, body) in bodies.iter() {
             let sampled = body.is_dynamic() && body.is_enabled() && !body.is_soft_frame();
             if sampled && (self.sleepers || !body.is_sleeping()) {
