@@ -225,8 +225,13 @@ impl Fields {
         let soft = !world.soft_bodies.is_empty();
         if soft {
             let (bodies, colliders) = (&world.bodies, &world.colliders);
-            self.injector
-                .feel_soft(&self.compiled, dt, &world.soft_bodies, bodies, colliders)?;
+            self.injector.feel_soft(
+                &self.compiled,
+                (dt, 0.0),
+                &world.soft_bodies,
+                bodies,
+                colliders,
+            )?;
         }
         self.begin_step(dt, &mut world.bodies, &world.colliders)?;
         if soft {
@@ -251,7 +256,7 @@ impl Fields {
         let (bodies, colliders) = (&mut world.bodies, &world.colliders);
         let softs = &mut world.soft_bodies;
         let injector = &mut self.injector;
-        if let Err(error) = injector.feel_soft(&self.compiled, dt, softs, bodies, colliders) {
+        if let Err(error) = injector.feel_soft(&self.compiled, (dt, dt), softs, bodies, colliders) {
             injector.abort(bodies, colliders);
             injector.restore_soft(softs);
             return Err(error);

@@ -4,7 +4,7 @@ use super::error::StepError;
 use super::{Injector, Scheme, WakePolicy, blame, find_frames};
 use crate::compile::Compiled;
 use crate::eval::{Evaluator, Probe, Probes, Wrench, owner};
-use crate::math::{ColliderSet, Real, RigidBodySet, Vector};
+use crate::math::{ColliderSet, Real, RigidBodySet, Vector, to_f64};
 use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
 
 /// What fields do to the particles of soft bodies.
@@ -20,11 +20,11 @@ pub(super) struct Softs {
 }
 
 impl Injector {
-    /// Works out the forces on all particles; writes nothing.
+    /// Works out the forces on all particles, `elapsed` into the step; writes nothing.
     pub(crate) fn feel_soft(
         &mut self,
         compiled: &Compiled,
-        dt: Real,
+        (dt, elapsed): (Real, Real),
         softs: &SoftBodySet,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
@@ -32,7 +32,8 @@ impl Injector {
         if !(dt >= 0.0 && dt.is_finite()) {
             return Err(StepError::TimeStep { dt });
         }
-        let moment = self.moment(dt);
+        let mut moment = self.moment(dt);
+        moment.time += to_f64(elapsed);
         let world = (bodies, colliders);
         let mut probes = std::mem::take(&mut self.softs.probes);
         probes.clear();
