@@ -150,7 +150,9 @@ pub use field::{
     Tree, TreeError,
 };
 pub use fields::{Fields, FieldsBuilder, StepOutcome};
-pub use inject::{ProbeProperties, Scheme, StepError, WakePolicy};
+pub use inject::{
+    ProbeProperties, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy,
+};
 
 /// The README's programs run as tests.
 #[cfg(all(doctest, feature = "f32"))]

@@ -3,5 +3,6 @@
 pub use crate::rapier::prelude::*;
 pub use crate::{
     Anchor, Axis, ContactLaw, Coupling, Field, Fields, Layer, Operator, ProbeProperties, Reading,
-    Region, Responder, Sample, Scalar, Scheme, StepError, Tree, TreeError, WakePolicy,
+    Region, Responder, Sample, Scalar, Scheme, StepError, StepWarning, Stiffness, Substeps, Tree,
+    TreeError, WakePolicy,
 };

@@ -1,6 +1,8 @@
 //! The forces on bodies with their derivatives.
 
-use super::{Evaluator, Moment, Probe, Probes};
+use super::frames::FrameCache;
+use super::program::{Machine, Reach};
+use super::{Moment, Probe, Probes};
 use crate::compile::{Compiled, Program, RadialBatch};
 use crate::field::{Dual, Frames, Linearised, LocalQuery, Motion, Query, Vec3, constant};
 use crate::math::{DVec3, to_dvec3, to_f64};
@@ -21,10 +23,31 @@ impl Seeded {
     }
 }
 
-impl Evaluator {
+/// Evaluates forces with their derivatives; keeps its buffers between calls.
+#[derive(Debug, Default)]
+pub(crate) struct Lineariser {
+    frames: FrameCache,
+    reaches: Vec<Reach>,
+    machine: Machine<Dual>,
+}
+
+impl Lineariser {
+    /// Takes up where all anchors are.
+    pub(crate) fn prepare(&mut self, compiled: &Compiled, world: &impl Frames) {
+        self.frames.clear(compiled);
+        self.reaches
+            .resize_with(compiled.programs.len(), Reach::default);
+        for (number, program) in compiled.programs.iter().enumerate() {
+            if program.has_force {
+                self.frames.fill(compiled, world, program);
+                self.reaches[number].refresh(program, self.frames.all());
+            }
+        }
+    }
+
     /// Visits the samples of one body with the force there and its derivatives by the place and
-    /// velocity of the sample. Constant fields have none and are left out, force and all.
-    pub(crate) fn linearise(
+    /// velocity of the sample, in the world as it was [prepared](Self::prepare). Constant fields have none and are left out, force and all.
+    pub(crate) fn of_body(
         &mut self,
         compiled: &Compiled,
         world: &impl Frames,
@@ -33,15 +56,6 @@ impl Evaluator {
         body: u32,
         mut visit: impl FnMut(&Probe, &Linearised),
     ) {
-        self.frames.clear(compiled);
-        self.reaches
-            .resize_with(compiled.programs.len(), Default::default);
-        for (number, program) in compiled.programs.iter().enumerate() {
-            if program.has_force {
-                self.frames.fill(compiled, world, program);
-                self.reaches[number].refresh(program, self.frames.all());
-            }
-        }
         let of_body = |probe: &&Probe| probe.body == body;
         for probe in probes.list.iter().filter(of_body) {
             let seeded = Seeded::new(probes, probe, moment);
@@ -101,7 +115,7 @@ impl Evaluator {
             for instance in self.reaches[number].at(probe.world_point) {
                 let Seeded { query, motion } = seeded;
                 let instance = *instance as usize;
-                let machine = &mut self.linearising;
+                let machine = &mut self.machine;
                 if let Some(outcome) = machine.run(program, instance, frames, query, motion) {
                     sum += outcome.force;
                 }

@@ -12,9 +12,10 @@ mod program;
 mod radial;
 
 use crate::compile::{Compiled, Program};
-use crate::field::{Dual, Frame, Frames, LocalQuery, Motion, real};
+use crate::field::{Frame, Frames, LocalQuery, Motion, real};
 use crate::math::{RigidBodyHandle, Vector, from_dvec3, to_f64};
 
+pub(crate) use linearise::Lineariser;
 pub(crate) use pairs::{Clump, PairList};
 pub(crate) use probe::{Moment, Probe, Probes, UserValues, owner};
 pub(crate) use program::Machine;
@@ -73,7 +74,7 @@ pub(crate) struct Evaluator {
     /// One per program, because each keeps its hierarchy while nothing moves.
     reaches: Vec<Reach>,
     machine: Machine,
-    linearising: Machine<Dual>,
+
     frames: FrameCache,
     forces: Vec<Vector>,
 }

@@ -138,6 +138,11 @@ impl PropertyBook {
         Ok(())
     }
 
+    /// Gives probes the world's values, as the first of theirs.
+    pub(super) fn of_world(&self, probes: &mut Probes) {
+        probes.user.push(self.world.iter().cloned().collect());
+    }
+
     fn check_axis(&self, name: &str, value: Real) -> Result<(), StepError> {
         let axis = name.to_owned();
         if !self.world.iter().any(|(known, _)| **known == *name) {
@@ -191,7 +196,7 @@ impl Gathering<'_> {
     /// Fills `probes` with those of all bodies that fields can move.
     pub(crate) fn run(&self, bodies: &RigidBodySet, colliders: &ColliderSet, probes: &mut Probes) {
         probes.clear();
-        probes.user.push(self.book.world.iter().cloned().collect());
+        self.book.of_world(probes);
         for (handle, body) in bodies.iter() {
             let sampled = body.is_dynamic() && body.is_enabled() && !body.is_soft_frame();
             if sampled && (self.sleepers || !body.is_sleeping()) {
@@ -285,7 +290,8 @@ impl Gathering<'_> {
         probes.bodies.push(handle);
     }
 
-    fn velocity(&self, handle: RigidBodyHandle, body: &RigidBody) -> (Vector, Vector) {
+    /// How fast a body is taken to move.
+    pub(super) fn velocity(&self, handle: RigidBodyHandle, body: &RigidBody) -> (Vector, Vector) {
         let (linvel, angvel) = (body.linvel(), body.angvel());
         let pending = self.pending.as_ref().and_then(|pending| {
             let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
