@@ -132,6 +132,9 @@ mod check;
 
 mod fields;
 
+#[cfg(feature = "serde")]
+pub mod files;
+
 #[cfg(feature = "scenes")]
 pub mod scenes;
 

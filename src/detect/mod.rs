@@ -15,6 +15,11 @@ use touch::Touch;
 
 /// Who answers the contacts that fields detect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Responder {
     /// Rapier's solver; fields only observe.

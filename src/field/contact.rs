@@ -5,6 +5,11 @@ use crate::math::{Real, to_f64};
 
 /// The law by which a detection field answers two touching, approaching parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum ContactLaw {
     /// Only reports the contact.
