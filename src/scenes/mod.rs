@@ -6,6 +6,8 @@
 
 pub mod ammonia;
 
+pub mod figures;
+
 pub mod spheres;
 
 use crate::math::{
