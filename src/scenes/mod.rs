@@ -8,6 +8,10 @@ pub mod ammonia;
 
 pub mod figures;
 
+pub mod flock;
+
+pub mod head_on;
+
 pub mod spheres;
 
 use crate::math::{
