@@ -130,7 +130,10 @@ fn draw_field(svg: &mut String, figure: &Figure, panel: &Panel) -> Result<(), An
         world_point: point,
         ..Query::default()
     });
-    panel.draw_arrows(svg, &arrows, 16.5);
+    // Both fields are of constant strength: the repulsion is to stand out.
+    let strengths = arrows.iter().map(|arrow| arrow.vector.length());
+    let strongest = strengths.fold(0.0, f64::max);
+    panel.draw_arrows(svg, &arrows, 16.5, Some(strongest));
     Ok(())
 }
 

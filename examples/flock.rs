@@ -24,7 +24,7 @@ use support::{AnyError, exit, make_folder_of, progress_bar};
 
 const USAGE: &str = "\
 usage: flock [--birds N] [--gust SPEED] [--steps N] [--seed N] [--picture FILE]
-  --birds    how many (24)
+  --birds    how many (40)
   --gust     speed of the gust; 0 for none (25)
   --steps    to simulate, of 1/120 each (2400)
   --seed     of the places (1)

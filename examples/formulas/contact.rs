@@ -61,7 +61,7 @@ pub fn draw(svg: &mut String, panel: &Panel) -> Result<(), AnyError> {
             point: point(center),
             vector: point(*impulse),
         };
-        panel.draw_arrows(svg, &[arrow], 60.0);
+        panel.draw_arrows(svg, &[arrow], 60.0, None);
     }
     Ok(())
 }

@@ -140,7 +140,7 @@ fn draw(svg: &mut String, entry: &Entry, panel: &Panel) -> Result<(), AnyError> 
         ..Query::default()
     };
     let (count, share) = if entry.velocity.is_some() {
-        (7, 0.62)
+        (7, 0.5)
     } else {
         (13, 0.86)
     };
@@ -156,7 +156,7 @@ fn draw(svg: &mut String, entry: &Entry, panel: &Panel) -> Result<(), AnyError> 
         panel.draw_pale(svg, &arrows, longest, PALE);
     }
     let arrows = panel.sample(&reference, &frames, count, query);
-    panel.draw_arrows(svg, &arrows, longest);
+    panel.draw_arrows(svg, &arrows, longest, None);
     Ok(())
 }
 

@@ -76,9 +76,16 @@ impl Panel {
     }
 
     /// Draws arrows of a logarithmic length, at most `longest` on the page, coloured by strength.
+    /// The longest stand for `strongest`, or without it for what most arrows do not exceed.
     /// What points out of the plane is drawn as a ringed dot, into it as a cross.
-    pub fn draw_arrows(&self, svg: &mut String, arrows: &[Arrow], longest: f64) {
-        let strongest = high_strength(arrows);
+    pub fn draw_arrows(
+        &self,
+        svg: &mut String,
+        arrows: &[Arrow],
+        longest: f64,
+        strongest: Option<f64>,
+    ) {
+        let strongest = strongest.unwrap_or_else(|| high_strength(arrows));
         let mut shades: [String; SHADES.len()] = Default::default();
         for arrow in arrows {
             let strength = arrow.vector.length();
