@@ -42,7 +42,10 @@ struct Record {
     times: Vec<f64>,
     gaps: Vec<f64>,
     spreads: Vec<f64>,
-    contacts: Vec<usize>,
+    /// How many pairs began to touch in each step.
+    collisions: Vec<usize>,
+    /// Who touched in the last step.
+    touching: Vec<[ColliderHandle; 2]>,
     lines: Vec<Vec<DVec3>>,
     /// Where birds touched.
     touches: Vec<DVec3>,
@@ -87,7 +90,11 @@ impl Record {
         self.times.push(fields.time());
         self.gaps.push(flock.nearest_gap());
         self.spreads.push(flock.spread());
-        self.contacts.push(fields.contacts().len());
+        let contacts = fields.contacts().iter();
+        let pairs: Vec<_> = contacts.map(|contact| contact.colliders).collect();
+        let begun = pairs.iter().filter(|pair| !self.touching.contains(pair));
+        self.collisions.push(begun.count());
+        self.touching = pairs;
         let touches = fields.contacts().iter();
         self.touches
             .extend(touches.map(|contact| to_dvec3(contact.world_point)));
@@ -106,7 +113,7 @@ impl Record {
             ("2 s after it", end, end + 2.0),
             ("from then on", end + 2.0, f64::INFINITY),
         ];
-        println!("phase          nearest gap  contacts × steps  spread at its end");
+        println!("phase          nearest gap  collisions  spread at its end");
         for (name, from, to) in phases {
             let within = |k: &usize| from < self.times[*k] && self.times[*k] <= to;
             let steps: Vec<usize> = (0..self.times.len()).filter(within).collect();
@@ -117,9 +124,9 @@ impl Record {
                 .iter()
                 .map(|k| self.gaps[*k])
                 .fold(f64::INFINITY, f64::min);
-            let contacts: usize = steps.iter().map(|k| self.contacts[*k]).sum();
+            let collisions: usize = steps.iter().map(|k| self.collisions[*k]).sum();
             println!(
-                "{name:<14} {gap:<12.3} {contacts:<17} {:.2}",
+                "{name:<14} {gap:<12.3} {collisions:<11} {:.2}",
                 self.spreads[*last]
             );
         }
