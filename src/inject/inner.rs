@@ -346,7 +346,7 @@ impl<'a> Run<'a> {
             mover.kick(force * duration, torque * duration);
             mover.linvel += mover.acceleration * duration;
             let speed = mover.linvel.length().max(mover.angvel.length());
-            if !(speed <= to_f64(FASTEST)) {
+            if speed.is_nan() || speed > to_f64(FASTEST) {
                 return Err(self.too_fast(group, body, speed));
             }
         }

@@ -239,8 +239,9 @@ impl Injector {
             }
             let (wrench, change) = other(*place);
             let secant = secant(body, self.wrenches[*place], wrench, Some(&change), dt);
-            // So on NaN.
-            !(to_f64(secant) <= bound) || super::find(&self.watch.stiff, handle).is_some()
+            secant.is_nan()
+                || to_f64(secant) > bound
+                || super::find(&self.watch.stiff, handle).is_some()
         };
         (0..self.probes.bodies.len()).filter(is_suspect).collect()
     }
