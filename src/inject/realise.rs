@@ -1,8 +1,9 @@
 //! From the motion in the fields alone to velocities before and after Rapier's step.
 
 use super::error::StepError;
-use super::inner::{Mover, Run, Setting, Turning};
+use super::inner::{Run, Setting};
 use super::motion::{Ride, Spin, Turned, Update, iterations};
+use super::mover::{Mover, Turning};
 use super::rotation;
 use super::trial::Role;
 use super::{Injector, OpenStep, Scheme, assign};
