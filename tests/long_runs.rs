@@ -66,9 +66,5 @@ fn a_bound_dimer_does_not_drift_in_ten_million_steps() {
         worst / depth,
         last / depth
     );
-    assert_at_most(
-        worst / depth,
-        either(1.0, 1.0),
-        "drift of the mean energy",
-    );
+    assert_at_most(worst / depth, either(1.0, 1.0), "drift of the mean energy");
 }

@@ -240,7 +240,7 @@ impl Injector {
         Some((update, twist))
     }
 
-    fn too_fast(
+    pub(super) fn too_fast(
         &self,
         compiled: &Compiled,
         world: (&RigidBodySet, &ColliderSet),
