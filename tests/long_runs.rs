@@ -67,5 +67,9 @@ fn a_bound_dimer_does_not_drift_in_ten_million_steps() {
         last / depth
     );
     // Means over 0.1 ns differ by 4.5e-6 in f64, up and down; in f32 roundings add up.
-    assert_at_most(worst / depth, either(4e-3, 2e-5), "drift of the mean energy");
+    assert_at_most(
+        worst / depth,
+        either(4e-3, 2e-5),
+        "drift of the mean energy",
+    );
 }
