@@ -18,13 +18,6 @@ pub(crate) struct Jacobian {
     pub by_velocity: Matrix6<f64>,
 }
 
-impl Jacobian {
-    pub(crate) fn is_finite(&self) -> bool {
-        let entries = self.by_motion.iter().chain(self.by_velocity.iter());
-        entries.into_iter().all(|entry| entry.is_finite())
-    }
-}
-
 /// The probes of one body: its parts, or itself as a whole where parts are not sampled.
 pub(super) fn probes_of(probes: &Probes, body: usize) -> &[Probe] {
     if probes.list.is_empty() {

@@ -11,6 +11,7 @@ mod jacobian;
 mod kick;
 mod mobility;
 mod motion;
+mod mover;
 mod probes;
 mod realise;
 mod rotation;
