@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::check::{CrossCheck, CrossCheckReport};
 use crate::compile::{Compiled, Plan};
-use crate::detect::{Detection, FieldContact, Responder};
+use crate::detect::{Detection, Detector, FieldContact, Responder};
 use crate::eval::{PotentialEnergy, Wrench};
 use crate::field::{Axis, Tree, TreeError};
 use crate::inject::{Injector, ProbeProperties, PropertyBook, Scheme, StepError, WakePolicy};
@@ -47,6 +47,7 @@ use crate::rapier::pipeline::PhysicsWorld;
 pub struct Fields {
     compiled: Compiled,
     injector: Injector,
+    detector: Detector,
     detection: Detection,
     check: Option<CrossCheck>,
     responder: Responder,
@@ -64,6 +65,9 @@ pub struct StepOutcome {
     pub contacts: usize,
     /// Bodies written to after Rapier's step, by the scheme and by responses.
     pub written: usize,
+    /// Whether swept detection gave up on this step, after more impacts than bodies that can come
+    /// to rest have (10,000, and 256 per body); the rest is answered in the next.
+    pub exhausted: bool,
 }
 
 /// Settings of [`Fields`].
@@ -84,6 +88,7 @@ pub struct FieldsBuilder {
     scheme: Scheme,
     wake: WakePolicy,
     responder: Responder,
+    detection: Detection,
     cross_check: bool,
     solver_iterations: usize,
 }
@@ -111,6 +116,12 @@ impl FieldsBuilder {
     /// Sets who answers contacts that fields detect.
     pub fn responder(mut self, responder: Responder) -> Self {
         self.responder = responder;
+        self
+    }
+
+    /// Sets when fields look for contacts: at the end of each step, or over the whole of it.
+    pub fn detection(mut self, detection: Detection) -> Self {
+        self.detection = detection;
         self
     }
 
@@ -157,10 +168,12 @@ impl FieldsBuilder {
         let book = PropertyBook::new(self.axes);
         let mut injector = Injector::new(self.scheme, self.wake, book);
         injector.substeps = self.solver_iterations as u32;
+        injector.exact_turns = self.detection == Detection::Swept && !compiled.detectors.is_empty();
         let mut check = self.cross_check.then(CrossCheck::default);
         check.iter_mut().for_each(|check| check.watch(&compiled));
         Ok(Fields {
-            detection: Detection::new(&compiled),
+            detector: Detector::new(&compiled, self.detection),
+            detection: self.detection,
             compiled,
             injector,
             check,
@@ -188,6 +201,7 @@ impl Fields {
             scheme: Scheme::default(),
             wake: WakePolicy::default(),
             responder: Responder::default(),
+            detection: Detection::default(),
             cross_check: false,
             solver_iterations: 4,
         }
@@ -228,13 +242,14 @@ impl Fields {
         if let Some(check) = &mut self.check {
             let moment = self.injector.moment(dt);
             let book = &self.injector.book;
-            self.detection
+            self.detector
                 .run(&self.compiled, bodies, colliders, moment, |probes| {
                     Injector::gather(book, bodies, colliders, probes);
                 });
-            check.expect(&self.detection.contacts, colliders);
+            check.expect(&self.detector.contacts, colliders);
         }
         self.injector.begin(&self.compiled, dt, bodies, colliders)?;
+        self.detector.begin(bodies, self.injector.free_turns());
         Ok(())
     }
 
@@ -256,22 +271,36 @@ impl Fields {
                 injector.pose_before(handle, colliders)
             });
         }
-        let mut written = self.injector.end(&self.compiled, bodies, colliders)?;
+        let began = self.injector.moment(dt);
+        let (compiled, detector) = (&self.compiled, &mut self.detector);
+        let answers = answerer(self.responder);
+        let mut swept = 0;
+        let mut written = self
+            .injector
+            .end(compiled, bodies, colliders, |book, bodies| {
+                let probes = |bodies: &RigidBodySet, probes: &mut _| {
+                    Injector::gather(book, bodies, colliders, probes);
+                };
+                swept = detector.sweep(compiled, bodies, colliders, began, dt, probes, &answers);
+            })?;
+        written += swept;
         if !self.compiled.detectors.is_empty() {
             let moment = self.injector.moment(dt);
             let book = &self.injector.book;
-            self.detection
+            self.detector
                 .run(&self.compiled, bodies, colliders, moment, |probes| {
                     Injector::gather(book, bodies, colliders, probes);
                 });
             if self.responder != Responder::Rapier {
-                written += self.detection.respond(bodies);
+                written += self.detector.respond(bodies, dt, answers);
             }
+            self.detector.add_touches();
         }
         Ok(StepOutcome {
             sampled: self.injector.sampled(),
-            contacts: self.detection.contacts.len(),
+            contacts: self.detector.contacts.len(),
             written,
+            exhausted: self.detector.exhausted,
         })
     }
 
@@ -280,7 +309,7 @@ impl Fields {
     /// tree.
     pub fn claim_contacts(&mut self, colliders: &mut ColliderSet) {
         if self.responder == Responder::Fields {
-            Detection::claim(&self.compiled, colliders);
+            Detector::claim(&self.compiled, colliders);
         }
         self.claimed = true;
     }
@@ -293,7 +322,7 @@ impl Fields {
         let tree = tree.into();
         tree.validate(&self.axes)?;
         self.compiled = Compiled::new(tree);
-        self.detection = Detection::new(&self.compiled);
+        self.detector = Detector::new(&self.compiled, self.detection);
         if let Some(check) = &mut self.check {
             check.watch(&self.compiled);
         }
@@ -372,11 +401,16 @@ impl Fields {
 
     /// The contacts detected at the end of the last step, with the impulses that answered them.
     pub fn contacts(&self) -> &[FieldContact] {
-        &self.detection.contacts
+        &self.detector.contacts
     }
 
     /// The cross-check with Rapier so far, if it is on.
     pub fn cross_check(&self) -> Option<&CrossCheckReport> {
         self.check.as_ref().map(|check| &check.report)
     }
+}
+
+/// Whether fields answer a contact.
+fn answerer(responder: Responder) -> impl Fn(&FieldContact) -> bool + Copy {
+    move |_| responder != Responder::Rapier
 }

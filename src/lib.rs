@@ -77,7 +77,7 @@
 //! #     world.insert(body, ColliderBuilder::ball(0.5))
 //! # };
 //! # let (left, right) = (ball(-1.0, 1.0), ball(1.0, 0.0));
-//! let elastic = ContactLaw::Impulse { restitution: 1.0 };
+//! let elastic = ContactLaw::elastic();
 //! let around = |collider: ColliderHandle| Field::contact(elastic).at(collider);
 //! let mut fields = Fields::new(around(left.1).sum_union(around(right.1)))?;
 //! for _ in 0..90 {
@@ -138,7 +138,7 @@ pub mod prelude;
 
 pub use check::{ContactCounts, CrossCheckReport, Disagreement};
 pub use compile::{IndexKind, Plan, PlanEntry};
-pub use detect::{FieldContact, Responder};
+pub use detect::{Detection, FieldContact, Responder};
 pub use eval::{PotentialEnergy, Wrench};
 pub use field::{
     Anchor, Axis, ContactLaw, Coupling, Field, Operator, Reading, Region, Sample, Tree, TreeError,

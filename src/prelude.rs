@@ -2,6 +2,6 @@
 
 pub use crate::rapier::prelude::*;
 pub use crate::{
-    Anchor, Axis, ContactLaw, Coupling, Field, Fields, Operator, ProbeProperties, Reading, Region,
-    Responder, Sample, Scheme, StepError, Tree, TreeError, WakePolicy,
+    Anchor, Axis, ContactLaw, Coupling, Detection, Field, Fields, Operator, ProbeProperties,
+    Reading, Region, Responder, Sample, Scheme, StepError, Tree, TreeError, WakePolicy,
 };

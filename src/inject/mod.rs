@@ -22,7 +22,7 @@ use crate::compile::Compiled;
 use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
 use crate::field::{Frame, Frames};
 use crate::math::{
-    ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
+    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
 use motion::{FASTEST, Kicks, Loan, Spin, finish_spins, free_top, kicked, take_back, write};
@@ -37,6 +37,9 @@ pub(crate) struct Injector {
     pub book: PropertyBook,
     /// Solver iterations of Rapier's step, over which it integrates a rotation.
     pub substeps: u32,
+    /// Whether every body that turns freely is turned by the layer, even one like a ball and even
+    /// where no field can turn it: swept detection must know how.
+    pub exact_turns: bool,
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub time: f64,
     evaluator: Evaluator,
@@ -69,6 +72,7 @@ impl Injector {
             wake,
             book,
             substeps: 4,
+            exact_turns: false,
             time: 0.0,
             evaluator: Evaluator::default(),
             probes: Probes::default(),
@@ -214,18 +218,27 @@ impl Injector {
         Ok(written)
     }
 
-    /// What happens after Rapier's step; returns how many bodies were written.
+    /// The bodies that Rapier turns freely in the step that was begun, with their angular momenta.
+    pub(crate) fn free_turns(&self) -> impl Iterator<Item = (RigidBodyHandle, DVec3)> {
+        let spins = self.open.iter().flat_map(|open| &open.spins);
+        spins.map(|spin| (spin.body, spin.angular_momentum))
+    }
+
+    /// What happens after Rapier's step; returns how many bodies were written. `drifted` is called
+    /// when the bodies have their true velocities again, before fields act at the new places.
     pub(crate) fn end(
         &mut self,
         compiled: &Compiled,
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
+        drifted: impl FnOnce(&PropertyBook, &mut RigidBodySet),
     ) -> Result<usize, StepError> {
         let Some(open) = self.open.take() else {
             return Err(StepError::OutOfTurn { called: "end_step" });
         };
         let mut written = take_back(bodies, &open.loans);
         finish_spins(bodies, &open.spins);
+        drifted(&self.book, bodies);
         let began = self.time;
         self.time += to_f64(open.dt);
         self.evaluated = false;
@@ -358,7 +371,8 @@ impl Injector {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<(), StepError> {
-        let drift = drift.filter(|dt| *dt > 0.0 && compiled.plan.torque_possible);
+        let drift =
+            drift.filter(|dt| *dt > 0.0 && (compiled.plan.torque_possible || self.exact_turns));
         self.kicks.updates.clear();
         self.kicks.spins.clear();
         for (place, handle) in self.probes.bodies.iter().enumerate() {
@@ -388,7 +402,9 @@ impl Injector {
                     limit: FASTEST,
                 });
             }
-            if let (Some(dt), Some(inertia)) = (drift, free_top(body, update.angvel)) {
+            if let (Some(dt), Some(inertia)) =
+                (drift, free_top(body, update.angvel, self.exact_turns))
+            {
                 let twist = wrench.torque * duration;
                 let spin = Spin::new(*handle, body, &inertia, twist, dt, self.substeps);
                 update.angvel = spin.steady;
