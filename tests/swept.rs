@@ -70,13 +70,23 @@ struct Found {
 }
 
 fn run(case: &Case, dt: f64, detection: Detection) -> Option<Found> {
-    let (start, steps) = window(case, dt);
+    run_in(case, dt, detection, window(case, dt))
+}
+
+fn run_in(
+    case: &Case,
+    dt: f64,
+    detection: Detection,
+    (start, steps): (f64, usize),
+) -> Option<Found> {
     let (mut world, mut fields) = world_of(case, start, dt, detection);
     for _ in 0..steps {
         let before = flights_of(&world, case);
         let began = fields.time();
         fields.step(&mut world).expect("a step");
-        if let Some(contact) = fields.contacts().first() {
+        let swept = detection == Detection::Swept;
+        let mut contacts = fields.contacts().iter();
+        if let Some(contact) = contacts.find(|c| c.time_of_impact.is_some() == swept) {
             return Some(Found {
                 contact: *contact,
                 time: contact.time_of_impact.map(|time| time - began),
@@ -87,6 +97,19 @@ fn run(case: &Case, dt: f64, detection: Detection) -> Option<Found> {
         }
     }
     None
+}
+
+/// The deepest overlap of a run by the exact motion from the world's own states: none, if rounding
+/// of the start has kept a graze apart.
+fn deepest_in_run(case: &Case, dt: f64) -> f64 {
+    let (start, steps) = window(case, dt);
+    let (mut world, mut fields) = world_of(case, start, dt, Detection::Swept);
+    let depths = (0..steps).map(|_| {
+        let before = flights_of(&world, case);
+        fields.step(&mut world).expect("a step");
+        deepest_before(&before, dt)
+    });
+    depths.fold(0.0, f64::max)
 }
 
 /// Errors of a contact that was found.
@@ -124,23 +147,34 @@ fn errors(case: &Case, found: &Found, dt: f64) -> Errors {
     } else {
         by_impulse
     };
-    let gap = touching.gap.abs();
+    // Overlap at the very start is the rounding of the step before, and answered at once.
+    let gap = if time == 0.0 {
+        touching.gap.max(0.0)
+    } else {
+        touching.gap.abs()
+    };
     Errors {
         time: gap / impact.approach.abs() / dt,
         distance: gap / touching.radii,
         normal: (normal - touching.normal).length(),
         velocity,
-        earlier: deepest_before(&found.before, time) / impact.approach.abs() / dt,
+        earlier: match time {
+            0.0 => 0.0,
+            _ => deepest_before(&found.before, time) / impact.approach.abs() / dt,
+        },
     }
 }
 
 fn check_hits(cases: &[Case], dt: f64) {
     let (mut missed, mut invented, mut doubtful) = (Vec::new(), Vec::new(), 0);
+    let mut apart = Vec::new();
     let mut worst: Vec<(usize, Errors)> = Vec::new();
     let mut discrete = [[0; 2]; KINDS.len()];
     for case in cases {
         let found = run(case, dt, Detection::Swept);
         match (&found, case.hit) {
+            // Rounding has moved a graze apart: in this world nothing touches.
+            (None, true) if deepest_in_run(case, dt) == 0.0 => apart.push(case.number),
             (None, true) => missed.push(case.number),
             // Nearer than f32 can tell.
             (Some(_), false) if case.gap < either(1e-5, 1e-12) * case.size => doubtful += 1,
@@ -176,6 +210,14 @@ fn check_hits(cases: &[Case], dt: f64) {
             of(|e| e.earlier),
         );
     }
+    println!("dt {dt:e}: rounding keeps apart {apart:?}, {doubtful} misses too near to tell");
+    let grazes = |number: &usize| {
+        cases
+            .iter()
+            .any(|c| c.number == *number && KINDS[c.kind] == "graze")
+    };
+    assert!(apart.iter().all(grazes), "{apart:?}");
+    assert!(apart.len() <= either(5.0, 0.0) as usize, "{apart:?}");
     assert!(missed.is_empty(), "dt {dt}: missed {missed:?}");
     assert!(invented.is_empty(), "dt {dt}: invented {invented:?}");
     assert!(doubtful <= 4, "{doubtful} misses too near to tell");
@@ -236,8 +278,9 @@ fn the_table_itself_is_met() {
     let mut compared = 0;
     for case in molecules().iter().chain(&spheres()).filter(|case| case.hit) {
         let dt = 1e-2;
-        let found = run(case, dt, Detection::Swept).expect("a hit");
-        let (start, _) = window(case, dt);
+        // The layer's rotation of a step is right to 1e-5 of the energy only.
+        let start = (case.toi / dt).floor() * dt;
+        let found = run_in(case, dt, Detection::Swept, (start, 2)).expect("a hit");
         let time = found.contact.time_of_impact.expect("a time") + start;
         let error = (time - case.toi).abs();
         let graze = KINDS[case.kind] == "graze";

@@ -47,8 +47,8 @@ pub(super) fn first_touch(
             return None;
         }
         if next <= time {
-            // The gap is as small as time can tell.
-            return (seen.slope < 0.0 && seen.value <= tolerance * 4.0).then_some(time);
+            // The gap is smaller than what the next moment that can be told makes of it.
+            return (seen.slope < 0.0).then_some(time);
         }
         if close && seen.value > 0.0 && look(next).value < 0.0 {
             return Some(bracketed(time, next, |t| look(t).value));
@@ -151,6 +151,17 @@ mod tests {
         let found = first_touch([0.0, 2.0], 1e-15, wave).expect("a root");
         let exact = (2.0_f64 * std::f64::consts::PI / 3.0) / 5.0;
         assert!((found - exact).abs() < 1e-15, "{found} {exact}");
+    }
+
+    /// At high speed, late in a step, time is coarser than the tolerance.
+    #[test]
+    fn a_root_between_two_moments_is_found() {
+        for k in 1..100 {
+            let at = 3.0 + f64::from(k) * 0.012_345_678_9;
+            let fast = of(|t| [1e3 * (at - t) + 1e-14, -1e3], 0.0);
+            let found = first_touch([0.0, 6.0], 1e-16, fast).expect("a root");
+            assert!((found - at).abs() < 1e-14, "{found} {at}");
+        }
     }
 
     #[test]
