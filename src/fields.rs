@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::check::{CrossCheck, CrossCheckReport};
+use crate::check::{Checker, CrossCheck, CrossCheckReport};
 use crate::compile::{Compiled, Plan};
 use crate::detect::{Detection, Detector, FieldContact, Responder};
 use crate::eval::{PotentialEnergy, Wrench};
@@ -49,7 +49,7 @@ pub struct Fields {
     injector: Injector,
     detector: Detector,
     detection: Detection,
-    check: Option<CrossCheck>,
+    check: Option<Checker>,
     responder: Responder,
     axes: Vec<Arc<str>>,
     claimed: bool,
@@ -89,7 +89,7 @@ pub struct FieldsBuilder {
     wake: WakePolicy,
     responder: Responder,
     detection: Detection,
-    cross_check: bool,
+    cross_check: CrossCheck,
     solver_iterations: usize,
 }
 
@@ -134,10 +134,10 @@ impl FieldsBuilder {
         self
     }
 
-    /// Compares the contacts of detection fields with Rapier's in every step; see
-    /// [`Fields::cross_check`].
-    pub fn cross_check(mut self, on: bool) -> Self {
-        self.cross_check = on;
+    /// Compares the contacts of detection fields with Rapier's in every step: `true` for all pairs,
+    /// or [settings](CrossCheck). The result is [`Fields::cross_check`].
+    pub fn cross_check(mut self, settings: impl Into<CrossCheck>) -> Self {
+        self.cross_check = settings.into();
         self
     }
 
@@ -169,7 +169,8 @@ impl FieldsBuilder {
         let mut injector = Injector::new(self.scheme, self.wake, book);
         injector.substeps = self.solver_iterations as u32;
         injector.exact_turns = self.detection == Detection::Swept && !compiled.detectors.is_empty();
-        let mut check = self.cross_check.then(CrossCheck::default);
+        let on = self.cross_check.on;
+        let mut check = on.then(|| Checker::new(self.cross_check));
         check.iter_mut().for_each(|check| check.watch(&compiled));
         Ok(Fields {
             detector: Detector::new(&compiled, self.detection),
@@ -202,7 +203,7 @@ impl Fields {
             wake: WakePolicy::default(),
             responder: Responder::default(),
             detection: Detection::default(),
-            cross_check: false,
+            cross_check: CrossCheck::default(),
             solver_iterations: 4,
         }
     }
@@ -218,7 +219,7 @@ impl Fields {
         let dt = parameters.dt;
         self.injector.substeps = parameters.num_solver_iterations as u32;
         if let Some(check) = &mut self.check {
-            check.report.recycling |= parameters.contact_recycling;
+            check.note(parameters);
         }
         self.begin_step(dt, &mut world.bodies, &world.colliders)?;
         if !self.claimed {
@@ -305,11 +306,15 @@ impl Fields {
     }
 
     /// Keeps Rapier from solving the contacts that the fields answer, by the colliders' solver
-    /// groups; see [`Responder::Fields`]. Only needed around a pipeline of one's own, once per
+    /// groups; see [`Responder::Fields`]. Keeps Rapier from recycling the contacts that a
+    /// cross-check watches. Only needed around a pipeline of one's own, once per
     /// tree.
     pub fn claim_contacts(&mut self, colliders: &mut ColliderSet) {
         if self.responder == Responder::Fields {
             Detector::claim(&self.compiled, colliders);
+        }
+        if let Some(check) = &mut self.check {
+            check.keep_fresh(colliders);
         }
         self.claimed = true;
     }

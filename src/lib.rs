@@ -136,7 +136,7 @@ pub mod study;
 
 pub mod prelude;
 
-pub use check::{ContactCounts, CrossCheckReport, Disagreement};
+pub use check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use compile::{IndexKind, Plan, PlanEntry};
 pub use detect::{Detection, FieldContact, Responder};
 pub use eval::{PotentialEnergy, Wrench};
