@@ -1,10 +1,13 @@
 //! The façade: everything a world needs to have fields.
 
 use std::sync::Arc;
+use std::sync::mpsc::Sender;
 
 use crate::check::{Checker, CrossCheck, CrossCheckReport};
 use crate::compile::{Compiled, Plan};
-use crate::detect::{Detection, Detector, FieldContact, Responder};
+use crate::detect::{
+    ContactEvent, Detection, Detector, FieldContact, Reporter, Responder, ResponderHooks, Rules,
+};
 use crate::eval::{PotentialEnergy, Wrench};
 use crate::field::{Axis, Tree, TreeError};
 use crate::inject::{Injector, ProbeProperties, PropertyBook, Scheme, StepError, WakePolicy};
@@ -50,7 +53,8 @@ pub struct Fields {
     detector: Detector,
     detection: Detection,
     check: Option<Checker>,
-    responder: Responder,
+    rules: Rules,
+    reporter: Option<Reporter>,
     axes: Vec<Arc<str>>,
     claimed: bool,
 }
@@ -87,7 +91,8 @@ pub struct FieldsBuilder {
     axes: Vec<(Arc<str>, Real)>,
     scheme: Scheme,
     wake: WakePolicy,
-    responder: Responder,
+    rules: Rules,
+    reporter: Option<Reporter>,
     detection: Detection,
     cross_check: CrossCheck,
     solver_iterations: usize,
@@ -115,7 +120,40 @@ impl FieldsBuilder {
 
     /// Sets who answers contacts that fields detect.
     pub fn responder(mut self, responder: Responder) -> Self {
-        self.responder = responder;
+        self.rules.everywhere = responder;
+        self
+    }
+
+    /// Sets who answers contacts between any two of some colliders (of a pair, or of a group), apart
+    /// from what [`FieldsBuilder::responder`] says of all others. The last such rule that fits a
+    /// pair counts.
+    ///
+    /// Rapier learns of it by a hook, for which these colliders are given
+    /// `ActiveHooks::FILTER_CONTACT_PAIRS`; around a pipeline of one's own, hand it
+    /// [`Fields::hooks`].
+    pub fn responder_among(
+        mut self,
+        colliders: impl IntoIterator<Item = ColliderHandle>,
+        responder: Responder,
+    ) -> Self {
+        let set = colliders.into_iter().collect();
+        self.rules.among.push((set, responder));
+        self
+    }
+
+    /// Sends contacts that begin and end, as events, into a channel.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let (sender, events) = std::sync::mpsc::channel();
+    /// let fields = Fields::builder(Field::uniform(Vector::X)).events(sender).build()?;
+    /// for event in events.try_iter() {
+    ///     println!("{event:?}");
+    /// }
+    /// # Ok::<(), TreeError>(())
+    /// ```
+    pub fn events(mut self, channel: Sender<ContactEvent>) -> Self {
+        self.reporter = Some(Reporter::new(channel));
         self
     }
 
@@ -178,7 +216,8 @@ impl FieldsBuilder {
             compiled,
             injector,
             check,
-            responder: self.responder,
+            rules: self.rules,
+            reporter: self.reporter,
             axes: names,
             claimed: false,
         })
@@ -201,7 +240,8 @@ impl Fields {
             axes: Vec::new(),
             scheme: Scheme::default(),
             wake: WakePolicy::default(),
-            responder: Responder::default(),
+            rules: Rules::default(),
+            reporter: None,
             detection: Detection::default(),
             cross_check: CrossCheck::default(),
             solver_iterations: 4,
@@ -225,7 +265,11 @@ impl Fields {
         if !self.claimed {
             self.claim_contacts(&mut world.colliders);
         }
-        world.step();
+        if self.rules.among.is_empty() {
+            world.step();
+        } else {
+            world.step_with_events(&self.hooks(), &());
+        }
         self.end_step(&mut world.bodies, &world.colliders, &world.narrow_phase)
     }
 
@@ -274,7 +318,8 @@ impl Fields {
         }
         let began = self.injector.moment(dt);
         let (compiled, detector) = (&self.compiled, &mut self.detector);
-        let answers = answerer(self.responder);
+        let rules = &self.rules;
+        let answers = |contact: &FieldContact| rules.answers(contact);
         let mut swept = 0;
         let mut written = self
             .injector
@@ -282,7 +327,7 @@ impl Fields {
                 let probes = |bodies: &RigidBodySet, probes: &mut _| {
                     Injector::gather(book, bodies, colliders, probes);
                 };
-                swept = detector.sweep(compiled, bodies, colliders, began, dt, probes, &answers);
+                swept = detector.sweep(compiled, bodies, colliders, began, dt, probes, answers);
             })?;
         written += swept;
         if !self.compiled.detectors.is_empty() {
@@ -292,10 +337,13 @@ impl Fields {
                 .run(&self.compiled, bodies, colliders, moment, |probes| {
                     Injector::gather(book, bodies, colliders, probes);
                 });
-            if self.responder != Responder::Rapier {
+            if rules.everywhere != Responder::Rapier || !rules.among.is_empty() {
                 written += self.detector.respond(bodies, dt, answers);
             }
             self.detector.add_touches();
+            if let Some(reporter) = &mut self.reporter {
+                reporter.report(&self.detector.contacts, self.injector.time);
+            }
         }
         Ok(StepOutcome {
             sampled: self.injector.sampled(),
@@ -310,13 +358,21 @@ impl Fields {
     /// cross-check watches. Only needed around a pipeline of one's own, once per
     /// tree.
     pub fn claim_contacts(&mut self, colliders: &mut ColliderSet) {
-        if self.responder == Responder::Fields {
-            Detector::claim(&self.compiled, colliders);
-        }
+        Detector::claim(&self.compiled, &self.rules, colliders);
         if let Some(check) = &mut self.check {
             check.keep_fresh(colliders);
         }
         self.claimed = true;
+    }
+
+    /// The hooks by which Rapier learns which contacts are not its own, if there are
+    /// [rules](FieldsBuilder::responder_among) for some: for a pipeline of one's own.
+    pub fn hooks(&self) -> ResponderHooks {
+        let detectors = self.compiled.detectors.iter();
+        ResponderHooks {
+            rules: self.rules.clone(),
+            detecting: detectors.map(|detector| detector.collider).collect(),
+        }
     }
 
     /// Replaces the tree; properties of probes, axes, settings and time stay.
@@ -413,9 +469,4 @@ impl Fields {
     pub fn cross_check(&self) -> Option<&CrossCheckReport> {
         self.check.as_ref().map(|check| &check.report)
     }
-}
-
-/// Whether fields answer a contact.
-fn answerer(responder: Responder) -> impl Fn(&FieldContact) -> bool + Copy {
-    move |_| responder != Responder::Rapier
 }

@@ -138,7 +138,7 @@ pub mod prelude;
 
 pub use check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use compile::{IndexKind, Plan, PlanEntry};
-pub use detect::{Detection, FieldContact, Responder};
+pub use detect::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
 pub use eval::{PotentialEnergy, Wrench};
 pub use field::{
     Anchor, Axis, ContactLaw, Coupling, Field, Operator, Reading, Region, Sample, Tree, TreeError,

@@ -1,11 +1,13 @@
 //! Detect and respond (§3.3): who touches whom, and what follows.
 
+mod event;
 mod first;
 mod guard;
 mod lcp;
 mod meet;
 mod path;
 mod respond;
+mod rules;
 mod solve;
 mod sweep;
 mod top;
@@ -21,6 +23,12 @@ use crate::math::{
     ColliderHandle, ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
 };
 use crate::rapier::geometry::{Group, InteractionGroups};
+
+pub use event::ContactEvent;
+pub use rules::ResponderHooks;
+
+pub(crate) use event::Reporter;
+pub(crate) use rules::Rules;
 
 use guard::Guards;
 use sweep::{Scene, Sweep, Swept};
@@ -279,13 +287,19 @@ impl Detector {
         respond::respond(&mut self.contacts, bodies, dt, answers)
     }
 
-    /// Gives the colliders of all detection fields the groups that keep Rapier from solving
-    /// their contacts with each other.
-    pub(crate) fn claim(compiled: &Compiled, colliders: &mut ColliderSet) {
-        for detector in &compiled.detectors {
-            let groups = colliders.get(detector.collider).map(|c| c.solver_groups());
+    /// Keeps Rapier from solving the contacts that fields answer: by the colliders' solver groups,
+    /// or where these cannot tell, by a hook.
+    pub(crate) fn claim(compiled: &Compiled, rules: &Rules, colliders: &mut ColliderSet) {
+        rules.listen(colliders);
+        if rules.everywhere != Responder::Fields {
+            return;
+        }
+        let simple = |handle: &ColliderHandle| !rules.is_exceptional(*handle);
+        let detecting = compiled.detectors.iter().map(|detector| detector.collider);
+        for handle in detecting.filter(simple) {
+            let groups = colliders.get(handle).map(|c| c.solver_groups());
             if groups.is_some_and(|groups| groups != Responder::groups())
-                && let Some(collider) = colliders.get_mut(detector.collider)
+                && let Some(collider) = colliders.get_mut(handle)
             {
                 collider.set_solver_groups(Responder::groups());
             }
