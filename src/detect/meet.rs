@@ -132,7 +132,7 @@ fn shapes(a: Carried<'_>, b: Carried<'_>, span: [f64; 2]) -> Option<f64> {
     let tolerance = 32.0 * to_f64(Real::EPSILON) * (size[0] + size[1]);
     let near = speed * (span[1] - span[0]) * 1.01 + tolerance;
     first_touch_of_distance(span, tolerance, speed, |time| {
-        Some(to_f64(contact(a, b, time, near)?.dist))
+        Some(to_f64(contact(a, b, time, near, DVec3::ZERO)?.dist))
     })
 }
 
@@ -152,8 +152,9 @@ fn most_approach(a: Carried<'_>, b: Carried<'_>) -> f64 {
     (a.track.path.velocity - b.track.path.velocity).length() + swing(a) + swing(b)
 }
 
-/// Parry's contact at a moment, in the frame of the first; nothing if farther than `near`.
-fn contact(a: Carried<'_>, b: Carried<'_>, time: f64, near: f64) -> Option<Contact> {
+/// Parry's contact at a moment, in the frame of the first, the second moved by `back`; nothing if
+/// farther than `near`.
+fn contact(a: Carried<'_>, b: Carried<'_>, time: f64, near: f64, back: DVec3) -> Option<Contact> {
     let frame = |part: Carried<'_>| {
         let pose = part.pose(time);
         match &part.member.shape {
@@ -165,9 +166,9 @@ fn contact(a: Carried<'_>, b: Carried<'_>, time: f64, near: f64) -> Option<Conta
     };
     let (one, two) = (frame(a), frame(b));
     // In 64 bits up to here, so that the distance from the origin costs nothing.
-    let back = one.rotation.inverse();
-    let place = from_dvec3(back * (two.translation - one.translation));
-    let [x, y, z, w] = (back * two.rotation).to_array().map(from_f64);
+    let to_first = one.rotation.inverse();
+    let place = from_dvec3(to_first * (two.translation + back - one.translation));
+    let [x, y, z, w] = (to_first * two.rotation).to_array().map(from_f64);
     let relative = Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize());
     let near = from_f64(near);
     with_shape(&a.member.shape, |first| {
@@ -211,14 +212,22 @@ pub(super) fn spot(a: Carried<'_>, b: Carried<'_>, time: f64) -> Option<Spot> {
             })
         }
         (first, _) => {
-            let near = 0.01 * (finite_reach(first) + finite_reach(&b.member.shape));
-            let found = contact(a, b, time, near)?;
+            let size = finite_reach(first) + finite_reach(&b.member.shape);
+            let apart = to_f64(Real::EPSILON).sqrt() * size;
+            let near = 16.0 * apart;
+            let found = contact(a, b, time, near, DVec3::ZERO)?;
+            // Of parts that touch, rounding makes up the normal. A little way back it is known to
+            // the root of a rounding, about as well as it can be.
+            let closing = b.track.path.velocity - a.track.path.velocity;
+            let back = closing.normalize_or_zero() * -apart;
+            let before = contact(a, b, time, near, back).filter(|c| c.dist > 0.0);
+            let normal = before.map_or(found.normal1, |before| before.normal1);
             let rotation = a.pose(time).rotation * own_rotation(first);
             let origin = a.place(time);
             let middle = (to_dvec3(found.point1) + to_dvec3(found.point2)) * 0.5;
             Some(Spot {
                 point: origin + rotation * middle,
-                normal: (rotation * to_dvec3(found.normal1)).try_normalize()?,
+                normal: (rotation * to_dvec3(normal)).try_normalize()?,
                 depth: -to_f64(found.dist),
             })
         }
