@@ -65,7 +65,7 @@ pub struct Fields {
 pub struct StepOutcome {
     /// Bodies on which fields were sampled.
     pub sampled: usize,
-    /// Contacts detected at the end of the step.
+    /// Contacts detected: overlaps at the end of the step, and touches within it.
     pub contacts: usize,
     /// Bodies written to after Rapier's step, by the scheme and by responses.
     pub written: usize,
@@ -327,7 +327,7 @@ impl Fields {
                 let probes = |bodies: &RigidBodySet, probes: &mut _| {
                     Injector::gather(book, bodies, colliders, probes);
                 };
-                swept = detector.sweep(compiled, bodies, colliders, began, dt, probes, answers);
+                swept = detector.sweep(compiled, (bodies, colliders), (began, dt), probes, answers);
             })?;
         written += swept;
         if !self.compiled.detectors.is_empty() {
@@ -460,7 +460,9 @@ impl Fields {
             .potential_energy(&self.compiled, bodies, colliders)
     }
 
-    /// The contacts detected at the end of the last step, with the impulses that answered them.
+    /// The contacts of the last step, with the impulses that answered them: with swept detection
+    /// first the touches in it, in the order of time; then overlaps at its end, in the order of the
+    /// colliders' handles.
     pub fn contacts(&self) -> &[FieldContact] {
         &self.detector.contacts
     }

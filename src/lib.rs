@@ -88,6 +88,28 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Sampling at the end of steps misses what happens within them. [`Detection::Swept`] finds every
+//! first touch, when and where it happens, and answers it there:
+//!
+//! ```
+//! use rapier3d_fields::prelude::*;
+//! # let mut world = PhysicsWorld::new();
+//! # world.gravity = Vector::ZERO;
+//! # world.integration_parameters.dt = 0.1;
+//! # let mut ball = |x: Real, v: Real| {
+//! #     let body = RigidBodyBuilder::dynamic().translation(Vector::X * x).linvel(Vector::X * v);
+//! #     world.insert(body, ColliderBuilder::ball(0.5))
+//! # };
+//! # let (bullet, target) = (ball(-5.0, 100.0), ball(0.0, 0.0));
+//! let around = |collider: ColliderHandle| Field::contact(ContactLaw::elastic()).at(collider);
+//! let tree = around(bullet.1).sum_union(around(target.1));
+//! let mut fields = Fields::builder(tree).detection(Detection::Swept).build()?;
+//! fields.step(&mut world)?; // of 0.1, in which the bullet flies 10
+//! let touched = fields.contacts()[0].time_of_impact.unwrap();
+//! assert!((touched - 0.04).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Precision
 //!
 //! `rapier3d-fields` computes in `f32` on top of `rapier3d`. Its twin `rapier3d-fields-f64` is the

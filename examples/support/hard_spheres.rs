@@ -12,8 +12,6 @@ pub struct Gas {
     pub side: f64,
     /// Position and velocity of each.
     pub start: Vec<[f64; 6]>,
-    /// Position and velocity of each, right after the last collision.
-    pub end: Vec<[f64; 6]>,
     pub events: Vec<Event>,
 }
 
@@ -76,7 +74,6 @@ impl Gas {
             name,
             side,
             start: of(0.0).collect(),
-            end: of(24.0).collect(),
             events: rows(events).map(event).collect(),
         }
     }

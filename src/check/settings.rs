@@ -7,6 +7,8 @@ use std::sync::Arc;
 use super::Disagreement;
 use crate::math::ColliderHandle;
 
+type Listener = dyn Fn(&Disagreement) + Send + Sync;
+
 /// Settings of a [cross-check](crate::FieldsBuilder::cross_check) between what fields detect and
 /// what Rapier's narrow phase finds, at the same poses.
 ///
@@ -31,7 +33,7 @@ pub struct CrossCheck {
     /// In the order of their handles; all if there is no list.
     pairs: Option<HashSet<[ColliderHandle; 2]>>,
     pub(super) lets_recycle: bool,
-    pub(super) listener: Option<Arc<dyn Fn(&Disagreement) + Send + Sync>>,
+    pub(super) listener: Option<Arc<Listener>>,
 }
 
 impl CrossCheck {

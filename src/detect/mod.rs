@@ -184,15 +184,13 @@ impl Detector {
         }
     }
 
-    /// Finds and answers what touched during Rapier's step, from `moment` on; returns how many
+    /// Finds and answers what touched during Rapier's step, from a moment on; returns how many
     /// bodies were written. Does nothing unless detection is swept.
     pub(crate) fn sweep(
         &mut self,
         compiled: &Compiled,
-        bodies: &mut RigidBodySet,
-        colliders: &ColliderSet,
-        moment: Moment,
-        dt: Real,
+        (bodies, colliders): (&mut RigidBodySet, &ColliderSet),
+        (moment, dt): (Moment, Real),
         probes: impl FnOnce(&RigidBodySet, &mut Probes),
         answers: impl Fn(&FieldContact) -> bool,
     ) -> usize {

@@ -97,7 +97,7 @@ impl Rotor {
                 let (a, b) = (angvel[i], angvel[k - i]);
                 swirl += DVec3::new(a.y * b.z, a.z * b.x, a.x * b.y);
                 let spin = DQuat::from_xyzw(b.x, b.y, b.z, 0.0);
-                turn = turn + product(to_world[i], spin);
+                turn += product(to_world[i], spin);
             }
             let next = 1.0 / (k as f64 + 1.0);
             angvel[k + 1] = coupling * swirl * next;
