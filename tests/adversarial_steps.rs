@@ -427,7 +427,7 @@ fn hostile_field() -> impl Strategy<Value = Field> {
                 }),
                 9 => Field::coulomb(a, b),
                 10 => Field::point_gravity(a),
-                _ => Field::contact(ContactLaw::Impulse { restitution: a })
+                _ => Field::contact(ContactLaw::restitution(a))
                     .at(ColliderHandle::from_raw_parts(1, 0)),
             };
             let field = match region {

@@ -122,7 +122,7 @@ impl Injector {
         open: &mut OpenStep,
         (bodies, colliders): (&RigidBodySet, &ColliderSet),
     ) -> Result<(), StepError> {
-        let turns = compiled.plan.torque_possible && open.dt > 0.0;
+        let turns = (compiled.plan.torque_possible || self.exact_turns) && open.dt > 0.0;
         let drifts = matches!(half, Half::First);
         self.kicks.clear();
         for place in 0..self.probes.bodies.len() {
@@ -180,7 +180,7 @@ impl Injector {
     /// Takes up new velocities of a body; over a `drift`, with its free rotation, which begins
     /// with an angular impulse `twist`.
     fn take(&mut self, body: &RigidBody, mut update: Update, twist: DVec3, drift: Option<Real>) {
-        let top = drift.and_then(|dt| Some((dt, free_top(body, update.angvel)?)));
+        let top = drift.and_then(|dt| Some((dt, free_top(body, update.angvel, self.exact_turns)?)));
         if let Some((dt, inertia)) = top {
             let spin = Spin::new(update.body, body, &inertia, twist, dt, self.substeps);
             update.angvel = spin.steady;
@@ -234,7 +234,8 @@ impl Injector {
             wake: false,
         };
         let attitude = to_dquat(*body.rotation());
-        let twist = free_top(body, update.angvel).map_or(DVec3::ZERO, |inertia| {
+        let top = free_top(body, update.angvel, self.exact_turns);
+        let twist = top.map_or(DVec3::ZERO, |inertia| {
             inertia.angular_momentum(attitude, pair(&change).1)
         });
         Some((update, twist))

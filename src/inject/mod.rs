@@ -34,12 +34,12 @@ use crate::compile::Compiled;
 use crate::eval::{Evaluator, Lineariser, Moment, PotentialEnergy, Probes, Wrench};
 use crate::field::{Frame, Frames};
 use crate::math::{
-    ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_dvec3,
-    to_f64,
+    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
+    to_dvec3, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
 use mobility::six;
-use motion::{Kicks, Loan, Ride, Spin, finish, take_back, write};
+use motion::{Kicks, Loan, Ride, Spin, Turned, finish, take_back, write};
 use probes::{Gathering, Pending};
 use snapshot::{Change, Snapshot};
 use trial::{Role, Trial};
@@ -61,6 +61,9 @@ pub(crate) struct Injector {
     pub links: Vec<RigidBodyHandle>,
     /// Of the last step.
     pub warnings: Vec<StepWarning>,
+    /// Whether every body that turns freely is turned by the layer, even one like a ball and even
+    /// where no field can turn it: swept detection must know how.
+    pub exact_turns: bool,
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub time: f64,
     evaluator: Evaluator,
@@ -106,6 +109,7 @@ impl Injector {
             max_speed: None,
             links: Vec::new(),
             warnings: Vec::new(),
+            exact_turns: false,
             time: 0.0,
             evaluator: Evaluator::default(),
             lineariser: Lineariser::default(),
@@ -286,18 +290,30 @@ impl Injector {
         Ok(written)
     }
 
-    /// What happens after Rapier's step; returns how many bodies were written.
+    /// The bodies that Rapier turns freely in the step that was begun, with their angular momenta.
+    pub(crate) fn free_turns(&self) -> impl Iterator<Item = (RigidBodyHandle, DVec3)> {
+        let spins = self.open.iter().flat_map(|open| &open.spins);
+        spins.filter_map(|spin| match spin.after {
+            Turned::Momentum(momentum) => Some((spin.body, momentum)),
+            Turned::Velocity(_) => None,
+        })
+    }
+
+    /// What happens after Rapier's step; returns how many bodies were written. `drifted` is called
+    /// when the bodies have their true velocities again, before fields act at the new places.
     pub(crate) fn end(
         &mut self,
         compiled: &Compiled,
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
+        drifted: impl FnOnce(&PropertyBook, &mut RigidBodySet),
     ) -> Result<usize, StepError> {
         let Some(open) = self.open.take() else {
             return Err(StepError::OutOfTurn { called: "end_step" });
         };
         let mut written = take_back(bodies, &open.loans);
         finish(bodies, &open.spins, &open.rides, open.dt);
+        drifted(&self.book, bodies);
         let began = self.time;
         self.time += to_f64(open.dt);
         self.evaluated = false;
