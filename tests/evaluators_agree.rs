@@ -136,6 +136,9 @@ fn batch(formula: &FormulaPlan, region: &RegionPlan, places: &[(u8, [i32; 3])]) 
             anchor: (*kind, (place[0] + 40) as usize, *place, 0),
             reading: Reading::Force,
             coupling: Coupling::Each,
+            scale: None,
+            limit: None,
+            group: None,
             numbers: Numbers::Fractional,
         })
     };

@@ -1,6 +1,6 @@
 //! Where the anchors of a tree are, looked up when first asked for.
 
-use crate::compile::{AnchorId, Compiled, Program};
+use crate::compile::{AnchorId, Compiled, NO_ANCHOR, Program};
 use crate::field::{Frame, Frames};
 
 /// The frames of one evaluation.
@@ -36,7 +36,8 @@ impl FrameCache {
 
     /// Looks up all anchors of a program.
     pub(super) fn fill(&mut self, compiled: &Compiled, world: &impl Frames, program: &Program) {
-        for anchor in program.anchors.iter().chain(&program.centres) {
+        let anchors = program.anchors.iter().chain(&program.centres);
+        for anchor in anchors.filter(|anchor| **anchor != NO_ANCHOR) {
             self.get(compiled, world, *anchor);
         }
     }
