@@ -324,7 +324,7 @@ fn expression(number: u8) -> Field {
     match number {
         0 => Field::expression(["2*y - x*z", "x + delta", "mass*z"]),
         1 => Field::expression(["vx*z", "vy - vz", "charge*x"]),
-        _ => Field::expression(["sin(x)", "exp(-y^2)*speed", "cos(time + z)"]),
+        _ => Field::expression(["sin(x)", "exp(-(y^2))*speed", "cos(time + z)"]),
     }
 }
 

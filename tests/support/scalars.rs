@@ -68,6 +68,20 @@ impl ScalarPlan {
         }
     }
 
+    /// Whether this holds of any part of it.
+    pub fn any(&self, is: &dyn Fn(&ScalarPlan) -> bool) -> bool {
+        is(self)
+            || match self {
+                ScalarPlan::Ramp(of, ..)
+                | ScalarPlan::Table(of, _)
+                | ScalarPlan::Power(of, _)
+                | ScalarPlan::Gaussian(of)
+                | ScalarPlan::Exponential(of) => of.any(is),
+                ScalarPlan::Combined(_, a, b) => a.any(is) || b.any(is),
+                _ => false,
+            }
+    }
+
     /// Whether it is the same at all points of a body: numbers and the time.
     pub fn is_uniform(&self) -> bool {
         match self {

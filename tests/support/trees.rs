@@ -96,6 +96,16 @@ pub const AXES: [&str; 9] = [
 ];
 
 impl RegionPlan {
+    /// Whether Parry decides about any part of it.
+    pub fn any_shape(&self) -> bool {
+        match self {
+            RegionPlan::Shape(_) => true,
+            RegionPlan::Moved(of, _) | RegionPlan::Complement(of) => of.any_shape(),
+            RegionPlan::Combined(_, a, b) => a.any_shape() || b.any_shape(),
+            _ => false,
+        }
+    }
+
     fn region(&self, numbers: Numbers) -> Region {
         let size = |i: i32| {
             i as Real
@@ -269,6 +279,56 @@ impl TermPlan {
             TermPlan::Scaled(term, scale, _) => scale.is_uniform() && term.acts_at_centre(),
             TermPlan::Layers(layers) => layers.iter().all(|(term, ..)| term.acts_at_centre()),
         }
+    }
+
+    /// The terms it is made of.
+    fn operands(&self) -> Vec<&TermPlan> {
+        match self {
+            TermPlan::Leaf(_) => Vec::new(),
+            TermPlan::Apply(_, a, b) | TermPlan::Masked(a, b) => vec![a, b],
+            TermPlan::Instances(of, _) | TermPlan::Scaled(of, ..) | TermPlan::Limited(of, _) => {
+                vec![of]
+            }
+            TermPlan::Layers(layers) => layers.iter().map(|(term, ..)| term).collect(),
+        }
+    }
+
+    pub fn any_leaf(&self, is: &dyn Fn(&LeafPlan) -> bool) -> bool {
+        let below = || self.operands().into_iter().any(|term| term.any_leaf(is));
+        matches!(self, TermPlan::Leaf(leaf) if is(leaf)) || below()
+    }
+
+    pub fn any_scale(&self, is: &dyn Fn(&ScalarPlan) -> bool) -> bool {
+        let own = match self {
+            TermPlan::Leaf(leaf) => leaf.scale.as_ref(),
+            TermPlan::Scaled(_, scale, _) => Some(scale),
+            _ => None,
+        };
+        let below = || self.operands().into_iter().any(|term| term.any_scale(is));
+        own.is_some_and(|scale| scale.any(is)) || below()
+    }
+
+    /// The sum of the magnitudes of all fields and composites in it, at a sample.
+    pub fn size(&self, world: &World, query: &Query) -> f64 {
+        self.size_in(world, query, &|tree| tree)
+    }
+
+    fn size_in(&self, world: &World, query: &Query, wrap: &dyn Fn(Tree) -> Tree) -> f64 {
+        let own = reference(&wrap(self.tree(world)), world, query).map_or(0.0, |f| f.length());
+        let instances = match self {
+            TermPlan::Instances(_, anchors) => &anchors[..],
+            _ => &[(0, 0, [0; 3], 0)],
+        };
+        let mut sum = own;
+        for plan in instances {
+            let anchor = anchor(plan, 0.0, world);
+            let within = |tree: Tree| wrap(Tree::instances(tree, [anchor]));
+            let operands = self.operands().into_iter();
+            sum += operands
+                .map(|term| term.size_in(world, query, &within))
+                .sum::<f64>();
+        }
+        sum
     }
 
     /// The sum of the magnitudes of what is added up in the precision of [`Real`] at a sample.
