@@ -147,7 +147,7 @@ proptest! {
                 for at in &points {
                     let value = |present: bool| {
                         let force = if present { force(&u, at) } else { None };
-                        (u32::from(force.is_some()), force.unwrap_or(DVec3::ZERO))
+                        (u64::from(force.is_some()), force.unwrap_or(DVec3::ZERO))
                     };
                     let (cells, vector) = figure_1(operator, value(own), value(other));
                     let expected = (cells != 0).then_some(vector);
@@ -265,7 +265,7 @@ fn own_fields_never_act_on_their_body() {
             let found = Reference::new(&tree)
                 .expect("valid")
                 .force(&(&world.bodies, &world.colliders), &sample);
-            let g = (u32::from(!is_own), DVec3::Y * 2.0);
+            let g = (u64::from(!is_own), DVec3::Y * 2.0);
             let (cells, vector) = figure_1(operator, (1, DVec3::X), g);
             assert_eq!(
                 found,

@@ -293,6 +293,16 @@ impl TermPlan {
         }
     }
 
+    /// Fields, those of each instance counted.
+    pub fn leaf_count(&self) -> usize {
+        let below: usize = self.operands().into_iter().map(TermPlan::leaf_count).sum();
+        match self {
+            TermPlan::Leaf(_) => 1,
+            TermPlan::Instances(_, anchors) => below * anchors.len(),
+            _ => below,
+        }
+    }
+
     pub fn any_leaf(&self, is: &dyn Fn(&LeafPlan) -> bool) -> bool {
         let below = || self.operands().into_iter().any(|term| term.any_leaf(is));
         matches!(self, TermPlan::Leaf(leaf) if is(leaf)) || below()
