@@ -40,7 +40,7 @@ fn cases(cases: u32) -> ProptestConfig {
 }
 
 proptest! {
-    #![proptest_config(cases(400))]
+    #![proptest_config(cases(250))]
 
     /// Any composite equals its independent derivation, inside, outside and on boundaries.
     #[test]

@@ -9,6 +9,7 @@
 extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 #[path = "support/trees.rs"]
+#[allow(dead_code, reason = "shared with other tests")]
 mod trees;
 #[path = "support/worlds.rs"]
 mod worlds;
@@ -110,7 +111,7 @@ fn cases(cases: u32) -> ProptestConfig {
 }
 
 proptest! {
-    #![proptest_config(cases(8000))]
+    #![proptest_config(cases(4000))]
 
     /// All operators, regions, anchors, couplings and readings: bit for bit, boundaries included.
     #[test]

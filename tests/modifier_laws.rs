@@ -10,6 +10,7 @@ mod model;
 use model::model as composite;
 use model::{Point, force, points};
 use proptest::prelude::*;
+use rapier3d_fields::math::DVec3;
 use rapier3d_fields::prelude::*;
 
 /// The same tree as one operand, which no operator takes apart into a longer chain.
@@ -167,4 +168,29 @@ proptest! {
         let parts = apply(Operator::ReplaceUnion, &masked(&u, &m), &apply(Operator::Difference, &u, &m));
         same("U|M →∪ (U−M) = U", &parts, &u, &points)?;
     }
+}
+
+/// A bound holds after scaling, in whichever order the two were set, for every formula.
+#[test]
+fn bounds_hold_after_scaling() {
+    let cube = SharedShape::cuboid(0.5, 0.5, 0.5);
+    for field in [
+        Field::uniform(Vector::X * 4.0),
+        Field::radial(4.0, 0.0),
+        Field::radial(4.0, 0.0).around(cube),
+    ] {
+        let first = Tree::from(field.clone().limited_to(1.0).scaled_by(3.0));
+        let last = Tree::from(field.scaled_by(3.0).limited_to(1.0));
+        for tree in [first, last] {
+            assert_eq!(force(&tree, &[4, 0, 0, 0, 0]), Some(DVec3::X));
+        }
+    }
+}
+
+/// What the documentation of expressions warns of.
+#[test]
+fn signs_in_expressions_bind_more_tightly_than_powers() {
+    let tree = Tree::from(Field::expression(["-x^2", "-(x^2)", "0 - x^2"]));
+    let expected = DVec3::new(4.0, -4.0, -4.0);
+    assert_eq!(force(&tree, &[4, 0, 0, 0, 0]), Some(expected));
 }
