@@ -345,6 +345,46 @@ fn a_difference_keeps_its_cut_boundary() {
     assert!(!holds(&nested, [4, -1, 0, 0, 0]), "cut only");
 }
 
+/// Faces in one plane from the same side, and from both: what is left of either beside them.
+#[test]
+fn boxes_with_coplanar_faces() {
+    let wide = Region::cuboid(Vector::new(1.0, 2.0, 2.0));
+    let (low, beside) = (unit_box(0.0, 0.0, 0.0), unit_box(2.0, 0.0, 0.0));
+    let (middle, aside) = ([2, 0, 0, 0, 0], [2, 3, 0, 0, 0]);
+    // From the same side, they share the smaller face …
+    assert!(holds(&wide.clone().intersection(low.clone()), middle));
+    assert!(!holds(&wide.clone().intersection(low.clone()), aside));
+    assert!(!holds(&wide.clone().difference(low.clone()), middle));
+    assert!(holds(&wide.clone().difference(low.clone()), aside));
+    // … from both sides, nothing; and the union has no face there.
+    assert!(!holds(&wide.clone().intersection(beside.clone()), middle));
+    let both = wide.union(beside);
+    assert!(holds(&both, middle) && !holds(&both.complement(), middle));
+}
+
+/// A front that passes the corner of a box touches it at one moment only.
+#[test]
+fn a_moving_front_meets_a_box() {
+    let behind = Region::half_space_over([(Axis::X, 1.0), (Axis::Time, -1.0)], 0.0);
+    let region = behind.clone().intersection(unit_box(0.0, 0.0, 0.0));
+    let at = |x: i32, time: i32| [x, 0, 0, time, 0];
+    assert!(holds(&region, at(-2, -1)) && holds(&region, at(-1, -1)));
+    assert!(!holds(&region, at(0, -1)), "ahead of the front");
+    assert!(
+        holds(&region, at(-2, -2)),
+        "the front meets the face: just later it is past"
+    );
+    let before = Region::interval("time", -9.0, -1.0);
+    assert!(
+        !holds(&region.intersection(before), at(-2, -2)),
+        "but never was before"
+    );
+    assert!(
+        holds(&behind.complement(), at(-1, -1)),
+        "the front itself is in both"
+    );
+}
+
 #[test]
 fn equal_boxes_intersect_in_themselves_and_leave_nothing() {
     let e = || unit_box(0.0, 0.0, 0.0);
