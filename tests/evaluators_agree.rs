@@ -162,7 +162,7 @@ proptest! {
     #[test]
     fn batches_of_any_length_agree(
         plans in bodies(4, 1..=2),
-        law in trees::radial_law(),
+        law in trees::formulas::radial_law(),
         ranged in any::<bool>(),
         places in places(2, 4, 1..=20),
     ) {
@@ -175,7 +175,7 @@ proptest! {
     #[test]
     fn grids_agree(
         plans in bodies(3, 1..=2),
-        law in trees::radial_law(),
+        law in trees::formulas::radial_law(),
         range in 1..=4,
         near in places(2, 6, 64..=90),
         far in proptest::collection::vec(proptest::array::uniform3(-1_000_000..=1_000_000), 0..3),

@@ -4,7 +4,7 @@
 //! and sums are exact. [`Numbers::Fractional`]: fields stand at quarters and all sizes end in .37,
 //! so that no integer point is within 10⁻³ of a boundary, and none on a singularity.
 
-mod formulas;
+pub mod formulas;
 mod scalars;
 
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ use rapier3d_fields::math::{Pose, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
-pub use formulas::{FormulaPlan, radial_law};
+pub use formulas::FormulaPlan;
 pub use scalars::ScalarPlan;
 
 use crate::worlds::{World, group, vector};
