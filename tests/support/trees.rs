@@ -431,7 +431,7 @@ fn region() -> impl Strategy<Value = RegionPlan> {
     })
 }
 
-fn anchors(numbers: Numbers) -> impl Strategy<Value = AnchorPlan> {
+pub fn anchor_plan(numbers: Numbers) -> impl Strategy<Value = AnchorPlan> {
     let turns = if numbers == Numbers::Integer {
         0..=0_u8
     } else {
@@ -483,7 +483,7 @@ pub fn leaf(numbers: Numbers) -> impl Strategy<Value = LeafPlan> {
     let parts = (
         formula(numbers),
         region(),
-        anchors(numbers),
+        anchor_plan(numbers),
         reading(),
         coupling(numbers),
         extras(numbers),
@@ -507,9 +507,9 @@ pub fn term(numbers: Numbers) -> impl Strategy<Value = TermPlan> {
     let boxed = |term: TermPlan| Box::new(term);
     leaf(numbers).prop_map(TermPlan::Leaf).prop_recursive(3, 8, 3, move |term| {
         let operator = proptest::sample::select(Operator::ALL.to_vec());
-        let at = proptest::collection::vec(anchors(numbers), 1..4);
+        let at = proptest::collection::vec(anchor_plan(numbers), 1..4);
         let layer = (term.clone(), -1..=1, any::<bool>(), any::<bool>());
-        let scaled = (term.clone(), scalar(numbers), anchors(numbers));
+        let scaled = (term.clone(), scalar(numbers), anchor_plan(numbers));
         prop_oneof![
             6 => (operator, term.clone(), term.clone())
                 .prop_map(move |(operator, a, b)| TermPlan::Apply(operator, boxed(a), boxed(b))),
