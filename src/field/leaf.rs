@@ -153,8 +153,9 @@ impl Field {
         self
     }
 
-    /// Shortens the vector to this length where it is longer. The length is in the vector's own
-    /// unit: that of a force, an acceleration, or a velocity.
+    /// Shortens the vector to this length where it is longer, whatever it is
+    /// [scaled](Self::scaled_by) by. The length is in the vector's own unit: that of a force, an
+    /// acceleration, or a velocity.
     pub fn limited_to(mut self, length: Real) -> Self {
         match &mut self.formula {
             Formula::Radial(radial) if self.scale.is_none() => radial.strongest = Some(length),
@@ -167,6 +168,12 @@ impl Field {
     /// curves, time envelopes. A second scale multiplies the first.
     pub fn scaled_by(mut self, scale: impl Into<Scalar>) -> Self {
         let scale = scale.into();
+        // The bound holds after scaling.
+        if let Formula::Radial(radial) | Formula::Nearest(Nearest { radial, .. }) =
+            &mut self.formula
+        {
+            self.limit = radial.strongest.take().or(self.limit);
+        }
         self.scale = Some(match self.scale.take() {
             Some(known) => known.times(scale),
             None => scale,
