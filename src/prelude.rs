@@ -3,5 +3,5 @@
 pub use crate::rapier::prelude::*;
 pub use crate::{
     Anchor, Axis, ContactLaw, Coupling, Field, Fields, Layer, Operator, ProbeProperties, Reading,
-    Region, Responder, Sample, Scalar, Scheme, StepError, Tree, TreeError, WakePolicy,
+    Region, Responder, Sample, Sampling, Scalar, Scheme, StepError, Tree, TreeError, WakePolicy,
 };

@@ -1,5 +1,7 @@
 //! Evaluate: batches × probes → forces.
 
+mod adaptive;
+mod cells;
 mod frames;
 mod grid;
 mod kernel;
@@ -12,12 +14,15 @@ mod radial;
 
 use crate::compile::{Compiled, Program};
 use crate::field::{Frame, Frames, LocalQuery, Motion, real};
-use crate::math::{Vector, from_dvec3, to_f64};
+use crate::math::{Real, Vector, from_dvec3, to_f64};
 
+pub(crate) use adaptive::Solid;
+pub(crate) use cells::{Cells, Content};
 pub(crate) use pairs::{Clump, PairList};
-pub(crate) use probe::{Moment, Probe, Probes, UserValues, owner};
+pub(crate) use probe::{Kind, Moment, Probe, Probes, UserValues, owner};
 pub(crate) use program::Machine;
 
+use adaptive::{Bordered, Refiner};
 use frames::FrameCache;
 use program::Reach;
 use radial::Radials;
@@ -42,6 +47,15 @@ impl Wrench {
     pub fn is_finite(&self) -> bool {
         self.force.is_finite() && self.torque.is_finite()
     }
+}
+
+/// A bound of how far a [`Wrench`] may be off; see [`Fields::wrench_error`](crate::Fields).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WrenchError {
+    /// Length of the force that is missing or too much.
+    pub force: Real,
+    /// Length of the torque that is missing or too much.
+    pub torque: Real,
 }
 
 /// The potential energy of bodies in fields.
@@ -74,6 +88,7 @@ pub(crate) struct Evaluator {
     machine: Machine,
     frames: FrameCache,
     forces: Vec<Vector>,
+    refiner: Refiner,
 }
 
 impl Evaluator {
@@ -89,6 +104,7 @@ impl Evaluator {
         self.frames.clear(compiled);
         wrenches.clear();
         wrenches.resize(probes.bodies.len(), Wrench::ZERO);
+        self.refiner.forget(probes);
         self.constants(compiled, probes, moment, wrenches);
         self.radials(compiled, world, probes, moment, Quantity::Force);
         self.reaches
@@ -168,30 +184,42 @@ impl Evaluator {
         let frames = self.frames.all();
         let reach = &mut self.reaches[number];
         reach.refresh(program, frames);
-        let list = if program.at_centre {
-            &probes.centres
-        } else {
-            &probes.list
+        let field = Bordered {
+            program,
+            frames,
+            probes,
+            moment,
         };
-        for (index, probe) in list.iter().enumerate() {
+        self.refiner.run(&field, reach, &mut self.machine, wrenches);
+        let machine = &mut self.machine;
+        let mut force_at = |probe: &Probe| {
             let instances = reach.at(probe.world_point);
             if instances.is_empty() {
-                continue;
+                return Vector::ZERO;
             }
             let query = probes.query(probe, moment);
             let motion = Motion::of(&query);
             let mut force = Vector::ZERO;
             for instance in instances {
                 let instance = *instance as usize;
-                let outcome = self.machine.run(program, instance, frames, &query, &motion);
+                let outcome = machine.run(program, instance, frames, &query, &motion);
                 force += outcome.map_or(Vector::ZERO, |outcome| from_dvec3(real(&outcome.force)));
             }
-            if program.at_centre {
-                wrenches[probe.body as usize].force += force;
-            } else {
-                self.forces[index] += force;
+            force
+        };
+        for centre in probes.centres_for(program.how) {
+            wrenches[centre.body as usize].force += force_at(centre);
+        }
+        for (index, probe) in probes.samples_for(program.how) {
+            if !self.refiner.has_done(probe.body) {
+                self.forces[index] += force_at(probe);
             }
         }
+    }
+
+    /// The bound of the error of the last wrench on a body, by its number.
+    pub(crate) fn error(&self, body: usize) -> Option<WrenchError> {
+        self.refiner.error(body)
     }
 
     /// The potential energy of all bodies of `probes`.
@@ -239,13 +267,9 @@ fn program_energy(
     let [field] = &program.leaves[..] else {
         return None;
     };
-    let list = if program.at_centre {
-        &probes.centres
-    } else {
-        &probes.list
-    };
     let mut total = 0.0;
-    for probe in list {
+    let samples = probes.samples_for(program.how).map(|(_, probe)| probe);
+    for probe in probes.centres_for(program.how).chain(samples) {
         let query = probes.query(probe, moment);
         for frame in program
             .anchors

@@ -2,7 +2,7 @@
 
 use super::error::StepError;
 use crate::compile::Compiled;
-use crate::eval::{Moment, Probe, Probes};
+use crate::eval::{Kind, Moment, Probe, Probes};
 use crate::field::{Anchor, Frame, LocalQuery, Neighbourhood, real};
 use crate::math::{Real, Vector, from_dvec3};
 
@@ -145,15 +145,19 @@ fn each_field(
             visit(leaf, from_dvec3(real(&field.force(&local))));
         }
     };
-    for source in compiled.radials.iter().flat_map(|batch| &batch.sources) {
+    let batches = compiled.radials.iter();
+    let taking = batches.filter(|batch| probes.takes(batch.how, probe));
+    for source in taking.flat_map(|batch| &batch.sources) {
         field_at(source.leaf, source.anchor);
     }
-    for program in &compiled.programs {
+    let programs = compiled.programs.iter();
+    for program in programs.filter(|program| probes.takes(program.how, probe)) {
         for (place, anchor) in program.anchors.iter().enumerate() {
             field_at(program.places[place], *anchor);
         }
     }
-    for constant in &compiled.constants {
+    let constants = compiled.constants.iter();
+    for constant in constants.filter(|_| probe.kind == Kind::Centre) {
         if let Some(field) = compiled.tree.field(constant.leaf) {
             let frame = Frame::at_rest(crate::math::Pose::IDENTITY);
             let local = LocalQuery::new(&query, &frame);

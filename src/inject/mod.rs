@@ -9,6 +9,7 @@ mod motion;
 mod probes;
 mod rotation;
 mod scheme;
+mod shapes;
 mod snapshot;
 mod wake;
 
@@ -18,15 +19,16 @@ pub use scheme::{Scheme, WakePolicy};
 
 pub(crate) use probes::PropertyBook;
 
-use crate::compile::Compiled;
-use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
-use crate::field::{Frame, Frames};
+use crate::compile::{Compiled, Wanted};
+use crate::eval::{Evaluator, Kind, Moment, PotentialEnergy, Probe, Probes, Wrench, WrenchError};
+use crate::field::{Frame, Frames, Query, Sampling};
 use crate::math::{
     ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
 use motion::{FASTEST, Kicks, Loan, Spin, finish_spins, free_top, kicked, take_back, write};
 use probes::{Gathering, Pending};
+use shapes::Shapes;
 use snapshot::{Change, Snapshot};
 use wake::Sleepers;
 
@@ -35,13 +37,18 @@ pub(crate) struct Injector {
     pub scheme: Scheme,
     pub wake: WakePolicy,
     pub book: PropertyBook,
+    shapes: Shapes,
     /// Solver iterations of Rapier's step, over which it integrates a rotation.
     pub substeps: u32,
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub time: f64,
     evaluator: Evaluator,
     probes: Probes,
+    /// A buffer for samples that are no sites.
+    several: Vec<Probe>,
     wrenches: Vec<Wrench>,
+    /// Of those bodies that were sampled adaptively.
+    errors: Vec<(RigidBodyHandle, WrenchError)>,
     sleepers: Sleepers,
     kicks: Kicks,
     /// The world at the last evaluation; without one, nothing is known of it.
@@ -52,6 +59,16 @@ pub(crate) struct Injector {
     /// Whether all anchors were found once; what is missing later was removed.
     anchored: bool,
     open: Option<OpenStep>,
+}
+
+/// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct BodySample {
+    /// The kind of sampling it belongs to: one of `Centre`, `Parts`, `Volume` and `Surface`.
+    pub sampling: Sampling,
+    /// What fields are asked there. The sample stands for `share` · `fraction` of the body's mass.
+    pub query: Query,
 }
 
 /// What `begin` did that `end` completes.
@@ -68,11 +85,14 @@ impl Injector {
             scheme,
             wake,
             book,
+            shapes: Shapes::default(),
             substeps: 4,
             time: 0.0,
             evaluator: Evaluator::default(),
             probes: Probes::default(),
+            several: Vec::new(),
             wrenches: Vec::new(),
+            errors: Vec::new(),
             sleepers: Sleepers::default(),
             kicks: Kicks::default(),
             before: Snapshot::default(),
@@ -86,6 +106,12 @@ impl Injector {
     /// Forgets what was evaluated: the fields or what they read have changed.
     pub(crate) fn invalidate(&mut self) {
         self.evaluated = false;
+    }
+
+    /// Forgets what belongs to the batches of an evaluation: they were made anew.
+    pub(crate) fn forget_batches(&mut self) {
+        self.evaluated = false;
+        self.evaluator = Evaluator::default();
     }
 
     /// Like [`Injector::invalidate`], for a new tree: its anchors are to be found anew.
@@ -104,6 +130,38 @@ impl Injector {
             .iter()
             .position(|handle| *handle == body)?;
         self.wrenches.get(place).copied()
+    }
+
+    /// The bound of the error of the last wrench on a body that was sampled adaptively.
+    pub(crate) fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
+        let mut errors = self.errors.iter();
+        let found = errors.find(|(handle, _)| *handle == body);
+        found.map(|(_, error)| *error)
+    }
+
+    /// Where and how a body is sampled.
+    pub(crate) fn samples(
+        &mut self,
+        body: RigidBodyHandle,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Vec<BodySample> {
+        let mut probes = Probes::default();
+        self.gather_all(compiled, bodies, colliders, &mut probes);
+        let moment = self.moment(1.0);
+        let list = probes.centres.iter().chain(&probes.list);
+        let own = list.filter(|probe| probes.bodies[probe.body as usize] == body);
+        let sample = |probe: &Probe| BodySample {
+            sampling: match probe.kind {
+                Kind::Centre => Sampling::Centre,
+                Kind::Site => Sampling::Parts,
+                Kind::Volume => Sampling::Volume,
+                Kind::Surface => Sampling::Surface,
+            },
+            query: probes.query(probe, moment),
+        };
+        own.map(sample).collect()
     }
 
     /// How many bodies were sampled last.
@@ -272,18 +330,45 @@ impl Injector {
         Ok(written)
     }
 
-    /// Fills in the probes of all bodies as they are now, sleepers included.
+    /// Fills in the sites of all bodies as they are now, sleepers included.
     pub(crate) fn gather(
         book: &PropertyBook,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
         probes: &mut Probes,
     ) {
-        let gathering = Gathering {
+        let mut gathering = Gathering {
             book,
+            shapes: &mut Shapes::default(),
             sleepers: true,
-            parts: true,
+            wanted: Wanted {
+                parts: true,
+                ..Wanted::default()
+            },
             pending: None,
+            several: Vec::new(),
+        };
+        gathering.run(bodies, colliders, probes);
+    }
+
+    /// Fills in all samples of all bodies that the fields want, sleepers included.
+    fn gather_all(
+        &mut self,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+        probes: &mut Probes,
+    ) {
+        let mut gathering = Gathering {
+            book: &self.book,
+            shapes: &mut self.shapes,
+            sleepers: true,
+            wanted: Wanted {
+                parts: true,
+                ..compiled.wanted
+            },
+            pending: None,
+            several: Vec::new(),
         };
         gathering.run(bodies, colliders, probes);
     }
@@ -297,7 +382,7 @@ impl Injector {
     ) -> PotentialEnergy {
         // Sleepers have potential energy too, so the probes of the step do not do.
         let mut probes = Probes::default();
-        Self::gather(&self.book, bodies, colliders, &mut probes);
+        self.gather_all(compiled, bodies, colliders, &mut probes);
         let world = (bodies, colliders);
         let moment = self.moment(1.0);
         self.evaluator
@@ -317,21 +402,28 @@ impl Injector {
     ) -> Result<(), StepError> {
         let last_bodies = std::mem::take(&mut self.probes.bodies);
         let foreseen = pending.filter(|_| compiled.plan.reads_velocity);
-        let gathering = Gathering {
+        let mut gathering = Gathering {
             book: &self.book,
+            shapes: &mut self.shapes,
             sleepers: self.wake != WakePolicy::Never,
-            parts: compiled.plan.samples_parts,
+            wanted: compiled.wanted,
             pending: foreseen.map(|duration| Pending {
                 bodies: &last_bodies,
                 wrenches: &self.wrenches,
                 duration,
             }),
+            several: std::mem::take(&mut self.several),
         };
         gathering.run(bodies, colliders, &mut self.probes);
+        self.several = gathering.several;
         let moment = self.moment(dt);
         let world = (bodies, colliders);
         let (evaluator, wrenches) = (&mut self.evaluator, &mut self.wrenches);
         evaluator.wrenches(compiled, &world, &self.probes, moment, wrenches);
+        self.errors.clear();
+        let handles = self.probes.bodies.iter().enumerate();
+        let errors = handles.filter_map(|(n, handle)| Some((*handle, evaluator.error(n)?)));
+        self.errors.extend(errors);
         if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
             self.evaluated = false;
             let frames = find_frames(compiled, bodies, colliders);

@@ -3,12 +3,15 @@
 use std::sync::Arc;
 
 use super::error::StepError;
-use crate::eval::{Probe, Probes, UserValues, Wrench, owner};
+use super::shapes::Shapes;
+use crate::compile::{Cut, Wanted};
+use crate::eval::{Kind, Probe, Probes, Solid, UserValues, Wrench, owner};
+use crate::field::Sampling;
 use crate::math::{
-    ColliderHandle, ColliderSet, InteractionGroups, Pose, Real, RigidBodyHandle, RigidBodySet,
-    Vector,
+    ColliderHandle, ColliderSet, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle,
+    RigidBodySet, Vector,
 };
-use crate::math::{from_f64, to_f64};
+use crate::math::{from_f64, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
@@ -81,6 +84,9 @@ pub(crate) struct PropertyBook {
     entries: Coarena<Option<Entry>>,
     /// Handles with an entry, to rebuild them when the world's values change.
     listed: Vec<ColliderHandle>,
+    /// By body: the sampling it asks for.
+    samplings: Coarena<Option<Sampling>>,
+    sampled: Vec<RigidBodyHandle>,
 }
 
 #[derive(Clone)]
@@ -138,6 +144,38 @@ impl PropertyBook {
         Ok(())
     }
 
+    /// Sets what sampling a body asks for, if any.
+    pub(crate) fn set_sampling(
+        &mut self,
+        body: RigidBodyHandle,
+        sampling: Option<Sampling>,
+    ) -> Result<(), StepError> {
+        let own = sampling.filter(|sampling| *sampling != Sampling::Auto);
+        if let Some(tolerance) = own.and_then(Sampling::tolerance)
+            && !(tolerance > 0.0 && tolerance.is_finite())
+        {
+            return Err(StepError::Tolerance { body, tolerance });
+        }
+        self.sampled.retain(|known| *known != body);
+        self.sampled.extend(own.map(|_| body));
+        self.samplings.insert(body.0, own);
+        Ok(())
+    }
+
+    /// All that bodies ask for, those of bodies that were removed since included.
+    pub(crate) fn overrides(&self) -> Vec<Sampling> {
+        let mut overrides: Vec<Sampling> = Vec::new();
+        for body in &self.sampled {
+            let own = self.sampling(*body);
+            overrides.extend(own.filter(|own| !overrides.contains(own)));
+        }
+        overrides
+    }
+
+    fn sampling(&self, body: RigidBodyHandle) -> Option<Sampling> {
+        *self.samplings.get(body.0)?
+    }
+
     fn check_axis(&self, name: &str, value: Real) -> Result<(), StepError> {
         let axis = name.to_owned();
         if !self.world.iter().any(|(known, _)| **known == *name) {
@@ -172,12 +210,14 @@ impl PropertyBook {
 /// What decides which bodies are sampled, and how fast they are taken to move.
 pub(crate) struct Gathering<'a> {
     pub book: &'a PropertyBook,
+    pub shapes: &'a mut Shapes,
     pub sleepers: bool,
-    /// Whether the parts of bodies are wanted, or only the bodies as a whole.
-    pub parts: bool,
+    pub wanted: Wanted,
     /// Impulses still to come, whose effect on the velocity counts already: see
     /// [`Injector`](super::Injector).
     pub pending: Option<Pending<'a>>,
+    /// Samples that are no sites.
+    pub several: Vec<Probe>,
 }
 
 /// Wrenches of an earlier evaluation, and for how long they still act.
@@ -189,7 +229,12 @@ pub(crate) struct Pending<'a> {
 
 impl Gathering<'_> {
     /// Fills `probes` with those of all bodies that fields can move.
-    pub(crate) fn run(&self, bodies: &RigidBodySet, colliders: &ColliderSet, probes: &mut Probes) {
+    pub(crate) fn run(
+        &mut self,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+        probes: &mut Probes,
+    ) {
         probes.clear();
         probes.user.push(self.book.world.iter().cloned().collect());
         for (handle, body) in bodies.iter() {
@@ -198,11 +243,13 @@ impl Gathering<'_> {
                 self.body(handle, body, colliders, probes);
             }
         }
+        probes.sites = probes.list.len();
+        probes.list.append(&mut self.several);
         probes.number();
     }
 
     fn body(
-        &self,
+        &mut self,
         handle: RigidBodyHandle,
         body: &RigidBody,
         colliders: &ColliderSet,
@@ -223,12 +270,20 @@ impl Gathering<'_> {
             share: 1.0,
             charge: 0.0,
             volume: 0.0,
+            fraction: 1.0,
+            spread: 0,
+            kind: Kind::Centre,
+            is_ball: true,
             groups: InteractionGroups::all(),
             user: 0,
             collider: None,
             at_origin: false,
         };
-        if !self.parts {
+        let own = self.book.sampling(handle);
+        if !self.book.sampled.is_empty() {
+            probes.overrides.push(own);
+        }
+        if !self.wanted.parts {
             probes.centres.push(centre);
             probes.bodies.push(handle);
             return;
@@ -257,6 +312,8 @@ impl Gathering<'_> {
                 groups: collider.collision_groups(),
                 collider: Some(*collider_handle),
                 at_origin: local_point == Vector::ZERO,
+                kind: Kind::Site,
+                is_ball: collider.shape().as_ball().is_some(),
                 ..centre
             };
             let entry = self.book.get(*collider_handle);
@@ -273,16 +330,112 @@ impl Gathering<'_> {
                     probes.user.push(entry.user.clone());
                 }
             }
+            if self.wanted.displaced {
+                probe.volume = from_f64(self.shapes.measure(*collider_handle, collider));
+            }
+            centre.volume += probe.volume;
             centre.charge += probe.charge;
             centre.radius = centre.radius.max(arm.length() + radius);
             probes.list.push(probe);
         }
         if probes.list.len() == first {
-            probes.list.push(centre);
+            probes.list.push(Probe {
+                kind: Kind::Site,
+                ..centre
+            });
         }
         share_mass(&mut probes.list[first..], mass);
+        let wanted = self.wanted.with(own);
+        if own == Some(Sampling::Centre) {
+            self.several.push(centre);
+        }
+        if wanted.volume != Cut::None || wanted.surface != Cut::None {
+            for site in first..probes.list.len() {
+                self.cut((site, wanted), (body, angvel), colliders, probes);
+            }
+        }
         probes.centres.push(centre);
         probes.bodies.push(handle);
+    }
+
+    /// Adds the samples of a part other than its site.
+    fn cut(
+        &mut self,
+        (number, wanted): (usize, Wanted),
+        (body, angvel): (&RigidBody, Vector),
+        colliders: &ColliderSet,
+        probes: &mut Probes,
+    ) {
+        let site = probes.list[number];
+        let part = site
+            .collider
+            .and_then(|handle| Some((handle, colliders.get(handle)?)));
+        let kinds = [
+            (Kind::Volume, wanted.volume),
+            (Kind::Surface, wanted.surface),
+        ];
+        let wanted_kinds = kinds.into_iter().filter(|(_, cut)| match cut {
+            Cut::None => false,
+            Cut::AllButBalls => !site.is_ball,
+            Cut::All => true,
+        });
+        let Some((handle, collider)) = part else {
+            // Without a shape there is only the one sample, of whatever kind.
+            self.several
+                .extend(wanted_kinds.map(|(kind, _)| Probe { kind, ..site }));
+            return;
+        };
+        let pose = *body.position();
+        let local_pose = collider
+            .position_wrt_parent()
+            .copied()
+            .unwrap_or(Pose::IDENTITY);
+        let linvel = site.velocity - angvel.cross(site.arm);
+        let centre = site.world_point - site.arm;
+        let (middle, _) = middle(collider);
+        for (kind, _) in wanted_kinds {
+            let rule = match kind {
+                Kind::Volume => self.shapes.volume(handle, collider, middle),
+                _ => self.shapes.surface(handle, collider, middle),
+            };
+            let Some(rule) = rule else {
+                continue;
+            };
+            let mut spread = 0;
+            if self.wanted.displaced && rule.spread != DMat3::ZERO {
+                let turned = DMat3::from_quat(to_dpose3(&(pose * local_pose)).rotation);
+                spread = probes.spreads.len() as u32;
+                probes
+                    .spreads
+                    .push(turned * rule.spread * turned.transpose());
+            }
+            self.several
+                .extend(rule.samples.iter().map(|(local_point, fraction)| {
+                    let body_point = local_pose.transform_point(*local_point);
+                    let arm = pose.rotation * (body_point - body.local_center_of_mass());
+                    Probe {
+                        world_point: centre + arm,
+                        arm,
+                        velocity: linvel + angvel.cross(arm),
+                        fraction: from_f64(*fraction),
+                        spread,
+                        kind,
+                        at_origin: false,
+                        ..site
+                    }
+                }));
+        }
+        if wanted.cells
+            && let Some(cells) = self.shapes.cells(handle, collider)
+        {
+            probes.solids.push(Solid {
+                body: site.body,
+                site: number as u32,
+                pose: to_dpose3(&(pose * local_pose)),
+                angvel: to_dvec3(angvel),
+                cells,
+            });
+        }
     }
 
     fn velocity(&self, handle: RigidBodyHandle, body: &RigidBody) -> (Vector, Vector) {
