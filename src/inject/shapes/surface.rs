@@ -6,7 +6,7 @@ use crate::math::{DMat3, DVec3, Pose, SharedShape, Vector, from_dvec3, to_dvec3,
 use crate::rapier::parry::shape::TypedShape;
 
 /// Facets around round shapes.
-const FACETS: u32 = 48;
+const FACETS: u32 = 96;
 
 /// Patches along each edge of a shape's bounds.
 const PATCHES: f64 = 3.0;
