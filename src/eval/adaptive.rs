@@ -3,7 +3,7 @@
 //! A cell is sampled at the centre of what it holds. Where no border passes through it, that is
 //! right for forces that vary linearly. Where one does, the force may be another in a part of the
 //! cell nobody knows, so the cell's error is bounded by the largest change that any choice of the
-//! regions concerned makes to its force. The cell with the largest bound is cut first.
+//! regions concerned makes to its force, times the part of the cell that may lie beyond. The cell with the largest bound is cut first.
 
 use std::collections::BinaryHeap;
 
@@ -301,8 +301,10 @@ impl<'a> Sampler<'a> {
             let here = force(Forced::default());
             total += here;
             let bordering = borders(program, instance, frames, sample, (cell.radius(), spin));
-            error += bordering.map_or(f64::INFINITY, |which| {
-                largest_change(which, here, |holds| force(Forced { which, holds }))
+            error += bordering.map_or(f64::INFINITY, |(which, nearest)| {
+                let change = largest_change(which, here, |holds| force(Forced { which, holds }));
+                // As near as the border is not, the force is that of the centre.
+                change * (1.0 - cell.within(nearest))
             });
         }
         Sampled {

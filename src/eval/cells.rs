@@ -1,5 +1,6 @@
 //! Solids cut into cells, each with what it holds of the solid.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::math::DVec3;
@@ -35,6 +36,8 @@ pub(super) struct Cell {
     pub content: f64,
     /// The centre of that.
     pub centre: DVec3,
+    /// Whether the solid fills the cell.
+    is_full: bool,
 }
 
 impl Content {
@@ -170,6 +173,7 @@ impl Cells {
             to,
             content,
             centre,
+            is_full: self.content.is_none(),
         }
     }
 
@@ -202,6 +206,18 @@ impl Cells {
 }
 
 impl Cell {
+    /// Which fraction of what the cell holds is surely within a distance of its centre.
+    pub(super) fn within(&self, distance: f64) -> f64 {
+        let edges = self.high - self.low;
+        let radius = distance.min(edges.min_element() * 0.5);
+        let ball = PI * 4.0 / 3.0 * radius.powi(3);
+        if self.is_full {
+            ball / edges.element_product()
+        } else {
+            0.0
+        }
+    }
+
     /// The farthest that any point of the cell is from its centre.
     pub(super) fn radius(&self) -> f64 {
         (self.high - self.centre)

@@ -209,14 +209,14 @@ impl<'a, T: Number> Place<'a, T> {
 }
 
 /// The leaves, as bits, of which a border may pass within a distance of the sample, on a body
-/// that turns at `spin`; nothing if they are too many to be told apart.
+/// that turns at `spin`, and how near one may be; nothing if they are too many to be told apart.
 pub(super) fn borders(
     program: &Program,
     instance: usize,
     frames: &[Option<Frame>],
     (query, motion): (&Query, &Motion<f64>),
     (distance, spin): (f64, f64),
-) -> Option<u64> {
+) -> Option<(u64, f64)> {
     let place = Place {
         program,
         instance,
@@ -225,7 +225,7 @@ pub(super) fn borders(
         motion,
         forced: Forced::default(),
     };
-    let mut which = 0;
+    let (mut which, mut nearest) = (0, f64::INFINITY);
     for (leaf, field) in program.leaves.iter().enumerate() {
         let Some(local) = place.acting(leaf).filter(|_| !field.region.is_everywhere()) else {
             continue;
@@ -243,9 +243,14 @@ pub(super) fn borders(
         let depth = field.region.depth(&local).abs();
         if depth.is_nan() || depth <= distance * steepness {
             which |= 1_u64.checked_shl(leaf as u32)?;
+            nearest = nearest.min(depth / steepness);
+        }
+        // `f64::min` would pass over it.
+        if depth.is_nan() {
+            nearest = 0.0;
         }
     }
-    Some(which)
+    Some((which, nearest))
 }
 
 /// An operator on the values of its operands; see the table at [`Operator`].
