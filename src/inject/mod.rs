@@ -4,6 +4,7 @@
 //! checked, before anything is written; so an error leaves the world as it was.
 
 mod blame;
+mod book;
 mod error;
 mod motion;
 mod probes;
@@ -13,11 +14,11 @@ mod shapes;
 mod snapshot;
 mod wake;
 
+pub use book::ProbeProperties;
 pub use error::StepError;
-pub use probes::ProbeProperties;
 pub use scheme::{Scheme, WakePolicy};
 
-pub(crate) use probes::PropertyBook;
+pub(crate) use book::PropertyBook;
 
 use crate::compile::{Compiled, Wanted};
 use crate::eval::{Evaluator, Kind, Moment, PotentialEnergy, Probe, Probes, Wrench, WrenchError};
