@@ -8,11 +8,13 @@ use crate::compile::{Compiled, Plan};
 use crate::detect::{
     ContactEvent, Detection, Detector, FieldContact, Reporter, Responder, ResponderHooks, Rules,
 };
-use crate::eval::{PotentialEnergy, Wrench};
+use crate::eval::{PotentialEnergy, Wrench, WrenchError};
 use crate::explain::{self, Auditor, EnergyAudit, Explanation};
-use crate::field::{Axis, Tree, TreeError};
-use crate::inject::{Injector, ProbeProperties, PropertyBook, Scheme, StepError, WakePolicy};
-use crate::inject::{StepWarning, Stiffness};
+use crate::field::{Axis, Sampling, Tree, TreeError};
+use crate::inject::{
+    BodySample, Injector, ProbeProperties, PropertyBook, Scheme, StepError, StepWarning, Stiffness,
+    WakePolicy,
+};
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{IntegrationParameters, MultibodyJointSet};
 use crate::rapier::geometry::NarrowPhase;
@@ -229,7 +231,7 @@ impl FieldsBuilder {
         }
         self.tree.validate(&names)?;
         self.scheme.validate()?;
-        let compiled = Compiled::new(self.tree);
+        let compiled = Compiled::new(self.tree, Vec::new());
         let book = PropertyBook::new(self.axes);
         let mut injector = Injector::new(self.scheme, self.wake, book);
         injector.substeps = self.solver_iterations as u32;
@@ -397,7 +399,9 @@ impl Fields {
             check.expect(&self.detector.contacts, colliders);
         }
         if let Some(auditor) = &mut self.auditor {
-            let (probes, moment) = self.injector.all_probes(dt, bodies, colliders);
+            let (probes, moment) = self
+                .injector
+                .all_probes(&self.compiled, dt, bodies, colliders);
             let world = (&*bodies, &(&*bodies, colliders));
             auditor.begin(&self.compiled, world, &probes, moment);
         }
@@ -454,7 +458,9 @@ impl Fields {
             }
         }
         if let Some(auditor) = &mut self.auditor {
-            let (probes, moment) = self.injector.all_probes(dt, bodies, colliders);
+            let (probes, moment) = self
+                .injector
+                .all_probes(&self.compiled, dt, bodies, colliders);
             let world = (&*bodies, &(&*bodies, colliders));
             auditor.end(&self.compiled, world, &probes, moment, dt);
         }
@@ -497,14 +503,45 @@ impl Fields {
     pub fn set_tree(&mut self, tree: impl Into<Tree>) -> Result<(), TreeError> {
         let tree = tree.into();
         tree.validate(&self.axes)?;
-        self.compiled = Compiled::new(tree);
+        self.compile(tree);
+        self.injector.forget_anchors();
+        self.auditor = self.auditor.take().map(|_| Auditor::default());
+        self.claimed = false;
+        Ok(())
+    }
+
+    fn compile(&mut self, tree: Tree) {
+        self.compiled = Compiled::new(tree, self.injector.book.overrides());
         self.detector = Detector::new(&self.compiled, self.detection);
         if let Some(check) = &mut self.check {
             check.watch(&self.compiled);
         }
-        self.injector.forget_anchors();
-        self.auditor = self.auditor.take().map(|_| Auditor::default());
-        self.claimed = false;
+    }
+
+    /// Sets where a body is sampled by all fields that leave it to [`Sampling::Auto`], laws
+    /// between sites aside; without one, as each field asks for.
+    ///
+    /// If any body asks for [`Sampling::Adaptive`], radial fields within balls are evaluated one by
+    /// one, on all bodies.
+    ///
+    /// # Errors
+    /// The body is not there, or a tolerance is not more than zero and finite.
+    pub fn set_sampling(
+        &mut self,
+        body: RigidBodyHandle,
+        sampling: impl Into<Option<Sampling>>,
+        bodies: &RigidBodySet,
+    ) -> Result<(), StepError> {
+        if !bodies.contains(body) {
+            return Err(StepError::NoSuchBody { body });
+        }
+        self.injector.book.set_sampling(body, sampling.into())?;
+        if self.injector.book.overrides() != self.compiled.overrides {
+            let tree = std::mem::replace(&mut self.compiled.tree, Tree::empty());
+            self.compile(tree);
+            self.injector.forget_batches();
+        }
+        self.injector.invalidate();
         Ok(())
     }
 
@@ -549,6 +586,32 @@ impl Fields {
     /// The last wrench of the fields on a body, in world axes; nothing if it was not sampled.
     pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
         self.injector.wrench(body)
+    }
+
+    /// How far the last wrench on a body, by a step or by [`Fields::sample`], may be off because
+    /// borders of regions pass through the body; nothing if it was not sampled
+    /// [adaptively](Sampling::Adaptive).
+    ///
+    /// It bounds what follows from not knowing where in a cell a border is, for forces that are
+    /// constant over each cell: so all of the error for uniform forces on a body of cuboids, but
+    /// not what a formula varies within a cell, nor what is uncertain about the volume in cells at
+    /// the surface of other shapes. Borders are those of regions, predicates and soft edges aside;
+    /// infinite if too many pass through one cell to be told apart (more than six of a term).
+    pub fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
+        self.injector.wrench_error(body)
+    }
+
+    /// The points at which a body is sampled, as the world is now, whichever fields use them:
+    /// for drawing, and for checking against the [reference](crate::reference). Those of
+    /// [adaptive](Sampling::Adaptive) sampling are the ones of a body clear of borders.
+    pub fn samples(
+        &mut self,
+        body: RigidBodyHandle,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Vec<BodySample> {
+        self.injector
+            .samples(body, &self.compiled, bodies, colliders)
     }
 
     /// The wrench of the fields on a body as the world is now, whether or not a step was made.
@@ -629,12 +692,14 @@ impl Fields {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn explain(
-        &self,
+        &mut self,
         body: RigidBodyHandle,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Option<Explanation> {
-        let (probes, moment) = self.injector.all_probes(1.0, bodies, colliders);
+        let (probes, moment) = self
+            .injector
+            .all_probes(&self.compiled, 1.0, bodies, colliders);
         let place = probes.bodies.iter().position(|handle| *handle == body)?;
         let frames = (bodies, colliders);
         let compiled = &self.compiled;

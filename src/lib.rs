@@ -7,8 +7,8 @@
 //!   or a collider. Outside its region a field is *not defined*, which is not the same as zero.
 //! - A **tree** composes fields by the seven operators of the [table](Operator); it is one
 //!   composite field.
-//! - A **probe** is a point of a body where the tree is sampled: the middle of each collider, or
-//!   the centre of mass for uniform fields.
+//! - A **probe** is a point of a body where the tree is sampled: the centre of mass for uniform
+//!   fields, the middle of each collider, or points of their volumes or surfaces; see [`Sampling`].
 //! - The **wrench** is the force and the torque about the centre of mass that the probes of a body
 //!   sum to. A **[scheme](Scheme)** says how it becomes motion.
 //! - A **detection field** says who touches the collider it is anchored to, and may answer.
@@ -165,15 +165,15 @@ pub mod prelude;
 pub use check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use compile::{IndexKind, Plan, PlanEntry};
 pub use detect::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
-pub use eval::{PotentialEnergy, Wrench};
+pub use eval::{PotentialEnergy, Wrench, WrenchError};
 pub use explain::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
 pub use field::{
-    Anchor, Axis, ContactLaw, Coupling, Field, Layer, Operator, Reading, Region, Sample, Scalar,
-    Tree, TreeError,
+    Anchor, Axis, ContactLaw, Coupling, Field, Layer, Operator, Reading, Region, Sample, Sampling,
+    Scalar, Tree, TreeError,
 };
 pub use fields::{Fields, FieldsBuilder, StepOutcome};
 pub use inject::{
-    ProbeProperties, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy,
+    BodySample, ProbeProperties, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy,
 };
 
 /// The README's programs run as tests.

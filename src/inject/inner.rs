@@ -12,8 +12,8 @@ use super::mover::Mover;
 use super::rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
 use super::trial::{Role, Trial};
 use crate::compile::Compiled;
-use crate::eval::{Evaluator, Lineariser, Moment, Probes, Wrench};
-use crate::math::{ColliderSet, DVec3, Real, RigidBodySet};
+use crate::eval::{Evaluator, Kind, Lineariser, Moment, Probe, Probes, Solid, Wrench};
+use crate::math::{ColliderSet, DPose3, DVec3, Real, RigidBodyHandle, RigidBodySet};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
 
 /// What evaluates a group of bodies, and what its derivatives; each keeps its buffers.
@@ -32,6 +32,8 @@ struct Group {
     probes: Probes,
     /// From the centre of mass to each probe of `probes.list`, in the body's axes.
     arms: Vec<DVec3>,
+    /// The frame of each of `probes.solids` relative to the centre of mass, in the body's axes.
+    frames: Vec<DPose3>,
     wrenches: Vec<Wrench>,
 }
 
@@ -77,9 +79,14 @@ impl<'a> Run<'a> {
                 groups.push(Group::new(stride, probes));
                 groups.len() - 1
             });
-            groups[group].take(mover, &movers[mover], *place, probes, wrenches[*place]);
+            groups[group].take(
+                (mover, movers[mover].body),
+                *place,
+                probes,
+                wrenches[*place],
+            );
         }
-        groups.iter_mut().for_each(|group| group.probes.number());
+        groups.iter_mut().for_each(|group| group.close(&movers));
         Run {
             setting,
             movers,
@@ -305,6 +312,7 @@ impl Default for Group {
             movers: Vec::new(),
             probes: Probes::default(),
             arms: Vec::new(),
+            frames: Vec::new(),
             wrenches: Vec::new(),
         }
     }
@@ -317,26 +325,56 @@ impl Group {
             ..Group::default()
         };
         group.probes.user.clone_from(&probes.user);
+        group.probes.spreads.clone_from(&probes.spreads);
         group
     }
 
     /// Takes in a body with its probes.
-    fn take(&mut self, number: usize, mover: &Mover, place: usize, all: &Probes, wrench: Wrench) {
+    fn take(
+        &mut self,
+        (mover, handle): (usize, RigidBodyHandle),
+        place: usize,
+        all: &Probes,
+        wrench: Wrench,
+    ) {
         let body = self.probes.bodies.len() as u32;
-        let to_body = mover.attitude.inverse();
-        if !all.list.is_empty() {
-            for probe in jacobian::probes_of(all, place) {
-                self.arms.push(to_body * to_dvec3(probe.arm));
-                self.probes.list.push(crate::eval::Probe { body, ..*probe });
-            }
+        let (own, first) = (&mut self.probes, all.of(place)[0].start as u32);
+        for solid in all
+            .solids
+            .iter()
+            .filter(|solid| solid.body as usize == place)
+        {
+            let site = own.sites as u32 + solid.site - first;
+            let solid = solid.clone();
+            own.solids.push(Solid {
+                body,
+                site,
+                ..solid
+            });
+        }
+        own.sites += all.of(place)[0].len();
+        for range in all.of(place) {
+            let moved = all.list[range].iter();
+            own.list.extend(moved.map(|probe| Probe { body, ..*probe }));
         }
         let centre = all.centres[place];
-        self.probes
-            .centres
-            .push(crate::eval::Probe { body, ..centre });
-        self.probes.bodies.push(mover.body);
-        self.movers.push(number);
+        own.centres.push(Probe { body, ..centre });
+        own.overrides.extend(all.overrides.get(place));
+        own.bodies.push(handle);
+        self.movers.push(mover);
         self.wrenches.push(wrench);
+    }
+
+    /// Puts the probes in order, once all bodies are there.
+    fn close(&mut self, movers: &[Mover]) {
+        let probes = &mut self.probes;
+        probes.list.sort_by_key(|probe| probe.kind != Kind::Site);
+        probes.number();
+        let mover = |body: u32| &movers[self.movers[body as usize]];
+        let arm = |probe: &Probe| mover(probe.body).attitude.inverse() * to_dvec3(probe.arm);
+        self.arms = probes.list.iter().map(arm).collect();
+        let frame = |solid: &Solid| mover(solid.body).pose().inverse() * solid.pose;
+        self.frames = probes.solids.iter().map(frame).collect();
     }
 
     /// Moves the probes to where their bodies are.
@@ -352,6 +390,11 @@ impl Group {
             probe.arm = from_dvec3(arm);
             probe.world_point = from_dvec3(mover.position + arm);
             probe.velocity = from_dvec3(linvel + angvel.cross(arm));
+        }
+        for (solid, frame) in self.probes.solids.iter_mut().zip(&self.frames) {
+            let mover = &movers[self.movers[solid.body as usize]];
+            solid.pose = mover.pose() * *frame;
+            solid.angvel = velocity(solid.body as usize, mover).1;
         }
         for (body, centre) in self.probes.centres.iter_mut().enumerate() {
             let mover = &movers[self.movers[body]];

@@ -2,7 +2,7 @@
 
 use super::mobility::{self, Mobility, TurnedInertia, six};
 use super::rotation::{Inertia, to_dquat};
-use crate::math::{DQuat, DVec3, RigidBodyHandle, to_dvec3};
+use crate::math::{DPose3, DQuat, DVec3, RigidBodyHandle, to_dvec3};
 use crate::rapier::dynamics::RigidBody;
 
 /// A body on its way through the inner steps, in 64-bit precision.
@@ -63,6 +63,11 @@ impl Mover {
             inv_mass: to_dvec3(body.mass_properties().effective_inv_mass),
             inertia: mobility::turned_inertia(body),
         }
+    }
+
+    /// That of the centre of mass, turned like the body.
+    pub(super) fn pose(&self) -> DPose3 {
+        DPose3::from_parts(self.position, self.attitude)
     }
 
     /// How readily it follows a wrench, where it is now.

@@ -188,6 +188,9 @@ impl Injector {
         probes.centres.clone_from(&self.probes.centres);
         probes.bodies.clone_from(&self.probes.bodies);
         probes.user.clone_from(&self.probes.user);
+        probes.spreads.clone_from(&self.probes.spreads);
+        probes.overrides.clone_from(&self.probes.overrides);
+        probes.sites = self.probes.sites;
         probes.number();
         self.roles.clear();
         let mut changes = Vec::with_capacity(probes.bodies.len());
