@@ -138,9 +138,82 @@ fn out_of_reach(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// What the choice of `Auto` costs where nothing is stiff, and what stiff bodies cost.
+fn choice(criterion: &mut Criterion) {
+    const COUNT: usize = 2000;
+    let mut group = criterion.benchmark_group("wells, 2000 balls");
+    let soft = || Field::spring(1.0).read_as(Reading::Acceleration);
+    // dt·ω is 0.017 and, in the stiff ball that holds a few of them, 10.
+    let partly = || {
+        let stiff = Field::spring(3.6e5).within(Region::ball(12.0));
+        soft().sum_union(stiff.read_as(Reading::Acceleration))
+    };
+    let auto = Scheme::Auto { tolerance: 1e-2 };
+    let schemes = [
+        ("kick-drift-kick", Scheme::KickDriftKick),
+        ("auto", auto),
+        ("4 substeps", Scheme::Substep(Substeps::Fixed(4))),
+        ("Suzuki's fourth order", Scheme::Suzuki4),
+        ("linearly implicit", Scheme::LinearlyImplicit),
+    ];
+    for (name, scheme) in schemes {
+        let make = || with(soft(), scheme, COUNT);
+        measure(&mut group, &format!("soft, {name}"), make, step);
+    }
+    measure(
+        &mut group,
+        "stiff for some, auto",
+        || with(partly(), auto, COUNT),
+        step,
+    );
+    group.finish();
+}
+
+/// What Rapier's next step costs more after bodies were written to: its change tracking. Written
+/// are velocities as they are, so that nothing else differs.
+fn change_tracking(criterion: &mut Criterion) {
+    const COUNT: usize = 2000;
+    let mut group = criterion.benchmark_group("change tracking, 2000 balls");
+    let touch = |world: &mut PhysicsWorld, every: usize| {
+        let handles: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
+        for handle in handles.into_iter().step_by(every) {
+            if let Some(body) = world.bodies.get_mut(handle) {
+                let linvel = body.linvel();
+                body.set_linvel(linvel, false);
+            }
+        }
+    };
+    measure(
+        &mut group,
+        "none written",
+        || balls(COUNT),
+        |world| {
+            let handles: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
+            std::hint::black_box(handles);
+            world.step();
+        },
+    );
+    for (name, every) in [
+        ("one written", COUNT),
+        ("half written", 2),
+        ("all written", 1),
+    ] {
+        measure(
+            &mut group,
+            name,
+            || balls(COUNT),
+            |world| {
+                touch(world, every);
+                world.step();
+            },
+        );
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = leave_out;
     config = Criterion::default().sample_size(20);
-    targets = uniform, out_of_reach
+    targets = uniform, out_of_reach, choice, change_tracking
 }
 criterion_main!(leave_out);

@@ -1,8 +1,12 @@
 //! The forces on bodies with their derivatives.
 
-use super::{Evaluator, Moment, Probe, Probes};
+use super::frames::FrameCache;
+use super::program::{Machine, Reach};
+use super::{Kind, Moment, Probe, Probes};
 use crate::compile::{Compiled, Program, RadialBatch};
-use crate::field::{Dual, Frames, Linearised, LocalQuery, Motion, Query, Vec3, constant};
+use crate::field::{
+    Dual, Frames, How, Linearised, LocalQuery, Motion, Query, Sampling, Vec3, constant,
+};
 use crate::math::{DVec3, to_dvec3, to_f64};
 
 /// One sample of a body: what is asked, and how it moves.
@@ -21,40 +25,60 @@ impl Seeded {
     }
 }
 
-impl Evaluator {
-    /// Visits the samples of one body with the force there and its derivatives by the place and
-    /// velocity of the sample. Constant fields have none and are left out, force and all.
-    pub(crate) fn linearise(
-        &mut self,
-        compiled: &Compiled,
-        world: &impl Frames,
-        probes: &Probes,
-        moment: Moment,
-        body: u32,
-        mut visit: impl FnMut(&Probe, &Linearised),
-    ) {
+/// Evaluates forces with their derivatives; keeps its buffers between calls.
+#[derive(Debug, Default)]
+pub(crate) struct Lineariser {
+    frames: FrameCache,
+    reaches: Vec<Reach>,
+    machine: Machine<Dual>,
+}
+
+impl Lineariser {
+    /// Takes up where all anchors are.
+    pub(crate) fn prepare(&mut self, compiled: &Compiled, world: &impl Frames) {
         self.frames.clear(compiled);
         self.reaches
-            .resize_with(compiled.programs.len(), Default::default);
+            .resize_with(compiled.programs.len(), Reach::default);
         for (number, program) in compiled.programs.iter().enumerate() {
             if program.has_force {
                 self.frames.fill(compiled, world, program);
                 self.reaches[number].refresh(program, self.frames.all());
             }
         }
-        let of_body = |probe: &&Probe| probe.body == body;
-        for probe in probes.list.iter().filter(of_body) {
+    }
+
+    /// Visits the samples of one body with the force there and its derivatives by the place and
+    /// velocity of the sample, in the world as it was [prepared](Self::prepare). Constant
+    /// fields have none and are left out, force and all.
+    pub(crate) fn of_body(
+        &mut self,
+        compiled: &Compiled,
+        world: &impl Frames,
+        probes: &Probes,
+        moment: Moment,
+        body: usize,
+        mut visit: impl FnMut(&Probe, &Linearised),
+    ) {
+        let samples = probes
+            .of(body)
+            .into_iter()
+            .flat_map(|range| &probes.list[range]);
+        let whole = (&probes.centres[body], true);
+        for (probe, whole) in [whole]
+            .into_iter()
+            .chain(samples.map(|probe| (probe, false)))
+        {
+            let wanted = |how: How| {
+                let at_centre = how.sampling == Sampling::Centre && probe.kind == Kind::Centre;
+                at_centre == whole && probes.takes(how, probe)
+            };
             let seeded = Seeded::new(probes, probe, moment);
             let mut force = constant(DVec3::ZERO);
-            for batch in &compiled.radials {
+            let batches = compiled.radials.iter();
+            for batch in batches.filter(|batch| wanted(batch.how)) {
                 force += self.batch_on(compiled, world, batch, &seeded);
             }
-            force += self.programs_on(compiled, probe, &seeded, |program| !program.at_centre);
-            visit(probe, &Linearised::new(&force));
-        }
-        for probe in probes.centres.iter().filter(of_body) {
-            let seeded = Seeded::new(probes, probe, moment);
-            let force = self.programs_on(compiled, probe, &seeded, |program| program.at_centre);
+            force += self.programs_on(compiled, probe, &seeded, |p| wanted(p.how));
             visit(probe, &Linearised::new(&force));
         }
     }
@@ -101,7 +125,7 @@ impl Evaluator {
             for instance in self.reaches[number].at(probe.world_point) {
                 let Seeded { query, motion } = seeded;
                 let instance = *instance as usize;
-                let machine = &mut self.linearising;
+                let machine = &mut self.machine;
                 if let Some(outcome) = machine.run(program, instance, frames, query, motion) {
                     sum += outcome.force;
                 }

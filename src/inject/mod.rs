@@ -4,46 +4,89 @@
 //! checked, before anything is written; so an error leaves the world as it was.
 
 mod blame;
+mod book;
 mod error;
+mod implicit;
+mod inner;
+mod jacobian;
+mod kick;
+mod mobility;
 mod motion;
+mod mover;
 mod probes;
+mod realise;
 mod rotation;
 mod scheme;
+mod shapes;
 mod snapshot;
+mod soft;
+mod stiffness;
+mod trial;
 mod wake;
+mod watch;
 
+pub use book::ProbeProperties;
 pub use error::StepError;
-pub use probes::ProbeProperties;
-pub use scheme::{Scheme, WakePolicy};
+pub use scheme::{Scheme, Substeps, WakePolicy};
+pub use stiffness::{StepWarning, Stiffness};
 
-pub(crate) use probes::PropertyBook;
+pub(crate) use book::PropertyBook;
 
-use crate::compile::Compiled;
-use crate::eval::{Evaluator, Moment, PotentialEnergy, Probes, Wrench};
-use crate::field::{Frame, Frames};
+use crate::compile::{Compiled, Wanted};
+use crate::eval::{
+    Evaluator, Kind, Lineariser, Moment, PotentialEnergy, Probe, Probes, Wrench, WrenchError,
+};
+use crate::field::{Frame, Frames, Query, Sampling};
 use crate::math::{
-    ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
+    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
+    to_dvec3, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
-use motion::{FASTEST, Kicks, Loan, Spin, finish_spins, free_top, kicked, take_back, write};
+use mobility::six;
+use motion::{Kicks, Loan, Ride, Spin, Turned, finish, take_back, write};
 use probes::{Gathering, Pending};
+use shapes::Shapes;
 use snapshot::{Change, Snapshot};
+use trial::{Role, Trial};
 use wake::Sleepers;
+use watch::Watch;
 
 /// Carries the wrenches of a compiled tree into the bodies of a world.
 pub(crate) struct Injector {
     pub scheme: Scheme,
     pub wake: WakePolicy,
     pub book: PropertyBook,
+    shapes: Shapes,
     /// Solver iterations of Rapier's step, over which it integrates a rotation.
     pub substeps: u32,
+    /// What Rapier adds of its own, as far as it was told.
+    pub gravity: Vector,
+    /// The speed that Rapier cuts others down to; without one it was not told.
+    pub max_speed: Option<Real>,
+    /// Links of multibodies, in the order of their handles.
+    pub links: Vec<RigidBodyHandle>,
+    /// Of the last step.
+    pub warnings: Vec<StepWarning>,
+    /// Whether every body that turns freely is turned by the layer, even one like a ball and even
+    /// where no field can turn it: swept detection must know how.
+    pub exact_turns: bool,
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub time: f64,
     evaluator: Evaluator,
     probes: Probes,
+    /// A buffer for samples that are no sites.
+    several: Vec<Probe>,
     wrenches: Vec<Wrench>,
+    /// Of those bodies that were sampled adaptively.
+    errors: Vec<(RigidBodyHandle, WrenchError)>,
     sleepers: Sleepers,
     kicks: Kicks,
+    watch: Watch,
+    softs: soft::Softs,
+    /// Of the inner integrator, one per group of bodies.
+    inner: Vec<inner::Evaluators>,
+    lineariser: Lineariser,
+    roles: Vec<Role>,
     /// The world at the last evaluation; without one, nothing is known of it.
     before: Snapshot,
     evaluated: bool,
@@ -54,12 +97,25 @@ pub(crate) struct Injector {
     open: Option<OpenStep>,
 }
 
+/// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct BodySample {
+    /// The kind of sampling it belongs to: one of `Centre`, `Parts`, `Volume` and `Surface`.
+    pub sampling: Sampling,
+    /// What fields are asked there. The sample stands for `share` · `fraction` of the body's mass.
+    pub query: Query,
+}
+
 /// What `begin` did that `end` completes.
 #[derive(Default)]
 struct OpenStep {
     dt: Real,
     spins: Vec<Spin>,
+    rides: Vec<Ride>,
     loans: Vec<Loan>,
+    /// Bodies that get no second half of a kick, in the order of their handles.
+    settled: Vec<RigidBodyHandle>,
 }
 
 impl Injector {
@@ -68,13 +124,26 @@ impl Injector {
             scheme,
             wake,
             book,
+            shapes: Shapes::default(),
             substeps: 4,
+            gravity: Vector::ZERO,
+            max_speed: None,
+            links: Vec::new(),
+            warnings: Vec::new(),
+            exact_turns: false,
             time: 0.0,
             evaluator: Evaluator::default(),
+            lineariser: Lineariser::default(),
             probes: Probes::default(),
+            several: Vec::new(),
             wrenches: Vec::new(),
+            errors: Vec::new(),
             sleepers: Sleepers::default(),
             kicks: Kicks::default(),
+            watch: Watch::default(),
+            softs: soft::Softs::default(),
+            inner: Vec::new(),
+            roles: Vec::new(),
             before: Snapshot::default(),
             evaluated: false,
             evaluated_dt: 0.0,
@@ -88,22 +157,58 @@ impl Injector {
         self.evaluated = false;
     }
 
+    /// Forgets what belongs to the batches of an evaluation: they were made anew.
+    pub(crate) fn forget_batches(&mut self) {
+        self.evaluated = false;
+        self.evaluator = Evaluator::default();
+    }
+
     /// Like [`Injector::invalidate`], for a new tree: its anchors are to be found anew.
     pub(crate) fn forget_anchors(&mut self) {
         self.evaluated = false;
         self.anchored = false;
         // What it keeps between steps belongs to the old tree.
         self.evaluator = Evaluator::default();
+        self.inner.clear();
+        self.softs = soft::Softs::default();
+        self.watch = Watch::default();
     }
 
     /// The last wrench on a body; nothing if the body was not sampled.
     pub(crate) fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
-        let place = self
-            .probes
-            .bodies
-            .iter()
-            .position(|handle| *handle == body)?;
-        self.wrenches.get(place).copied()
+        self.wrenches.get(self.place_of(body)?).copied()
+    }
+
+    /// The bound of the error of the last wrench on a body that was sampled adaptively.
+    pub(crate) fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
+        let mut errors = self.errors.iter();
+        let found = errors.find(|(handle, _)| *handle == body);
+        found.map(|(_, error)| *error)
+    }
+
+    /// Where and how a body is sampled.
+    pub(crate) fn samples(
+        &mut self,
+        body: RigidBodyHandle,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Vec<BodySample> {
+        let mut probes = Probes::default();
+        self.gather_all(compiled, bodies, colliders, &mut probes);
+        let moment = self.moment(1.0);
+        let list = probes.centres.iter().chain(&probes.list);
+        let own = list.filter(|probe| probes.bodies[probe.body as usize] == body);
+        let sample = |probe: &Probe| BodySample {
+            sampling: match probe.kind {
+                Kind::Centre => Sampling::Centre,
+                Kind::Site => Sampling::Parts,
+                Kind::Volume => Sampling::Volume,
+                Kind::Surface => Sampling::Surface,
+            },
+            query: probes.query(probe, moment),
+        };
+        own.map(sample).collect()
     }
 
     /// How many bodies were sampled last.
@@ -148,14 +253,51 @@ impl Injector {
         colliders: &ColliderSet,
     ) -> Result<Option<Wrench>, StepError> {
         self.check_anchors(compiled, bodies, colliders)?;
+        self.aside(|this| {
+            let sampled = this.evaluate(compiled, 1.0, bodies, colliders, None);
+            sampled.map(|()| this.wrench(body))
+        })
+    }
+
+    /// Does something without a trace in what the step has evaluated.
+    fn aside<T>(&mut self, act: impl FnOnce(&mut Self) -> T) -> T {
         let probes = std::mem::take(&mut self.probes);
         let wrenches = std::mem::take(&mut self.wrenches);
+        let watch = std::mem::take(&mut self.watch);
         let evaluated = (self.evaluated, self.evaluated_dt);
-        let sampled = self.evaluate(compiled, 1.0, bodies, colliders, None);
-        let wrench = sampled.map(|()| self.wrench(body));
-        (self.probes, self.wrenches) = (probes, wrenches);
+        let outcome = act(self);
+        (self.probes, self.wrenches, self.watch) = (probes, wrenches, watch);
         (self.evaluated, self.evaluated_dt) = evaluated;
-        wrench
+        outcome
+    }
+
+    /// How stiff the fields are for a body in steps of `dt`, in the world as it is.
+    pub(crate) fn stiffness(
+        &mut self,
+        body: RigidBodyHandle,
+        dt: Real,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<Option<Stiffness>, StepError> {
+        if !(dt >= 0.0 && dt.is_finite()) {
+            return Err(StepError::TimeStep { dt });
+        }
+        self.check_anchors(compiled, bodies, colliders)?;
+        self.aside(|this| {
+            this.evaluate(compiled, dt, bodies, colliders, None)?;
+            let place = this.place_of(body);
+            Ok(place.and_then(|place| {
+                this.lineariser.prepare(compiled, &(bodies, colliders));
+                let verdict = this.judge(compiled, place, bodies, colliders);
+                verdict.map(|verdict| verdict.rates.report(dt))
+            }))
+        })
+    }
+
+    /// The place of a body among the sampled ones.
+    fn place_of(&self, body: RigidBodyHandle) -> Option<usize> {
+        find(&self.probes.bodies, body)
     }
 
     /// What happens before Rapier's step; returns how many bodies were written.
@@ -188,49 +330,56 @@ impl Injector {
             true => Change::Nothing,
             false => Change::Velocities,
         };
+        self.warnings.clear();
         if !self.evaluated || self.evaluated_dt != dt || change > may_change {
             self.evaluate(compiled, dt, bodies, colliders, None)?;
+            self.look_ahead(compiled, dt, bodies, colliders)?;
         }
         let mut open = OpenStep {
             dt,
             ..OpenStep::default()
         };
-        match self.scheme {
-            Scheme::ExternalForce => {}
-            Scheme::Kick => self.kick(compiled, dt, Some(dt), bodies, colliders)?,
-            Scheme::KickDriftKick => self.kick(compiled, dt * 0.5, Some(dt), bodies, colliders)?,
-        }
+        self.first_half(compiled, &mut open, bodies, colliders)?;
         if change != Change::Nothing {
             self.before.take(bodies);
         }
-        let written = match self.scheme {
-            Scheme::ExternalForce => self.lend(bodies, &mut open),
-            _ => {
-                std::mem::swap(&mut open.spins, &mut self.kicks.spins);
-                write(bodies, &self.kicks.updates)
-            }
-        };
+        let mut written = self.lend(bodies, &mut open);
+        std::mem::swap(&mut open.spins, &mut self.kicks.spins);
+        std::mem::swap(&mut open.rides, &mut self.kicks.rides);
+        written += write(bodies, &self.kicks.updates);
         self.open = Some(open);
         Ok(written)
     }
 
-    /// What happens after Rapier's step; returns how many bodies were written.
+    /// The bodies that Rapier turns freely in the step that was begun, with their angular momenta.
+    pub(crate) fn free_turns(&self) -> impl Iterator<Item = (RigidBodyHandle, DVec3)> {
+        let spins = self.open.iter().flat_map(|open| &open.spins);
+        spins.filter_map(|spin| match spin.after {
+            Turned::Momentum(momentum) => Some((spin.body, momentum)),
+            Turned::Velocity(_) => None,
+        })
+    }
+
+    /// What happens after Rapier's step; returns how many bodies were written. `drifted` is called
+    /// when the bodies have their true velocities again, before fields act at the new places.
     pub(crate) fn end(
         &mut self,
         compiled: &Compiled,
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
+        drifted: impl FnOnce(&PropertyBook, &mut RigidBodySet),
     ) -> Result<usize, StepError> {
         let Some(open) = self.open.take() else {
             return Err(StepError::OutOfTurn { called: "end_step" });
         };
         let mut written = take_back(bodies, &open.loans);
-        finish_spins(bodies, &open.spins);
+        finish(bodies, &open.spins, &open.rides, open.dt);
+        drifted(&self.book, bodies);
         let began = self.time;
         self.time += to_f64(open.dt);
         self.evaluated = false;
-        if self.scheme == Scheme::KickDriftKick {
-            match self.second_half(compiled, open.dt, bodies, colliders) {
+        if self.scheme.kicks_twice() {
+            match self.second_half(compiled, &open, bodies, colliders) {
                 Ok(more) => written += more,
                 Err(error) => {
                     self.time = began;
@@ -243,6 +392,16 @@ impl Injector {
             self.before.take(bodies);
         }
         Ok(written)
+    }
+
+    /// Gives up a step that was begun: everything is as it was before.
+    pub(crate) fn abort(&mut self, bodies: &mut RigidBodySet, colliders: &ColliderSet) {
+        if let Some(open) = self.open.take() {
+            take_back(bodies, &open.loans);
+            finish(bodies, &open.spins, &open.rides, open.dt);
+            self.evaluated = false;
+            self.before.restore(bodies, colliders);
+        }
     }
 
     /// Remembers under which wrenches bodies fell asleep in this step: the next evaluation may
@@ -258,32 +417,45 @@ impl Injector {
         }
     }
 
-    fn second_half(
-        &mut self,
-        compiled: &Compiled,
-        dt: Real,
-        bodies: &mut RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Result<usize, StepError> {
-        self.evaluate(compiled, dt, bodies, colliders, Some(dt * 0.5))?;
-        self.kick(compiled, dt * 0.5, None, bodies, colliders)?;
-        let written = write(bodies, &self.kicks.updates);
-        self.before.take(bodies);
-        Ok(written)
-    }
-
-    /// Fills in the probes of all bodies as they are now, sleepers included.
+    /// Fills in the sites of all bodies as they are now, sleepers included.
     pub(crate) fn gather(
         book: &PropertyBook,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
         probes: &mut Probes,
     ) {
-        let gathering = Gathering {
+        let mut gathering = Gathering {
             book,
+            shapes: &mut Shapes::default(),
             sleepers: true,
-            parts: true,
+            wanted: Wanted {
+                parts: true,
+                ..Wanted::default()
+            },
             pending: None,
+            several: Vec::new(),
+        };
+        gathering.run(bodies, colliders, probes);
+    }
+
+    /// Fills in all samples of all bodies that the fields want, sleepers included.
+    fn gather_all(
+        &mut self,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+        probes: &mut Probes,
+    ) {
+        let mut gathering = Gathering {
+            book: &self.book,
+            shapes: &mut self.shapes,
+            sleepers: true,
+            wanted: Wanted {
+                parts: true,
+                ..compiled.wanted
+            },
+            pending: None,
+            several: Vec::new(),
         };
         gathering.run(bodies, colliders, probes);
     }
@@ -291,13 +463,14 @@ impl Injector {
     /// The probes of all bodies as they are now, sleepers included, and the moment of a step of
     /// length `dt`.
     pub(crate) fn all_probes(
-        &self,
+        &mut self,
+        compiled: &Compiled,
         dt: Real,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> (Probes, Moment) {
         let mut probes = Probes::default();
-        Self::gather(&self.book, bodies, colliders, &mut probes);
+        self.gather_all(compiled, bodies, colliders, &mut probes);
         (probes, self.moment(dt))
     }
 
@@ -310,7 +483,7 @@ impl Injector {
     ) -> PotentialEnergy {
         // Sleepers have potential energy too, so the probes of the step do not do.
         let mut probes = Probes::default();
-        Self::gather(&self.book, bodies, colliders, &mut probes);
+        self.gather_all(compiled, bodies, colliders, &mut probes);
         let world = (bodies, colliders);
         let moment = self.moment(1.0);
         self.evaluator
@@ -329,22 +502,55 @@ impl Injector {
         pending: Option<Real>,
     ) -> Result<(), StepError> {
         let last_bodies = std::mem::take(&mut self.probes.bodies);
-        let foreseen = pending.filter(|_| compiled.plan.reads_velocity);
-        let gathering = Gathering {
+        let reads_velocity = compiled.plan.reads_velocity;
+        let mut gathering = Gathering {
             book: &self.book,
+            shapes: &mut self.shapes,
             sleepers: self.wake != WakePolicy::Never,
-            parts: compiled.plan.samples_parts,
-            pending: foreseen.map(|duration| Pending {
+            wanted: compiled.wanted,
+            pending: pending.filter(|_| reads_velocity).map(|duration| Pending {
                 bodies: &last_bodies,
                 wrenches: &self.wrenches,
                 duration,
             }),
+            several: std::mem::take(&mut self.several),
         };
         gathering.run(bodies, colliders, &mut self.probes);
+        self.watch.forget();
+        self.roles.clear();
+        if reads_velocity {
+            for handle in &self.probes.bodies {
+                let Some(body) = bodies.get(*handle) else {
+                    continue;
+                };
+                let (linvel, angvel) = gathering.velocity(*handle, body);
+                let both = six(to_dvec3(linvel), to_dvec3(angvel));
+                self.watch.sampled_at.push(both);
+                assign(&mut self.roles, *handle, Role::CoastsAt { linvel, angvel });
+            }
+        }
+        self.several = gathering.several;
         let moment = self.moment(dt);
-        let world = (bodies, colliders);
+        // Fields of bodies see those bodies, too, with the velocities that will be there.
+        let world = Trial {
+            bodies,
+            colliders,
+            roles: &self.roles,
+            movers: &[],
+            elapsed: 0.0,
+            dt: to_f64(dt),
+        };
+        // What the wrenches were is kept, if it was on the same bodies.
+        std::mem::swap(&mut self.wrenches, &mut self.watch.last);
+        if last_bodies != self.probes.bodies {
+            self.watch.last.clear();
+        }
         let (evaluator, wrenches) = (&mut self.evaluator, &mut self.wrenches);
         evaluator.wrenches(compiled, &world, &self.probes, moment, wrenches);
+        self.errors.clear();
+        let handles = self.probes.bodies.iter().enumerate();
+        let errors = handles.filter_map(|(n, handle)| Some((*handle, evaluator.error(n)?)));
+        self.errors.extend(errors);
         if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
             self.evaluated = false;
             let probes = &self.probes;
@@ -353,92 +559,6 @@ impl Injector {
         self.evaluated = true;
         self.evaluated_dt = dt;
         Ok(())
-    }
-
-    /// Works out `self.kicks`: the velocities after the wrenches acted for `duration`; with a
-    /// `drift`, also the free rotations that Rapier is to carry out over that time.
-    fn kick(
-        &mut self,
-        compiled: &Compiled,
-        duration: Real,
-        drift: Option<Real>,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Result<(), StepError> {
-        let drift = drift.filter(|dt| *dt > 0.0 && compiled.plan.torque_possible);
-        self.kicks.updates.clear();
-        self.kicks.spins.clear();
-        for (place, handle) in self.probes.bodies.iter().enumerate() {
-            let Some(body) = bodies.get(*handle) else {
-                continue;
-            };
-            let wrench = self.wrenches[place];
-            if !self.sleepers.acts(*handle, body, wrench, self.wake) {
-                continue;
-            }
-            let wake = self.wakes(body, wrench);
-            let may_spin = drift.is_some() && body.angvel() != Vector::ZERO;
-            // Bodies that feel nothing are left alone.
-            if wrench == Wrench::ZERO && !wake && !may_spin {
-                continue;
-            }
-            let mut update = kicked(*handle, body, wrench, duration);
-            update.wake = wake;
-            let speed = update.linvel.length();
-            if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
-                let moment = self.moment(self.evaluated_dt);
-                let world = (&*bodies, colliders);
-                return Err(StepError::TooFast {
-                    field: blame::strongest(compiled, &world, &self.probes, moment, place),
-                    body: *handle,
-                    speed,
-                    limit: FASTEST,
-                });
-            }
-            if let (Some(dt), Some(inertia)) = (drift, free_top(body, update.angvel)) {
-                let twist = wrench.torque * duration;
-                let spin = Spin::new(*handle, body, &inertia, twist, dt, self.substeps);
-                update.angvel = spin.steady;
-                update.spins = true;
-                self.kicks.spins.push(spin);
-            }
-            if update.spins || wrench != Wrench::ZERO || wake {
-                self.kicks.updates.push(update);
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether a body that the fields act on is to be woken, or kept from falling asleep.
-    fn wakes(&self, body: &RigidBody, wrench: Wrench) -> bool {
-        let always = self.wake == WakePolicy::Always && wrench != Wrench::ZERO;
-        always || body.is_sleeping()
-    }
-
-    /// Puts the wrenches in place of the user's forces, on top of them.
-    fn lend(&mut self, bodies: &mut RigidBodySet, open: &mut OpenStep) -> usize {
-        for (place, handle) in self.probes.bodies.iter().enumerate() {
-            let wrench = self.wrenches[place];
-            let Some(body) = bodies.get(*handle) else {
-                continue;
-            };
-            let acts = self.sleepers.acts(*handle, body, wrench, self.wake);
-            if !acts || wrench == Wrench::ZERO {
-                continue;
-            }
-            let wake = self.wakes(body, wrench);
-            let Some(body) = bodies.get_mut(*handle) else {
-                continue;
-            };
-            open.loans.push(Loan {
-                body: *handle,
-                force: body.user_force(),
-                torque: body.user_torque(),
-            });
-            body.add_force(wrench.force, wake);
-            body.add_torque(wrench.torque, wake);
-        }
-        open.loans.len()
     }
 
     /// The first time a tree meets a world, every anchor must be there; later, what is missing
@@ -452,7 +572,7 @@ impl Injector {
         if self.anchored {
             return Ok(());
         }
-        let frames = find_frames(compiled, bodies, colliders);
+        let frames = find_frames(compiled, &(bodies, colliders));
         if let Some(missing) = frames.iter().position(Option::is_none) {
             return Err(blame::missing_anchor(compiled, missing));
         }
@@ -461,15 +581,24 @@ impl Injector {
     }
 }
 
-fn find_frames(
-    compiled: &Compiled,
-    bodies: &RigidBodySet,
-    colliders: &ColliderSet,
-) -> Vec<Option<Frame>> {
-    let world = (bodies, colliders);
-    compiled
-        .anchors
-        .iter()
-        .map(|anchor| world.frame(anchor))
-        .collect()
+/// Where all anchors of a tree are.
+fn find_frames(compiled: &Compiled, world: &impl Frames) -> Vec<Option<Frame>> {
+    let anchors = compiled.anchors.iter();
+    anchors.map(|anchor| world.frame(anchor)).collect()
+}
+
+/// The place of a handle in a list that is in the order of handles.
+fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Option<usize> {
+    let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
+    let place = handles.binary_search_by_key(&index(&handle), index).ok()?;
+    (handles[place] == handle).then_some(place)
+}
+
+/// Says what a body does in a trial.
+fn assign(roles: &mut Vec<Role>, body: RigidBodyHandle, role: Role) {
+    let index = body.into_raw_parts().0 as usize;
+    if roles.len() <= index {
+        roles.resize(index + 1, Role::default());
+    }
+    roles[index] = role;
 }

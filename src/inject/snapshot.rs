@@ -1,7 +1,7 @@
 //! The state of all bodies at one moment: to see what changed, and to go back.
 
 use crate::math::{ColliderSet, Pose, RigidBodyHandle, RigidBodySet, Vector};
-use crate::rapier::dynamics::{RigidBody, RigidBodyActivation};
+use crate::rapier::dynamics::{RigidBody, RigidBodyActivation, RigidBodyType};
 
 /// How far a world differs from a snapshot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -10,7 +10,8 @@ pub(crate) enum Change {
     Nothing,
     /// Bodies move differently.
     Velocities,
-    /// Bodies were moved, added or removed, fell asleep or woke, or have other colliders.
+    /// Bodies were moved, added or removed, fell asleep or woke, or have other colliders or
+    /// another type.
     Places,
 }
 
@@ -28,6 +29,8 @@ struct BodyState {
     angvel: Vector,
     colliders: usize,
     enabled: bool,
+    /// A body that was not dynamic has no inverse mass until Rapier's next step.
+    body_type: RigidBodyType,
     activation: RigidBodyActivation,
 }
 
@@ -40,6 +43,7 @@ impl BodyState {
             angvel: body.angvel(),
             colliders: body.colliders().len(),
             enabled: body.is_enabled(),
+            body_type: body.body_type(),
             activation: *body.activation(),
         }
     }
@@ -50,6 +54,7 @@ impl BodyState {
             && self.pose == *body.position()
             && self.colliders == body.colliders().len()
             && self.enabled == body.is_enabled()
+            && self.body_type == body.body_type()
             && self.activation.sleeping == body.is_sleeping()
     }
 }

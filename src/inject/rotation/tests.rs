@@ -90,7 +90,7 @@ fn symmetric_top_is_exact_over_any_step() {
     let start = rotation(rows[0].attitude);
     let momentum = rows[0].attitude * (top.moments * rows[0].body_angvel);
     for row in rows {
-        let delta = top.free_rotation(start, momentum, from_f64(row.t));
+        let delta = top.free_rotation(to_dquat(start), momentum, row.t);
         let error = angle_between(delta * to_dquat(start), row.attitude);
         // Up to 30 rad of turning multiply the rounding of the moments and of `dt`.
         assert_within(
@@ -110,9 +110,9 @@ fn follow(csv: &str) -> (f64, f64) {
     let mut attitude = rotation(rows[0].attitude);
     let mut errors = (0.0_f64, 0.0_f64);
     for pair in rows.windows(2) {
-        let delta = top.free_rotation(attitude, momentum, from_f64(pair[1].t - pair[0].t));
+        let delta = top.free_rotation(to_dquat(attitude), momentum, pair[1].t - pair[0].t);
         attitude = rotation(delta * to_dquat(attitude));
-        let angvel = to_dquat(attitude).inverse() * to_dvec3(top.angvel_after(attitude, momentum));
+        let angvel = to_dquat(attitude).inverse() * top.angvel_after(to_dquat(attitude), momentum);
         let expected = pair[1].body_angvel;
         errors.0 = errors.0.max(angvel.distance(expected) / expected.length());
         errors.1 = errors
@@ -179,7 +179,7 @@ fn energy_error_is_bounded_for_any_top() {
         let start = energy(momentum);
         for _ in 0..300 {
             let splitting = Splitting::new(&top, momentum);
-            let turn = splitting.turn(momentum, 1.0, splitting.steps(1.0));
+            let turn = splitting.turn(momentum, 1.0, splitting.steps(1.0, ENERGY_ERROR));
             momentum = turn.inverse() * momentum;
             let error = (energy(momentum) / start - 1.0).abs();
             assert_within(error, ENERGY_ERROR, &format!("energy of {top:?}"));
@@ -221,7 +221,11 @@ fn nothing_moves_at_rest_or_in_no_time() {
     let top = top([1.0, 2.0, 3.0]);
     let momentum = DVec3::new(1.0, 2.0, -3.0);
     for (momentum, dt) in [(momentum, 0.0), (DVec3::ZERO, 0.1), (DVec3::ZERO, 0.0)] {
-        let delta = top.free_rotation(Rotation::from_rotation_y(0.3), momentum, dt);
+        let delta = top.free_rotation(
+            to_dquat(Rotation::from_rotation_y(0.3)),
+            momentum,
+            to_f64(dt),
+        );
         assert_within(angle_between(delta, DQuat::IDENTITY), 1e-15, "rotation");
         assert_within(
             to_dvec3(steady_angvel(delta, dt, 4)).length(),
@@ -235,12 +239,12 @@ fn nothing_moves_at_rest_or_in_no_time() {
 fn bad_numbers_come_out_as_bad_numbers() {
     let top = top([1.0, 2.0, 3.0]);
     for bad in [Real::NAN, Real::INFINITY] {
-        let momentum = top.angular_momentum(Rotation::IDENTITY, Vector::splat(bad));
-        let delta = top.free_rotation(Rotation::IDENTITY, momentum, 0.1);
+        let momentum = top.angular_momentum(DQuat::IDENTITY, to_dvec3(Vector::splat(bad)));
+        let delta = top.free_rotation(DQuat::IDENTITY, momentum, 0.1);
         assert!(!steady_angvel(delta, 0.1, 4).is_finite());
-        assert!(!top.angvel_after(Rotation::IDENTITY, momentum).is_finite());
+        assert!(!top.angvel_after(DQuat::IDENTITY, momentum).is_finite());
     }
-    let delta = top.free_rotation(Rotation::IDENTITY, DVec3::ONE, Real::NAN);
+    let delta = top.free_rotation(DQuat::IDENTITY, DVec3::ONE, f64::NAN);
     assert!(steady_angvel(delta, Real::NAN, 0).is_nan());
 }
 
@@ -291,8 +295,8 @@ fn step(world: &mut PhysicsWorld, handle: RigidBodyHandle) {
     );
     let body = &mut world.bodies[handle];
     let top = Inertia::of(body).expect("a free top");
-    let momentum = top.angular_momentum(*body.rotation(), body.angvel());
-    let delta = top.free_rotation(*body.rotation(), momentum, dt);
+    let momentum = top.angular_momentum(to_dquat(*body.rotation()), to_dvec3(body.angvel()));
+    let delta = top.free_rotation(to_dquat(*body.rotation()), momentum, to_f64(dt));
     let steady = steady_angvel(delta, dt, substeps as u32);
     body.set_angvel(steady, true);
 
@@ -300,13 +304,14 @@ fn step(world: &mut PhysicsWorld, handle: RigidBodyHandle) {
 
     let body = &mut world.bodies[handle];
     let gained = body.angvel() - steady;
-    body.set_angvel(top.angvel_after(*body.rotation(), momentum) + gained, true);
+    let angvel = from_dvec3(top.angvel_after(to_dquat(*body.rotation()), momentum));
+    body.set_angvel(angvel + gained, true);
 }
 
 /// Angular momentum and twice the rotational energy.
 fn invariants(body: &RigidBody) -> (DVec3, f64) {
     let top = Inertia::of(body).expect("a free top");
-    let momentum = top.angular_momentum(*body.rotation(), body.angvel());
+    let momentum = top.angular_momentum(to_dquat(*body.rotation()), to_dvec3(body.angvel()));
     (momentum, momentum.dot(to_dvec3(body.angvel())))
 }
 
@@ -338,7 +343,11 @@ fn rapier_reaches_the_free_rotation() {
     let body = &world.bodies[handle];
     let (before, (momentum, _)) = (*body.rotation(), invariants(body));
     let top = Inertia::of(body).expect("a free top");
-    let delta = top.free_rotation(before, momentum, world.integration_parameters.dt);
+    let delta = top.free_rotation(
+        to_dquat(before),
+        momentum,
+        to_f64(world.integration_parameters.dt),
+    );
     step(&mut world, handle);
     let reached = to_dquat(*world.bodies[handle].rotation());
     assert_within(
