@@ -32,7 +32,7 @@ pub fn draw(svg: &mut String, panel: &Panel) -> Result<(), AnyError> {
         ball(Vector::new(-0.53, -0.25, 0.0), Vector::new(2.0, 0.3, 0.0)),
         ball(Vector::new(0.4, 0.2, 0.0), Vector::new(-1.0, 0.2, 0.0)),
     ];
-    let law = ContactLaw::Impulse { restitution: 1.0 };
+    let law = ContactLaw::elastic();
     let around = balls.map(|(_, collider)| Field::contact(law).at(collider));
     let mut fields = Fields::new(Tree::fold(Operator::SumUnion, around))?;
 

@@ -129,7 +129,7 @@ impl FlockSettings {
         let flight = Tree::instances(social(), birds.iter().map(|(body, _)| *body))
             .sum_union(Field::path(path).named("path"))
             .sum_union(self.gust_field());
-        let law = ContactLaw::Impulse { restitution: 0.5 };
+        let law = ContactLaw::restitution(0.5);
         let contact = |(_, collider): &(_, ColliderHandle)| Field::contact(law).at(*collider);
         let detection = Tree::fold(Operator::SumUnion, birds.iter().map(contact));
         flight.sum_union(detection)
