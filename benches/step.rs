@@ -54,7 +54,7 @@ fn ammonia(criterion: &mut Criterion) {
     for (count, spacing, name) in [(216, 6.0, "ammonia 216"), (1000, 3.6, "ammonia 1000 dense")] {
         let mut group = criterion.benchmark_group(name);
         group.throughput(criterion::Throughput::Elements(STRETCH as u64));
-        let elastic = ContactLaw::Impulse { restitution: 1.0 };
+        let elastic = ContactLaw::elastic();
         let with_fields = |check: bool, detect: bool| {
             let scene = scene(count, spacing);
             let tree = if detect {

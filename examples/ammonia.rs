@@ -61,7 +61,7 @@ fn run() -> Result<(), AnyError> {
     let picture = args.get("picture", "out/ammonia.svg".to_owned())?;
 
     let mut scene = settings.build()?;
-    let tree = scene.tree(Some(CUTOFF), ContactLaw::Impulse { restitution: 1.0 });
+    let tree = scene.tree(Some(CUTOFF), ContactLaw::elastic());
     let mut fields = scene.fields(Fields::builder(tree).cross_check(true))?;
     println!("{}", fields.plan());
 

@@ -60,7 +60,7 @@ impl Law {
     fn contact_law(self) -> ContactLaw {
         match self {
             Law::Paper => ContactLaw::Paper,
-            Law::Impulse => ContactLaw::Impulse { restitution: 1.0 },
+            Law::Impulse => ContactLaw::elastic(),
         }
     }
 

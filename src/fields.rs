@@ -1,15 +1,20 @@
 //! The façade: everything a world needs to have fields.
 
 use std::sync::Arc;
+use std::sync::mpsc::Sender;
 
-use crate::check::{CrossCheck, CrossCheckReport};
+use crate::check::{Checker, CrossCheck, CrossCheckReport};
 use crate::compile::{Compiled, Plan};
-use crate::detect::{Detection, FieldContact, Responder};
-use crate::eval::{PotentialEnergy, Wrench};
+use crate::detect::{
+    ContactEvent, Detection, Detector, FieldContact, Reporter, Responder, ResponderHooks, Rules,
+};
+use crate::eval::{PotentialEnergy, Wrench, WrenchError};
 use crate::explain::{self, Auditor, EnergyAudit, Explanation};
-use crate::field::{Axis, Tree, TreeError};
-use crate::inject::{Injector, ProbeProperties, PropertyBook, Scheme, StepError, WakePolicy};
-use crate::inject::{StepWarning, Stiffness};
+use crate::field::{Axis, Sampling, Tree, TreeError};
+use crate::inject::{
+    BodySample, Injector, ProbeProperties, PropertyBook, Scheme, StepError, StepWarning, Stiffness,
+    WakePolicy,
+};
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{IntegrationParameters, MultibodyJointSet};
 use crate::rapier::geometry::NarrowPhase;
@@ -58,10 +63,12 @@ use crate::rapier::pipeline::PhysicsWorld;
 pub struct Fields {
     compiled: Compiled,
     injector: Injector,
+    detector: Detector,
     detection: Detection,
-    check: Option<CrossCheck>,
+    check: Option<Checker>,
     auditor: Option<Auditor>,
-    responder: Responder,
+    rules: Rules,
+    reporter: Option<Reporter>,
     axes: Vec<Arc<str>>,
     claimed: bool,
 }
@@ -72,7 +79,7 @@ pub struct Fields {
 pub struct StepOutcome {
     /// Bodies on which fields were sampled.
     pub sampled: usize,
-    /// Contacts detected at the end of the step.
+    /// Contacts detected: overlaps at the end of the step, and touches within it.
     pub contacts: usize,
     /// Bodies written to after Rapier's step, by the scheme and by responses.
     pub written: usize,
@@ -80,6 +87,9 @@ pub struct StepOutcome {
     pub particles: usize,
     /// What Rapier or the scheme will get wrong without a word; see [`Fields::warnings`].
     pub warnings: usize,
+    /// Whether swept detection gave up on this step, after more impacts than bodies that can come
+    /// to rest have (10,000, and 256 per body); the rest is answered in the next.
+    pub exhausted: bool,
 }
 
 /// Settings of [`Fields`].
@@ -99,8 +109,10 @@ pub struct FieldsBuilder {
     axes: Vec<(Arc<str>, Real)>,
     scheme: Scheme,
     wake: WakePolicy,
-    responder: Responder,
-    cross_check: bool,
+    rules: Rules,
+    reporter: Option<Reporter>,
+    detection: Detection,
+    cross_check: CrossCheck,
     solver_iterations: usize,
     audit: bool,
 }
@@ -127,7 +139,46 @@ impl FieldsBuilder {
 
     /// Sets who answers contacts that fields detect.
     pub fn responder(mut self, responder: Responder) -> Self {
-        self.responder = responder;
+        self.rules.everywhere = responder;
+        self
+    }
+
+    /// Sets who answers contacts between any two of some colliders (of a pair, or of a group), apart
+    /// from what [`FieldsBuilder::responder`] says of all others. The last such rule that fits a
+    /// pair counts.
+    ///
+    /// Rapier learns of it by a hook, for which these colliders are given
+    /// `ActiveHooks::FILTER_CONTACT_PAIRS`; around a pipeline of one's own, hand it
+    /// [`Fields::hooks`].
+    pub fn responder_among(
+        mut self,
+        colliders: impl IntoIterator<Item = ColliderHandle>,
+        responder: Responder,
+    ) -> Self {
+        let set = colliders.into_iter().collect();
+        self.rules.among.push((set, responder));
+        self
+    }
+
+    /// Sends contacts that begin and end, as events, into a channel.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let (sender, events) = std::sync::mpsc::channel();
+    /// let fields = Fields::builder(Field::uniform(Vector::X)).events(sender).build()?;
+    /// for event in events.try_iter() {
+    ///     println!("{event:?}");
+    /// }
+    /// # Ok::<(), TreeError>(())
+    /// ```
+    pub fn events(mut self, channel: Sender<ContactEvent>) -> Self {
+        self.reporter = Some(Reporter::new(channel));
+        self
+    }
+
+    /// Sets when fields look for contacts: at the end of each step, or over the whole of it.
+    pub fn detection(mut self, detection: Detection) -> Self {
+        self.detection = detection;
         self
     }
 
@@ -141,10 +192,10 @@ impl FieldsBuilder {
         self
     }
 
-    /// Compares the contacts of detection fields with Rapier's in every step; see
-    /// [`Fields::cross_check`].
-    pub fn cross_check(mut self, on: bool) -> Self {
-        self.cross_check = on;
+    /// Compares the contacts of detection fields with Rapier's in every step: `true` for all pairs,
+    /// or [settings](CrossCheck). The result is [`Fields::cross_check`].
+    pub fn cross_check(mut self, settings: impl Into<CrossCheck>) -> Self {
+        self.cross_check = settings.into();
         self
     }
 
@@ -180,19 +231,23 @@ impl FieldsBuilder {
         }
         self.tree.validate(&names)?;
         self.scheme.validate()?;
-        let compiled = Compiled::new(self.tree);
+        let compiled = Compiled::new(self.tree, Vec::new());
         let book = PropertyBook::new(self.axes);
         let mut injector = Injector::new(self.scheme, self.wake, book);
         injector.substeps = self.solver_iterations as u32;
-        let mut check = self.cross_check.then(CrossCheck::default);
+        injector.exact_turns = self.detection == Detection::Swept && !compiled.detectors.is_empty();
+        let on = self.cross_check.on;
+        let mut check = on.then(|| Checker::new(self.cross_check));
         check.iter_mut().for_each(|check| check.watch(&compiled));
         Ok(Fields {
-            detection: Detection::new(&compiled),
+            detector: Detector::new(&compiled, self.detection),
+            detection: self.detection,
             compiled,
             injector,
             check,
             auditor: self.audit.then(Auditor::default),
-            responder: self.responder,
+            rules: self.rules,
+            reporter: self.reporter,
             axes: names,
             claimed: false,
         })
@@ -215,8 +270,10 @@ impl Fields {
             axes: Vec::new(),
             scheme: Scheme::default(),
             wake: WakePolicy::default(),
-            responder: Responder::default(),
-            cross_check: false,
+            rules: Rules::default(),
+            reporter: None,
+            detection: Detection::default(),
+            cross_check: CrossCheck::default(),
             solver_iterations: 4,
             audit: false,
         }
@@ -233,7 +290,7 @@ impl Fields {
         let dt = parameters.dt;
         self.tell(parameters, world.gravity, &world.multibody_joints);
         if let Some(check) = &mut self.check {
-            check.report.recycling |= parameters.contact_recycling;
+            check.note(parameters);
         }
         let soft = !world.soft_bodies.is_empty();
         if soft {
@@ -253,7 +310,11 @@ impl Fields {
         if !self.claimed {
             self.claim_contacts(&mut world.colliders);
         }
-        world.step();
+        if self.rules.among.is_empty() {
+            world.step();
+        } else {
+            world.step_with_events(&self.hooks(), &());
+        }
         if !soft {
             return self.end_step(&mut world.bodies, &world.colliders, &world.narrow_phase);
         }
@@ -331,18 +392,21 @@ impl Fields {
         if let Some(check) = &mut self.check {
             let moment = self.injector.moment(dt);
             let book = &self.injector.book;
-            self.detection
+            self.detector
                 .run(&self.compiled, bodies, colliders, moment, |probes| {
                     Injector::gather(book, bodies, colliders, probes);
                 });
-            check.expect(&self.detection.contacts, colliders);
+            check.expect(&self.detector.contacts, colliders);
         }
         if let Some(auditor) = &mut self.auditor {
-            let (probes, moment) = self.injector.all_probes(dt, bodies, colliders);
+            let (probes, moment) = self
+                .injector
+                .all_probes(&self.compiled, dt, bodies, colliders);
             let world = (&*bodies, &(&*bodies, colliders));
             auditor.begin(&self.compiled, world, &probes, moment);
         }
         self.injector.begin(&self.compiled, dt, bodies, colliders)?;
+        self.detector.begin(bodies, self.injector.free_turns());
         Ok(())
     }
 
@@ -364,40 +428,72 @@ impl Fields {
                 injector.pose_before(handle, colliders)
             });
         }
-        let mut written = self.injector.end(&self.compiled, bodies, colliders)?;
+        let began = self.injector.moment(dt);
+        let (compiled, detector) = (&self.compiled, &mut self.detector);
+        let rules = &self.rules;
+        let answers = |contact: &FieldContact| rules.answers(contact);
+        let mut swept = 0;
+        let mut written = self
+            .injector
+            .end(compiled, bodies, colliders, |book, bodies| {
+                let probes = |bodies: &RigidBodySet, probes: &mut _| {
+                    Injector::gather(book, bodies, colliders, probes);
+                };
+                swept = detector.sweep(compiled, (bodies, colliders), (began, dt), probes, answers);
+            })?;
+        written += swept;
         if !self.compiled.detectors.is_empty() {
             let moment = self.injector.moment(dt);
             let book = &self.injector.book;
-            self.detection
+            self.detector
                 .run(&self.compiled, bodies, colliders, moment, |probes| {
                     Injector::gather(book, bodies, colliders, probes);
                 });
-            if self.responder != Responder::Rapier {
-                written += self.detection.respond(bodies);
+            if rules.everywhere != Responder::Rapier || !rules.among.is_empty() {
+                written += self.detector.respond(bodies, dt, answers);
+            }
+            self.detector.add_touches();
+            if let Some(reporter) = &mut self.reporter {
+                reporter.report(&self.detector.contacts, self.injector.time);
             }
         }
         if let Some(auditor) = &mut self.auditor {
-            let (probes, moment) = self.injector.all_probes(dt, bodies, colliders);
+            let (probes, moment) = self
+                .injector
+                .all_probes(&self.compiled, dt, bodies, colliders);
             let world = (&*bodies, &(&*bodies, colliders));
             auditor.end(&self.compiled, world, &probes, moment, dt);
         }
         Ok(StepOutcome {
             sampled: self.injector.sampled(),
-            contacts: self.detection.contacts.len(),
+            contacts: self.detector.contacts.len(),
             written,
             warnings: self.injector.warnings.len(),
             particles: 0,
+            exhausted: self.detector.exhausted,
         })
     }
 
     /// Keeps Rapier from solving the contacts that the fields answer, by the colliders' solver
-    /// groups; see [`Responder::Fields`]. Only needed around a pipeline of one's own, once per
+    /// groups; see [`Responder::Fields`]. Keeps Rapier from recycling the contacts that a
+    /// cross-check watches. Only needed around a pipeline of one's own, once per
     /// tree.
     pub fn claim_contacts(&mut self, colliders: &mut ColliderSet) {
-        if self.responder == Responder::Fields {
-            Detection::claim(&self.compiled, colliders);
+        Detector::claim(&self.compiled, &self.rules, colliders);
+        if let Some(check) = &mut self.check {
+            check.keep_fresh(colliders);
         }
         self.claimed = true;
+    }
+
+    /// The hooks by which Rapier learns which contacts are not its own, if there are
+    /// [rules](FieldsBuilder::responder_among) for some: for a pipeline of one's own.
+    pub fn hooks(&self) -> ResponderHooks {
+        let detectors = self.compiled.detectors.iter();
+        ResponderHooks {
+            rules: self.rules.clone(),
+            detecting: detectors.map(|detector| detector.collider).collect(),
+        }
     }
 
     /// Replaces the tree; properties of probes, axes, settings and time stay.
@@ -407,14 +503,45 @@ impl Fields {
     pub fn set_tree(&mut self, tree: impl Into<Tree>) -> Result<(), TreeError> {
         let tree = tree.into();
         tree.validate(&self.axes)?;
-        self.compiled = Compiled::new(tree);
-        self.detection = Detection::new(&self.compiled);
-        if let Some(check) = &mut self.check {
-            check.watch(&self.compiled);
-        }
+        self.compile(tree);
         self.injector.forget_anchors();
         self.auditor = self.auditor.take().map(|_| Auditor::default());
         self.claimed = false;
+        Ok(())
+    }
+
+    fn compile(&mut self, tree: Tree) {
+        self.compiled = Compiled::new(tree, self.injector.book.overrides());
+        self.detector = Detector::new(&self.compiled, self.detection);
+        if let Some(check) = &mut self.check {
+            check.watch(&self.compiled);
+        }
+    }
+
+    /// Sets where a body is sampled by all fields that leave it to [`Sampling::Auto`], laws
+    /// between sites aside; without one, as each field asks for.
+    ///
+    /// If any body asks for [`Sampling::Adaptive`], radial fields within balls are evaluated one by
+    /// one, on all bodies.
+    ///
+    /// # Errors
+    /// The body is not there, or a tolerance is not more than zero and finite.
+    pub fn set_sampling(
+        &mut self,
+        body: RigidBodyHandle,
+        sampling: impl Into<Option<Sampling>>,
+        bodies: &RigidBodySet,
+    ) -> Result<(), StepError> {
+        if !bodies.contains(body) {
+            return Err(StepError::NoSuchBody { body });
+        }
+        self.injector.book.set_sampling(body, sampling.into())?;
+        if self.injector.book.overrides() != self.compiled.overrides {
+            let tree = std::mem::replace(&mut self.compiled.tree, Tree::empty());
+            self.compile(tree);
+            self.injector.forget_batches();
+        }
+        self.injector.invalidate();
         Ok(())
     }
 
@@ -459,6 +586,32 @@ impl Fields {
     /// The last wrench of the fields on a body, in world axes; nothing if it was not sampled.
     pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
         self.injector.wrench(body)
+    }
+
+    /// How far the last wrench on a body, by a step or by [`Fields::sample`], may be off because
+    /// borders of regions pass through the body; nothing if it was not sampled
+    /// [adaptively](Sampling::Adaptive).
+    ///
+    /// It bounds what follows from not knowing where in a cell a border is, for forces that are
+    /// constant over each cell: so all of the error for uniform forces on a body of cuboids, but
+    /// not what a formula varies within a cell, nor what is uncertain about the volume in cells at
+    /// the surface of other shapes. Borders are those of regions, predicates and soft edges aside;
+    /// infinite if too many pass through one cell to be told apart (more than six of a term).
+    pub fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
+        self.injector.wrench_error(body)
+    }
+
+    /// The points at which a body is sampled, as the world is now, whichever fields use them:
+    /// for drawing, and for checking against the [reference](crate::reference). Those of
+    /// [adaptive](Sampling::Adaptive) sampling are the ones of a body clear of borders.
+    pub fn samples(
+        &mut self,
+        body: RigidBodyHandle,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Vec<BodySample> {
+        self.injector
+            .samples(body, &self.compiled, bodies, colliders)
     }
 
     /// The wrench of the fields on a body as the world is now, whether or not a step was made.
@@ -539,12 +692,14 @@ impl Fields {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn explain(
-        &self,
+        &mut self,
         body: RigidBodyHandle,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Option<Explanation> {
-        let (probes, moment) = self.injector.all_probes(1.0, bodies, colliders);
+        let (probes, moment) = self
+            .injector
+            .all_probes(&self.compiled, 1.0, bodies, colliders);
         let place = probes.bodies.iter().position(|handle| *handle == body)?;
         let frames = (bodies, colliders);
         let compiled = &self.compiled;
@@ -581,9 +736,11 @@ impl Fields {
         self.auditor.as_ref().map(|auditor| &auditor.audit)
     }
 
-    /// The contacts detected at the end of the last step, with the impulses that answered them.
+    /// The contacts of the last step, with the impulses that answered them: with swept detection
+    /// first the touches in it, in the order of time; then overlaps at its end, in the order of the
+    /// colliders' handles.
     pub fn contacts(&self) -> &[FieldContact] {
-        &self.detection.contacts
+        &self.detector.contacts
     }
 
     /// The cross-check with Rapier so far, if it is on.

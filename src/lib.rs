@@ -7,8 +7,8 @@
 //!   or a collider. Outside its region a field is *not defined*, which is not the same as zero.
 //! - A **tree** composes fields by the seven operators of the [table](Operator); it is one
 //!   composite field.
-//! - A **probe** is a point of a body where the tree is sampled: the middle of each collider, or
-//!   the centre of mass for uniform fields.
+//! - A **probe** is a point of a body where the tree is sampled: the centre of mass for uniform
+//!   fields, the middle of each collider, or points of their volumes or surfaces; see [`Sampling`].
 //! - The **wrench** is the force and the torque about the centre of mass that the probes of a body
 //!   sum to. A **[scheme](Scheme)** says how it becomes motion.
 //! - A **detection field** says who touches the collider it is anchored to, and may answer.
@@ -77,7 +77,7 @@
 //! #     world.insert(body, ColliderBuilder::ball(0.5))
 //! # };
 //! # let (left, right) = (ball(-1.0, 1.0), ball(1.0, 0.0));
-//! let elastic = ContactLaw::Impulse { restitution: 1.0 };
+//! let elastic = ContactLaw::elastic();
 //! let around = |collider: ColliderHandle| Field::contact(elastic).at(collider);
 //! let mut fields = Fields::new(around(left.1).sum_union(around(right.1)))?;
 //! for _ in 0..90 {
@@ -85,6 +85,28 @@
 //! }
 //! assert_eq!(world.bodies[left.0].linvel().x, 0.0, "equal masses exchange their velocities");
 //! assert_eq!(world.bodies[right.0].linvel().x, 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Sampling at the end of steps misses what happens within them. [`Detection::Swept`] finds every
+//! first touch, when and where it happens, and answers it there:
+//!
+//! ```
+//! use rapier3d_fields::prelude::*;
+//! # let mut world = PhysicsWorld::new();
+//! # world.gravity = Vector::ZERO;
+//! # world.integration_parameters.dt = 0.1;
+//! # let mut ball = |x: Real, v: Real| {
+//! #     let body = RigidBodyBuilder::dynamic().translation(Vector::X * x).linvel(Vector::X * v);
+//! #     world.insert(body, ColliderBuilder::ball(0.5))
+//! # };
+//! # let (bullet, target) = (ball(-5.0, 100.0), ball(0.0, 0.0));
+//! let around = |collider: ColliderHandle| Field::contact(ContactLaw::elastic()).at(collider);
+//! let tree = around(bullet.1).sum_union(around(target.1));
+//! let mut fields = Fields::builder(tree).detection(Detection::Swept).build()?;
+//! fields.step(&mut world)?; // of 0.1, in which the bullet flies 10
+//! let touched = fields.contacts()[0].time_of_impact.unwrap();
+//! assert!((touched - 0.04).abs() < 1e-6);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -143,18 +165,18 @@ pub mod study;
 
 pub mod prelude;
 
-pub use check::{ContactCounts, CrossCheckReport, Disagreement};
+pub use check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use compile::{IndexKind, Plan, PlanEntry};
-pub use detect::{FieldContact, Responder};
-pub use eval::{PotentialEnergy, Wrench};
+pub use detect::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
+pub use eval::{PotentialEnergy, Wrench, WrenchError};
 pub use explain::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
 pub use field::{
-    Anchor, Axis, ContactLaw, Coupling, Field, Layer, Operator, Reading, Region, Sample, Scalar,
-    Tree, TreeError,
+    Anchor, Axis, ContactLaw, Coupling, Field, Layer, Operator, Reading, Region, Sample, Sampling,
+    Scalar, Tree, TreeError,
 };
 pub use fields::{Fields, FieldsBuilder, StepOutcome};
 pub use inject::{
-    ProbeProperties, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy,
+    BodySample, ProbeProperties, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy,
 };
 
 /// The README's programs run as tests.

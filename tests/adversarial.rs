@@ -106,7 +106,7 @@ fn lengths_must_be_positive_and_finite() {
 #[test]
 fn parameters_of_formulas_must_be_finite() {
     for bad in NOT_FINITE {
-        let contact = |restitution| Field::contact(ContactLaw::Impulse { restitution });
+        let contact = |restitution| Field::contact(ContactLaw::restitution(restitution));
         for (what, field) in [
             ("uniform", Field::uniform(Vector::Y * bad)),
             ("magnetic", Field::magnetic(Vector::Z * bad)),
@@ -133,7 +133,7 @@ fn parameters_of_formulas_must_be_finite() {
     );
     refuses_parameter(Field::coulomb(Real::MAX, 2.0), "a product that overflows");
     for restitution in [-0.1, 1.1] {
-        let field = Field::contact(ContactLaw::Impulse { restitution });
+        let field = Field::contact(ContactLaw::restitution(restitution));
         refuses_parameter(field.at(nobody()), "restitution");
     }
 }

@@ -16,7 +16,16 @@ use proptest::prelude::*;
 use rapier3d_fields::math::{ColliderHandle, Pose, RigidBodyHandle};
 use rapier3d_fields::prelude::*;
 
-const SCHEMES: [Scheme; 3] = [Scheme::KickDriftKick, Scheme::Kick, Scheme::ExternalForce];
+const SCHEMES: [Scheme; 8] = [
+    Scheme::KickDriftKick,
+    Scheme::Kick,
+    Scheme::ExternalForce,
+    Scheme::Substep(Substeps::Fixed(3)),
+    Scheme::Substep(Substeps::PerBody { tolerance: 1e-2 }),
+    Scheme::LinearlyImplicit,
+    Scheme::Suzuki4,
+    Scheme::Auto { tolerance: 1e-2 },
+];
 
 /// Three bodies that move, turn, sleep and carry a user's force; the first at the origin.
 fn world() -> (PhysicsWorld, Vec<RigidBodyHandle>, Vec<ColliderHandle>) {
@@ -418,7 +427,7 @@ fn hostile_field() -> impl Strategy<Value = Field> {
                 }),
                 9 => Field::coulomb(a, b),
                 10 => Field::point_gravity(a),
-                _ => Field::contact(ContactLaw::Impulse { restitution: a })
+                _ => Field::contact(ContactLaw::restitution(a))
                     .at(ColliderHandle::from_raw_parts(1, 0)),
             };
             let field = match region {
@@ -457,7 +466,7 @@ proptest! {
     #[test]
     fn hostile_numbers_never_panic(
         parts in proptest::collection::vec((hostile_field(), 0..7_usize), 1..5),
-        scheme in 0..3_usize,
+        scheme in 0..SCHEMES.len(),
     ) {
         let (mut world, ..) = world();
         let tree = parts.into_iter().fold(Tree::empty(), |tree, (field, operator)| {

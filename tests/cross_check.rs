@@ -9,7 +9,7 @@ mod support;
 use collide::*;
 use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{ContactCounts, CrossCheckReport};
+use rapier3d_fields::{ContactCounts, CrossCheck, CrossCheckReport};
 use support::{assert_at_most, assert_close, either};
 
 fn report(fields: &Fields) -> &CrossCheckReport {
@@ -96,11 +96,21 @@ fn contacts_are_compared_at_the_same_poses() {
     assert_agrees(report(&fields));
 }
 
-/// What the check says of tops that turn slowly for a step, with recycling on or off.
+/// What the check says of tops that turn slowly for a step in a world that recycles contacts, if it
+/// lets it or not.
 fn with_recycling(on: bool) -> CrossCheckReport {
     let (mut world, [a, b]) = spinning_pair(1.0 / 240.0, 0.1);
-    world.integration_parameters.contact_recycling = on;
-    let mut fields = cross_checked(&[&a, &b], ContactLaw::Observe);
+    world.integration_parameters.contact_recycling = true;
+    let tree = touch(parts(&[&a, &b]), ContactLaw::Observe);
+    let check = if on {
+        CrossCheck::all().let_recycle()
+    } else {
+        CrossCheck::all()
+    };
+    let mut fields = Fields::builder(tree)
+        .cross_check(check)
+        .build()
+        .expect("a valid tree");
     for _ in 0..4000 {
         step(&mut fields, &mut world);
     }
@@ -269,4 +279,34 @@ fn what_is_too_shallow_to_tell_is_counted_apart() {
     let report = report(&fields);
     assert_eq!((report.total.within_band, report.total.disagreed()), (1, 0));
     assert!(report.disagreements.is_empty());
+}
+
+#[test]
+fn chosen_pairs_alone_are_watched_and_disagreements_are_told_at_once() {
+    use std::sync::{Arc, Mutex};
+    let mut world = still_arena();
+    let row = [0.0, 0.9, 1.8].map(|x| Vector::X * from_f64(x));
+    let [a, b, c] = row.map(|place| ball(&mut world, 1.0, place, Vector::ZERO));
+    for hidden in [&a, &c] {
+        world.colliders[hidden.parts[0]].set_collision_groups(InteractionGroups::none());
+    }
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let list = Arc::clone(&told);
+    let check = CrossCheck::pairs([(b.parts[0], a.parts[0])])
+        .on_disagreement(move |found| list.lock().expect("a list").push(*found));
+    let tree = touch(parts(&[&a, &b, &c]), ContactLaw::Observe);
+    let mut fields = Fields::builder(tree)
+        .cross_check(check)
+        .build()
+        .expect("a valid tree");
+    for _ in 0..3 {
+        assert_eq!(step(&mut fields, &mut world), 2);
+    }
+    let told = told.lock().expect("a list");
+    assert_eq!(told.iter().map(|d| d.step).collect::<Vec<_>>(), [1, 2, 3]);
+    assert!(
+        told.iter().all(|d| d.colliders == [a.parts[0], b.parts[0]]),
+        "{told:?}"
+    );
+    assert_eq!(report(&fields).total.only_field, 3);
 }

@@ -16,7 +16,7 @@ use rapier3d_fields::scenes::insert_box;
 use support::{assert_at_most, assert_close, either};
 
 fn newton(restitution: Real) -> ContactLaw {
-    ContactLaw::Impulse { restitution }
+    ContactLaw::restitution(restitution)
 }
 
 /// What fixed bodies were given by the answers of a run.

@@ -9,6 +9,7 @@
 extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 #[path = "support/trees.rs"]
+#[allow(dead_code, reason = "shared with other tests")]
 mod trees;
 #[path = "support/worlds.rs"]
 mod worlds;
@@ -17,7 +18,8 @@ use proptest::prelude::*;
 use rapier3d_fields::IndexKind;
 use rapier3d_fields::math::{DVec3, to_dvec3};
 use rapier3d_fields::prelude::*;
-use trees::{FormulaPlan, LeafPlan, Numbers, RegionPlan, TermPlan, reference, rounding};
+use trees::{FormulaPlan, LeafPlan, Numbers, RegionPlan, ScalarPlan, TermPlan};
+use trees::{reference, rounding};
 use worlds::{BodyPlan, World, bodies};
 
 /// Integers up to here add up without rounding in `f32`.
@@ -110,7 +112,7 @@ fn cases(cases: u32) -> ProptestConfig {
 }
 
 proptest! {
-    #![proptest_config(cases(8000))]
+    #![proptest_config(cases(4000))]
 
     /// All operators, regions, anchors, couplings and readings: bit for bit, boundaries included.
     #[test]
@@ -136,6 +138,9 @@ fn batch(formula: &FormulaPlan, region: &RegionPlan, places: &[(u8, [i32; 3])]) 
             anchor: (*kind, (place[0] + 40) as usize, *place, 0),
             reading: Reading::Force,
             coupling: Coupling::Each,
+            scale: None,
+            limit: None,
+            group: None,
             numbers: Numbers::Fractional,
         })
     };
@@ -158,7 +163,7 @@ proptest! {
     #[test]
     fn batches_of_any_length_agree(
         plans in bodies(4, 1..=2),
-        law in trees::radial_law(),
+        law in trees::formulas::radial_law(),
         ranged in any::<bool>(),
         places in places(2, 4, 1..=20),
     ) {
@@ -171,7 +176,7 @@ proptest! {
     #[test]
     fn grids_agree(
         plans in bodies(3, 1..=2),
-        law in trees::radial_law(),
+        law in trees::formulas::radial_law(),
         range in 1..=4,
         near in places(2, 6, 64..=90),
         far in proptest::collection::vec(proptest::array::uniform3(-1_000_000..=1_000_000), 0..3),
@@ -201,6 +206,47 @@ proptest! {
         let anchors = anchors.into_iter().map(|(kind, place)| (kind, (place[0] + 40) as usize, place, 0));
         let terms = [TermPlan::Instances(Box::new(prototype), anchors.collect())];
         agree(&World::new(&plans), &terms, Numbers::Fractional)?;
+    }
+}
+
+/// A leaf that acts nearly everywhere: so that what is made of several shows.
+fn wide() -> impl Strategy<Value = TermPlan> {
+    trees::leaf(Numbers::Integer).prop_map(|mut leaf| {
+        leaf.region = RegionPlan::Everywhere;
+        (leaf.anchor.0, leaf.group, leaf.limit) = (0, None, None);
+        TermPlan::Leaf(leaf)
+    })
+}
+
+proptest! {
+    #![proptest_config(cases(1000))]
+
+    /// Layers that overlap, in all orders and modes.
+    #[test]
+    fn overlapping_layers_agree(
+        plans in bodies(2, 1..=1),
+        layers in proptest::collection::vec((wide(), -1..=1, any::<bool>(), any::<bool>()), 2..5),
+    ) {
+        agree(&World::new(&plans), &[TermPlan::Layers(layers)], Numbers::Integer)?;
+    }
+
+    /// Scales in the frames of instances within instances, beside others.
+    #[test]
+    fn scales_of_nested_instances_agree(
+        plans in bodies(2, 1..=1),
+        leaf in wide(),
+        beside in trees::term(Numbers::Integer),
+        axes in proptest::array::uniform2(0..3_usize),
+        anchors in proptest::collection::vec(trees::anchor_plan(Numbers::Integer), 4),
+        operator in proptest::sample::select(Operator::ALL.to_vec()),
+    ) {
+        let scaled = |term: TermPlan, k: usize| {
+            TermPlan::Scaled(Box::new(term), ScalarPlan::Axis(axes[k]), anchors[k])
+        };
+        let inner = TermPlan::Instances(Box::new(scaled(leaf, 0)), anchors[2..].to_vec());
+        let both = TermPlan::Apply(operator, Box::new(beside), Box::new(scaled(inner, 1)));
+        let outer = TermPlan::Instances(Box::new(both), anchors[..2].to_vec());
+        agree(&World::new(&plans), &[outer], Numbers::Integer)?;
     }
 }
 

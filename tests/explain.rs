@@ -202,7 +202,7 @@ fn reactions_are_explained_and_audited() {
         .audit(true)
         .build()
         .expect("a valid tree");
-    let explain = |body| {
+    let mut explain = |body| {
         fields
             .explain(body, &world.bodies, &world.colliders)
             .unwrap()

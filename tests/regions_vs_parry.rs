@@ -118,6 +118,24 @@ proptest! {
         compare(Region::ball(r), &*SharedShape::ball(r).0, at, &points)?;
     }
 
+    /// Over the axes of space, sets over axes are those of space.
+    #[test]
+    fn balls_and_half_spaces_over_axes(
+        r in size(), toward in point(1.0), offset in -2.0..2.0_f64,
+        at in placement(), points in points(),
+    ) {
+        let ball = Region::ball_over([Axis::X, Axis::Y, Axis::Z].map(|axis| (axis, 0.0, r)));
+        compare(ball, &*SharedShape::ball(r).0, at, &points)?;
+        prop_assume!(toward.length() > 0.1);
+        let (outward, offset) = (toward.normalize(), offset as Real);
+        // Twice as steep is the same half-space.
+        let steep = outward * 2.0;
+        let coefficients = [(Axis::X, steep.x), (Axis::Y, steep.y), (Axis::Z, steep.z)];
+        let to_plane = Pose::from_translation(outward * -offset);
+        let half_space = Region::half_space_over(coefficients, 2.0 * offset).at(to_plane);
+        compare(half_space, &HalfSpace::new(outward), at, &points)?;
+    }
+
     #[test]
     fn cuboids(half in [size(), size(), size()], at in placement(), points in points()) {
         let [x, y, z] = half;

@@ -1,6 +1,9 @@
-//! What the long-running examples share: arguments, bookkeeping, trajectory and picture.
+//! What the examples share: arguments, bookkeeping, trajectory and pictures.
+
+#![allow(dead_code, reason = "each example uses a part")]
 
 pub mod args;
+pub mod arrows;
 pub mod picture;
 pub mod plot;
 pub mod projection;

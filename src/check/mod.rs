@@ -3,12 +3,18 @@
 //! Contacts that Rapier reports after a step belong to the poses before it. So what the fields find
 //! before a step is kept, and compared after it.
 
+mod settings;
+
+pub use settings::CrossCheck;
+
 use std::collections::HashSet;
 
 use crate::compile::Compiled;
 use crate::detect::FieldContact;
-use crate::math::{ColliderHandle, ColliderSet, Pose, Real, Vector};
+use crate::math::{ColliderHandle, ColliderSet, Pose, Real, Vector, to_f64};
+use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
+use crate::rapier::pipeline::ActiveHooks;
 
 /// How many roundings of a coordinate stand between the poses and a gap, at most, on both sides
 /// together: positions of two bodies, their rotations and those of the parts' places in them, the
@@ -31,12 +37,18 @@ pub struct CrossCheckReport {
     pub normal_error: Real,
     /// Largest distance between the points of contact.
     pub point_error: Real,
-    /// Whether Rapier's contacts were being recycled, and so up to 0.05 length units stale:
-    /// `contact_recycling` must be off for the check to mean anything. Only known to
+    /// Whether Rapier's contacts were being recycled, and so up to 0.05 length units stale, which
+    /// is only so if [the check was told to let it](CrossCheck::let_recycle). Only known to
     /// [`Fields::step`](crate::Fields::step).
     pub recycling: bool,
+    /// Whether Rapier may have made more than one pass of continuous detection
+    /// (`max_ccd_substeps` above 1): its contacts then belong to poses within the step, and
+    /// disagreements mean little. Only known to [`Fields::step`](crate::Fields::step).
+    pub ccd_substeps: bool,
     /// The disagreements of the last step, those within the band left out.
     pub disagreements: Vec<Disagreement>,
+    /// Sums of the differences of depth, normal and point.
+    sums: [f64; 3],
 }
 
 /// Contacts by who found them.
@@ -72,6 +84,10 @@ impl ContactCounts {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Disagreement {
+    /// The number of the step, from 1.
+    pub step: u64,
+    /// Where the side that found it did.
+    pub world_point: Vector,
     /// The colliders, in the order of their handles.
     pub colliders: [ColliderHandle; 2],
     /// Overlap as the fields found it, if they did.
@@ -103,14 +119,47 @@ struct Sighting {
 
 /// The check of one world.
 #[derive(Default)]
-pub(crate) struct CrossCheck {
+pub(crate) struct Checker {
     pub report: CrossCheckReport,
+    settings: CrossCheck,
     watched: HashSet<ColliderHandle>,
     /// What the fields found at the poses the next step starts from.
     expected: Option<Vec<Sighting>>,
 }
 
-impl CrossCheck {
+impl Checker {
+    pub(crate) fn new(settings: CrossCheck) -> Self {
+        Checker {
+            settings,
+            ..Checker::default()
+        }
+    }
+
+    /// Keeps Rapier from recycling the contacts of the colliders watched: a collider with any
+    /// active hook is exempt. The hook asked for is called for every pair, and by default allows
+    /// it.
+    pub(crate) fn keep_fresh(&mut self, colliders: &mut ColliderSet) {
+        if self.settings.lets_recycle {
+            return;
+        }
+        for handle in &self.watched {
+            let hooks = colliders.get(*handle).map(|c| c.active_hooks());
+            if hooks.is_some_and(|hooks| hooks.is_empty())
+                && let Some(collider) = colliders.get_mut(*handle)
+            {
+                collider.set_active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS);
+            }
+        }
+    }
+
+    /// Takes note of settings of Rapier under which its contacts are not those of the poses before
+    /// the step.
+    pub(crate) fn note(&mut self, parameters: &IntegrationParameters) {
+        let recycles = self.settings.lets_recycle && parameters.contact_recycling;
+        self.report.recycling |= recycles;
+        self.report.ccd_substeps |= parameters.max_ccd_substeps > 1;
+    }
+
     /// Watches the colliders of all detection fields of a tree.
     pub(crate) fn watch(&mut self, compiled: &Compiled) {
         self.watched = compiled.detectors.iter().map(|d| d.collider).collect();
@@ -119,7 +168,10 @@ impl CrossCheck {
 
     /// Keeps what the fields found, for comparison after the next step.
     pub(crate) fn expect(&mut self, contacts: &[FieldContact], colliders: &ColliderSet) {
-        let sightings = contacts.iter().map(|contact| Sighting {
+        let watched = contacts
+            .iter()
+            .filter(|c| self.settings.watches(c.colliders));
+        let sightings = watched.map(|contact| Sighting {
             colliders: contact.colliders,
             world_point: contact.world_point,
             world_normal: contact.world_normal,
@@ -160,7 +212,10 @@ impl CrossCheck {
         {
             let our = ours.next_if(|sighting| key(sighting) == next);
             let their = theirs.next_if(|sighting| key(sighting) == next);
-            self.report.record(our, their);
+            let new = self.report.record(our, their);
+            if let (Some(new), Some(tell)) = (new, &self.settings.listener) {
+                tell(&new);
+            }
         }
         self.report.total.add(self.report.last_step);
     }
@@ -168,7 +223,11 @@ impl CrossCheck {
     /// Whether fields could have found what a pair of Rapier's may hold: one side has a detection
     /// field, and one is a ball.
     fn compares(&self, pair: &ContactPair, colliders: &ColliderSet) -> bool {
-        let handles = [pair.collider1, pair.collider2];
+        let mut handles = [pair.collider1, pair.collider2];
+        handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
+        if !self.settings.watches(handles) {
+            return false;
+        }
         let is_ball = |handle: &ColliderHandle| {
             let collider = colliders.get(*handle);
             collider.is_some_and(|collider| collider.shape().as_ball().is_some())
@@ -178,30 +237,45 @@ impl CrossCheck {
 }
 
 impl CrossCheckReport {
-    fn record(&mut self, our: Option<&Sighting>, their: Option<&Sighting>) {
+    fn record(&mut self, our: Option<&Sighting>, their: Option<&Sighting>) -> Option<Disagreement> {
         if let (Some(our), Some(their)) = (our, their) {
             self.last_step.both += 1;
-            self.depth_error = self.depth_error.max((our.depth - their.depth).abs());
+            let depth = (our.depth - their.depth).abs();
+            self.depth_error = self.depth_error.max(depth);
+            self.sums[0] += to_f64(depth);
             let cross = our.world_normal.cross(their.world_normal).length();
             let angle = cross.atan2(our.world_normal.dot(their.world_normal));
             self.normal_error = self.normal_error.max(angle);
+            self.sums[1] += to_f64(angle);
             let apart = (our.world_point - their.world_point).length();
             self.point_error = self.point_error.max(apart);
-            return;
+            self.sums[2] += to_f64(apart);
+            return None;
         }
-        let Some(only) = our.or(their) else { return };
+        let only = our.or(their)?;
         if only.depth <= only.band {
             self.last_step.within_band += 1;
-            return;
+            return None;
         }
         self.last_step.only_field += u64::from(our.is_some());
         self.last_step.only_rapier += u64::from(their.is_some());
-        self.disagreements.push(Disagreement {
+        let disagreement = Disagreement {
+            step: self.steps,
             colliders: only.colliders,
+            world_point: only.world_point,
             field_depth: our.map(|our| our.depth),
             rapier_depth: their.map(|their| their.depth),
             band: only.band,
-        });
+        };
+        self.disagreements.push(disagreement);
+        Some(disagreement)
+    }
+
+    /// Mean differences over all contacts that both sides found: of the depth, of the normal (an
+    /// angle, in radians) and of the point. Zero if there was none.
+    pub fn mean_errors(&self) -> [f64; 3] {
+        let count = self.total.both.max(1) as f64;
+        self.sums.map(|sum| sum / count)
     }
 }
 

@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 
-use crate::field::{Anchor, ContactLaw, Field, Formula, Modifier, Node, Radial, Tree};
+use crate::field::{
+    Anchor, ContactLaw, Field, Formula, How, Modifier, Node, Radial, Sampling, Tree,
+};
 use crate::math::{Pose, Real, Vector, to_f64};
 
 use super::{
     AnchorId, Compiled, ConstantField, Detector, Guard, Plan, PlanEntry, Program, RadialBatch,
-    RadialSource, Weighting, program::NO_ANCHOR,
+    RadialSource, Wanted, Weighting, program::NO_ANCHOR,
 };
 
 /// A field is looked for among this many of the last programs: a tree of fields that are all
@@ -15,9 +17,10 @@ use super::{
 const MOST_COMPARED: usize = 64;
 
 impl Compiled {
-    /// Lowers a validated tree.
-    pub(crate) fn new(tree: Tree) -> Self {
+    /// Lowers a validated tree, for bodies some of which may ask for a sampling of their own.
+    pub(crate) fn new(tree: Tree, overrides: Vec<Sampling>) -> Self {
         let mut lowering = Lowering::new(&tree);
+        lowering.compiled.overrides = overrides;
         for term in tree.terms() {
             lowering.term(term);
         }
@@ -36,7 +39,7 @@ struct Lowering<'a> {
 
 /// Anchors are told apart by what they hang on and by the bits of their pose.
 type AnchorKey = (u8, (u32, u32), [u64; 7]);
-type RadialKey = ([u64; 7], Weighting);
+type RadialKey = ([u64; 7], Weighting, (u8, u64, bool, bool));
 
 impl<'a> Lowering<'a> {
     fn new(tree: &'a Tree) -> Self {
@@ -49,6 +52,8 @@ impl<'a> Lowering<'a> {
                 radials: Vec::new(),
                 programs: Vec::new(),
                 detectors: Vec::new(),
+                overrides: Vec::new(),
+                wanted: Wanted::default(),
                 plan: Plan::default(),
             },
             anchor_ids: HashMap::new(),
@@ -81,6 +86,11 @@ impl<'a> Lowering<'a> {
         let everywhere = field.region.is_everywhere();
         let range = field.region.as_centred_ball();
         let bare = field.scale.is_none() && field.limit.is_none() && !field.reacts;
+        let how = self.tree.how(place);
+        // Only programs are sampled once per body, or finer where a border passes through one.
+        let in_batch = how.sampling != Sampling::Centre
+            && (everywhere || !self.may_be_adaptive(how))
+            && !field.coupling.reads_frame();
         match &field.formula {
             formula if formula.is_zero() => {
                 self.leave_out(format!(
@@ -90,7 +100,11 @@ impl<'a> Lowering<'a> {
             }
             Formula::Contact(law) if everywhere => self.detector(place, &anchor, *law, None),
             Formula::Uniform(law)
-                if everywhere && field.acts_at_centre() && bare && anchor == Anchor::WORLD =>
+                if everywhere
+                    && bare
+                    && how.sampling == Sampling::Centre
+                    && field.acts_at_centre()
+                    && anchor == Anchor::WORLD =>
             {
                 self.compiled.constants.push(ConstantField {
                     leaf: place,
@@ -99,18 +113,23 @@ impl<'a> Lowering<'a> {
                 });
             }
             // A batch weighs its probes once for all its sources.
-            Formula::Radial(radial)
-                if (everywhere || range.is_some()) && bare && !field.coupling.reads_frame() =>
-            {
-                self.radial(place, field, radial, range, &anchor);
+            Formula::Radial(radial) if (everywhere || range.is_some()) && bare && in_batch => {
+                self.radial((place, how), field, radial, range, &anchor);
             }
             _ => self.program_of_leaf(place, field, instance),
         }
     }
 
+    /// Whether the term may be sampled adaptively, on some bodies at least.
+    fn may_be_adaptive(&self, how: How) -> bool {
+        let mut overrides = self.compiled.overrides.iter();
+        let by_body = overrides.any(|own| own.tolerance().is_some());
+        how.sampling.tolerance().is_some() || how.overridable && by_body
+    }
+
     fn radial(
         &mut self,
-        leaf: u32,
+        (leaf, how): (u32, How),
         field: &Field,
         radial: &Radial,
         range: Option<Real>,
@@ -122,13 +141,14 @@ impl<'a> Lowering<'a> {
             coupling: field.coupling.clone(),
             groups: field.groups,
         };
-        let key = (radial_bits(&law, range), weighting.clone());
+        let key = (radial_bits(&law, range), weighting.clone(), how.key());
         let batches = &mut self.compiled.radials;
         let batch = *self.radial_ids.entry(key).or_insert_with(|| {
             batches.push(RadialBatch {
                 law,
                 range,
                 weighting,
+                how,
                 sources: Vec::new(),
             });
             batches.len() - 1
@@ -242,6 +262,7 @@ impl<'a> Lowering<'a> {
             1 => what,
             _ => format!("{what} (×{count})"),
         });
+        self.compiled.wanted = Wanted::by(&self.compiled);
         self.compiled.plan = Plan::of(&self.compiled, self.tree, left_out.collect());
         self.compiled
     }
@@ -289,7 +310,7 @@ impl Plan {
             fields: tree.field_count(),
             anchors: compiled.anchors.len(),
             reads_velocity: tree.reads_velocity(),
-            samples_parts: compiled.samples_parts(),
+            samples_parts: compiled.wanted.parts,
             torque_possible: compiled.torque_possible(),
             detectors: compiled.detectors.len(),
             entries,

@@ -11,13 +11,15 @@
 mod lower;
 mod plan;
 mod program;
+mod wanted;
 
-use crate::field::{Anchor, Axis, ContactLaw, Coupling, Radial, Reading, Tree};
+use crate::field::{Anchor, ContactLaw, Coupling, How, Radial, Reading, Sampling, Tree};
 use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
 
 pub(crate) use plan::FEWEST_FOR_GRID;
 pub use plan::{IndexKind, Plan, PlanEntry};
 pub(crate) use program::{NO_ANCHOR, Program, Step};
+pub(crate) use wanted::{Cut, Wanted};
 
 /// Number of an anchor in [`Compiled::anchors`].
 pub(crate) type AnchorId = u32;
@@ -31,26 +33,20 @@ pub(crate) struct Compiled {
     pub radials: Vec<RadialBatch>,
     pub programs: Vec<Program>,
     pub detectors: Vec<Detector>,
+    /// What bodies ask for in place of [`Sampling::Auto`](crate::field::Sampling).
+    pub overrides: Vec<Sampling>,
+    pub wanted: Wanted,
     pub plan: Plan,
 }
 
 impl Compiled {
-    /// Whether any field has to know the parts of bodies.
-    fn samples_parts(&self) -> bool {
-        let of_parts = |axis: &Axis| matches!(axis, Axis::Radius | Axis::Charge);
-        let programs = self.programs.iter().filter(|program| program.has_force);
-        let mut programs = programs.map(|program| {
-            let mut axes = program.leaves.iter().flat_map(|leaf| leaf.axes());
-            !program.at_centre || axes.any(of_parts)
-        });
-        !self.radials.is_empty() || programs.any(|samples_parts| samples_parts)
-    }
-
     /// Whether any field can turn a body, by its force or by the answer to a contact.
     fn torque_possible(&self) -> bool {
-        let turns = |program: &Program| program.has_force && !program.at_centre;
+        let turns =
+            |program: &Program| program.has_force && program.how.sampling != Sampling::Centre;
         let answers = |detector: &Detector| detector.law != ContactLaw::Observe;
         !self.radials.is_empty()
+            || !self.overrides.is_empty()
             || self.programs.iter().any(turns)
             || self.detectors.iter().any(answers)
     }
@@ -85,6 +81,7 @@ pub(crate) struct RadialBatch {
     /// Radius of the ball the fields act in; without one they act everywhere.
     pub range: Option<Real>,
     pub weighting: Weighting,
+    pub how: How,
     pub sources: Vec<RadialSource>,
 }
 

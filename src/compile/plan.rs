@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{ConstantField, Program, RadialBatch};
-use crate::field::{Coupling, Tree};
+use crate::field::{Coupling, How, Sampling, Tree};
 
 /// Radial batches of fewer sources are summed over directly: a grid would cost more.
 pub(crate) const FEWEST_FOR_GRID: usize = 64;
@@ -45,8 +45,13 @@ pub struct PlanEntry {
     pub count: usize,
     /// How probes find what acts on them.
     pub index: IndexKind,
-    /// Whether bodies are sampled once, at their centre of mass, and not at each probe.
-    pub at_centre: bool,
+    /// Where bodies are sampled that do not ask for a sampling of their own; never
+    /// [`Sampling::Auto`].
+    pub sampling: Sampling,
+    /// Whether a ball is sampled at its centre only, whatever `sampling` says.
+    pub spares_balls: bool,
+    /// The samples of a body of one cube; where sampling is adaptive, of a body clear of borders.
+    pub samples_of_a_cube: usize,
 }
 
 /// How probes find the fields that reach them.
@@ -65,6 +70,48 @@ pub enum IndexKind {
 }
 
 impl PlanEntry {
+    fn of(how: How) -> Self {
+        Self::sampled(how.sampling, how.auto)
+    }
+
+    fn sampled(sampling: Sampling, auto: bool) -> Self {
+        let (several, samples_of_a_cube) = match sampling {
+            Sampling::Auto | Sampling::Centre | Sampling::Parts => (false, 1),
+            Sampling::Volume | Sampling::Adaptive { .. } => (true, 27),
+            Sampling::Surface => (true, 24),
+        };
+        PlanEntry {
+            what: String::new(),
+            count: 0,
+            index: IndexKind::None,
+            sampling,
+            spares_balls: auto && several,
+            samples_of_a_cube,
+        }
+    }
+
+    fn write_sampling(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.sampling {
+            Sampling::Auto | Sampling::Centre => return f.write_str("once per body"),
+            Sampling::Parts => return f.write_str("per part"),
+            Sampling::Volume => f.write_str("over the volume")?,
+            Sampling::Surface => f.write_str("over the surface")?,
+            Sampling::Adaptive { tolerance } => {
+                write!(
+                    f,
+                    "over the volume, cut at borders to {tolerance} of the wrench"
+                )?;
+            }
+        }
+        write!(f, " ({} samples of a cube", self.samples_of_a_cube)?;
+        let balls = if self.spares_balls {
+            ", 1 of a ball)"
+        } else {
+            ")"
+        };
+        f.write_str(balls)
+    }
+
     pub(super) fn constant(constant: &ConstantField, tree: &Tree) -> Self {
         let label = tree
             .field(constant.leaf)
@@ -73,14 +120,14 @@ impl PlanEntry {
             what: format!("{}, the same everywhere", label.unwrap_or_default()),
             count: 1,
             index: IndexKind::None,
-            at_centre: true,
+            ..PlanEntry::sampled(Sampling::Centre, false)
         }
     }
 
     pub(super) fn radial(batch: &RadialBatch) -> Self {
         let coupling = match &batch.weighting.coupling {
             Coupling::Share => String::new(),
-            Coupling::Each => ", per probe".to_owned(),
+            Coupling::Each => ", on each part".to_owned(),
             Coupling::Axis(axis) => format!(", times {axis}"),
         };
         let range = batch
@@ -90,7 +137,7 @@ impl PlanEntry {
             what: format!("{} sources{range}{coupling}", batch.law.profile.kind()),
             count: batch.sources.len(),
             index: batch.index_kind(),
-            at_centre: false,
+            ..PlanEntry::of(batch.how)
         }
     }
 
@@ -103,7 +150,7 @@ impl PlanEntry {
             what,
             count: program.centres.len(),
             index: program.index_kind(),
-            at_centre: program.at_centre,
+            ..PlanEntry::of(program.how)
         }
     }
 }
@@ -154,15 +201,9 @@ impl fmt::Display for Plan {
             self.fields, self.anchors
         )?;
         for entry in &self.entries {
-            let sampling = if entry.at_centre {
-                "once per body"
-            } else {
-                "per probe"
-            };
-            let PlanEntry {
-                what, count, index, ..
-            } = entry;
-            writeln!(f, "  {count:>6} × {what}; {sampling}, {index}")?;
+            write!(f, "  {:>6} × {}; ", entry.count, entry.what)?;
+            entry.write_sampling(f)?;
+            writeln!(f, ", {}", entry.index)?;
         }
         if self.detectors > 0 {
             writeln!(

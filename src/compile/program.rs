@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::field::{Anchor, Field, Modifier, Node, Operator, Override, Tree};
+use crate::field::{Anchor, Field, How, Modifier, Node, Operator, Override, Tree};
 use crate::math::Real;
 
 use super::AnchorId;
@@ -23,8 +23,7 @@ pub(crate) struct Program {
     pub centres: Vec<AnchorId>,
     /// No instance acts farther than this from its anchor.
     pub reach: Option<Real>,
-    /// Sampled once per body, at its centre of mass.
-    pub at_centre: bool,
+    pub how: How,
     /// Whether the opposite force acts on the body that carries the fields.
     pub reacts: bool,
     /// Whether any leaf can give a force; otherwise the program only guards detection fields.
@@ -64,7 +63,7 @@ impl Program {
             anchors: Vec::new(),
             centres: Vec::new(),
             reach: reach(tree, root, true),
-            at_centre: tree.acts_at_centre(root),
+            how: tree.how(root),
             has_force: false,
             reacts: false,
         };

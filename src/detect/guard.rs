@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::compile::{Compiled, Detector};
 use crate::eval::{Machine, Moment, Probes};
 use crate::field::{Frame, Frames, Motion};
-use crate::math::{ColliderHandle, ColliderSet, RigidBodySet};
+use crate::math::{ColliderHandle, ColliderSet, DVec3, RigidBodySet};
 
 /// The present state of what guards may ask.
 #[derive(Debug, Default)]
@@ -46,13 +46,37 @@ impl Guards {
         other: ColliderHandle,
         moment: Moment,
     ) -> bool {
+        self.asks(compiled, detector, other, moment, None)
+    }
+
+    /// The same, as if `other` were at a world point.
+    pub(super) fn lets_through_at(
+        &mut self,
+        compiled: &Compiled,
+        detector: &Detector,
+        other: ColliderHandle,
+        moment: Moment,
+        world_point: DVec3,
+    ) -> bool {
+        self.asks(compiled, detector, other, moment, Some(world_point))
+    }
+
+    fn asks(
+        &mut self,
+        compiled: &Compiled,
+        detector: &Detector,
+        other: ColliderHandle,
+        moment: Moment,
+        world_point: Option<DVec3>,
+    ) -> bool {
         let Some(guard) = detector.guard else {
             return true;
         };
         let Some(place) = self.probe_of.get(&other) else {
             return false;
         };
-        let query = self.probes.query(&self.probes.list[*place], moment);
+        let mut query = self.probes.query(&self.probes.list[*place], moment);
+        query.world_point = world_point.unwrap_or(query.world_point);
         let program = &compiled.programs[guard.program as usize];
         let instance = guard.instance as usize;
         let motion = Motion::of(&query);

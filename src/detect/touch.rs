@@ -32,12 +32,12 @@ pub(super) struct Touch {
 
 /// What balls and other shapes have in common.
 #[derive(Clone, Copy, Debug)]
-struct Part {
-    collider: ColliderHandle,
-    body: Option<RigidBodyHandle>,
-    dynamic: bool,
+pub(super) struct Part {
+    pub collider: ColliderHandle,
+    pub body: Option<RigidBodyHandle>,
+    pub dynamic: bool,
     /// Of its detection field, if it has one.
-    law: Option<ContactLaw>,
+    pub law: Option<ContactLaw>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +68,7 @@ impl Touch {
         let (mut laws, mut laws_beyond) = (Vec::new(), HashMap::new());
         for (collider, numbers) in &detectors {
             let all = numbers.iter().map(|d| compiled.detectors[*d as usize].law);
-            let Some(law) = all.reduce(stronger) else {
+            let Some(law) = all.reduce(ContactLaw::stronger) else {
                 continue;
             };
             let index = collider.into_raw_parts().0 as usize;
@@ -102,6 +102,21 @@ impl Touch {
         }
         let (handle, law) = (*self.laws.get(index)?)?;
         (handle == collider).then_some(law)
+    }
+
+    /// A collider, with its law.
+    pub(super) fn part_of(
+        &self,
+        collider: ColliderHandle,
+        body: Option<RigidBodyHandle>,
+        dynamic: bool,
+    ) -> Part {
+        Part {
+            collider,
+            body,
+            dynamic,
+            law: self.law_of(collider),
+        }
     }
 
     /// Takes up all colliders that can touch or be touched.
@@ -225,21 +240,6 @@ impl Touch {
     }
 }
 
-/// Of two laws for one pair the one that counts: what answers before what observes, Newton's law
-/// before the paper's, and the larger restitution.
-fn stronger(a: ContactLaw, b: ContactLaw) -> ContactLaw {
-    match (a, b) {
-        (ContactLaw::Impulse { restitution: a }, ContactLaw::Impulse { restitution: b }) => {
-            ContactLaw::Impulse {
-                restitution: a.max(b),
-            }
-        }
-        (law @ ContactLaw::Impulse { .. }, _) | (_, law @ ContactLaw::Impulse { .. }) => law,
-        (ContactLaw::Paper, _) | (_, ContactLaw::Paper) => ContactLaw::Paper,
-        (ContactLaw::Observe, ContactLaw::Observe) => ContactLaw::Observe,
-    }
-}
-
 impl Part {
     /// Parts of one body never touch, nor do two that cannot move.
     fn may_touch(&self, other: &Part) -> bool {
@@ -346,26 +346,10 @@ impl Overlap<'_> {
             })
         };
         let closing = velocity(first) - velocity(second);
-        let law = match (first.law, second.law) {
-            (Some(a), Some(b)) => stronger(a, b),
-            (law, None) | (None, law) => law.unwrap_or(ContactLaw::Observe),
-        };
-        let swap = second.collider.into_raw_parts() < first.collider.into_raw_parts();
-        let (parts, normal) = if swap {
-            ([second, first], -self.world_normal)
-        } else {
-            ([first, second], self.world_normal)
-        };
+        let (point, normal) = (self.world_point, self.world_normal);
         FieldContact {
-            colliders: parts.map(|part| part.collider),
-            bodies: parts.map(|part| part.body),
-            world_point: self.world_point,
-            world_normal: normal,
-            depth: self.depth,
-            approach_speed: closing.dot(self.world_normal),
-            impulses: [Vector::ZERO; 2],
-            law,
-            has_field: parts.map(|part| part.law.is_some()),
+            approach_speed: closing.dot(normal),
+            ..FieldContact::new(self.parts, point, normal, self.depth)
         }
     }
 }

@@ -2,9 +2,11 @@
 
 use super::frames::FrameCache;
 use super::program::{Machine, Reach};
-use super::{Moment, Probe, Probes};
+use super::{Kind, Moment, Probe, Probes};
 use crate::compile::{Compiled, Program, RadialBatch};
-use crate::field::{Dual, Frames, Linearised, LocalQuery, Motion, Query, Vec3, constant};
+use crate::field::{
+    Dual, Frames, How, Linearised, LocalQuery, Motion, Query, Sampling, Vec3, constant,
+};
 use crate::math::{DVec3, to_dvec3, to_f64};
 
 /// One sample of a body: what is asked, and how it moves.
@@ -46,29 +48,37 @@ impl Lineariser {
     }
 
     /// Visits the samples of one body with the force there and its derivatives by the place and
-    /// velocity of the sample, in the world as it was [prepared](Self::prepare). Constant fields have none and are left out, force and all.
+    /// velocity of the sample, in the world as it was [prepared](Self::prepare). Constant
+    /// fields have none and are left out, force and all.
     pub(crate) fn of_body(
         &mut self,
         compiled: &Compiled,
         world: &impl Frames,
         probes: &Probes,
         moment: Moment,
-        body: u32,
+        body: usize,
         mut visit: impl FnMut(&Probe, &Linearised),
     ) {
-        let of_body = |probe: &&Probe| probe.body == body;
-        for probe in probes.list.iter().filter(of_body) {
+        let samples = probes
+            .of(body)
+            .into_iter()
+            .flat_map(|range| &probes.list[range]);
+        let whole = (&probes.centres[body], true);
+        for (probe, whole) in [whole]
+            .into_iter()
+            .chain(samples.map(|probe| (probe, false)))
+        {
+            let wanted = |how: How| {
+                let at_centre = how.sampling == Sampling::Centre && probe.kind == Kind::Centre;
+                at_centre == whole && probes.takes(how, probe)
+            };
             let seeded = Seeded::new(probes, probe, moment);
             let mut force = constant(DVec3::ZERO);
-            for batch in &compiled.radials {
+            let batches = compiled.radials.iter();
+            for batch in batches.filter(|batch| wanted(batch.how)) {
                 force += self.batch_on(compiled, world, batch, &seeded);
             }
-            force += self.programs_on(compiled, probe, &seeded, |program| !program.at_centre);
-            visit(probe, &Linearised::new(&force));
-        }
-        for probe in probes.centres.iter().filter(of_body) {
-            let seeded = Seeded::new(probes, probe, moment);
-            let force = self.programs_on(compiled, probe, &seeded, |program| program.at_centre);
+            force += self.programs_on(compiled, probe, &seeded, |p| wanted(p.how));
             visit(probe, &Linearised::new(&force));
         }
     }

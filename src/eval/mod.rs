@@ -1,5 +1,7 @@
 //! Evaluate: batches × probes → forces.
 
+mod adaptive;
+mod cells;
 mod frames;
 mod grid;
 mod kernel;
@@ -13,13 +15,16 @@ mod radial;
 
 use crate::compile::{Compiled, Program};
 use crate::field::{Frame, Frames, LocalQuery, Motion, real};
-use crate::math::{RigidBodyHandle, Vector, from_dvec3, to_f64};
+use crate::math::{Real, Vector, from_dvec3, to_f64};
 
+pub(crate) use adaptive::Solid;
+pub(crate) use cells::{Cells, Content};
 pub(crate) use linearise::Lineariser;
 pub(crate) use pairs::{Clump, PairList};
-pub(crate) use probe::{Moment, Probe, Probes, UserValues, owner};
+pub(crate) use probe::{Kind, Moment, Probe, Probes, UserValues, owner};
 pub(crate) use program::Machine;
 
+use adaptive::{Bordered, Refiner};
 use frames::FrameCache;
 use program::Reach;
 use radial::Radials;
@@ -44,6 +49,15 @@ impl Wrench {
     pub fn is_finite(&self) -> bool {
         self.force.is_finite() && self.torque.is_finite()
     }
+}
+
+/// A bound of how far a [`Wrench`] may be off; see [`Fields::wrench_error`](crate::Fields).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WrenchError {
+    /// Length of the force that is missing or too much.
+    pub force: Real,
+    /// Length of the torque that is missing or too much.
+    pub torque: Real,
 }
 
 /// The potential energy of bodies in fields.
@@ -77,6 +91,7 @@ pub(crate) struct Evaluator {
 
     frames: FrameCache,
     forces: Vec<Vector>,
+    refiner: Refiner,
 }
 
 impl Evaluator {
@@ -92,6 +107,7 @@ impl Evaluator {
         self.frames.clear(compiled);
         wrenches.clear();
         wrenches.resize(probes.bodies.len(), Wrench::ZERO);
+        self.refiner.forget(probes);
         self.constants(compiled, probes, moment, wrenches);
         self.radials(compiled, world, probes, moment, Quantity::Force);
         self.reaches
@@ -171,36 +187,55 @@ impl Evaluator {
         let frames = self.frames.all();
         let reach = &mut self.reaches[number];
         reach.refresh(program, frames);
-        let list = if program.at_centre {
-            &probes.centres
-        } else {
-            &probes.list
+        let field = Bordered {
+            program,
+            frames,
+            probes,
+            moment,
         };
-        for (index, probe) in list.iter().enumerate() {
+        self.refiner.run(&field, reach, &mut self.machine, wrenches);
+        let machine = &mut self.machine;
+        let mut reactions = Vec::new();
+        let mut force_at = |probe: &Probe| {
             let instances = reach.at(probe.world_point);
             if instances.is_empty() {
-                continue;
+                return Vector::ZERO;
             }
             let query = probes.query(probe, moment);
             let motion = Motion::of(&query);
             let mut force = Vector::ZERO;
             for instance in instances {
                 let instance = *instance as usize;
-                let outcome = self.machine.run(program, instance, frames, &query, &motion);
+                let outcome = machine.run(program, instance, frames, &query, &motion);
                 let Some(outcome) = outcome else { continue };
                 let one = from_dvec3(real(&outcome.force));
                 force += one;
                 if program.reacts {
                     let carrier = program.frame(instance, 0, frames).and_then(|f| f.body);
-                    react(carrier, one, probe, probes, wrenches);
+                    let place = carrier.and_then(|carrier| probes.of_body(carrier));
+                    reactions.extend(place.map(|place| (place, one, probe.world_point)));
                 }
             }
-            if program.at_centre {
-                wrenches[probe.body as usize].force += force;
-            } else {
-                self.forces[index] += force;
+            force
+        };
+        for centre in probes.centres_for(program.how) {
+            wrenches[centre.body as usize].force += force_at(centre);
+        }
+        for (index, probe) in probes.samples_for(program.how) {
+            if !self.refiner.has_done(probe.body) {
+                self.forces[index] += force_at(probe);
             }
         }
+        for (place, force, world_point) in reactions {
+            let arm = world_point - probes.centres[place].world_point;
+            wrenches[place].force -= force;
+            wrenches[place].torque -= arm.cross(force);
+        }
+    }
+
+    /// The bound of the error of the last wrench on a body, by its number.
+    pub(crate) fn error(&self, body: usize) -> Option<WrenchError> {
+        self.refiner.error(body)
     }
 
     /// The potential energy of all bodies of `probes`.
@@ -238,23 +273,6 @@ impl Evaluator {
     }
 }
 
-/// The opposite of a force at a probe, on the body that carries the field; bodies that are not
-/// sampled cannot be moved.
-fn react(
-    carrier: Option<RigidBodyHandle>,
-    force: Vector,
-    probe: &Probe,
-    probes: &Probes,
-    wrenches: &mut [Wrench],
-) {
-    let place = carrier.and_then(|carrier| probes.of_body(carrier));
-    if let Some(place) = place {
-        let arm = probe.world_point - probes.centres[place].world_point;
-        wrenches[place].force -= force;
-        wrenches[place].torque -= arm.cross(force);
-    }
-}
-
 /// The potential of a program of one field, if that has one.
 fn program_energy(
     program: &Program,
@@ -265,13 +283,9 @@ fn program_energy(
     let [field] = &program.leaves[..] else {
         return None;
     };
-    let list = if program.at_centre {
-        &probes.centres
-    } else {
-        &probes.list
-    };
     let mut total = 0.0;
-    for probe in list {
+    let samples = probes.samples_for(program.how).map(|(_, probe)| probe);
+    for probe in probes.centres_for(program.how).chain(samples) {
         let query = probes.query(probe, moment);
         for frame in program
             .anchors

@@ -18,9 +18,9 @@ use crate::math::{Real, Vector};
 #[derive(Clone, Copy)]
 pub(super) struct Pairs<'a> {
     pub probes: &'a Probes,
-    /// Of each probe as a source.
+    /// Of each site as a source.
     pub strengths: &'a [Real],
-    /// Of each probe: what turns the vector of the field into a force.
+    /// Of each site: what turns the vector of the field into a force.
     pub weights: &'a [Real],
     pub range: Option<Real>,
 }

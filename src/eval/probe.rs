@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use super::adaptive::Solid;
 use crate::compile::Weighting;
-use crate::field::{Axis, Coupling, Query, Reading};
+use crate::field::{Axis, Coupling, How, Query, Reading, Sampling};
 use crate::math::{
-    ColliderHandle, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64,
+    ColliderHandle, DMat3, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dvec3,
+    to_f64,
 };
 
 /// Values of the user's axes, by name.
@@ -23,11 +25,19 @@ pub(crate) struct Probe {
     pub body: u32,
     /// See [`owner`].
     pub owner: Real,
+    /// Of the part: all of it, whichever fraction the sample stands for.
     pub radius: Real,
     pub mass: Real,
     pub share: Real,
     pub charge: Real,
     pub volume: Real,
+    /// Which fraction of its part it stands for.
+    pub fraction: Real,
+    /// Number of the second moments of what it stands for.
+    pub spread: u32,
+    pub kind: Kind,
+    /// Whether one sample is as good as many: the part is a ball, or has no shape.
+    pub is_ball: bool,
     /// Collision groups of the collider.
     pub groups: InteractionGroups,
     /// Number of its [`UserValues`].
@@ -38,11 +48,29 @@ pub(crate) struct Probe {
     pub at_origin: bool,
 }
 
+/// What samples a probe is one of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Centre,
+    Site,
+    Volume,
+    Surface,
+}
+
 /// The probes of one step.
 #[derive(Debug, Default)]
 pub(crate) struct Probes {
-    /// Those of one body stand together.
+    /// First the sites, one per part; then what parts are sampled at otherwise. Of either, those
+    /// of one body stand together.
     pub list: Vec<Probe>,
+    /// How many of the list are sites.
+    pub sites: usize,
+    /// Parts that are to be cut into cells where a border passes through them.
+    pub solids: Vec<Solid>,
+    /// By body, what it asks for in place of [`Sampling::Auto`]; empty if none does.
+    pub overrides: Vec<Option<Sampling>>,
+    /// Second moments; the first are zero.
+    pub spreads: Vec<DMat3>,
     /// For each body, one probe for it as a whole, at its centre of mass.
     pub centres: Vec<Probe>,
     /// The sampled bodies.
@@ -68,15 +96,20 @@ pub(crate) fn owner(body: Option<RigidBodyHandle>) -> Real {
 impl Probes {
     pub(crate) fn clear(&mut self) {
         self.list.clear();
+        self.solids.clear();
+        self.overrides.clear();
+        self.spreads.clear();
+        self.spreads.push(DMat3::ZERO);
+        self.sites = 0;
         self.centres.clear();
         self.bodies.clear();
         self.user.clear();
     }
 
-    /// Numbers the probes by their colliders, once all are there.
+    /// Numbers the sites by their colliders, once all are there.
     pub(crate) fn number(&mut self) {
         self.by_collider.clear();
-        for (number, probe) in self.list.iter().enumerate() {
+        for (number, probe) in self.list[..self.sites].iter().enumerate() {
             let Some(collider) = probe.collider else {
                 continue;
             };
@@ -99,6 +132,62 @@ impl Probes {
         (self.bodies[place] == body).then_some(place)
     }
 
+    /// The samples of a body in the list: its sites, and the others.
+    pub(crate) fn of(&self, body: usize) -> [std::ops::Range<usize>; 2] {
+        let number = body as u32;
+        [0..self.sites, self.sites..self.list.len()].map(|range| {
+            let list = &self.list[range.clone()];
+            let first = list.partition_point(|probe| probe.body < number);
+            let past = list.partition_point(|probe| probe.body <= number);
+            range.start + first..range.start + past
+        })
+    }
+
+    /// The sampling that a body has in terms like this, and whether nobody asked for it.
+    pub(crate) fn sampling(&self, how: How, body: u32) -> (Sampling, bool) {
+        if how.overridable
+            && let Some(Some(own)) = self.overrides.get(body as usize)
+        {
+            return (*own, false);
+        }
+        (how.sampling, how.auto)
+    }
+
+    /// Whether a term that is sampled like this takes a probe.
+    pub(crate) fn takes(&self, how: How, probe: &Probe) -> bool {
+        let (sampling, auto) = self.sampling(how, probe.body);
+        let kind = match sampling {
+            Sampling::Centre => Kind::Centre,
+            Sampling::Volume | Sampling::Surface if auto && probe.is_ball => Kind::Site,
+            Sampling::Volume | Sampling::Adaptive { .. } => Kind::Volume,
+            Sampling::Surface => Kind::Surface,
+            Sampling::Auto | Sampling::Parts => Kind::Site,
+        };
+        kind == probe.kind
+    }
+
+    /// The bodies as a whole that a program takes.
+    pub(crate) fn centres_for(&self, how: How) -> impl Iterator<Item = &Probe> {
+        let centres = match how.sampling {
+            Sampling::Centre => &self.centres[..],
+            _ => &[],
+        };
+        centres.iter().filter(move |centre| self.takes(how, centre))
+    }
+
+    /// The probes of the list that a program takes, with their numbers.
+    pub(crate) fn samples_for(&self, how: How) -> impl Iterator<Item = (usize, &Probe)> {
+        let at_centre = how.sampling == Sampling::Centre;
+        let list = match at_centre && self.overrides.is_empty() {
+            true => &[],
+            false => &self.list[..],
+        };
+        // The centres in the list are for terms of which other bodies have more samples.
+        list.iter().enumerate().filter(move |(_, probe)| {
+            self.takes(how, probe) && !(at_centre && probe.kind == Kind::Centre)
+        })
+    }
+
     /// The number of a collider's probe, if it has one.
     pub(crate) fn of_collider(&self, collider: ColliderHandle) -> Option<usize> {
         let number = *self.by_collider.get(collider.into_raw_parts().0 as usize)? as usize;
@@ -111,6 +200,8 @@ impl Probes {
             world_velocity: to_dvec3(probe.velocity),
             time: moment.time,
             dt: to_f64(moment.dt),
+            fraction: to_f64(probe.fraction),
+            spread: self.spreads[probe.spread as usize],
             radius: to_f64(probe.radius),
             mass: to_f64(probe.mass),
             share: to_f64(probe.share),
@@ -135,11 +226,12 @@ impl Probes {
             Coupling::Share if weighting.reading == Reading::Force => probe.share,
             Coupling::Share | Coupling::Each => 1.0,
         };
-        match weighting.reading {
+        let whole = match weighting.reading {
             Reading::Force => coupled,
             Reading::Acceleration => coupled * probe.mass,
             Reading::VelocityChange => coupled * probe.mass / moment.dt,
-        }
+        };
+        whole * probe.fraction
     }
 
     /// The probe's coordinate along an axis; only those that do not depend on the frame of the

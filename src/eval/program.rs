@@ -2,10 +2,10 @@
 
 use crate::compile::{AnchorId, IndexKind, NO_ANCHOR, Program, Step};
 use crate::field::{
-    Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces, Query,
-    Vec3, constant,
+    Axis, Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces,
+    Query, Vec3, constant,
 };
-use crate::math::{DVec3, Real, Vector};
+use crate::math::{DVec3, Real, Vector, to_dvec3};
 use crate::rapier::parry::bounding_volume::Aabb;
 use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy};
 
@@ -76,6 +76,14 @@ struct Place<'a, T> {
     frames: &'a [Option<Frame>],
     query: &'a Query,
     motion: &'a Motion<T>,
+    forced: Forced,
+}
+
+/// Leaves whose regions are taken to hold the sample, or not, whatever they say: bits by leaf.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Forced {
+    pub which: u64,
+    pub holds: u64,
 }
 
 impl<T: Number> Machine<T> {
@@ -88,12 +96,31 @@ impl<T: Number> Machine<T> {
         query: &Query,
         motion: &Motion<T>,
     ) -> Option<Outcome<T>> {
+        self.run_forced(
+            program,
+            instance,
+            frames,
+            (query, motion),
+            Forced::default(),
+        )
+    }
+
+    /// Like [`Machine::run`], with some of the leaves' regions decided beforehand.
+    pub(super) fn run_forced(
+        &mut self,
+        program: &Program,
+        instance: usize,
+        frames: &[Option<Frame>],
+        (query, motion): (&Query, &Motion<T>),
+        forced: Forced,
+    ) -> Option<Outcome<T>> {
         let place = Place {
             program,
             instance,
             frames,
             query,
             motion,
+            forced,
         };
         let open = Neighbourhood::open();
         let outcome = self.walk(&place, &open);
@@ -167,14 +194,19 @@ impl<'a, T: Number> Place<'a, T> {
             return Value::undefined();
         };
         let field = &self.program.leaves[leaf as usize];
-        let defined = field.region.pieces(&local, here);
+        let bit = 1_u64.checked_shl(leaf).unwrap_or(0);
+        let defined = match self.forced.which & bit {
+            0 => field.region.pieces(&local, here),
+            _ if self.forced.holds & bit != 0 => here.all(),
+            _ => Pieces::NONE,
+        };
         if !defined.any() {
             return Value::undefined();
         }
         Value {
             defined,
             vector: field.force(&local),
-            leaves: 1_u64.checked_shl(leaf).unwrap_or(0),
+            leaves: bit,
         }
     }
 
@@ -184,6 +216,51 @@ impl<'a, T: Number> Place<'a, T> {
         let modifier = &self.program.modifiers[number as usize];
         value.vector = modifier.apply(value.vector, local.as_ref());
     }
+}
+
+/// The leaves, as bits, of which a border may pass within a distance of the sample, on a body
+/// that turns at `spin`, and how near one may be; nothing if they are too many to be told apart.
+pub(super) fn borders(
+    program: &Program,
+    instance: usize,
+    frames: &[Option<Frame>],
+    (query, motion): (&Query, &Motion<f64>),
+    (distance, spin): (f64, f64),
+) -> Option<(u64, f64)> {
+    let place = Place {
+        program,
+        instance,
+        frames,
+        query,
+        motion,
+        forced: Forced::default(),
+    };
+    let (mut which, mut nearest) = (0, f64::INFINITY);
+    for (leaf, field) in program.leaves.iter().enumerate() {
+        let Some(local) = place.acting(leaf).filter(|_| !field.region.is_everywhere()) else {
+            continue;
+        };
+        let turning = place
+            .frame(leaf)
+            .map_or(0.0, |frame| to_dvec3(frame.angvel).length());
+        let reads_speed = field.region.axes().any(|axis| *axis == Axis::Speed);
+        // Speeds differ over a cell by no more than it turns.
+        let steepness = if reads_speed {
+            1.0 + spin + turning
+        } else {
+            1.0
+        };
+        let depth = field.region.depth(&local).abs();
+        if depth.is_nan() || depth <= distance * steepness {
+            which |= 1_u64.checked_shl(leaf as u32)?;
+            nearest = nearest.min(depth / steepness);
+        }
+        // `f64::min` would pass over it.
+        if depth.is_nan() {
+            nearest = 0.0;
+        }
+    }
+    Some((which, nearest))
 }
 
 /// An operator on the values of its operands; see the table at [`Operator`].
@@ -281,6 +358,28 @@ impl Reach {
             });
         self.bvh = (program.index_kind() == IndexKind::Bvh)
             .then(|| Bvh::from_iter(BvhBuildStrategy::Binned, bounds));
+    }
+
+    /// Puts into `found` the instances that may act within a distance of a point, in their order.
+    pub(super) fn near(&self, point: Vector, distance: Real, found: &mut Vec<u32>) {
+        found.clear();
+        let reaches = |ball: &Option<(Vector, Real)>| {
+            ball.is_some_and(|(centre, radius)| {
+                (point - centre).abs().max_element() <= radius + distance
+            })
+        };
+        match &self.bvh {
+            Some(bvh) => {
+                let here = Aabb::from_half_extents(point, Vector::splat(distance));
+                found.extend(bvh.intersect_aabb(&here));
+                found.sort_unstable();
+            }
+            None => {
+                let instances = self.balls.iter().enumerate();
+                let near = instances.filter(|(_, ball)| reaches(ball));
+                found.extend(near.map(|(instance, _)| instance as u32));
+            }
+        }
     }
 
     /// The instances that may act at a point, in their order.

@@ -5,7 +5,7 @@ use super::grid::Grid;
 use super::kernel::{Kernel, Law};
 use super::lanes::{Lanes, WIDTH, counting, load};
 use super::mutual::{Mutual, Pairs};
-use super::probe::{Moment, Probes, owner};
+use super::probe::{Moment, Probe, Probes, owner};
 use crate::compile::{AnchorId, FEWEST_FOR_GRID, RadialBatch, RadialSource};
 use crate::field::Frame;
 use crate::math::{Real, Vector};
@@ -27,16 +27,31 @@ impl Radials {
     pub(super) fn add(
         &mut self,
         (number, batch): (usize, &RadialBatch),
-        frame: impl FnMut(AnchorId) -> Option<Frame>,
+        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
         probes: &Probes,
         moment: Moment,
         quantity: Quantity,
         sums: &mut [Vector],
     ) {
-        let weight = |probe| probes.weight(probe, &batch.weighting, moment);
+        let weight = |probe| match probes.takes(batch.how, probe) {
+            true => probes.weight(probe, &batch.weighting, moment),
+            false => 0.0,
+        };
         self.weights.clear();
         self.weights.extend(probes.list.iter().map(weight));
         let is_mutual = self.split(batch, probes);
+        // What is no site meets all sources one by one.
+        let several = is_mutual && self.weights[probes.sites..].iter().any(|w| *w != 0.0);
+        if several {
+            let (_, sums) = sums.split_at_mut(probes.sites);
+            let sources = &batch.sources;
+            self.one_way.gather(batch, sources, &mut frame, quantity);
+            match Law::new(&batch.law) {
+                Law::InverseSquare(law) => self.add_to_several(law, batch, probes, quantity, sums),
+                Law::LennardJones(law) => self.add_to_several(law, batch, probes, quantity, sums),
+                Law::Other(law) => self.add_to_several(law, batch, probes, quantity, sums),
+            }
+        }
         self.one_way.gather(batch, &self.apart, frame, quantity);
         if self.mutual.len() <= number {
             self.mutual.resize_with(number + 1, Mutual::default);
@@ -57,11 +72,26 @@ impl Radials {
         }
     }
 
+    /// Adds what the gathered sources give on the probes that are no sites.
+    fn add_to_several(
+        &self,
+        law: impl Kernel,
+        batch: &RadialBatch,
+        probes: &Probes,
+        quantity: Quantity,
+        sums: &mut [Vector],
+    ) {
+        let (probes, weights) = (&probes.list[probes.sites..], &self.weights[probes.sites..]);
+        let range = batch.range;
+        self.one_way
+            .add(law, range, quantity, probes, weights, sums);
+    }
+
     /// Sets the strengths of the probes that are sources; the others are kept apart. Whether
     /// there are enough of the former for every pair of probes to be worth a look.
     fn split(&mut self, batch: &RadialBatch, probes: &Probes) -> bool {
         self.strengths.clear();
-        self.strengths.resize(probes.list.len(), 0.0);
+        self.strengths.resize(probes.sites, 0.0);
         self.apart.clear();
         for source in &batch.sources {
             let number = source
@@ -72,7 +102,8 @@ impl Radials {
                 None => self.apart.push(*source),
             }
         }
-        let coupled = self.weights.iter().filter(|weight| **weight != 0.0).count();
+        let weights = &self.weights[..probes.sites];
+        let coupled = weights.iter().filter(|weight| **weight != 0.0).count();
         let matched = batch.sources.len() - self.apart.len();
         if matched * 2 >= coupled && matched > 0 {
             return true;
@@ -103,7 +134,10 @@ impl Both<'_> {
             apart,
         } = &mut *self.radials;
         let range = self.batch.range;
+        let (mut probes, mut weights) = (&self.probes.list[..], &weights[..]);
         if self.is_mutual {
+            // The others have met all sources already.
+            (probes, weights) = (&probes[..self.probes.sites], &weights[..self.probes.sites]);
             let pairs = Pairs {
                 probes: self.probes,
                 strengths,
@@ -117,7 +151,7 @@ impl Both<'_> {
             }
         }
         if !apart.is_empty() {
-            one_way.add(law, range, self.quantity, self.probes, weights, self.sums);
+            one_way.add(law, range, self.quantity, probes, weights, self.sums);
         }
     }
 }
@@ -194,11 +228,11 @@ impl OneWay {
         law: impl Kernel,
         range: Option<Real>,
         quantity: Quantity,
-        probes: &Probes,
+        probes: &[Probe],
         weights: &[Real],
         sums: &mut [Vector],
     ) {
-        for ((probe, weight), sum) in probes.list.iter().zip(weights).zip(sums) {
+        for ((probe, weight), sum) in probes.iter().zip(weights).zip(sums) {
             // Probes that are not coupled are left out; so is what they would cost.
             if *weight == 0.0 {
                 continue;

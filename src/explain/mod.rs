@@ -65,13 +65,10 @@ pub(crate) fn each_trace<'a>(
 ) {
     let reference = Reference::of_valid(&compiled.tree);
     for term in compiled.tree.terms() {
-        let at_centre = compiled.tree.acts_at_centre(term);
-        let list = if at_centre {
-            &probes.centres
-        } else {
-            &probes.list
-        };
-        for probe in list.iter().filter(|probe| probe.body == body) {
+        let how = compiled.tree.how(term);
+        let samples = probes.samples_for(how).map(|(_, probe)| probe);
+        let all = probes.centres_for(how).chain(samples);
+        for probe in all.filter(|probe| probe.body == body) {
             let query = probes.query(probe, moment);
             visit(probe, term, reference.trace_below(term, frames, &query));
         }

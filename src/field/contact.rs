@@ -4,6 +4,17 @@ use super::error::{TreeError, bad};
 use crate::math::{Real, to_f64};
 
 /// The law by which a detection field answers two touching, approaching parts.
+///
+/// If both parts have a field and the laws differ, the one farther down this list counts; of two
+/// of the same kind, the larger of each parameter.
+///
+/// | law | momentum, angular momentum | energy |
+/// |---|---|---|
+/// | [`Observe`](ContactLaw::Observe) | kept | kept |
+/// | [`Paper`](ContactLaw::Paper) | in symmetric cases only | in symmetric cases only |
+/// | [`PaperRelative`](ContactLaw::PaperRelative) | for equal masses | for equal masses without spin |
+/// | [`Penalty`](ContactLaw::Penalty) | kept | to first order in the step; damping takes |
+/// | [`Impulse`](ContactLaw::Impulse) | kept | kept for a restitution of one without friction, never gained |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -19,24 +30,133 @@ pub enum ContactLaw {
     /// the point of contact. A part without a field pushes nobody. The rule conserves momentum
     /// and energy in symmetric cases only.
     Paper,
+    /// The paper's rule, read with the velocity *relative* to the field and along its normal: the
+    /// other gets a velocity change along the line of centres as large as the speed at which the
+    /// two approach. Two equal masses then exchange their normal velocities, which is the exact
+    /// elastic answer; unequal ones do not conserve momentum.
+    PaperRelative,
+    /// A spring that pushes overlapping parts apart, with a force along the normal of
+    /// stiffness · depth + damping · approach speed, never pulling.
+    ///
+    /// The force at the end of a step acts as an impulse over the step's length: symplectic Euler,
+    /// stable while `dt` √(stiffness / effective mass) < 2. A swept contact is reported when it
+    /// begins, and pushes from the end of that step on.
+    Penalty {
+        /// Force per length of overlap; not negative.
+        stiffness: Real,
+        /// Force per speed of approach; not negative.
+        damping: Real,
+    },
     /// Newton's law along the normal, with both bodies' effective masses including rotation:
     /// equal and opposite impulses at one point, so that momentum and angular momentum are
-    /// exact, and for a restitution of one the energy too. Frictionless.
+    /// exact, and for a restitution of one without friction the energy too. Contacts that happen
+    /// at once are resolved together (Moreau's law of impact; rounds, until none approaches).
+    ///
+    /// Friction is Coulomb's: after the normal impulse, one against the slip at the point, large
+    /// enough to stop it or as large as friction times the normal impulse. It never adds energy.
     Impulse {
-        /// Ratio of the normal speeds after and before, from 0 to 1. Of the two fields of a
-        /// touching pair the larger one counts.
+        /// Ratio of the normal speeds after and before, from 0 to 1.
         restitution: Real,
+        /// Coefficient of friction; not negative.
+        friction: Real,
     },
 }
 
 impl ContactLaw {
+    /// Newton's law without loss: [`ContactLaw::Impulse`] of restitution one, frictionless.
+    pub const fn elastic() -> Self {
+        Self::restitution(1.0)
+    }
+
+    /// [`ContactLaw::Impulse`] of a restitution from 0 to 1, frictionless.
+    pub const fn restitution(restitution: Real) -> Self {
+        Self::Impulse {
+            restitution,
+            friction: 0.0,
+        }
+    }
+
+    /// The same law with Coulomb friction; laws other than [`ContactLaw::Impulse`] have none, and
+    /// stay as they are.
+    pub const fn with_friction(self, coefficient: Real) -> Self {
+        match self {
+            Self::Impulse { restitution, .. } => Self::Impulse {
+                restitution,
+                friction: coefficient,
+            },
+            other => other,
+        }
+    }
+
+    /// Of two laws for one pair the one that counts.
+    pub(crate) fn stronger(self, other: Self) -> Self {
+        match (self, other) {
+            (
+                Self::Impulse {
+                    restitution: e,
+                    friction: f,
+                },
+                Self::Impulse {
+                    restitution,
+                    friction,
+                },
+            ) => Self::Impulse {
+                restitution: e.max(restitution),
+                friction: f.max(friction),
+            },
+            (
+                Self::Penalty {
+                    stiffness: k,
+                    damping: c,
+                },
+                Self::Penalty { stiffness, damping },
+            ) => Self::Penalty {
+                stiffness: k.max(stiffness),
+                damping: c.max(damping),
+            },
+            (one, two) if one.rank() >= two.rank() => one,
+            (_, two) => two,
+        }
+    }
+
+    fn rank(self) -> u8 {
+        match self {
+            Self::Observe => 0,
+            Self::Paper => 1,
+            Self::PaperRelative => 2,
+            Self::Penalty { .. } => 3,
+            Self::Impulse { .. } => 4,
+        }
+    }
+
     pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
-        match *self {
-            ContactLaw::Impulse { restitution } if !(0.0..=1.0).contains(&restitution) => {
-                let value = to_f64(restitution);
-                Err(bad(field, "the restitution", "from 0 to 1", value))
+        let not_negative = |quantity: &'static str, value: Real| {
+            if value >= 0.0 && value.is_finite() {
+                return Ok(());
             }
-            _ => Ok(()),
+            Err(bad(
+                field,
+                quantity,
+                "finite and not negative",
+                to_f64(value),
+            ))
+        };
+        match *self {
+            Self::Observe | Self::Paper | Self::PaperRelative => Ok(()),
+            Self::Penalty { stiffness, damping } => {
+                not_negative("the stiffness", stiffness)?;
+                not_negative("the damping", damping)
+            }
+            Self::Impulse {
+                restitution,
+                friction,
+            } => {
+                if !(0.0..=1.0).contains(&restitution) {
+                    let value = to_f64(restitution);
+                    return Err(bad(field, "the restitution", "from 0 to 1", value));
+                }
+                not_negative("the friction", friction)
+            }
         }
     }
 }

@@ -9,6 +9,7 @@ use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
 use super::number::{Number, Vec3, length, rotate};
 use super::query::{LocalQuery, Query};
 use super::region::Region;
+use super::sampling::Sampling;
 use super::scalar::Scalar;
 use super::solid::AnyShape;
 use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
@@ -37,6 +38,7 @@ pub struct Field {
     /// Without any, the field acts on all colliders, whatever theirs.
     pub(crate) groups: Option<InteractionGroups>,
     pub(crate) reacts: bool,
+    pub(crate) sampling: Sampling,
     /// A setter that does not fit the formula, for validation to report.
     pub(crate) misfit: Option<&'static str>,
 }
@@ -99,6 +101,7 @@ impl Field {
             limit: None,
             groups: None,
             reacts: false,
+            sampling: Sampling::Auto,
             misfit: None,
         }
     }
@@ -163,8 +166,9 @@ impl Field {
         self
     }
 
-    /// Shortens the vector to this length where it is longer. The length is in the vector's own
-    /// unit: that of a force, an acceleration, or a velocity.
+    /// Shortens the vector to this length where it is longer, whatever it is
+    /// [scaled](Self::scaled_by) by. The length is in the vector's own unit: that of a force, an
+    /// acceleration, or a velocity.
     pub fn limited_to(mut self, length: Real) -> Self {
         match &mut self.formula {
             Formula::Radial(radial) if self.scale.is_none() => radial.strongest = Some(length),
@@ -177,6 +181,12 @@ impl Field {
     /// curves, time envelopes. A second scale multiplies the first.
     pub fn scaled_by(mut self, scale: impl Into<Scalar>) -> Self {
         let scale = scale.into();
+        // The bound holds after scaling.
+        if let Formula::Radial(radial) | Formula::Nearest(Nearest { radial, .. }) =
+            &mut self.formula
+        {
+            self.limit = radial.strongest.take().or(self.limit);
+        }
         self.scale = Some(match self.scale.take() {
             Some(known) => known.times(scale),
             None => scale,
@@ -304,11 +314,12 @@ impl Field {
             (Coupling::Share, Reading::Force) => query.share.into(),
             (Coupling::Share | Coupling::Each, _) => 1.0.into(),
         };
-        match self.reading {
+        let whole = match self.reading {
             Reading::Force => coupled,
             Reading::Acceleration => coupled * query.mass,
             Reading::VelocityChange => coupled * (query.mass / query.dt),
-        }
+        };
+        whole * query.fraction
     }
 
     /// Whether two fields differ in name and anchor at most.
@@ -321,6 +332,7 @@ impl Field {
             && self.limit == other.limit
             && self.groups == other.groups
             && self.reacts == other.reacts
+            && self.sampling == other.sampling
     }
 
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that
@@ -395,6 +407,7 @@ impl Field {
         let limit = self.limit.unwrap_or(0.0);
         not_negative(label, "the limit of the vector's length", limit)?;
         self.region.validate(label)?;
+        self.sampling.validate(label)?;
         self.formula.validate(label)
     }
 }

@@ -7,7 +7,8 @@ use super::axis::Axis;
 use super::boundary::Normal;
 use super::number::{Dual, Number, Vec3, constant, length, real, rotate};
 use crate::math::{
-    DQuat, DVec3, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dpose3, to_dvec3,
+    DMat3, DQuat, DVec3, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dpose3,
+    to_dvec3,
 };
 
 /// Axes with a slot of their own in a [`Normal`]: world x, y, z, then these, then the user's.
@@ -19,7 +20,7 @@ const SLOTS: [Axis; 5] = [
     Axis::Charge,
 ];
 
-/// One probe at one moment, in 64-bit precision and world axes: the argument of the
+/// One sample at one moment, in 64-bit precision and world axes: the argument of the
 /// [reference](crate::reference).
 #[derive(Clone, Debug)]
 pub struct Query {
@@ -31,21 +32,27 @@ pub struct Query {
     pub time: f64,
     /// The time step, over which a [`Reading::VelocityChange`](crate::Reading) is spread.
     pub dt: f64,
-    /// Radius of the probe.
+    /// Which fraction of its part the sample stands for: one unless the part is sampled at
+    /// several points. Forces are weighted with it; what follows is that of the whole part.
+    pub fraction: f64,
+    /// Second moments of what the sample stands for about the sample point, per volume, in world
+    /// axes; zero where it stands for a whole part.
+    pub spread: DMat3,
+    /// Radius of the part.
     pub radius: f64,
-    /// Mass the probe stands for.
+    /// Mass of the part.
     pub mass: f64,
-    /// That mass as a share of the body's: sums to one over the probes of a body.
+    /// That mass as a share of the body's: sums to one over the parts of a body.
     pub share: f64,
-    /// Charge of the probe.
+    /// Charge of the part.
     pub charge: f64,
-    /// Volume the probe stands for.
+    /// Volume of the part.
     pub volume: f64,
-    /// Collision groups of the collider the probe belongs to.
+    /// Collision groups of the part.
     pub groups: InteractionGroups,
     /// Values of the user's axes, by name.
     pub user: Arc<[(Arc<str>, f64)]>,
-    /// The body the probe belongs to: that body's own fields do not act.
+    /// The body the sample belongs to: that body's own fields do not act.
     pub body: Option<RigidBodyHandle>,
 }
 
@@ -57,6 +64,8 @@ impl Default for Query {
             world_velocity: DVec3::ZERO,
             time: 0.0,
             dt: 1.0,
+            fraction: 1.0,
+            spread: DMat3::ZERO,
             radius: 0.0,
             mass: 1.0,
             share: 1.0,
@@ -197,11 +206,11 @@ pub struct Sample<'a> {
     pub local_velocity: Vector,
     /// Simulated time.
     pub time: Real,
-    /// Radius of the probe.
+    /// Radius of the part that is sampled.
     pub radius: Real,
-    /// Mass the probe stands for.
+    /// Mass of the part.
     pub mass: Real,
-    /// Charge of the probe.
+    /// Charge of the part.
     pub charge: Real,
     /// The axes the formula declared that it reads, in that order.
     pub axes: &'a [Real],

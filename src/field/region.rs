@@ -368,10 +368,8 @@ impl Region {
                         normals.push(local.normal_along(axis, 1.0));
                     }
                 }
-                Step::OverAxes(set) => {
-                    if set.excess(local).re() == 0.0 {
-                        normals.push(set.outward(local));
-                    }
+                Step::OverAxes(set) if set.excess(local).re() == 0.0 => {
+                    normals.push(set.outward(local));
                 }
                 _ => {}
             }

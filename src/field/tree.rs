@@ -9,6 +9,7 @@ use super::layer::{Layer, Override};
 use super::leaf::Field;
 use super::modifier::Modifier;
 use super::operator::Operator;
+use super::sampling::How;
 use super::scalar::Scalar;
 use crate::math::{Pose, Real};
 
@@ -452,15 +453,12 @@ impl Tree {
         found
     }
 
-    /// Whether a term acts on a body as a whole: all that it is made of does.
-    pub(crate) fn acts_at_centre(&self, term: u32) -> bool {
-        let leaves = self.leaves_below(term).into_iter();
-        let mut fields = leaves.filter_map(|leaf| self.field(leaf));
-        fields.all(Field::acts_at_centre)
-            && self
-                .below(term)
-                .into_iter()
-                .all(|node| self.scale(node).is_none_or(Scalar::is_uniform))
+    /// How a term is sampled.
+    pub(crate) fn how(&self, term: u32) -> How {
+        let below = self.below(term);
+        let mut scales = below.iter().filter_map(|node| self.scale(*node));
+        let at_centre = scales.all(Scalar::is_uniform);
+        How::of_term(below.iter().filter_map(|node| self.field(*node)), at_centre)
     }
 
     /// The axes that fields and scales name.

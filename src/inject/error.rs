@@ -53,6 +53,20 @@ pub enum StepError {
         /// The collider.
         collider: ColliderHandle,
     },
+    /// A body was named that is not in the world.
+    #[error("there is no body {body:?}")]
+    NoSuchBody {
+        /// The body.
+        body: RigidBodyHandle,
+    },
+    /// A tolerance is zero, negative, infinite or NaN.
+    #[error("the tolerance of {body:?} must be more than zero, and finite, but is {tolerance}")]
+    Tolerance {
+        /// The body.
+        body: RigidBodyHandle,
+        /// The value found.
+        tolerance: Real,
+    },
     /// A property of a probe is out of its range.
     #[error("{quantity} of collider {collider:?} must be {requirement}, but is {value}")]
     Property {

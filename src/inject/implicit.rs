@@ -1,8 +1,8 @@
 //! Kicks that solve for the velocities they end in.
 
 use super::jacobian::Jacobian;
-use super::mobility::Mobility;
-use crate::rapier::na::{Matrix6, SymmetricEigen, Vector6};
+use super::mobility::{Mobility, eigen};
+use crate::rapier::na::{Matrix6, Vector6};
 
 /// The change of velocities over `duration`, linearly implicit in place and velocity: see
 /// [`Scheme::LinearlyImplicit`](crate::Scheme::LinearlyImplicit).
@@ -19,10 +19,10 @@ pub(super) fn implicit_change(
     duration: f64,
 ) -> Option<Vector6<f64>> {
     let (root, inverse_root) = mobility.roots();
-    let restoring = negative_part(&(root * jacobian.by_motion * root));
+    let restoring = negative_part(&(root * jacobian.by_motion * root))?;
     let by_velocity = root * jacobian.by_velocity * root;
     let turning = (by_velocity - by_velocity.transpose()) * 0.5;
-    let damping = negative_part(&by_velocity) + turning;
+    let damping = negative_part(&by_velocity)? + turning;
     let matrix = Matrix6::identity() - damping * duration - restoring * (duration * duration);
     let drawn = restoring * (inverse_root * velocities) * (duration * duration);
     let right = root * wrench * duration + drawn;
@@ -30,11 +30,11 @@ pub(super) fn implicit_change(
     Some(root * solution).filter(|change| change.iter().all(|x| x.is_finite()))
 }
 
-/// The part of the symmetric part with eigenvalues below zero.
-fn negative_part(matrix: &Matrix6<f64>) -> Matrix6<f64> {
-    let eigen = SymmetricEigen::new((matrix + matrix.transpose()) * 0.5);
-    let negative = eigen.eigenvalues.map(|value| value.min(0.0));
-    eigen.eigenvectors * Matrix6::from_diagonal(&negative) * eigen.eigenvectors.transpose()
+/// The part of the symmetric part with eigenvalues below zero; nothing if it is not finite.
+fn negative_part(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
+    let eigen = eigen((matrix + matrix.transpose()) * 0.5)?;
+    let negative = Matrix6::from_diagonal(&eigen.eigenvalues.map(|value| value.min(0.0)));
+    Some(eigen.eigenvectors * negative * eigen.eigenvectors.transpose())
 }
 
 /// A force that is linear in the velocities, about those it was sampled at.

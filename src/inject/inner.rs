@@ -6,15 +6,15 @@
 use super::error::StepError;
 use super::implicit::Coupling;
 use super::jacobian;
-use super::mobility::{self, Mobility, TurnedInertia, pair, six};
+use super::mobility::{self, pair, six};
 use super::motion::FASTEST;
-use super::rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, to_dquat};
+use super::mover::Mover;
+use super::rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
 use super::trial::{Role, Trial};
 use crate::compile::Compiled;
-use crate::eval::{Evaluator, Lineariser, Moment, Probes, Wrench};
-use crate::math::{ColliderSet, DQuat, DVec3, Real, RigidBodyHandle, RigidBodySet};
+use crate::eval::{Evaluator, Kind, Lineariser, Moment, Probe, Probes, Solid, Wrench};
+use crate::math::{ColliderSet, DPose3, DVec3, Real, RigidBodyHandle, RigidBodySet};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
-use crate::rapier::dynamics::RigidBody;
 
 /// What evaluates a group of bodies, and what its derivatives; each keeps its buffers.
 pub(super) type Evaluators = (Evaluator, Lineariser);
@@ -22,105 +22,6 @@ pub(super) type Evaluators = (Evaluator, Lineariser);
 /// Evaluations that solve the kicks of a scheme of fourth order, where forces read velocities:
 /// each brings the kick two orders closer to the implicit midpoint rule.
 const MIDPOINT_ROUNDS: usize = 2;
-
-/// A body on its way through the inner steps, in 64-bit precision.
-#[derive(Clone, Debug)]
-pub(super) struct Mover {
-    pub body: RigidBodyHandle,
-    /// Of the centre of mass.
-    pub position: DVec3,
-    pub attitude: DQuat,
-    pub linvel: DVec3,
-    pub angvel: DVec3,
-    pub local_com: DVec3,
-    pub turning: Turning,
-    pub start: (DVec3, DQuat),
-    /// By gravity and the user's force, which Rapier adds.
-    pub acceleration: DVec3,
-    /// Whether any field ever pushed it.
-    pub pushed: bool,
-    inv_mass: DVec3,
-    inertia: TurnedInertia,
-}
-
-/// How a body turns between kicks.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Turning {
-    /// As a free top with this angular momentum.
-    Free(Inertia, DVec3),
-    /// With constant angular velocity.
-    Steady,
-    /// As Rapier does it: no field can turn bodies.
-    LeftAlone,
-}
-
-impl Mover {
-    pub(super) fn new(handle: RigidBodyHandle, body: &RigidBody, turns: bool) -> Self {
-        let attitude = to_dquat(*body.rotation());
-        let angvel = to_dvec3(body.angvel());
-        let local_com = to_dvec3(body.local_center_of_mass());
-        let position = to_dvec3(body.translation()) + attitude * local_com;
-        let free = body.gyroscopic_forces_enabled().then(|| Inertia::of(body));
-        let free = free.flatten().filter(|inertia| !inertia.is_spherical());
-        let turning = match free {
-            _ if !turns => Turning::LeftAlone,
-            Some(inertia) => Turning::Free(inertia, inertia.angular_momentum(attitude, angvel)),
-            None => Turning::Steady,
-        };
-        Mover {
-            body: handle,
-            position,
-            attitude,
-            linvel: to_dvec3(body.linvel()),
-            angvel,
-            local_com,
-            turning,
-            start: (position, attitude),
-            acceleration: DVec3::ZERO,
-            pushed: false,
-            inv_mass: to_dvec3(body.mass_properties().effective_inv_mass),
-            inertia: mobility::turned_inertia(body),
-        }
-    }
-
-    fn mobility(&self) -> Mobility {
-        Mobility {
-            inv_mass: self.inv_mass,
-            inv_inertia: self.inertia.at(self.attitude),
-        }
-    }
-
-    fn drift(&mut self, h: f64, energy_error: f64) {
-        self.position += self.linvel * h;
-        match self.turning {
-            Turning::Free(inertia, momentum) => {
-                let turn = inertia.free_rotation_within(self.attitude, momentum, h, energy_error);
-                self.attitude = (turn * self.attitude).normalize();
-                self.angvel = inertia.angvel_after(self.attitude, momentum);
-            }
-            Turning::Steady | Turning::LeftAlone => {
-                let turn = DQuat::from_scaled_axis(self.angvel * h);
-                self.attitude = (turn * self.attitude).normalize();
-            }
-        }
-    }
-
-    /// Takes an impulse and an angular impulse.
-    fn kick(&mut self, impulse: DVec3, twist: DVec3) {
-        self.linvel += self.inv_mass * impulse;
-        match &mut self.turning {
-            Turning::Free(inertia, momentum) => {
-                *momentum += twist;
-                self.angvel = inertia.angvel_after(self.attitude, *momentum);
-            }
-            Turning::Steady => {
-                let turn = self.inertia.at(self.attitude) * six(twist, twist).fixed_rows::<3>(0);
-                self.angvel += DVec3::new(turn[0], turn[1], turn[2]);
-            }
-            Turning::LeftAlone => {}
-        }
-    }
-}
 
 /// Bodies that are kicked at the same times.
 struct Group {
@@ -131,6 +32,8 @@ struct Group {
     probes: Probes,
     /// From the centre of mass to each probe of `probes.list`, in the body's axes.
     arms: Vec<DVec3>,
+    /// The frame of each of `probes.solids` relative to the centre of mass, in the body's axes.
+    frames: Vec<DPose3>,
     wrenches: Vec<Wrench>,
 }
 
@@ -176,9 +79,14 @@ impl<'a> Run<'a> {
                 groups.push(Group::new(stride, probes));
                 groups.len() - 1
             });
-            groups[group].take(mover, &movers[mover], *place, probes, wrenches[*place]);
+            groups[group].take(
+                (mover, movers[mover].body),
+                *place,
+                probes,
+                wrenches[*place],
+            );
         }
-        groups.iter_mut().for_each(|group| group.probes.number());
+        groups.iter_mut().for_each(|group| group.close(&movers));
         Run {
             setting,
             movers,
@@ -338,7 +246,7 @@ impl<'a> Run<'a> {
             mover.kick(force * duration, torque * duration);
             mover.linvel += mover.acceleration * duration;
             let speed = mover.linvel.length().max(mover.angvel.length());
-            if !(speed <= to_f64(FASTEST)) {
+            if speed.is_nan() || speed > to_f64(FASTEST) {
                 return Err(self.too_fast(group, body, speed));
             }
         }
@@ -404,6 +312,7 @@ impl Default for Group {
             movers: Vec::new(),
             probes: Probes::default(),
             arms: Vec::new(),
+            frames: Vec::new(),
             wrenches: Vec::new(),
         }
     }
@@ -416,26 +325,56 @@ impl Group {
             ..Group::default()
         };
         group.probes.user.clone_from(&probes.user);
+        group.probes.spreads.clone_from(&probes.spreads);
         group
     }
 
     /// Takes in a body with its probes.
-    fn take(&mut self, number: usize, mover: &Mover, place: usize, all: &Probes, wrench: Wrench) {
+    fn take(
+        &mut self,
+        (mover, handle): (usize, RigidBodyHandle),
+        place: usize,
+        all: &Probes,
+        wrench: Wrench,
+    ) {
         let body = self.probes.bodies.len() as u32;
-        let to_body = mover.attitude.inverse();
-        if !all.list.is_empty() {
-            for probe in jacobian::probes_of(all, place) {
-                self.arms.push(to_body * to_dvec3(probe.arm));
-                self.probes.list.push(crate::eval::Probe { body, ..*probe });
-            }
+        let (own, first) = (&mut self.probes, all.of(place)[0].start as u32);
+        for solid in all
+            .solids
+            .iter()
+            .filter(|solid| solid.body as usize == place)
+        {
+            let site = own.sites as u32 + solid.site - first;
+            let solid = solid.clone();
+            own.solids.push(Solid {
+                body,
+                site,
+                ..solid
+            });
+        }
+        own.sites += all.of(place)[0].len();
+        for range in all.of(place) {
+            let moved = all.list[range].iter();
+            own.list.extend(moved.map(|probe| Probe { body, ..*probe }));
         }
         let centre = all.centres[place];
-        self.probes
-            .centres
-            .push(crate::eval::Probe { body, ..centre });
-        self.probes.bodies.push(mover.body);
-        self.movers.push(number);
+        own.centres.push(Probe { body, ..centre });
+        own.overrides.extend(all.overrides.get(place));
+        own.bodies.push(handle);
+        self.movers.push(mover);
         self.wrenches.push(wrench);
+    }
+
+    /// Puts the probes in order, once all bodies are there.
+    fn close(&mut self, movers: &[Mover]) {
+        let probes = &mut self.probes;
+        probes.list.sort_by_key(|probe| probe.kind != Kind::Site);
+        probes.number();
+        let mover = |body: u32| &movers[self.movers[body as usize]];
+        let arm = |probe: &Probe| mover(probe.body).attitude.inverse() * to_dvec3(probe.arm);
+        self.arms = probes.list.iter().map(arm).collect();
+        let frame = |solid: &Solid| mover(solid.body).pose().inverse() * solid.pose;
+        self.frames = probes.solids.iter().map(frame).collect();
     }
 
     /// Moves the probes to where their bodies are.
@@ -451,6 +390,11 @@ impl Group {
             probe.arm = from_dvec3(arm);
             probe.world_point = from_dvec3(mover.position + arm);
             probe.velocity = from_dvec3(linvel + angvel.cross(arm));
+        }
+        for (solid, frame) in self.probes.solids.iter_mut().zip(&self.frames) {
+            let mover = &movers[self.movers[solid.body as usize]];
+            solid.pose = mover.pose() * *frame;
+            solid.angvel = velocity(solid.body as usize, mover).1;
         }
         for (body, centre) in self.probes.centres.iter_mut().enumerate() {
             let mover = &movers[self.movers[body]];

@@ -2,7 +2,7 @@
 
 use super::mobility::cross_matrix;
 use crate::compile::Compiled;
-use crate::eval::{Lineariser, Moment, Probe, Probes};
+use crate::eval::{Lineariser, Moment, Probes};
 use crate::field::Frames;
 use crate::math::{DVec3, to_dvec3};
 use crate::rapier::glamx::DMat3;
@@ -16,24 +16,6 @@ pub(crate) struct Jacobian {
     pub by_motion: Matrix6<f64>,
     /// By [linear velocity; angular velocity], world axes.
     pub by_velocity: Matrix6<f64>,
-}
-
-impl Jacobian {
-    pub(crate) fn is_finite(&self) -> bool {
-        let entries = self.by_motion.iter().chain(self.by_velocity.iter());
-        entries.into_iter().all(|entry| entry.is_finite())
-    }
-}
-
-/// The probes of one body: its parts, or itself as a whole where parts are not sampled.
-pub(super) fn probes_of(probes: &Probes, body: usize) -> &[Probe] {
-    if probes.list.is_empty() {
-        return &probes.centres[body..=body];
-    }
-    let number = body as u32;
-    let start = probes.list.partition_point(|probe| probe.body < number);
-    let end = probes.list.partition_point(|probe| probe.body <= number);
-    &probes.list[start..end]
 }
 
 /// The Jacobian of the wrench on one body, the bodies of the fields standing still, in the world
@@ -50,7 +32,6 @@ pub(crate) fn of_body(
     angvel: DVec3,
 ) -> Jacobian {
     let mut sum = Jacobian::default();
-    let body = body as u32;
     lineariser.of_body(compiled, world, probes, moment, body, |probe, slope| {
         let arm = cross_matrix(to_dvec3(probe.arm));
         let (a, b) = (matrix(slope.by_position), matrix(slope.by_velocity));

@@ -5,12 +5,14 @@ use super::implicit::implicit_change;
 use super::mobility::{self, Mobility, pair, rounded, velocities};
 use super::motion::{FASTEST, Loan, Spin, Update, free_top, kicked, write};
 use super::realise::Start;
+use super::rotation::to_dquat;
+use super::scheme::SUZUKI_STAGES;
 use super::stiffness::{StepWarning, Treatment};
-use super::{Injector, OpenStep, Scheme, WakePolicy, blame, find};
+use super::{Injector, OpenStep, Scheme, Substeps, WakePolicy, blame, find};
 use crate::compile::Compiled;
 use crate::eval::Wrench;
-use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector, from_dvec3, to_dvec3};
-use crate::math::{from_f64, to_f64};
+use crate::math::{ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
 
 /// What is done with a body in one half of a step.
@@ -100,9 +102,8 @@ impl Injector {
             Scheme::ExternalForce => Duty::Lend,
             Scheme::Kick => Duty::Kick(dt),
             Scheme::LinearlyImplicit => Duty::Implicit(dt),
-            Scheme::Substep(super::Substeps::Fixed(_)) | Scheme::Suzuki4 => {
-                Duty::Inner(self.scheme.stages().len() as u32)
-            }
+            Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(count),
+            Scheme::Suzuki4 => Duty::Inner(SUZUKI_STAGES),
             Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
                 match self.watch.treatment(place) {
                     Treatment::KickDriftKick => Duty::Kick(dt * 0.5),
@@ -121,7 +122,7 @@ impl Injector {
         open: &mut OpenStep,
         (bodies, colliders): (&RigidBodySet, &ColliderSet),
     ) -> Result<(), StepError> {
-        let turns = compiled.plan.torque_possible && open.dt > 0.0;
+        let turns = (compiled.plan.torque_possible || self.exact_turns) && open.dt > 0.0;
         let drifts = matches!(half, Half::First);
         self.kicks.clear();
         for place in 0..self.probes.bodies.len() {
@@ -139,55 +140,54 @@ impl Injector {
             if drifts && !matches!(duty, Duty::Kick(_)) {
                 open.settled.push(handle);
             }
-            let (change, duration) = match duty {
+            let duration = match duty {
+                Duty::Lend if wrench == Wrench::ZERO => continue,
                 Duty::Lend => {
-                    if wrench != Wrench::ZERO {
-                        self.kicks.lent.push((place, wake));
-                    }
+                    self.kicks.lent.push((place, wake));
                     continue;
                 }
                 Duty::Inner(count) => {
-                    let start = Start { place, count, wake };
-                    self.kicks.inner.push(start);
+                    self.kicks.inner.push(Start { place, count, wake });
                     continue;
                 }
-                Duty::Implicit(duration) => (self.implicit_kick(place, body, duration), duration),
-                Duty::Kick(duration) => (None, duration),
+                Duty::Implicit(duration) | Duty::Kick(duration) => duration,
             };
-            let may_spin = turns && drifts && body.angvel() != Vector::ZERO;
+            let implicit = match duty {
+                Duty::Implicit(_) => self.implicit_kick(place, body, duration),
+                _ => None,
+            };
             // Bodies that feel nothing are left alone.
-            if wrench == Wrench::ZERO && change.is_none() && !wake && !may_spin {
+            let spins = turns && drifts && body.angvel() != Vector::ZERO;
+            if wrench == Wrench::ZERO && implicit.is_none() && !wake && !spins {
                 continue;
             }
-            let felt = self.midway(place, body, wrench, duration);
-            let mut update = change.unwrap_or_else(|| kicked(handle, body, felt, duration));
-            update.body = handle;
-            update.wake = wake;
+            let (update, twist) = implicit.unwrap_or_else(|| {
+                let felt = self.midway(place, body, wrench, duration);
+                let twist = to_dvec3(felt.torque * duration);
+                (kicked(handle, body, felt, duration), twist)
+            });
+            let update = Update { wake, ..update };
             let speed = update.linvel.length();
             if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
                 return Err(self.too_fast(compiled, (bodies, colliders), place, speed));
             }
-            let spun = if turns && drifts {
-                free_top(body, update.angvel)
-            } else {
-                None
-            };
-            if let Some(inertia) = spun {
-                let twist = match duty {
-                    Duty::Implicit(_) => inertia.angular_momentum(
-                        super::rotation::to_dquat(*body.rotation()),
-                        to_dvec3(update.angvel) - to_dvec3(body.angvel()),
-                    ),
-                    _ => to_dvec3(felt.torque * duration),
-                };
-                let spin = Spin::new(handle, body, &inertia, twist, open.dt, self.substeps);
-                update.angvel = spin.steady;
-                update.spins = true;
-                self.kicks.spins.push(spin);
-            }
-            self.kicks.updates.push(update);
+            let drift = (turns && drifts).then_some(open.dt);
+            self.take(body, update, twist, drift);
         }
         Ok(())
+    }
+
+    /// Takes up new velocities of a body; over a `drift`, with its free rotation, which begins
+    /// with an angular impulse `twist`.
+    fn take(&mut self, body: &RigidBody, mut update: Update, twist: DVec3, drift: Option<Real>) {
+        let top = drift.and_then(|dt| Some((dt, free_top(body, update.angvel, self.exact_turns)?)));
+        if let Some((dt, inertia)) = top {
+            let spin = Spin::new(update.body, body, &inertia, twist, dt, self.substeps);
+            update.angvel = spin.steady;
+            update.spins = true;
+            self.kicks.spins.push(spin);
+        }
+        self.kicks.updates.push(update);
     }
 
     /// The wrench in the middle of a kick; the one of its start unless it reads velocities.
@@ -204,30 +204,44 @@ impl Injector {
         })
     }
 
-    /// The velocities after a linearly implicit kick; nothing if there is no Jacobian for it.
-    fn implicit_kick(&self, place: usize, body: &RigidBody, duration: Real) -> Option<Update> {
+    /// The velocities after a linearly implicit kick, and the change of the angular momentum of a
+    /// free top; nothing if there is no Jacobian for it.
+    fn implicit_kick(
+        &self,
+        place: usize,
+        body: &RigidBody,
+        duration: Real,
+    ) -> Option<(Update, DVec3)> {
         let verdict = self.watch.verdict(place)?;
         let now = velocities(body);
         let wrench = mobility::of_wrench(self.wrenches[place]);
-        let mobility = Mobility::of(body);
         let change = implicit_change(
-            &mobility,
+            &Mobility::of(body),
             &verdict.jacobian,
             &wrench,
             &now,
             to_f64(duration),
         )?;
+        if self.wrenches[place] == Wrench::ZERO && change.iter().all(|x| *x == 0.0) {
+            return None;
+        }
         let (linvel, angvel) = pair(&(now + change));
-        Some(Update {
+        let update = Update {
             body: self.probes.bodies[place],
             linvel: from_dvec3(linvel),
             angvel: from_dvec3(angvel),
             spins: false,
             wake: false,
-        })
+        };
+        let attitude = to_dquat(*body.rotation());
+        let top = free_top(body, update.angvel, self.exact_turns);
+        let twist = top.map_or(DVec3::ZERO, |inertia| {
+            inertia.angular_momentum(attitude, pair(&change).1)
+        });
+        Some((update, twist))
     }
 
-    fn too_fast(
+    pub(super) fn too_fast(
         &self,
         compiled: &Compiled,
         world: (&RigidBodySet, &ColliderSet),

@@ -5,7 +5,7 @@ use crate::eval::Wrench;
 use crate::math::{DVec3, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::math::AngularInertia;
-use crate::rapier::na::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
+use crate::rapier::na::{Matrix3, Matrix6, SymmetricEigen, U6, Vector3, Vector6};
 
 /// The inverse mass and world inertia of a body, with zeros for locked axes and for bodies
 /// without mass or inertia. Six dimensions: translation, then rotation.
@@ -52,7 +52,13 @@ impl Mobility {
             root[(axis, axis)] = value.max(0.0).sqrt();
             inverse[(axis, axis)] = inverse_or_zero(root[(axis, axis)]);
         }
-        let eigen = SymmetricEigen::new(self.inv_inertia);
+        let finite = self.inv_inertia.iter().all(|entry| entry.is_finite());
+        let eigen = finite
+            .then(|| SymmetricEigen::try_new(self.inv_inertia, f64::EPSILON, MOST_ROUNDS))
+            .flatten();
+        let Some(eigen) = eigen else {
+            return (root, inverse);
+        };
         let largest = eigen.eigenvalues.amax();
         let values = eigen
             .eigenvalues
@@ -73,6 +79,17 @@ impl Mobility {
             .copy_from(&of(values.map(inverse_or_zero)));
         (root, inverse)
     }
+}
+
+/// Rounds of the eigenvalue iteration, which a matrix of finite entries never needs.
+const MOST_ROUNDS: usize = 500;
+
+/// The eigenvalues and eigenvectors of a symmetric matrix; nothing if it is not finite: the
+/// iteration would not end.
+pub(super) fn eigen(matrix: Matrix6<f64>) -> Option<SymmetricEigen<f64, U6>> {
+    let finite = matrix.iter().all(|entry| entry.is_finite());
+    let eigen = finite.then(|| SymmetricEigen::try_new(matrix, f64::EPSILON, MOST_ROUNDS));
+    eigen.flatten()
 }
 
 fn inverse_or_zero(x: f64) -> f64 {

@@ -4,6 +4,7 @@
 //! checked, before anything is written; so an error leaves the world as it was.
 
 mod blame;
+mod book;
 mod error;
 mod implicit;
 mod inner;
@@ -11,10 +12,12 @@ mod jacobian;
 mod kick;
 mod mobility;
 mod motion;
+mod mover;
 mod probes;
 mod realise;
 mod rotation;
 mod scheme;
+mod shapes;
 mod snapshot;
 mod soft;
 mod stiffness;
@@ -22,24 +25,27 @@ mod trial;
 mod wake;
 mod watch;
 
+pub use book::ProbeProperties;
 pub use error::StepError;
-pub use probes::ProbeProperties;
 pub use scheme::{Scheme, Substeps, WakePolicy};
 pub use stiffness::{StepWarning, Stiffness};
 
-pub(crate) use probes::PropertyBook;
+pub(crate) use book::PropertyBook;
 
-use crate::compile::Compiled;
-use crate::eval::{Evaluator, Lineariser, Moment, PotentialEnergy, Probes, Wrench};
-use crate::field::{Frame, Frames};
+use crate::compile::{Compiled, Wanted};
+use crate::eval::{
+    Evaluator, Kind, Lineariser, Moment, PotentialEnergy, Probe, Probes, Wrench, WrenchError,
+};
+use crate::field::{Frame, Frames, Query, Sampling};
 use crate::math::{
-    ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_dvec3,
-    to_f64,
+    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
+    to_dvec3, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
 use mobility::six;
-use motion::{Kicks, Loan, Ride, Spin, finish, take_back, write};
+use motion::{Kicks, Loan, Ride, Spin, Turned, finish, take_back, write};
 use probes::{Gathering, Pending};
+use shapes::Shapes;
 use snapshot::{Change, Snapshot};
 use trial::{Role, Trial};
 use wake::Sleepers;
@@ -50,6 +56,7 @@ pub(crate) struct Injector {
     pub scheme: Scheme,
     pub wake: WakePolicy,
     pub book: PropertyBook,
+    shapes: Shapes,
     /// Solver iterations of Rapier's step, over which it integrates a rotation.
     pub substeps: u32,
     /// What Rapier adds of its own, as far as it was told.
@@ -60,11 +67,18 @@ pub(crate) struct Injector {
     pub links: Vec<RigidBodyHandle>,
     /// Of the last step.
     pub warnings: Vec<StepWarning>,
+    /// Whether every body that turns freely is turned by the layer, even one like a ball and even
+    /// where no field can turn it: swept detection must know how.
+    pub exact_turns: bool,
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub time: f64,
     evaluator: Evaluator,
     probes: Probes,
+    /// A buffer for samples that are no sites.
+    several: Vec<Probe>,
     wrenches: Vec<Wrench>,
+    /// Of those bodies that were sampled adaptively.
+    errors: Vec<(RigidBodyHandle, WrenchError)>,
     sleepers: Sleepers,
     kicks: Kicks,
     watch: Watch,
@@ -81,6 +95,16 @@ pub(crate) struct Injector {
     /// Whether all anchors were found once; what is missing later was removed.
     anchored: bool,
     open: Option<OpenStep>,
+}
+
+/// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct BodySample {
+    /// The kind of sampling it belongs to: one of `Centre`, `Parts`, `Volume` and `Surface`.
+    pub sampling: Sampling,
+    /// What fields are asked there. The sample stands for `share` · `fraction` of the body's mass.
+    pub query: Query,
 }
 
 /// What `begin` did that `end` completes.
@@ -100,16 +124,20 @@ impl Injector {
             scheme,
             wake,
             book,
+            shapes: Shapes::default(),
             substeps: 4,
             gravity: Vector::ZERO,
             max_speed: None,
             links: Vec::new(),
             warnings: Vec::new(),
+            exact_turns: false,
             time: 0.0,
             evaluator: Evaluator::default(),
             lineariser: Lineariser::default(),
             probes: Probes::default(),
+            several: Vec::new(),
             wrenches: Vec::new(),
+            errors: Vec::new(),
             sleepers: Sleepers::default(),
             kicks: Kicks::default(),
             watch: Watch::default(),
@@ -129,6 +157,12 @@ impl Injector {
         self.evaluated = false;
     }
 
+    /// Forgets what belongs to the batches of an evaluation: they were made anew.
+    pub(crate) fn forget_batches(&mut self) {
+        self.evaluated = false;
+        self.evaluator = Evaluator::default();
+    }
+
     /// Like [`Injector::invalidate`], for a new tree: its anchors are to be found anew.
     pub(crate) fn forget_anchors(&mut self) {
         self.evaluated = false;
@@ -143,6 +177,38 @@ impl Injector {
     /// The last wrench on a body; nothing if the body was not sampled.
     pub(crate) fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
         self.wrenches.get(self.place_of(body)?).copied()
+    }
+
+    /// The bound of the error of the last wrench on a body that was sampled adaptively.
+    pub(crate) fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
+        let mut errors = self.errors.iter();
+        let found = errors.find(|(handle, _)| *handle == body);
+        found.map(|(_, error)| *error)
+    }
+
+    /// Where and how a body is sampled.
+    pub(crate) fn samples(
+        &mut self,
+        body: RigidBodyHandle,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Vec<BodySample> {
+        let mut probes = Probes::default();
+        self.gather_all(compiled, bodies, colliders, &mut probes);
+        let moment = self.moment(1.0);
+        let list = probes.centres.iter().chain(&probes.list);
+        let own = list.filter(|probe| probes.bodies[probe.body as usize] == body);
+        let sample = |probe: &Probe| BodySample {
+            sampling: match probe.kind {
+                Kind::Centre => Sampling::Centre,
+                Kind::Site => Sampling::Parts,
+                Kind::Volume => Sampling::Volume,
+                Kind::Surface => Sampling::Surface,
+            },
+            query: probes.query(probe, moment),
+        };
+        own.map(sample).collect()
     }
 
     /// How many bodies were sampled last.
@@ -285,18 +351,30 @@ impl Injector {
         Ok(written)
     }
 
-    /// What happens after Rapier's step; returns how many bodies were written.
+    /// The bodies that Rapier turns freely in the step that was begun, with their angular momenta.
+    pub(crate) fn free_turns(&self) -> impl Iterator<Item = (RigidBodyHandle, DVec3)> {
+        let spins = self.open.iter().flat_map(|open| &open.spins);
+        spins.filter_map(|spin| match spin.after {
+            Turned::Momentum(momentum) => Some((spin.body, momentum)),
+            Turned::Velocity(_) => None,
+        })
+    }
+
+    /// What happens after Rapier's step; returns how many bodies were written. `drifted` is called
+    /// when the bodies have their true velocities again, before fields act at the new places.
     pub(crate) fn end(
         &mut self,
         compiled: &Compiled,
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
+        drifted: impl FnOnce(&PropertyBook, &mut RigidBodySet),
     ) -> Result<usize, StepError> {
         let Some(open) = self.open.take() else {
             return Err(StepError::OutOfTurn { called: "end_step" });
         };
         let mut written = take_back(bodies, &open.loans);
         finish(bodies, &open.spins, &open.rides, open.dt);
+        drifted(&self.book, bodies);
         let began = self.time;
         self.time += to_f64(open.dt);
         self.evaluated = false;
@@ -339,18 +417,45 @@ impl Injector {
         }
     }
 
-    /// Fills in the probes of all bodies as they are now, sleepers included.
+    /// Fills in the sites of all bodies as they are now, sleepers included.
     pub(crate) fn gather(
         book: &PropertyBook,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
         probes: &mut Probes,
     ) {
-        let gathering = Gathering {
+        let mut gathering = Gathering {
             book,
+            shapes: &mut Shapes::default(),
             sleepers: true,
-            parts: true,
+            wanted: Wanted {
+                parts: true,
+                ..Wanted::default()
+            },
             pending: None,
+            several: Vec::new(),
+        };
+        gathering.run(bodies, colliders, probes);
+    }
+
+    /// Fills in all samples of all bodies that the fields want, sleepers included.
+    fn gather_all(
+        &mut self,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+        probes: &mut Probes,
+    ) {
+        let mut gathering = Gathering {
+            book: &self.book,
+            shapes: &mut self.shapes,
+            sleepers: true,
+            wanted: Wanted {
+                parts: true,
+                ..compiled.wanted
+            },
+            pending: None,
+            several: Vec::new(),
         };
         gathering.run(bodies, colliders, probes);
     }
@@ -358,13 +463,14 @@ impl Injector {
     /// The probes of all bodies as they are now, sleepers included, and the moment of a step of
     /// length `dt`.
     pub(crate) fn all_probes(
-        &self,
+        &mut self,
+        compiled: &Compiled,
         dt: Real,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> (Probes, Moment) {
         let mut probes = Probes::default();
-        Self::gather(&self.book, bodies, colliders, &mut probes);
+        self.gather_all(compiled, bodies, colliders, &mut probes);
         (probes, self.moment(dt))
     }
 
@@ -377,7 +483,7 @@ impl Injector {
     ) -> PotentialEnergy {
         // Sleepers have potential energy too, so the probes of the step do not do.
         let mut probes = Probes::default();
-        Self::gather(&self.book, bodies, colliders, &mut probes);
+        self.gather_all(compiled, bodies, colliders, &mut probes);
         let world = (bodies, colliders);
         let moment = self.moment(1.0);
         self.evaluator
@@ -397,15 +503,17 @@ impl Injector {
     ) -> Result<(), StepError> {
         let last_bodies = std::mem::take(&mut self.probes.bodies);
         let reads_velocity = compiled.plan.reads_velocity;
-        let gathering = Gathering {
+        let mut gathering = Gathering {
             book: &self.book,
+            shapes: &mut self.shapes,
             sleepers: self.wake != WakePolicy::Never,
-            parts: compiled.plan.samples_parts,
+            wanted: compiled.wanted,
             pending: pending.filter(|_| reads_velocity).map(|duration| Pending {
                 bodies: &last_bodies,
                 wrenches: &self.wrenches,
                 duration,
             }),
+            several: std::mem::take(&mut self.several),
         };
         gathering.run(bodies, colliders, &mut self.probes);
         self.watch.forget();
@@ -421,6 +529,7 @@ impl Injector {
                 assign(&mut self.roles, *handle, Role::CoastsAt { linvel, angvel });
             }
         }
+        self.several = gathering.several;
         let moment = self.moment(dt);
         // Fields of bodies see those bodies, too, with the velocities that will be there.
         let world = Trial {
@@ -438,6 +547,10 @@ impl Injector {
         }
         let (evaluator, wrenches) = (&mut self.evaluator, &mut self.wrenches);
         evaluator.wrenches(compiled, &world, &self.probes, moment, wrenches);
+        self.errors.clear();
+        let handles = self.probes.bodies.iter().enumerate();
+        let errors = handles.filter_map(|(n, handle)| Some((*handle, evaluator.error(n)?)));
+        self.errors.extend(errors);
         if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
             self.evaluated = false;
             let probes = &self.probes;

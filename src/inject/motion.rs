@@ -110,12 +110,12 @@ pub(super) fn iterations(body: &RigidBody, substeps: u32) -> u32 {
 }
 
 /// The inertia of a body whose free rotation is the layer's to do: one that turns, freely, and
-/// not like a ball.
-pub(super) fn free_top(body: &RigidBody, angvel: Vector) -> Option<Inertia> {
+/// not like a ball, unless even those are to be turned exactly.
+pub(super) fn free_top(body: &RigidBody, angvel: Vector, balls_too: bool) -> Option<Inertia> {
     if angvel == Vector::ZERO || !body.gyroscopic_forces_enabled() {
         return None;
     }
-    Inertia::of(body).filter(|inertia| !inertia.is_spherical())
+    Inertia::of(body).filter(|inertia| balls_too || !inertia.is_spherical())
 }
 
 /// The velocities of a body after a wrench has acted for `duration`.

@@ -1,188 +1,28 @@
 //! Probes from bodies and their colliders.
 
-use std::sync::Arc;
-
-use super::error::StepError;
-use crate::eval::{Probe, Probes, UserValues, Wrench, owner};
+use super::book::PropertyBook;
+use super::shapes::Shapes;
+use crate::compile::{Cut, Wanted};
+use crate::eval::{Kind, Probe, Probes, Solid, Wrench, owner};
+use crate::field::Sampling;
 use crate::math::{
-    ColliderHandle, ColliderSet, InteractionGroups, Pose, Real, RigidBodyHandle, RigidBodySet,
-    Vector,
+    ColliderSet, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
 };
-use crate::math::{from_f64, to_f64};
-use crate::rapier::data::Coarena;
+use crate::math::{from_f64, to_dpose3, to_dvec3};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
-
-/// What the fields may ask of a collider, beyond its shape and place.
-///
-/// ```
-/// use rapier3d_fields::prelude::*;
-/// let nitrogen = ProbeProperties::new().charge(-1.02).mass(14.0067).axis("dispersion", 1.0);
-/// ```
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct ProbeProperties {
-    /// Electric charge, for [`Axis::Charge`](crate::Axis::Charge). Zero by default.
-    pub charge: Real,
-    /// Mass of this part of the body, if it is not the collider's own: colliders of density zero
-    /// have none. Only the ratio between the parts of a body counts.
-    pub mass: Option<Real>,
-    /// Values along the user's axes; others take the value of the world.
-    pub axes: Vec<(Arc<str>, Real)>,
-}
-
-impl ProbeProperties {
-    /// No charge, the collider's own mass, and the world's values on the user's axes.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Sets the charge.
-    pub fn charge(mut self, charge: Real) -> Self {
-        self.charge = charge;
-        self
-    }
-
-    /// Sets the mass of this part of the body.
-    pub fn mass(mut self, mass: Real) -> Self {
-        self.mass = Some(mass);
-        self
-    }
-
-    /// Sets the value along one of the user's axes.
-    pub fn axis(mut self, name: &str, value: Real) -> Self {
-        self.axes.push((name.into(), value));
-        self
-    }
-
-    fn validate(&self, collider: ColliderHandle) -> Result<(), StepError> {
-        let bad = |quantity, requirement, value| StepError::Property {
-            collider,
-            quantity,
-            requirement,
-            value,
-        };
-        if !self.charge.is_finite() {
-            return Err(bad("the charge", "finite", self.charge));
-        }
-        match self.mass {
-            Some(mass) if !(mass >= 0.0 && mass.is_finite()) => {
-                Err(bad("the mass", "zero or more, and finite", mass))
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-/// The properties of all colliders that have some, and the world's values on the user's axes.
-#[derive(Clone, Default)]
-pub(crate) struct PropertyBook {
-    world: Vec<(Arc<str>, f64)>,
-    entries: Coarena<Option<Entry>>,
-    /// Handles with an entry, to rebuild them when the world's values change.
-    listed: Vec<ColliderHandle>,
-}
-
-#[derive(Clone)]
-struct Entry {
-    properties: ProbeProperties,
-    user: UserValues,
-}
-
-impl PropertyBook {
-    pub(crate) fn new(axes: Vec<(Arc<str>, Real)>) -> Self {
-        PropertyBook {
-            world: axes
-                .into_iter()
-                .map(|(name, value)| (name, to_f64(value)))
-                .collect(),
-            ..Self::default()
-        }
-    }
-
-    /// Sets the properties of a collider.
-    pub(crate) fn set(
-        &mut self,
-        collider: ColliderHandle,
-        properties: ProbeProperties,
-    ) -> Result<(), StepError> {
-        properties.validate(collider)?;
-        for (name, value) in &properties.axes {
-            self.check_axis(name, *value)?;
-        }
-        if self.get(collider).is_none() {
-            self.listed.push(collider);
-        }
-        let user = self.values(&properties);
-        self.entries
-            .insert(collider.0, Some(Entry { properties, user }));
-        Ok(())
-    }
-
-    /// Sets the world's value along one of the user's axes.
-    pub(crate) fn set_axis(&mut self, name: &str, value: Real) -> Result<(), StepError> {
-        self.check_axis(name, value)?;
-        for (known, current) in &mut self.world {
-            if **known == *name {
-                *current = to_f64(value);
-            }
-        }
-        for collider in self.listed.clone() {
-            let entry = self.entries.get(collider.0).cloned().flatten();
-            if let Some(Entry { properties, .. }) = entry {
-                let user = self.values(&properties);
-                self.entries
-                    .insert(collider.0, Some(Entry { properties, user }));
-            }
-        }
-        Ok(())
-    }
-
-    /// Gives probes the world's values, as the first of theirs.
-    pub(super) fn of_world(&self, probes: &mut Probes) {
-        probes.user.push(self.world.iter().cloned().collect());
-    }
-
-    fn check_axis(&self, name: &str, value: Real) -> Result<(), StepError> {
-        let axis = name.to_owned();
-        if !self.world.iter().any(|(known, _)| **known == *name) {
-            return Err(StepError::UnknownAxis { axis });
-        }
-        if !value.is_finite() {
-            return Err(StepError::AxisValue { axis, value });
-        }
-        Ok(())
-    }
-
-    fn values(&self, properties: &ProbeProperties) -> UserValues {
-        let value = |(name, world): &(Arc<str>, f64)| {
-            let own = properties
-                .axes
-                .iter()
-                .rev()
-                .find(|(known, _)| known == name);
-            (
-                name.clone(),
-                own.map_or(*world, |(_, value)| to_f64(*value)),
-            )
-        };
-        self.world.iter().map(value).collect()
-    }
-
-    fn get(&self, collider: ColliderHandle) -> Option<&Entry> {
-        self.entries.get(collider.0)?.as_ref()
-    }
-}
 
 /// What decides which bodies are sampled, and how fast they are taken to move.
 pub(crate) struct Gathering<'a> {
     pub book: &'a PropertyBook,
+    pub shapes: &'a mut Shapes,
     pub sleepers: bool,
-    /// Whether the parts of bodies are wanted, or only the bodies as a whole.
-    pub parts: bool,
+    pub wanted: Wanted,
     /// Impulses still to come, whose effect on the velocity counts already: see
     /// [`Injector`](super::Injector).
     pub pending: Option<Pending<'a>>,
+    /// Samples that are no sites.
+    pub several: Vec<Probe>,
 }
 
 /// Wrenches of an earlier evaluation, and for how long they still act.
@@ -194,7 +34,12 @@ pub(crate) struct Pending<'a> {
 
 impl Gathering<'_> {
     /// Fills `probes` with those of all bodies that fields can move.
-    pub(crate) fn run(&self, bodies: &RigidBodySet, colliders: &ColliderSet, probes: &mut Probes) {
+    pub(crate) fn run(
+        &mut self,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+        probes: &mut Probes,
+    ) {
         probes.clear();
         self.book.of_world(probes);
         for (handle, body) in bodies.iter() {
@@ -203,11 +48,13 @@ impl Gathering<'_> {
                 self.body(handle, body, colliders, probes);
             }
         }
+        probes.sites = probes.list.len();
+        probes.list.append(&mut self.several);
         probes.number();
     }
 
     fn body(
-        &self,
+        &mut self,
         handle: RigidBodyHandle,
         body: &RigidBody,
         colliders: &ColliderSet,
@@ -228,12 +75,20 @@ impl Gathering<'_> {
             share: 1.0,
             charge: 0.0,
             volume: 0.0,
+            fraction: 1.0,
+            spread: 0,
+            kind: Kind::Centre,
+            is_ball: true,
             groups: InteractionGroups::all(),
             user: 0,
             collider: None,
             at_origin: false,
         };
-        if !self.parts {
+        let own = self.book.sampling(handle);
+        if !self.book.sampled.is_empty() {
+            probes.overrides.push(own);
+        }
+        if !self.wanted.parts {
             probes.centres.push(centre);
             probes.bodies.push(handle);
             return;
@@ -262,6 +117,8 @@ impl Gathering<'_> {
                 groups: collider.collision_groups(),
                 collider: Some(*collider_handle),
                 at_origin: local_point == Vector::ZERO,
+                kind: Kind::Site,
+                is_ball: collider.shape().as_ball().is_some(),
                 ..centre
             };
             let entry = self.book.get(*collider_handle);
@@ -278,16 +135,112 @@ impl Gathering<'_> {
                     probes.user.push(entry.user.clone());
                 }
             }
+            if self.wanted.displaced {
+                probe.volume = from_f64(self.shapes.measure(*collider_handle, collider));
+            }
+            centre.volume += probe.volume;
             centre.charge += probe.charge;
             centre.radius = centre.radius.max(arm.length() + radius);
             probes.list.push(probe);
         }
         if probes.list.len() == first {
-            probes.list.push(centre);
+            probes.list.push(Probe {
+                kind: Kind::Site,
+                ..centre
+            });
         }
         share_mass(&mut probes.list[first..], mass);
+        let wanted = self.wanted.with(own);
+        if own == Some(Sampling::Centre) {
+            self.several.push(centre);
+        }
+        if wanted.volume != Cut::None || wanted.surface != Cut::None {
+            for site in first..probes.list.len() {
+                self.cut((site, wanted), (body, angvel), colliders, probes);
+            }
+        }
         probes.centres.push(centre);
         probes.bodies.push(handle);
+    }
+
+    /// Adds the samples of a part other than its site.
+    fn cut(
+        &mut self,
+        (number, wanted): (usize, Wanted),
+        (body, angvel): (&RigidBody, Vector),
+        colliders: &ColliderSet,
+        probes: &mut Probes,
+    ) {
+        let site = probes.list[number];
+        let part = site
+            .collider
+            .and_then(|handle| Some((handle, colliders.get(handle)?)));
+        let kinds = [
+            (Kind::Volume, wanted.volume),
+            (Kind::Surface, wanted.surface),
+        ];
+        let wanted_kinds = kinds.into_iter().filter(|(_, cut)| match cut {
+            Cut::None => false,
+            Cut::AllButBalls => !site.is_ball,
+            Cut::All => true,
+        });
+        let Some((handle, collider)) = part else {
+            // Without a shape there is only the one sample, of whatever kind.
+            self.several
+                .extend(wanted_kinds.map(|(kind, _)| Probe { kind, ..site }));
+            return;
+        };
+        let pose = *body.position();
+        let local_pose = collider
+            .position_wrt_parent()
+            .copied()
+            .unwrap_or(Pose::IDENTITY);
+        let linvel = site.velocity - angvel.cross(site.arm);
+        let centre = site.world_point - site.arm;
+        let (middle, _) = middle(collider);
+        for (kind, _) in wanted_kinds {
+            let rule = match kind {
+                Kind::Volume => self.shapes.volume(handle, collider, middle),
+                _ => self.shapes.surface(handle, collider, middle),
+            };
+            let Some(rule) = rule else {
+                continue;
+            };
+            let mut spread = 0;
+            if self.wanted.displaced && rule.spread != DMat3::ZERO {
+                let turned = DMat3::from_quat(to_dpose3(&(pose * local_pose)).rotation);
+                spread = probes.spreads.len() as u32;
+                probes
+                    .spreads
+                    .push(turned * rule.spread * turned.transpose());
+            }
+            self.several
+                .extend(rule.samples.iter().map(|(local_point, fraction)| {
+                    let body_point = local_pose.transform_point(*local_point);
+                    let arm = pose.rotation * (body_point - body.local_center_of_mass());
+                    Probe {
+                        world_point: centre + arm,
+                        arm,
+                        velocity: linvel + angvel.cross(arm),
+                        fraction: from_f64(*fraction),
+                        spread,
+                        kind,
+                        at_origin: false,
+                        ..site
+                    }
+                }));
+        }
+        if wanted.cells
+            && let Some(cells) = self.shapes.cells(handle, collider)
+        {
+            probes.solids.push(Solid {
+                body: site.body,
+                site: number as u32,
+                pose: to_dpose3(&(pose * local_pose)),
+                angvel: to_dvec3(angvel),
+                cells,
+            });
+        }
     }
 
     /// How fast a body is taken to move.

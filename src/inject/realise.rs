@@ -1,8 +1,9 @@
 //! From the motion in the fields alone to velocities before and after Rapier's step.
 
 use super::error::StepError;
-use super::inner::{Mover, Run, Setting, Turning};
-use super::motion::{Ride, Spin, Turned, Update, iterations};
+use super::inner::{Run, Setting};
+use super::motion::{FASTEST, Ride, Spin, Turned, Update, iterations};
+use super::mover::{Mover, Turning};
 use super::rotation;
 use super::trial::Role;
 use super::{Injector, OpenStep, Scheme, assign};
@@ -65,7 +66,10 @@ impl Injector {
         let movers = run.movers;
         for (mover, start) in movers.iter().zip(&starts) {
             if let Some(body) = bodies.get(mover.body) {
-                self.realise(mover, body, start.wake, open.dt);
+                let speed = self.realise(mover, body, start.wake, open.dt);
+                if speed.is_nan() || speed > FASTEST {
+                    return Err(self.too_fast(compiled, (bodies, colliders), start.place, speed));
+                }
             }
         }
         self.kicks.inner = starts;
@@ -94,11 +98,11 @@ impl Injector {
     }
 
     /// Gives a body the mean velocity of its way, such that Rapier's own acceleration, over its
-    /// iterations, takes it to the end of it.
-    fn realise(&mut self, mover: &Mover, body: &RigidBody, wake: bool, dt: Real) {
+    /// iterations, takes it to the end of it. Returns the largest velocity there is in this.
+    fn realise(&mut self, mover: &Mover, body: &RigidBody, wake: bool, dt: Real) -> Real {
         let turns = matches!(mover.turning, Turning::Free(..)) && mover.angvel != DVec3::ZERO;
         if !mover.pushed && !turns && !wake {
-            return;
+            return 0.0;
         }
         let mut update = Update {
             body: mover.body,
@@ -138,6 +142,11 @@ impl Injector {
                 steady: update.angvel,
             });
         }
+        let ends = from_f64(mover.linvel.length().max(mover.angvel.length()));
+        let speed = update.linvel.length().max(update.angvel.length()).max(ends);
+        let update_is_nan = update.linvel.is_nan() || update.angvel.is_nan();
         self.kicks.updates.push(update);
+        // `max` passes over NaN.
+        if update_is_nan { Real::NAN } else { speed }
     }
 }

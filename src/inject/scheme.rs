@@ -90,6 +90,8 @@ pub enum Substeps {
     },
 }
 
+/// The steps that [`Scheme::Suzuki4`] composes.
+pub(super) const SUZUKI_STAGES: u32 = 5;
 /// Beyond this tolerance dt·ω of a substep would come close to the limit of stability.
 const LOOSEST: Real = 0.25;
 /// The most substeps a user may ask for.

@@ -3,7 +3,7 @@
 use super::error::StepError;
 use super::{Injector, Scheme, WakePolicy, blame};
 use crate::compile::Compiled;
-use crate::eval::{Evaluator, Probe, Probes, Wrench, owner};
+use crate::eval::{Evaluator, Kind, Probe, Probes, Wrench, owner};
 use crate::math::{ColliderSet, InteractionGroups, Real, RigidBodySet, Vector, to_f64};
 use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
 
@@ -46,6 +46,7 @@ impl Injector {
                 gather(soft, &mut probes);
             }
         }
+        probes.sites = probes.list.len();
         probes.number();
         let Softs {
             evaluator, forces, ..
@@ -131,13 +132,20 @@ fn gather(soft: &SoftBody, probes: &mut Probes) {
             },
             charge: 0.0,
             volume: 0.0,
+            fraction: 1.0,
+            spread: 0,
+            kind: Kind::Site,
+            is_ball: true,
             groups: InteractionGroups::all(),
             user: 0,
             collider: None,
             at_origin: false,
         };
         probes.list.push(probe);
-        probes.centres.push(probe);
+        probes.centres.push(Probe {
+            kind: Kind::Centre,
+            ..probe
+        });
         probes.bodies.push(root);
     }
 }

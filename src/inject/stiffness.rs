@@ -1,10 +1,10 @@
 //! How fast fields want bodies to move, against the length of a step.
 
 use super::jacobian::Jacobian;
-use super::mobility::Mobility;
+use super::mobility::{Mobility, eigen};
 use super::scheme::Choice;
 use crate::math::{Real, RigidBodyHandle, from_f64};
-use crate::rapier::na::{Matrix6, SymmetricEigen};
+use crate::rapier::na::Matrix6;
 
 /// How stiff the fields are for a body, from the Jacobian of its wrench, with the bodies that
 /// carry the fields held still.
@@ -74,29 +74,15 @@ pub(super) struct Rates {
 
 impl Rates {
     pub(super) fn new(jacobian: &Jacobian, mobility: &Mobility) -> Self {
-        if !jacobian.is_finite() {
-            return Rates {
-                omega: f64::INFINITY,
-                ..Rates::default()
-            };
-        }
         let (root, _) = mobility.roots();
         let motion = root * jacobian.by_motion * root;
         let velocity = root * jacobian.by_velocity * root;
         let skew = (velocity - velocity.transpose()) * 0.5;
         Rates {
-            omega: -least(&motion).min(0.0),
+            omega: (-least(&motion).min(0.0)).sqrt(),
             damping: -least(&velocity).min(0.0),
             // The square of an antisymmetric matrix is symmetric, with eigenvalues −Ω².
             gyration: (-least(&(skew * skew)).min(0.0)).sqrt(),
-        }
-        .with_root()
-    }
-
-    fn with_root(self) -> Self {
-        Rates {
-            omega: self.omega.sqrt(),
-            ..self
         }
     }
 
@@ -138,10 +124,10 @@ impl Rates {
     }
 }
 
-/// The least eigenvalue of the symmetric part.
+/// The least eigenvalue of the symmetric part; minus infinity if that is not finite.
 fn least(matrix: &Matrix6<f64>) -> f64 {
-    let symmetric = (matrix + matrix.transpose()) * 0.5;
-    SymmetricEigen::new(symmetric).eigenvalues.min()
+    let eigen = eigen((matrix + matrix.transpose()) * 0.5);
+    eigen.map_or(f64::NEG_INFINITY, |eigen| eigen.eigenvalues.min())
 }
 
 /// What is done with a body in a step.

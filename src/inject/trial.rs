@@ -1,6 +1,6 @@
 //! Where bodies will be within a step, before Rapier has made it.
 
-use super::inner::Mover;
+use super::mover::Mover;
 use super::rotation::to_dquat;
 use crate::field::{Anchor, Frame, Frames};
 use crate::math::{ColliderSet, DQuat, DVec3, Pose, RigidBodyHandle, RigidBodySet, Rotation};

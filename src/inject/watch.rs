@@ -84,7 +84,14 @@ impl Injector {
             self.judge_all(compiled, all, dt, bodies, colliders);
         } else if self.scheme.choice().is_some() && may_be_stiff(compiled) {
             let ahead = self.scout(compiled, dt, bodies, colliders);
-            let suspects = self.suspects(dt, bodies, |place| ahead[place]);
+            let suspects = self.suspects(|place| {
+                let (there, change) = &ahead[place];
+                let body = bodies.get(self.probes.bodies[place]);
+                let here = self.wrenches[place];
+                body.map_or(0.0, |body| {
+                    secant(body, here, *there, Some(change), dt).powi(2)
+                })
+            });
             self.judge_all(compiled, suspects.into_iter(), dt, bodies, colliders);
         }
         self.couple(compiled, bodies, colliders);
@@ -105,7 +112,7 @@ impl Injector {
         let last = std::mem::take(&mut self.watch.last);
         if self.scheme.choice().is_some() {
             let suspects = if last.len() == self.wrenches.len() {
-                self.suspects(dt, bodies, |place| (last[place], Vector6::zeros()))
+                self.suspects(|place| self.fourth_power(place, last[place], dt, bodies))
             } else {
                 (0..self.wrenches.len()).collect()
             };
@@ -129,17 +136,8 @@ impl Injector {
     ) {
         // Of (dt·ω)⁴, which takes no root.
         let mut worst = (WARNING * WARNING, None);
-        let turns = compiled.plan.torque_possible;
-        for (place, centre) in self.probes.centres.iter().enumerate() {
-            let change = self.wrenches[place].force - last[place].force;
-            let pull = change.length_squared() * (dt * dt);
-            let along = centre.velocity.length_squared() * (centre.mass * centre.mass);
-            let mut fourth = if pull > 0.0 { pull / along } else { 0.0 };
-            if turns && self.wrenches[place].torque != last[place].torque {
-                fourth = bodies.get(self.probes.bodies[place]).map_or(0.0, |body| {
-                    secant(body, self.wrenches[place], last[place], None, dt).powi(2)
-                });
-            }
+        for (place, was) in last.iter().enumerate() {
+            let fourth = self.fourth_power(place, *was, dt, bodies);
             if fourth > worst.0 {
                 worst = (fourth, Some(place));
             }
@@ -161,6 +159,22 @@ impl Injector {
         }
     }
 
+    /// (dt·ω)⁴ as it shows in how a wrench changed over the last step.
+    fn fourth_power(&self, place: usize, was: Wrench, dt: Real, bodies: &RigidBodySet) -> Real {
+        let is = self.wrenches[place];
+        if is == was {
+            return 0.0;
+        }
+        if is.torque != was.torque {
+            let body = bodies.get(self.probes.bodies[place]);
+            return body.map_or(0.0, |body| secant(body, is, was, None, dt).powi(2));
+        }
+        // What the probe knows does for a force alone, without a look at the body.
+        let centre = &self.probes.centres[place];
+        let pull = (is.force - was.force).length_squared() * (dt * dt);
+        pull / (centre.velocity.length_squared() * (centre.mass * centre.mass))
+    }
+
     /// The wrenches where bodies would be after a step, and the changes of velocity on the way.
     fn scout(
         &mut self,
@@ -174,6 +188,9 @@ impl Injector {
         probes.centres.clone_from(&self.probes.centres);
         probes.bodies.clone_from(&self.probes.bodies);
         probes.user.clone_from(&self.probes.user);
+        probes.spreads.clone_from(&self.probes.spreads);
+        probes.overrides.clone_from(&self.probes.overrides);
+        probes.sites = self.probes.sites;
         probes.number();
         self.roles.clear();
         let mut changes = Vec::with_capacity(probes.bodies.len());
@@ -216,31 +233,21 @@ impl Injector {
         wrenches.into_iter().zip(changes).collect()
     }
 
-    /// Bodies whose wrench changes so fast that they are worth a look, in the order of their
+    /// Bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the order of their
     /// places; with those found stiff before.
-    fn suspects(
-        &self,
-        dt: Real,
-        bodies: &RigidBodySet,
-        other: impl Fn(usize) -> (Wrench, Vector6<f64>),
-    ) -> Vec<usize> {
+    fn suspects(&self, fourth_power: impl Fn(usize) -> Real) -> Vec<usize> {
         let Some(choice) = self.scheme.choice() else {
             return Vec::new();
         };
-        let bound = CAUTION * 4.0 * choice.tolerance;
+        let bound = (CAUTION * 4.0 * choice.tolerance).powi(2);
         let reads_velocity = !self.watch.sampled_at.is_empty();
         let is_suspect = |place: &usize| {
-            let handle = self.probes.bodies[*place];
-            let Some(body) = bodies.get(handle) else {
-                return false;
-            };
             if reads_velocity && self.wrenches[*place] != Wrench::ZERO {
                 return true;
             }
-            let (wrench, change) = other(*place);
-            let secant = secant(body, self.wrenches[*place], wrench, Some(&change), dt);
-            // So on NaN.
-            !(to_f64(secant) <= bound) || super::find(&self.watch.stiff, handle).is_some()
+            let shown = to_f64(fourth_power(*place));
+            let was_stiff = || super::find(&self.watch.stiff, self.probes.bodies[*place]).is_some();
+            shown.is_nan() || shown > bound || (!self.watch.stiff.is_empty() && was_stiff())
         };
         (0..self.probes.bodies.len()).filter(is_suspect).collect()
     }

@@ -1,10 +1,17 @@
-//! Ready-made Rapier worlds: rigid ammonia and equal spheres, each in a closed box.
+//! Ready-made Rapier worlds: rigid ammonia and equal spheres, each in a closed box; the paper's
+//! Figures 3 and 4; a flock in a gust; bodies that meet head-on.
 //!
 //! Every scene is a plain [`PhysicsWorld`] with the handles
 //! of what was put in. Its settings have a `build` that checks every value, and the same seed
 //! gives the same scene.
 
 pub mod ammonia;
+
+pub mod figures;
+
+pub mod flock;
+
+pub mod head_on;
 
 pub mod spheres;
 

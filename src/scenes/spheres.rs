@@ -162,7 +162,7 @@ impl BoxOfSpheres {
     ///
     /// The walls are detection fields too, always elastic: the paper leaves them out of its rule.
     pub fn tree(&self, law: ContactLaw) -> Tree {
-        let elastic = ContactLaw::Impulse { restitution: 1.0 };
+        let elastic = ContactLaw::elastic();
         let spheres = self.spheres.iter().map(|(_, sphere)| (*sphere, law));
         let walls = self.walls.iter().map(|wall| (*wall, elastic));
         let fields = spheres
@@ -251,7 +251,7 @@ mod tests {
             }
             scene.kinetic_energy() / energy
         };
-        let newton = run(ContactLaw::Impulse { restitution: 1.0 });
+        let newton = run(ContactLaw::elastic());
         assert!((newton - 1.0).abs() < 1e-5, "{newton}");
         let paper = run(ContactLaw::Paper);
         assert!((paper - 1.0).abs() > 0.05, "{paper}");

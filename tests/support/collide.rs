@@ -7,7 +7,7 @@ use rapier3d_fields::prelude::*;
 use crate::support::{assert_at_most, either, weightless};
 
 /// Newton's law without loss.
-pub const ELASTIC: ContactLaw = ContactLaw::Impulse { restitution: 1.0 };
+pub const ELASTIC: ContactLaw = ContactLaw::elastic();
 
 /// A step so short that nothing moves by as much as rounding.
 pub const INSTANT: Real = 1e-17;

@@ -1,21 +1,22 @@
 //! A second, independent derivation of the algebra: sets of small integers, sampled by brute force.
 //!
-//! All surfaces are planes across an axis at integers, and samples stand on half-integers. So the
-//! neighbourhood of a sample falls into the 2⁵ orthants of x, y, z, time and delta, and a point a
-//! quarter into each orthant lies in general position: there, plain membership decides. A
-//! regularised closed set holds a sample if it holds one of these 32 points (§3.1.1).
+//! All surfaces are planes across an axis at integers, or diagonal ones ±x ± time = integer, and
+//! samples stand on half-integers. So the neighbourhood of a sample falls into the 2⁵ orthants of
+//! x, y, z, time and delta, each halved by a diagonal. Two points in each orthant, one nearer to
+//! the sample along x and one along time, lie in general position: there, plain membership
+//! decides. A regularised closed set holds a sample if it holds one of these 64 points (§3.1.1).
 
 use proptest::prelude::*;
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, Real, Vector};
 use rapier3d_fields::reference::Reference;
-use rapier3d_fields::{Field, Operator, Region, Tree};
+use rapier3d_fields::{Axis, Field, Layer, Operator, Region, Scalar, Tree};
 
 /// x, y, z, time and the user's axis `delta`, in halves.
 pub type Point = [i32; 5];
 
-/// A set of the 32 orthants around a sample.
-pub type Cells = u32;
+/// A set of the 64 half-orthants around a sample.
+pub type Cells = u64;
 
 /// A region, and how to tell its points.
 #[derive(Clone, Debug)]
@@ -27,6 +28,8 @@ pub enum Set {
     Interval(usize, i32, i32),
     /// `x[axis] · sign ≤ offset`.
     HalfSpace(usize, i32, i32),
+    /// Behind a front that moves: `x · sign + time · sign ≤ offset`.
+    Front([i32; 2], i32),
     Not(Box<Set>),
     Union(Box<Set>, Box<Set>),
     Intersection(Box<Set>, Box<Set>),
@@ -48,6 +51,10 @@ impl Set {
                 let outward = Vector::AXES[*axis] * real(*sign);
                 Region::half_space(outward, real(*offset))
             }
+            Set::Front([x, time], offset) => {
+                let coefficients = [(Axis::X, real(*x)), (Axis::Time, real(*time))];
+                Region::half_space_over(coefficients, real(*offset))
+            }
             Set::Not(a) => a.region().complement(),
             Set::Union(a, b) => a.region().union(b.region()),
             Set::Intersection(a, b) => a.region().intersection(b.region()),
@@ -64,6 +71,10 @@ impl Set {
             }
             Set::Interval(i, low, high) => f64::from(*low) < x[*i] && x[*i] < f64::from(*high),
             Set::HalfSpace(i, sign, offset) => x[*i] * f64::from(*sign) < f64::from(*offset),
+            Set::Front(signs, offset) => {
+                let [sx, st] = signs.map(f64::from);
+                x[0] * sx + x[3] * st < f64::from(*offset)
+            }
             Set::Not(a) => !a.holds(x),
             Set::Union(a, b) => a.holds(x) || b.holds(x),
             Set::Intersection(a, b) => a.holds(x) && b.holds(x),
@@ -71,11 +82,19 @@ impl Set {
         }
     }
 
-    /// The orthants around a sample that lie in the set.
+    /// The half-orthants around a sample that lie in the set.
     pub fn cells(&self, at: &Point) -> Cells {
-        (0..32_u32)
+        (0..64_u32)
             .filter(|cell| {
-                let step = |i: usize| if cell >> i & 1 == 1 { 0.25 } else { -0.25 };
+                let near = if cell >> 5 & 1 == 1 { 0 } else { 3 };
+                let size = |i: usize| if i == near { 0.125 } else { 0.25 };
+                let step = |i: usize| {
+                    if cell >> i & 1 == 1 {
+                        size(i)
+                    } else {
+                        -size(i)
+                    }
+                };
                 let x = std::array::from_fn(|i| f64::from(at[i]) / 2.0 + step(i));
                 self.holds(&x)
             })
@@ -88,6 +107,12 @@ impl Set {
 pub enum Model {
     Leaf(Set, [i32; 3]),
     Apply(Operator, Box<Model>, Box<Model>),
+    /// The first where the second is defined.
+    Masked(Box<Model>, Box<Model>),
+    /// Times the coordinate along an axis.
+    Scaled(Box<Model>, usize),
+    /// Each with its priority, whether it replaces, and whether it stops.
+    Layers(Vec<(Model, i32, bool, bool)>),
 }
 
 impl Model {
@@ -95,6 +120,15 @@ impl Model {
         match self {
             Model::Leaf(set, v) => Field::uniform(vector(*v)).within(set.region()).into(),
             Model::Apply(operator, u, v) => Tree::fold(*operator, [u.tree(), v.tree()]),
+            Model::Masked(u, mask) => u.tree().masked_by(mask.tree()),
+            Model::Scaled(u, axis) => u.tree().scaled_by(Scalar::axis(AXES[*axis])),
+            Model::Layers(layers) => {
+                Tree::layers(layers.iter().map(|(u, priority, replaces, stops)| {
+                    let layer = Layer::new(u.tree()).priority(*priority);
+                    let layer = if *replaces { layer.replacing() } else { layer };
+                    if *stops { layer.stopping() } else { layer }
+                }))
+            }
         }
     }
 
@@ -109,6 +143,15 @@ impl Model {
                 let ((e, u), (g, v)) = (u.at(at), v.at(at));
                 figure_1(*operator, (e, u), (g, v))
             }
+            Model::Masked(u, mask) => {
+                let ((e, u), (g, _)) = (u.at(at), mask.at(at));
+                (e & g, u)
+            }
+            Model::Scaled(u, axis) => {
+                let (e, u) = u.at(at);
+                (e, u * (f64::from(at[*axis]) / 2.0))
+            }
+            Model::Layers(layers) => gathered(layers, at),
         }
     }
 
@@ -117,6 +160,21 @@ impl Model {
         let (cells, vector) = self.at(at);
         (cells != 0).then_some(vector)
     }
+}
+
+/// Layers that hold the sample, from the highest priority down.
+fn gathered(layers: &[(Model, i32, bool, bool)], at: &Point) -> (Cells, DVec3) {
+    let mut sorted: Vec<_> = layers.iter().collect();
+    sorted.sort_by_key(|(_, priority, ..)| -priority);
+    let values = sorted.iter().map(|(u, ..)| u.at(at)).collect::<Vec<_>>();
+    let cells = values.iter().fold(0, |cells, (e, _)| cells | e);
+    let present: Vec<_> = (0..values.len()).filter(|k| values[*k].0 != 0).collect();
+    // The first that stops ends the list, the last that replaces begins it.
+    let stop = present.iter().position(|k| sorted[*k].3);
+    let present = &present[..stop.map_or(present.len(), |stop| stop + 1)];
+    let start = present.iter().rposition(|k| sorted[*k].2).unwrap_or(0);
+    let counting = present[start..].iter();
+    (cells, counting.map(|k| values[*k].1).sum())
 }
 
 /// U on E and V on G, combined.
@@ -187,6 +245,10 @@ pub fn points() -> impl Strategy<Value = Vec<Point>> {
     proptest::collection::vec(point(), 24)
 }
 
+fn sign() -> impl Strategy<Value = i32> {
+    prop_oneof![Just(-1), Just(1)]
+}
+
 fn primitive() -> impl Strategy<Value = Set> {
     let triple = |range: std::ops::RangeInclusive<i32>| proptest::array::uniform3(range);
     let interval = (0..5_usize, -2..=2, 1..=3);
@@ -194,8 +256,9 @@ fn primitive() -> impl Strategy<Value = Set> {
         1 => Just(Set::Everywhere),
         6 => (triple(-1..=1), triple(1..=2)).prop_map(|(centre, half)| Set::Box(centre, half)),
         3 => interval.prop_map(|(axis, low, length)| Set::Interval(axis, low, low + length)),
-        2 => (0..3_usize, prop_oneof![Just(-1), Just(1)], -1..=1)
+        2 => (0..3_usize, sign(), -1..=1)
             .prop_map(|(axis, sign, offset)| Set::HalfSpace(axis, sign, offset)),
+        2 => (sign(), sign(), -2..=2).prop_map(|(x, time, offset)| Set::Front([x, time], offset)),
     ]
 }
 
@@ -224,8 +287,16 @@ pub fn leaf() -> impl Strategy<Value = Model> {
 
 /// Fields combined up to four deep: cross products of integers that small stay exact in `f64`.
 pub fn model() -> impl Strategy<Value = Model> {
-    leaf().prop_recursive(4, 12, 2, |model| {
-        (operator(), model.clone(), model)
-            .prop_map(|(operator, u, v)| Model::Apply(operator, Box::new(u), Box::new(v)))
+    leaf().prop_recursive(4, 12, 3, |model| {
+        let boxed = |model: Model| Box::new(model);
+        let layer = (model.clone(), -1..=1, any::<bool>(), any::<bool>());
+        prop_oneof![
+            6 => (operator(), model.clone(), model.clone())
+                .prop_map(move |(operator, u, v)| Model::Apply(operator, boxed(u), boxed(v))),
+            1 => (model.clone(), model.clone())
+                .prop_map(move |(u, mask)| Model::Masked(boxed(u), boxed(mask))),
+            1 => (model, 0..5_usize).prop_map(move |(u, axis)| Model::Scaled(boxed(u), axis)),
+            2 => proptest::collection::vec(layer, 1..4).prop_map(Model::Layers),
+        ]
     })
 }

@@ -4,13 +4,21 @@
 //! and sums are exact. [`Numbers::Fractional`]: fields stand at quarters and all sizes end in .37,
 //! so that no integer point is within 10⁻³ of a boundary, and none on a singularity.
 
+pub mod formulas;
+mod scalars;
+
 use proptest::prelude::*;
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{Pose, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
-use crate::worlds::{World, vector};
+pub use formulas::FormulaPlan;
+pub use scalars::ScalarPlan;
+
+use crate::worlds::{World, group, vector};
+use formulas::formula;
+use scalars::scalar;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Numbers {
@@ -18,31 +26,14 @@ pub enum Numbers {
     Fractional,
 }
 
-#[derive(Clone, Debug)]
-pub enum FormulaPlan {
-    Uniform([i32; 3]),
-    Radial {
-        strength: i32,
-        power: i32,
-        softened: bool,
-        cutoff: Option<i32>,
-    },
-    LennardJones {
-        epsilon: i32,
-        cutoff: Option<i32>,
-    },
-    Spring {
-        stiffness: i32,
-        damping: i32,
-        rest_length: i32,
-    },
-    Drag {
-        linear: i32,
-        quadratic: i32,
-    },
-    Magnetic([i32; 3]),
-    /// Number of one of a few closures.
-    Closure(u8),
+impl Numbers {
+    /// Where fields stand between the integers.
+    fn fraction(self) -> Real {
+        match self {
+            Numbers::Integer => 0.0,
+            Numbers::Fractional => 0.25,
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -56,6 +47,12 @@ pub enum RegionPlan {
     HalfSpace(usize, i32),
     Interval(usize, i32, i32),
     Shape([i32; 3]),
+    /// Coefficients of two axes, and the offset.
+    HalfSpaceOver([(usize, i32); 2], i32),
+    /// Centres and radii along axes.
+    BallOver(Vec<(usize, i32, i32)>),
+    /// Number of one of a few.
+    Predicate(u8),
     Moved(Box<RegionPlan>, [i32; 3]),
     Complement(Box<RegionPlan>),
     Combined(u8, Box<RegionPlan>, Box<RegionPlan>),
@@ -72,6 +69,10 @@ pub struct LeafPlan {
     pub anchor: AnchorPlan,
     pub reading: Reading,
     pub coupling: Coupling,
+    pub scale: Option<ScalarPlan>,
+    pub limit: Option<i32>,
+    /// Which of two groups of colliders it acts on.
+    pub group: Option<u32>,
     pub numbers: Numbers,
 }
 
@@ -81,91 +82,30 @@ pub enum TermPlan {
     Leaf(LeafPlan),
     Apply(Operator, Box<TermPlan>, Box<TermPlan>),
     Instances(Box<TermPlan>, Vec<AnchorPlan>),
+    Masked(Box<TermPlan>, Box<TermPlan>),
+    Scaled(Box<TermPlan>, ScalarPlan, AnchorPlan),
+    Limited(Box<TermPlan>, i32),
+    Layers(Vec<LayerPlan>),
 }
+
+/// A layer: priority, replacing, stopping.
+pub type LayerPlan = (TermPlan, i32, bool, bool);
 
 pub const AXES: [&str; 9] = [
     "x", "y", "z", "time", "speed", "radius", "mass", "charge", "delta",
 ];
 
-impl FormulaPlan {
-    fn field(&self) -> Field {
-        let real = |i: i32| i as Real;
-        match *self {
-            FormulaPlan::Uniform(v) => Field::uniform(vector(v)),
-            FormulaPlan::Radial {
-                strength,
-                power,
-                softened,
-                cutoff,
-            } => {
-                let field = Field::radial(real(strength), real(power));
-                let field = if softened { field.softened(0.5) } else { field };
-                match cutoff {
-                    Some(cutoff) => field.shifted_to_zero_at(real(cutoff) + 0.37),
-                    None => field,
-                }
-            }
-            FormulaPlan::LennardJones { epsilon, cutoff } => {
-                let field = Field::lennard_jones(real(epsilon), 0.75);
-                match cutoff {
-                    Some(cutoff) => field.shifted_to_zero_at(real(cutoff) + 0.37),
-                    None => field,
-                }
-            }
-            FormulaPlan::Spring {
-                stiffness,
-                damping,
-                rest_length,
-            } => Field::spring_damper(real(stiffness), real(damping), real(rest_length)),
-            FormulaPlan::Drag { linear, quadratic } => Field::drag(real(linear), real(quadratic)),
-            FormulaPlan::Magnetic(b) => Field::magnetic(vector(b)),
-            FormulaPlan::Closure(0) => Field::closure([], |s: &Sample| s.local_point + Vector::X),
-            FormulaPlan::Closure(1) => {
-                Field::closure(["delta".into(), Axis::Time], |s: &Sample| {
-                    Vector::new(s.axes[0], s.axes[1], s.charge)
-                })
-            }
-            FormulaPlan::Closure(_) => Field::closure([Axis::Speed], |s: &Sample| {
-                s.local_velocity.cross(s.local_point)
-            }),
-        }
-    }
-
-    fn cutoff(&self) -> Option<i32> {
-        match self {
-            FormulaPlan::Radial { cutoff, .. } | FormulaPlan::LennardJones { cutoff, .. } => {
-                *cutoff
-            }
-            _ => None,
-        }
-    }
-
-    /// The sum of the magnitudes of what a radial law adds up at a distance; its terms may cancel.
-    fn radial_magnitude(&self, r: f64) -> Option<f64> {
-        let law = |r: f64| match *self {
-            FormulaPlan::Radial {
-                strength,
-                power,
-                softened,
-                ..
-            } => {
-                let rho = if softened { r.hypot(0.5) } else { r };
-                Some(f64::from(strength).abs() * r * rho.powi(power - 1))
-            }
-            FormulaPlan::LennardJones { epsilon, .. } => {
-                let s6 = (0.75 / r).powi(6);
-                Some(24.0 * f64::from(epsilon).abs() * (2.0 * s6 * s6 + s6) / r)
-            }
-            _ => None,
-        };
-        let at_cutoff = self
-            .cutoff()
-            .map_or(Some(0.0), |cutoff| law(f64::from(cutoff) + 0.37));
-        Some(law(r)? + at_cutoff?)
-    }
-}
-
 impl RegionPlan {
+    /// Whether Parry decides about any part of it.
+    pub fn any_shape(&self) -> bool {
+        match self {
+            RegionPlan::Shape(_) => true,
+            RegionPlan::Moved(of, _) | RegionPlan::Complement(of) => of.any_shape(),
+            RegionPlan::Combined(_, a, b) => a.any_shape() || b.any_shape(),
+            _ => false,
+        }
+    }
+
     fn region(&self, numbers: Numbers) -> Region {
         let size = |i: i32| {
             i as Real
@@ -192,6 +132,17 @@ impl RegionPlan {
                 let [x, y, z] = half.map(size);
                 Region::shape(SharedShape::cuboid(x, y, z))
             }
+            RegionPlan::HalfSpaceOver(coefficients, offset) => {
+                let named = coefficients.map(|(axis, c)| (AXES[axis].into(), c as Real));
+                Region::half_space_over(named, size(*offset))
+            }
+            RegionPlan::BallOver(axes) => {
+                let named = axes.iter();
+                Region::ball_over(
+                    named.map(|(axis, c, r)| (AXES[*axis].into(), *c as Real, size(*r))),
+                )
+            }
+            RegionPlan::Predicate(number) => predicate(*number),
             RegionPlan::Moved(region, by) => region.region(numbers).at(vector(*by)),
             RegionPlan::Complement(region) => region.region(numbers).complement(),
             RegionPlan::Combined(kind, a, b) => {
@@ -203,6 +154,14 @@ impl RegionPlan {
                 }
             }
         }
+    }
+}
+
+fn predicate(number: u8) -> Region {
+    match number {
+        0 => Region::predicate([], |s: &Sample| s.local_point.x > s.local_point.y),
+        1 => Region::predicate([Axis::Charge], |s: &Sample| s.axes[0] >= 0.0),
+        _ => Region::predicate(["delta".into()], |s: &Sample| s.axes[0] > s.local_point.z),
     }
 }
 
@@ -230,25 +189,52 @@ fn anchor(plan: &AnchorPlan, fraction: Real, world: &World) -> Anchor {
 
 impl LeafPlan {
     fn dress(&self, field: Field, world: &World) -> Field {
-        let fraction = if self.numbers == Numbers::Integer {
-            0.0
-        } else {
-            0.25
-        };
-        field
-            .at(anchor(&self.anchor, fraction, world))
+        let field = field
+            .at(anchor(&self.anchor, self.numbers.fraction(), world))
             .read_as(self.reading)
-            .coupled_to(self.coupling.clone())
+            .coupled_to(self.coupling.clone());
+        match self.group {
+            Some(number) => field.groups(group(number)),
+            None => field,
+        }
     }
 
     fn field(&self, world: &World) -> Field {
-        let field = self.dress(self.formula.field(), world);
-        // A cutoff brings its own ball.
-        match self.formula.cutoff() {
-            Some(_) => field,
-            None => field.within(self.region.region(self.numbers)),
+        let mut field = self.dress(self.formula.field(), world);
+        if let Some(scale) = &self.scale {
+            field = field.scaled_by(scale.scalar());
         }
+        if let Some(limit) = self.limit {
+            field = field.limited_to(limit as Real);
+        }
+        if self.formula.brings_region() {
+            return field;
+        }
+        field.within(self.region.region(self.numbers))
     }
+
+    fn acts_at_centre(&self) -> bool {
+        matches!(self.formula, FormulaPlan::Uniform(_))
+            && self.coupling == Coupling::Share
+            && self.group.is_none()
+            && self.scale.as_ref().is_none_or(ScalarPlan::is_uniform)
+    }
+
+    /// Whether it is evaluated in the precision of [`Real`] where it is a term by itself.
+    fn is_bare_law(&self) -> bool {
+        self.formula.radial_magnitude(1.0).is_some() && self.scale.is_none()
+    }
+}
+
+fn layer((term, priority, replaces, stops): &LayerPlan, world: &World) -> Layer {
+    let mut layer = Layer::new(term.tree(world)).priority(*priority);
+    if *replaces {
+        layer = layer.replacing();
+    }
+    if *stops {
+        layer = layer.stopping();
+    }
+    layer
 }
 
 impl TermPlan {
@@ -262,6 +248,12 @@ impl TermPlan {
                 term.tree(world),
                 anchors.iter().map(|a| anchor(a, 0.0, world)),
             ),
+            TermPlan::Masked(term, mask) => term.tree(world).masked_by(mask.tree(world)),
+            TermPlan::Scaled(term, scale, at) => term
+                .tree(world)
+                .scaled_at(scale.scalar(), anchor(at, 0.0, world)),
+            TermPlan::Limited(term, limit) => term.tree(world).limited_to(*limit as Real),
+            TermPlan::Layers(layers) => Tree::layers(layers.iter().map(|plan| layer(plan, world))),
         }
     }
 
@@ -279,12 +271,74 @@ impl TermPlan {
     /// uniform, and shared out by mass.
     pub fn acts_at_centre(&self) -> bool {
         match self {
-            TermPlan::Leaf(leaf) => {
-                matches!(leaf.formula, FormulaPlan::Uniform(_)) && leaf.coupling == Coupling::Share
+            TermPlan::Leaf(leaf) => leaf.acts_at_centre(),
+            TermPlan::Apply(_, a, b) | TermPlan::Masked(a, b) => {
+                a.acts_at_centre() && b.acts_at_centre()
             }
-            TermPlan::Apply(_, a, b) => a.acts_at_centre() && b.acts_at_centre(),
-            TermPlan::Instances(term, _) => term.acts_at_centre(),
+            TermPlan::Instances(term, _) | TermPlan::Limited(term, _) => term.acts_at_centre(),
+            TermPlan::Scaled(term, scale, _) => scale.is_uniform() && term.acts_at_centre(),
+            TermPlan::Layers(layers) => layers.iter().all(|(term, ..)| term.acts_at_centre()),
         }
+    }
+
+    /// The terms it is made of.
+    fn operands(&self) -> Vec<&TermPlan> {
+        match self {
+            TermPlan::Leaf(_) => Vec::new(),
+            TermPlan::Apply(_, a, b) | TermPlan::Masked(a, b) => vec![a, b],
+            TermPlan::Instances(of, _) | TermPlan::Scaled(of, ..) | TermPlan::Limited(of, _) => {
+                vec![of]
+            }
+            TermPlan::Layers(layers) => layers.iter().map(|(term, ..)| term).collect(),
+        }
+    }
+
+    /// Fields, those of each instance counted.
+    pub fn leaf_count(&self) -> usize {
+        let below: usize = self.operands().into_iter().map(TermPlan::leaf_count).sum();
+        match self {
+            TermPlan::Leaf(_) => 1,
+            TermPlan::Instances(_, anchors) => below * anchors.len(),
+            _ => below,
+        }
+    }
+
+    pub fn any_leaf(&self, is: &dyn Fn(&LeafPlan) -> bool) -> bool {
+        let below = || self.operands().into_iter().any(|term| term.any_leaf(is));
+        matches!(self, TermPlan::Leaf(leaf) if is(leaf)) || below()
+    }
+
+    pub fn any_scale(&self, is: &dyn Fn(&ScalarPlan) -> bool) -> bool {
+        let own = match self {
+            TermPlan::Leaf(leaf) => leaf.scale.as_ref(),
+            TermPlan::Scaled(_, scale, _) => Some(scale),
+            _ => None,
+        };
+        let below = || self.operands().into_iter().any(|term| term.any_scale(is));
+        own.is_some_and(|scale| scale.any(is)) || below()
+    }
+
+    /// The sum of the magnitudes of all fields and composites in it, at a sample.
+    pub fn size(&self, world: &World, query: &Query) -> f64 {
+        self.size_in(world, query, &|tree| tree)
+    }
+
+    fn size_in(&self, world: &World, query: &Query, wrap: &dyn Fn(Tree) -> Tree) -> f64 {
+        let own = reference(&wrap(self.tree(world)), world, query).map_or(0.0, |f| f.length());
+        let instances = match self {
+            TermPlan::Instances(_, anchors) => &anchors[..],
+            _ => &[(0, 0, [0; 3], 0)],
+        };
+        let mut sum = own;
+        for plan in instances {
+            let anchor = anchor(plan, 0.0, world);
+            let within = |tree: Tree| wrap(Tree::instances(tree, [anchor]));
+            let operands = self.operands().into_iter();
+            sum += operands
+                .map(|term| term.size_in(world, query, &within))
+                .sum::<f64>();
+        }
+        sum
     }
 
     /// The sum of the magnitudes of what is added up in the precision of [`Real`] at a sample.
@@ -304,7 +358,7 @@ impl TermPlan {
                 });
                 each.sum()
             }
-            TermPlan::Leaf(leaf) if leaf.formula.radial_magnitude(1.0).is_some() => {
+            TermPlan::Leaf(leaf) if leaf.is_bare_law() => {
                 // Its weight is what becomes of a unit vector, its distance of a unit spring.
                 let weight = length(leaf.dress(Field::uniform(Vector::X), world).into());
                 let spring = leaf.dress(Field::spring(1.0), world);
@@ -341,64 +395,9 @@ fn triple(size: i32) -> impl Strategy<Value = [i32; 3]> + Clone {
     proptest::array::uniform3(-size..=size)
 }
 
-fn formula(numbers: Numbers) -> BoxedStrategy<FormulaPlan> {
-    let number = || -3..=3;
-    let common = prop_oneof![
-        triple(3).prop_map(FormulaPlan::Uniform),
-        triple(2).prop_map(FormulaPlan::Magnetic),
-        (0..3_u8).prop_map(FormulaPlan::Closure),
-    ];
-    match numbers {
-        Numbers::Integer => {
-            let spring =
-                (number(), number()).prop_map(|(stiffness, damping)| FormulaPlan::Spring {
-                    stiffness,
-                    damping,
-                    rest_length: 0,
-                });
-            let radial = (number(), prop_oneof![Just(1), Just(3)]).prop_map(|(strength, power)| {
-                FormulaPlan::Radial {
-                    strength,
-                    power,
-                    softened: false,
-                    cutoff: None,
-                }
-            });
-            let drag = number().prop_map(|linear| FormulaPlan::Drag {
-                linear,
-                quadratic: 0,
-            });
-            prop_oneof![3 => common, 1 => spring, 2 => radial, 1 => drag].boxed()
-        }
-        Numbers::Fractional => {
-            let spring =
-                (number(), number(), 0..=2).prop_map(|(stiffness, damping, rest_length)| {
-                    FormulaPlan::Spring {
-                        stiffness,
-                        damping,
-                        rest_length,
-                    }
-                });
-            let drag = (number(), number())
-                .prop_map(|(linear, quadratic)| FormulaPlan::Drag { linear, quadratic });
-            prop_oneof![3 => common, 1 => spring, 3 => radial_law(), 1 => drag].boxed()
-        }
-    }
-}
-
-/// Every radial law, softened, shifted or neither.
-pub fn radial_law() -> impl Strategy<Value = FormulaPlan> {
-    let cutoff = || proptest::option::of(1..=4);
-    prop_oneof![
-        4 => (-3..=3, -3..=2, any::<bool>(), cutoff()).prop_map(|(strength, power, softened, cutoff)| {
-            FormulaPlan::Radial { strength, power, softened, cutoff }
-        }),
-        1 => (1..=3, cutoff()).prop_map(|(epsilon, cutoff)| FormulaPlan::LennardJones { epsilon, cutoff }),
-    ]
-}
-
 fn region() -> impl Strategy<Value = RegionPlan> {
     let size = || 1..=4;
+    let over = || (0..9_usize, prop_oneof![-2..=-1, 1..=2]);
     let primitive = prop_oneof![
         3 => Just(RegionPlan::Everywhere),
         4 => size().prop_map(RegionPlan::Ball),
@@ -410,6 +409,11 @@ fn region() -> impl Strategy<Value = RegionPlan> {
         2 => (0..9_usize, -2..=2, 1..=4)
             .prop_map(|(axis, low, length)| RegionPlan::Interval(axis, low, length)),
         1 => proptest::array::uniform3(size()).prop_map(RegionPlan::Shape),
+        2 => ([over(), over()], -2..=4)
+            .prop_map(|(axes, offset)| RegionPlan::HalfSpaceOver(axes, offset)),
+        2 => proptest::collection::vec((0..9_usize, -1..=1, size()), 1..4)
+            .prop_map(RegionPlan::BallOver),
+        1 => (0..3_u8).prop_map(RegionPlan::Predicate),
     ];
     primitive.prop_recursive(2, 4, 2, |region| {
         let boxed = |region: RegionPlan| Box::new(region);
@@ -427,7 +431,7 @@ fn region() -> impl Strategy<Value = RegionPlan> {
     })
 }
 
-fn anchors(numbers: Numbers) -> impl Strategy<Value = AnchorPlan> {
+pub fn anchor_plan(numbers: Numbers) -> impl Strategy<Value = AnchorPlan> {
     let turns = if numbers == Numbers::Integer {
         0..=0_u8
     } else {
@@ -455,34 +459,66 @@ fn reading() -> impl Strategy<Value = Reading> {
     ])
 }
 
+/// Scale, limit and group: most fields have none.
+fn extras(
+    numbers: Numbers,
+) -> impl Strategy<Value = (Option<ScalarPlan>, Option<i32>, Option<u32>)> {
+    let rarely = |weight| proptest::option::weighted(weight, limit(numbers));
+    (
+        proptest::option::weighted(0.25, scalar(numbers)),
+        rarely(0.15),
+        proptest::option::weighted(0.15, 0..2_u32),
+    )
+}
+
+/// Bounds of a vector's length. To shorten takes a root, but for the length of nothing.
+fn limit(numbers: Numbers) -> std::ops::RangeInclusive<i32> {
+    match numbers {
+        Numbers::Integer => 0..=0,
+        Numbers::Fractional => 0..=3,
+    }
+}
+
 pub fn leaf(numbers: Numbers) -> impl Strategy<Value = LeafPlan> {
     let parts = (
         formula(numbers),
         region(),
-        anchors(numbers),
+        anchor_plan(numbers),
         reading(),
         coupling(numbers),
+        extras(numbers),
     );
     parts.prop_map(
-        move |(formula, region, anchor, reading, coupling)| LeafPlan {
+        move |(formula, region, anchor, reading, coupling, (scale, limit, group))| LeafPlan {
             formula,
             region,
             anchor,
             reading,
             coupling,
+            scale,
+            limit,
+            group,
             numbers,
         },
     )
 }
 
 pub fn term(numbers: Numbers) -> impl Strategy<Value = TermPlan> {
-    leaf(numbers).prop_map(TermPlan::Leaf).prop_recursive(2, 6, 3, move |term| {
+    let boxed = |term: TermPlan| Box::new(term);
+    leaf(numbers).prop_map(TermPlan::Leaf).prop_recursive(3, 8, 3, move |term| {
         let operator = proptest::sample::select(Operator::ALL.to_vec());
-        let at = proptest::collection::vec(anchors(numbers), 1..4);
+        let at = proptest::collection::vec(anchor_plan(numbers), 1..4);
+        let layer = (term.clone(), -1..=1, any::<bool>(), any::<bool>());
+        let scaled = (term.clone(), scalar(numbers), anchor_plan(numbers));
         prop_oneof![
-            3 => (operator, term.clone(), term.clone())
-                .prop_map(|(operator, a, b)| TermPlan::Apply(operator, Box::new(a), Box::new(b))),
-            1 => (term, at).prop_map(|(term, at)| TermPlan::Instances(Box::new(term), at)),
+            6 => (operator, term.clone(), term.clone())
+                .prop_map(move |(operator, a, b)| TermPlan::Apply(operator, boxed(a), boxed(b))),
+            2 => (term.clone(), at).prop_map(move |(term, at)| TermPlan::Instances(boxed(term), at)),
+            1 => (term.clone(), term.clone())
+                .prop_map(move |(term, mask)| TermPlan::Masked(boxed(term), boxed(mask))),
+            2 => scaled.prop_map(move |(term, scale, at)| TermPlan::Scaled(boxed(term), scale, at)),
+            1 => (term, limit(numbers)).prop_map(move |(term, to)| TermPlan::Limited(boxed(term), to)),
+            2 => proptest::collection::vec(layer, 1..4).prop_map(TermPlan::Layers),
         ]
     })
 }

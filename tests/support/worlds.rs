@@ -20,6 +20,17 @@ pub struct BodyPlan {
 pub const WORLD_DELTA: Real = 2.0;
 const RADIUS: Real = 0.25;
 
+/// One of two groups: colliders of even and of odd charge.
+pub fn group(number: u32) -> InteractionGroups {
+    let all = InteractionGroups::all();
+    all.with_memberships(Group::from_bits_truncate(1 << number))
+        .with_filter(Group::from_bits_truncate(1 << number))
+}
+
+fn group_of(charge: i32) -> InteractionGroups {
+    group(charge.rem_euclid(2) as u32)
+}
+
 /// A world with its handles.
 pub struct World {
     pub physics: PhysicsWorld,
@@ -83,6 +94,7 @@ impl World {
             for (place, mass, charge, delta) in &plan.parts {
                 let collider = ColliderBuilder::ball(RADIUS)
                     .translation(vector(*place))
+                    .collision_groups(group_of(*charge))
                     .mass((1 << mass) as Real);
                 let collider = world.physics.insert_collider(collider, Some(body));
                 world.colliders.push(collider);
@@ -137,6 +149,7 @@ impl World {
                 mass: to_f64(share * rigid_body.mass()),
                 share: to_f64(share),
                 charge,
+                groups: part.collision_groups(),
                 user: [("delta".into(), delta)].into(),
                 body: Some(body),
                 ..Query::default()

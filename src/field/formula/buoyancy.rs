@@ -6,15 +6,17 @@ use super::Law;
 use crate::field::error::{TreeError, all_finite};
 use crate::field::number::{Number, Vec3};
 use crate::field::query::LocalQuery;
-use crate::math::{Real, to_f64};
+use crate::math::{DVec3, Real, to_f64};
 
 /// The weight of the displaced fluid: F = density · gravity · V(h) ŷ for a fluid that fills the
 /// field's frame below y = 0.
 ///
-/// A probe counts as a ball of its volume. Submerged to the depth h = R − y, 0 ≤ h ≤ 2R, a ball
-/// of radius R displaces the cap V(h) = π h² (3R − h)/3; so a ball collider is exact, and other
-/// shapes are as good as their volume is sampled. Potential density · gravity · ∫V dh. Parts
-/// without a volume feel nothing.
+/// A whole part counts as a ball of its volume. Submerged to the depth h = R − y, 0 ≤ h ≤ 2R, a
+/// ball of radius R displaces the cap V(h) = π h² (3R − h)/3; so a ball collider is exact. A sample
+/// that stands for a piece of a part counts as a layer of the piece's volume and of a thickness t
+/// with the piece's second moment along ŷ: V(h) = V h/t for 0 ≤ h = t/2 − y ≤ t; so the pieces of
+/// an upright cuboid displace without gaps. Potential density · gravity · ∫V dh. Parts without a
+/// volume feel nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Buoyancy {
     /// Mass per volume of the fluid.
@@ -29,11 +31,29 @@ impl Buoyancy {
     }
 }
 
-/// The radius of a probe's ball, and how deep its lowest point lies; nothing in the air.
-fn submersion<T: Number>(local: &LocalQuery<'_, T>) -> Option<(f64, T)> {
-    let radius = (local.query.volume * 3.0 / (4.0 * PI)).cbrt();
-    let depth = -local.point.y + radius;
-    (depth.re() > 0.0 && radius > 0.0).then_some((radius, depth))
+/// A piece of a body that may be in the water.
+enum Displacing<T> {
+    /// A ball: its radius, and the depth of its lowest point.
+    Ball(f64, T),
+    /// A layer: its thickness, and the depth of its lowest point.
+    Layer(f64, T),
+}
+
+/// What the sample stands for, unless it has no volume or is in the air.
+fn submersion<T: Number>(local: &LocalQuery<'_, T>) -> Option<Displacing<T>> {
+    let query = local.query;
+    let up = local.rotation * DVec3::Y;
+    let variance = up.dot(query.spread * up);
+    let (piece, depth) = if variance > 0.0 {
+        let thickness = (12.0 * variance).sqrt();
+        let depth = -local.point.y + thickness * 0.5;
+        (Displacing::Layer(thickness, depth), depth)
+    } else {
+        let radius = (query.volume * 3.0 / (4.0 * PI)).cbrt();
+        let depth = -local.point.y + radius;
+        (Displacing::Ball(radius, depth), depth)
+    };
+    (depth.re() > 0.0 && query.volume > 0.0).then_some(piece)
 }
 
 impl Law for Buoyancy {
@@ -42,20 +62,25 @@ impl Law for Buoyancy {
     }
 
     fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let whole = local.query.volume;
         let volume = match submersion(local) {
             None => 0.0.into(),
-            Some((r, h)) if h.re() < 2.0 * r => h * h * (-h + 3.0 * r) * (PI / 3.0),
-            Some(_) => local.query.volume.into(),
+            Some(Displacing::Ball(r, h)) if h.re() < 2.0 * r => h * h * (-h + 3.0 * r) * (PI / 3.0),
+            Some(Displacing::Layer(t, h)) if h.re() < t => h * (whole / t),
+            Some(_) => whole.into(),
         };
         Vec3::new(0.0.into(), volume * self.weight_per_volume(), 0.0.into())
     }
 
     fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         let cap = |r: f64, h: T| h * h * h * (-h * 0.25 + r) * (PI / 3.0);
+        let whole = local.query.volume;
         let sum = match submersion(local) {
             None => 0.0.into(),
-            Some((r, h)) if h.re() < 2.0 * r => cap(r, h),
-            Some((r, h)) => cap(r, T::from(2.0 * r)) + (h - 2.0 * r) * local.query.volume,
+            Some(Displacing::Ball(r, h)) if h.re() < 2.0 * r => cap(r, h),
+            Some(Displacing::Ball(r, h)) => cap(r, T::from(2.0 * r)) + (h - 2.0 * r) * whole,
+            Some(Displacing::Layer(t, h)) if h.re() < t => h * h * (whole / (2.0 * t)),
+            Some(Displacing::Layer(t, h)) => (h - t * 0.5) * whole,
         };
         Some(sum * self.weight_per_volume())
     }

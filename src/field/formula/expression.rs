@@ -14,7 +14,8 @@ use crate::math::DVec3;
 /// Variables are the coordinates `x`, `y`, `z` and the velocity `vx`, `vy`, `vz` of the probe in
 /// the field's frame, the axes `time`, `speed`, `radius`, `mass`, `charge`, and the axes of the
 /// user. Operators and functions are those of the crate `exmex`: `+ - * / ^`, `sin`, `exp`,
-/// `sqrt`, `abs`, `atan2`, …, `PI`, `E`. Derivatives are exact: the text is differentiated.
+/// `sqrt`, `abs`, `atan2`, …, `PI`, `E`. A sign binds more tightly than `^`: `-x^2` is x², and
+/// what most people mean is `-(x^2)`. Derivatives are exact: the text is differentiated.
 #[derive(Clone, Debug)]
 pub struct Expression {
     texts: [String; 3],

@@ -64,7 +64,7 @@ impl Grid {
         let (low, high) = (to_f64(self.low[axis]), to_f64(self.high[axis]));
         let cells = self.counts[axis] - 1;
         let place = (x - low) * (cells as f64 / (high - low));
-        if !(place.re() > 0.0) {
+        if place.re() <= 0.0 || place.re().is_nan() {
             return (0, 0.0.into());
         }
         if place.re() >= cells as f64 {

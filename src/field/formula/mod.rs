@@ -161,6 +161,15 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
+    /// Whether the vector depends on the volume of the probe.
+    pub(crate) fn reads_volume(&self) -> bool {
+        match self {
+            Formula::Buoyancy(_) => true,
+            Formula::Wind(wind) => wind.flow.reads_volume(),
+            _ => false,
+        }
+    }
+
     /// Whether it gives zero wherever it is defined.
     pub(crate) fn is_zero(&self) -> bool {
         use crate::math::Vector;

@@ -79,7 +79,7 @@ impl Path {
             let length = along.length();
             let from_start = point - constant(ends[0]);
             let mut place = from_start.dot(&constant(along)) / length;
-            if !(place.re() > 0.0) {
+            if place.re() <= 0.0 || place.re().is_nan() {
                 place = 0.0.into();
             } else if place.re() > length {
                 place = length.into();

@@ -128,7 +128,7 @@ impl Impact {
             world.insert(body, ball).1
         });
         let law = match method {
-            Method::ImpulseLaw => ContactLaw::Impulse { restitution },
+            Method::ImpulseLaw => ContactLaw::restitution(restitution),
             Method::PaperLaw => ContactLaw::Paper,
             Method::RapierContacts => {
                 let driver = Driver::Nobody;

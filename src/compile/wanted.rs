@@ -1,0 +1,78 @@
+//! Which samples of bodies a tree wants.
+
+use super::{Compiled, Program};
+use crate::field::{Axis, How, Sampling};
+
+/// What is to be gathered of bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Wanted {
+    /// Whether colliders are looked at, or only bodies as a whole.
+    pub parts: bool,
+    /// Samples of volumes and surfaces.
+    pub volume: Cut,
+    pub surface: Cut,
+    /// Whether colliders are to be cut into cells.
+    pub cells: bool,
+    /// Whether the volumes of parts are asked for.
+    pub displaced: bool,
+}
+
+/// Which colliders are sampled at several points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Cut {
+    #[default]
+    None,
+    AllButBalls,
+    All,
+}
+
+impl Wanted {
+    pub(super) fn by(compiled: &Compiled) -> Self {
+        let mut wanted = Wanted {
+            parts: !compiled.overrides.is_empty(),
+            ..Wanted::default()
+        };
+        for batch in &compiled.radials {
+            wanted.add(batch.how);
+        }
+        for program in compiled.programs.iter().filter(|program| program.has_force) {
+            wanted.add(program.how);
+            wanted.parts |= reads_parts(program);
+            let mut formulas = program.leaves.iter().map(|leaf| &leaf.formula);
+            wanted.displaced |= formulas.any(|formula| formula.reads_volume());
+        }
+        wanted
+    }
+
+    fn add(&mut self, how: How) {
+        self.parts |= how.sampling != Sampling::Centre;
+        let cut = if how.auto { Cut::AllButBalls } else { Cut::All };
+        match how.sampling {
+            Sampling::Volume => self.volume = self.volume.max(cut),
+            Sampling::Surface => self.surface = self.surface.max(cut),
+            Sampling::Adaptive { .. } => {
+                self.volume = Cut::All;
+                self.cells = true;
+            }
+            Sampling::Auto | Sampling::Centre | Sampling::Parts => {}
+        }
+    }
+
+    /// What a body wants that asks for a sampling of its own.
+    pub(crate) fn with(mut self, own: Option<Sampling>) -> Self {
+        if let Some(sampling) = own {
+            self.add(How {
+                sampling,
+                auto: false,
+                overridable: false,
+            });
+        }
+        self
+    }
+}
+
+/// Whether a field that is sampled at centres has to know the parts all the same.
+fn reads_parts(program: &Program) -> bool {
+    let mut axes = program.leaves.iter().flat_map(|leaf| leaf.axes());
+    axes.any(|axis| matches!(axis, Axis::Radius | Axis::Charge))
+}

@@ -1,0 +1,183 @@
+//! Where on a body a field is sampled.
+
+use super::error::{TreeError, positive};
+use super::formula::Formula;
+use super::leaf::{Coupling, Field};
+use crate::math::Real;
+
+/// Where on a body fields are sampled, and so what of their variation over the body is seen.
+///
+/// Every sample stands for a fraction of its part (of its collider), by which its force is
+/// weighted: however often a body is sampled, a constant force on it stays the same.
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// let zone = Region::cuboid(Vector::splat(3.0));
+/// let wind = Field::uniform(Vector::X).within(zone).sampled(Sampling::Adaptive { tolerance: 0.02 });
+/// # let _ = wind;
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Sampling {
+    /// As the field asks for:
+    ///
+    /// - [`Centre`](Self::Centre) for a uniform vector that is shared out by mass, on whatever
+    ///   region;
+    /// - [`Parts`](Self::Parts) for what is coupled to [each](Coupling::Each) part or to an
+    ///   [axis](Coupling::Axis): laws between sites, such as Lennard-Jones and Coulomb;
+    /// - [`Surface`](Self::Surface) for drag and wind;
+    /// - [`Volume`](Self::Volume) for everything else, and for buoyancy.
+    ///
+    /// Ball colliders are sampled once, at their centre, in place of volume and surface: an
+    /// inverse-square pull from outside is exact there.
+    #[default]
+    Auto,
+    /// Once per body, at its centre of mass: no torque.
+    Centre,
+    /// Once per collider, in its middle.
+    Parts,
+    /// At 27 or more points in each collider (a cuboid that is not long has 27). Mass, centre
+    /// and second moments are those of the shape, filled uniformly, so forces up to the second
+    /// power of the coordinates are exact, also in their torque up to the first; for shapes that
+    /// are their own mirror image in their centre, one power more.
+    Volume,
+    /// At points of each collider's surface, by area: a cuboid at 2 × 2 Gauss points of each
+    /// face (exact up to the third power), a ball at six points (third power), other shapes at
+    /// patches of a triangle mesh (second power, but for the facets of the mesh).
+    Surface,
+    /// Like [`Volume`](Self::Volume), but where the border of a region passes through a body, the
+    /// body is cut into cells, finer at the border, until the error that the border leaves is at
+    /// most this part of the wrench (its torque measured by the body's radius), or 4,096 cells
+    /// are used up. [`Fields::wrench_error`](crate::Fields::wrench_error) has the bound that was
+    /// reached, and says what it covers. Terms with a [reacting](Field::reacting) field are
+    /// sampled at their volume instead.
+    Adaptive {
+        /// More than zero.
+        tolerance: Real,
+    },
+}
+
+impl Sampling {
+    /// The finer, the higher.
+    fn rank(self) -> u8 {
+        match self {
+            Sampling::Auto => 0,
+            Sampling::Centre => 1,
+            Sampling::Parts => 2,
+            Sampling::Volume => 3,
+            Sampling::Surface => 4,
+            Sampling::Adaptive { .. } => 5,
+        }
+    }
+
+    /// The tolerance, of adaptive sampling.
+    pub(crate) fn tolerance(self) -> Option<Real> {
+        match self {
+            Sampling::Adaptive { tolerance } => Some(tolerance),
+            _ => None,
+        }
+    }
+
+    pub(super) fn validate(self, field: &str) -> Result<(), TreeError> {
+        let tolerance = self.tolerance().unwrap_or(1.0);
+        positive(field, "the tolerance of the sampling", tolerance)
+    }
+}
+
+/// How a term of the tree is sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct How {
+    /// Never [`Sampling::Auto`].
+    pub sampling: Sampling,
+    /// Nobody asked for it, so balls are spared.
+    pub auto: bool,
+    /// Bodies may ask for another.
+    pub overridable: bool,
+}
+
+impl How {
+    /// That of a term of which nothing is known.
+    const CENTRE: How = How {
+        sampling: Sampling::Centre,
+        auto: true,
+        overridable: true,
+    };
+
+    /// The finer of two.
+    fn finer(self, other: How) -> How {
+        let (a, b) = (self.sampling, other.sampling);
+        let overridable = self.overridable && other.overridable;
+        let finest = match a.rank().cmp(&b.rank()) {
+            std::cmp::Ordering::Less => other,
+            std::cmp::Ordering::Greater => self,
+            std::cmp::Ordering::Equal => How {
+                sampling: if b.tolerance() < a.tolerance() { b } else { a },
+                auto: self.auto && other.auto,
+                ..self
+            },
+        };
+        How {
+            overridable,
+            ..finest
+        }
+    }
+
+    /// That of a term made of fields; `at_centre`: whether it acts on a body as a whole.
+    pub(super) fn of_term<'a>(fields: impl Iterator<Item = &'a Field>, at_centre: bool) -> How {
+        let mut reacts = false;
+        let fields = fields.inspect(|field| reacts |= field.reacts);
+        let finest = fields.map(Field::how).reduce(How::finer);
+        let mut finest = finest.unwrap_or(How::CENTRE);
+        if reacts {
+            // Reactions are kept sample by sample, which cells have not.
+            finest.overridable = false;
+            if finest.sampling.tolerance().is_some() {
+                finest.sampling = Sampling::Volume;
+            }
+        }
+        // A scale over several fields may vary where they do not.
+        if finest.sampling == Sampling::Centre && finest.auto && !at_centre {
+            return How {
+                sampling: Sampling::Volume,
+                ..finest
+            };
+        }
+        finest
+    }
+
+    /// Tells apart those that are not sampled alike.
+    pub(crate) fn key(self) -> (u8, u64, bool, bool) {
+        let tolerance = self.sampling.tolerance().map_or(0.0, crate::math::to_f64);
+        let rank = self.sampling.rank();
+        (rank, tolerance.to_bits(), self.auto, self.overridable)
+    }
+}
+
+impl Field {
+    /// Sets where on bodies the field is sampled. A term of the tree (an operand of the outermost
+    /// sum of union) is sampled as its field of the finest sampling asks for, in the order of
+    /// [`Sampling`]'s variants.
+    pub fn sampled(mut self, sampling: Sampling) -> Self {
+        self.sampling = sampling;
+        self
+    }
+
+    /// How the field by itself is sampled.
+    fn how(&self) -> How {
+        let of_sites = self.coupling != Coupling::Share && !self.formula.reads_volume();
+        let auto = self.sampling == Sampling::Auto;
+        let sampling = match (&self.formula, self.sampling) {
+            (_, asked) if !auto => asked,
+            (Formula::Contact(_), _) => Sampling::Parts,
+            _ if self.acts_at_centre() => Sampling::Centre,
+            _ if of_sites => Sampling::Parts,
+            (Formula::Drag(_) | Formula::Wind(_), _) => Sampling::Surface,
+            _ => Sampling::Volume,
+        };
+        How {
+            sampling,
+            auto,
+            overridable: auto && !of_sites && !self.is_contact(),
+        }
+    }
+}
