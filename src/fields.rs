@@ -1,5 +1,8 @@
 //! The façade: everything a world needs to have fields.
 
+#[cfg(feature = "serde")]
+pub(crate) mod saved;
+
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 

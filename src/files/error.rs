@@ -2,7 +2,8 @@
 
 use serde::de::DeserializeOwned;
 
-use crate::{StepError, TreeError};
+use crate::field::TreeError;
+use crate::inject::StepError;
 
 /// Why a file was not read, or something not written to one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -101,7 +102,9 @@ pub(super) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FileError> {
         let path = error.path().to_string();
         at_line(error.inner(), path)
     })?;
-    reader.end().map_err(|error| at_line(&error, ".".to_owned()))?;
+    reader
+        .end()
+        .map_err(|error| at_line(&error, ".".to_owned()))?;
     Ok(document)
 }
 

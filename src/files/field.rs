@@ -9,9 +9,9 @@ use super::formula::FormulaDoc;
 use super::number::{Num, Quad, Triple, pose, quad, unless, unless_zero};
 use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};
+use crate::field::{Anchor, Coupling, Field, Reading, Sampling};
 use crate::math::{ColliderHandle, InteractionGroups, RigidBodyHandle};
 use crate::rapier::geometry::{Group, InteractionTestMode};
-use crate::{Anchor, Coupling, Field, Reading};
 
 /// A field: a formula, and what was set on it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -36,6 +36,8 @@ pub(super) struct FieldDoc {
     groups: Option<GroupsDoc>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     reacting: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sampled: Option<Sampling>,
 }
 
 /// What a field moves with. In a scene bodies and parts have numbers; a tree alone holds Rapier's
@@ -109,9 +111,27 @@ impl Directory {
         self.parts.push(parts);
     }
 
+    pub(super) fn number_of_body(&self, body: RigidBodyHandle) -> Option<usize> {
+        self.body_numbers.get(&body).copied()
+    }
+
+    /// The number of its body, and its own among the parts of that body.
+    pub(super) fn number_of_part(&self, part: ColliderHandle) -> Option<(usize, usize)> {
+        self.part_numbers.get(&part).copied()
+    }
+
+    /// The bodies with their parts.
+    pub(super) fn pairs(&self) -> impl Iterator<Item = (&RigidBodyHandle, &Vec<ColliderHandle>)> {
+        self.bodies.iter().zip(&self.parts)
+    }
+
     fn body(&self, number: usize) -> Result<RigidBodyHandle, FileError> {
         let count = self.bodies.len();
-        let missing = || content(format!("there is no body {number}; the scene has {count}, from 0"));
+        let missing = || {
+            content(format!(
+                "there is no body {number}; the scene has {count}, from 0"
+            ))
+        };
         let body = self.bodies.get(number).copied();
         body.ok_or_else(|| missing().within("body"))
     }
@@ -120,9 +140,34 @@ impl Directory {
         self.body(body)?;
         let parts = &self.parts[body];
         let count = parts.len();
-        let missing = || content(format!("body {body} has no part {part}; it has {count}, from 0"));
+        let missing = || {
+            content(format!(
+                "body {body} has no part {part}; it has {count}, from 0"
+            ))
+        };
         let part = parts.get(part).copied();
         part.ok_or_else(|| missing().within("part"))
+    }
+}
+
+/// A collider, as an anchor names it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(super) struct PartDoc(AnchorDoc);
+
+impl PartDoc {
+    pub(super) fn read(&self, scene: Option<&Directory>) -> Result<ColliderHandle, FileError> {
+        match self.0.read(scene)? {
+            Anchor::Collider { handle, .. } => Ok(handle),
+            _ => Err(content("expected a collider: `body` and `part`")),
+        }
+    }
+
+    pub(super) fn write(
+        handle: ColliderHandle,
+        scene: Option<&Directory>,
+    ) -> Result<Self, FileError> {
+        AnchorDoc::write(&Anchor::from(handle), scene).map(PartDoc)
     }
 }
 
@@ -133,7 +178,13 @@ impl AnchorDoc {
 
     pub(super) fn read(&self, scene: Option<&Directory>) -> Result<Anchor, FileError> {
         let local_pose = pose(self.at, self.rotation)?;
-        let anchor = match (self.body, self.part, self.body_handle, self.collider_handle, scene) {
+        let anchor = match (
+            self.body,
+            self.part,
+            self.body_handle,
+            self.collider_handle,
+            scene,
+        ) {
             (None, None, None, None, _) => Anchor::World { local_pose },
             (Some(body), None, None, None, Some(scene)) => Anchor::from(scene.body(body)?),
             (Some(body), Some(part), None, None, Some(scene)) => {
@@ -227,6 +278,9 @@ impl FieldDoc {
         if self.reacting {
             field = field.reacting();
         }
+        if let Some(sampling) = self.sampled {
+            field = field.sampled(sampling);
+        }
         if let Some(name) = &self.name {
             field = field.named(name);
         }
@@ -258,6 +312,7 @@ impl FieldDoc {
             limited_to: field.limit.map(Num),
             groups: field.groups.map(GroupsDoc::write),
             reacting: field.reacts,
+            sampled: unless(field.sampling, usual.sampling),
             formula,
         })
     }

@@ -7,10 +7,10 @@ use super::error::{FileError, content};
 use super::number::{Num, Triple, triple, unless, vector};
 use super::shape::ShapeDoc;
 use crate::field::{
-    Coordinates, Formula, Grid, LinearKernel, Nearest, Path, Profile, Radial, Swirl, Turbulence,
+    ContactLaw, Coordinates, Field, Formula, Grid, LinearKernel, Nearest, Path, Profile, Radial,
+    Swirl, Turbulence,
 };
 use crate::math::{Real, Vector, from_dvec3};
-use crate::{ContactLaw, Field};
 
 /// A radial formula's parameters, with what all radial formulas can be given.
 macro_rules! radial {
@@ -250,7 +250,8 @@ impl FormulaDoc {
                 let shape = shape.read().map_err(within("around.shape"))?;
                 let radial = formula.read().map_err(within("around.formula"))?;
                 if !matches!(radial.formula, Formula::Radial(_)) {
-                    let message = format!("expected a radial formula, found {}", radial.formula.kind());
+                    let message =
+                        format!("expected a radial formula, found {}", radial.formula.kind());
                     return Err(content(message).within("around.formula"));
                 }
                 radial.around(shape)

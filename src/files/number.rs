@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::de::{Error as _, Unexpected, Visitor};
+use serde::de::{Unexpected, Visitor};
 use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -111,9 +111,58 @@ pub(super) fn pose(at: Option<Triple>, turned: Option<Quad>) -> Result<Pose, Fil
     let length = turned.length();
     // Rounded quaternions are welcome; what is no rotation at all would stretch.
     if !((length - 1.0).abs() <= 1e-3) {
-        let message = format!("a quaternion [w, x, y, z] of length one, but its length is {length}");
+        let message =
+            format!("a quaternion [w, x, y, z] of length one, but its length is {length}");
         return Err(content(message).within("rotation"));
     }
     let at = at.map_or(Vector::ZERO, vector);
     Ok(Pose::from_parts(at, turned))
+}
+
+/// The farthest that bodies may be, and the fastest; squares of it are finite in both precisions.
+const FARTHEST: Real = 1e15;
+
+fn refused<T>(name: &str, expected: &str, found: impl fmt::Display) -> Result<T, FileError> {
+    Err(content(format!("expected {expected}, found {found}")).within(name))
+}
+
+/// A number that is zero or more.
+pub(super) fn not_negative(name: &str, number: Num) -> Result<Real, FileError> {
+    if number.0 >= 0.0 {
+        return Ok(number.0);
+    }
+    refused(name, "zero or more", number.0)
+}
+
+/// A number that is more than zero.
+pub(super) fn positive(name: &str, number: Num) -> Result<Real, FileError> {
+    if number.0 > 0.0 {
+        return Ok(number.0);
+    }
+    refused(name, "more than zero", number.0)
+}
+
+/// A count within bounds.
+pub(super) fn count(name: &str, number: usize, least: usize) -> Result<usize, FileError> {
+    /// Beyond this a step would take for ever.
+    const MOST: usize = 10_000;
+    if (least..=MOST).contains(&number) {
+        return Ok(number);
+    }
+    refused(name, &format!("from {least} to {MOST}"), number)
+}
+
+/// A place, a velocity or a force.
+pub(super) fn bounded(name: &str, value: Option<Triple>) -> Result<Vector, FileError> {
+    let v = value.map_or(Vector::ZERO, vector);
+    if v.abs().max_element() <= FARTHEST {
+        return Ok(v);
+    }
+    refused(name, &format!("coordinates of at most {FARTHEST:e}"), v)
+}
+
+/// A pose whose place is bounded.
+pub(super) fn placed(at: Option<Triple>, turned: Option<Quad>) -> Result<Pose, FileError> {
+    bounded("at", at)?;
+    pose(at, turned)
 }

@@ -128,7 +128,9 @@ impl RegionDoc {
                 at,
                 rotation,
             } => {
-                let moved = region.read().map_err(|error| error.within("moved.region"))?;
+                let moved = region
+                    .read()
+                    .map_err(|error| error.within("moved.region"))?;
                 moved.at(pose(*at, *rotation).map_err(|error| error.within("moved"))?)
             }
             RegionDoc::Union(regions) => fold("union", regions, Region::union)?,

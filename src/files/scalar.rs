@@ -150,7 +150,8 @@ fn write_curve(curve: &Curve) -> StepDoc {
 /// How deeply scalars are nested in the last step, the only one that was not checked before.
 fn nesting(steps: &ScalarDoc) -> usize {
     let (mut depth, mut next) = (1, steps.last());
-    while let Some(StepDoc::Plus(s) | StepDoc::Times(s) | StepDoc::Min(s) | StepDoc::Max(s)) = next {
+    while let Some(StepDoc::Plus(s) | StepDoc::Times(s) | StepDoc::Min(s) | StepDoc::Max(s)) = next
+    {
         depth += 1;
         next = s.last();
     }

@@ -195,7 +195,9 @@ impl ShapeDoc {
             }
             _ => {
                 let kind = shape.shape_type();
-                return Err(content(format!("shapes of the kind {kind:?} cannot stand in a file")));
+                return Err(content(format!(
+                    "shapes of the kind {kind:?} cannot stand in a file"
+                )));
             }
         })
     }

@@ -6,8 +6,7 @@ use super::error::FileError;
 use super::field::{AnchorDoc, Directory, FieldDoc};
 use super::number::Num;
 use super::scalar::{self, ScalarDoc};
-use crate::field::{Modifier, Node, Override};
-use crate::{Layer, Operator, Tree};
+use crate::field::{Layer, Modifier, Node, Operator, Override, Tree};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(
@@ -145,9 +144,8 @@ impl TreeDoc {
         // Operands stand before the operators that use them, each of which is used once.
         let mut done: Vec<TreeDoc> = Vec::with_capacity(tree.nodes().len());
         for (place, node) in tree.nodes().iter().enumerate() {
-            let mut take = |operand: &u32| {
-                std::mem::replace(&mut done[*operand as usize], TreeDoc::Empty)
-            };
+            let mut take =
+                |operand: &u32| std::mem::replace(&mut done[*operand as usize], TreeDoc::Empty);
             let named = |error: FileError| {
                 let label = tree.label(place as u32);
                 error.of_field(&label).within(&label)
