@@ -11,7 +11,7 @@ use super::mass::MassDoc;
 use super::number::{Num, Quad, Triple, not_negative, placed, quad, unless_num, unless_zero};
 use super::shape::ShapeDoc;
 use crate::inject::ProbeProperties;
-use crate::math::InteractionGroups;
+use crate::math::{InteractionGroups, Real};
 use crate::rapier::dynamics::CoefficientCombineRule;
 use crate::rapier::geometry::{ActiveCollisionTypes, Collider, ColliderBuilder, ColliderMassProps};
 
@@ -195,9 +195,13 @@ impl ColliderDoc {
             return self;
         }
         let (mass, density) = (collider.mass(), collider.density());
-        if gives(ColliderMassProps::Density(density)) {
+        let by_mass = gives(ColliderMassProps::Mass(mass));
+        let digits = |x: Real| format!("{x:e}").len();
+        // A mass that was given often has a density that gives the same, with more digits.
+        let shorter = !by_mass || digits(density) < digits(mass);
+        if shorter && gives(ColliderMassProps::Density(density)) {
             self.density = Some(Num(density));
-        } else if gives(ColliderMassProps::Mass(mass)) {
+        } else if by_mass {
             self.mass = Some(Num(mass));
         } else {
             self.mass_properties = Some(MassDoc::write(&collider.mass_properties()));
@@ -206,7 +210,7 @@ impl ColliderDoc {
     }
 }
 
-fn usual_friction() -> crate::math::Real {
+fn usual_friction() -> Real {
     ColliderBuilder::default_friction()
 }
 

@@ -97,7 +97,7 @@ pub(super) struct Directory {
     pub bodies: Vec<RigidBodyHandle>,
     pub parts: Vec<Vec<ColliderHandle>>,
     body_numbers: HashMap<RigidBodyHandle, usize>,
-    part_numbers: HashMap<ColliderHandle, (usize, usize)>,
+    pub part_numbers: HashMap<ColliderHandle, (usize, usize)>,
 }
 
 impl Directory {

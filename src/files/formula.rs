@@ -28,6 +28,7 @@ macro_rules! radial {
         }
 
         impl $name {
+            #[allow(dead_code, reason = "a power law is written as such, whatever it was made as")]
             fn new(radial: &Radial, $($parameter: Real),*) -> Self {
                 $name {
                     $($parameter: Num($parameter),)*

@@ -1,5 +1,7 @@
 //! Whole scenes.
 
+use std::collections::HashMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::body::BodyDoc;
@@ -64,17 +66,13 @@ pub struct Scene {
     pub bodies: Vec<RigidBodyHandle>,
     /// By body, its colliders, in the order of the file.
     pub parts: Vec<Vec<ColliderHandle>>,
+    numbers: HashMap<ColliderHandle, (usize, usize)>,
 }
 
 impl Scene {
     /// The numbers of a collider in the file: of its body, and among that body's colliders.
     pub fn part_of(&self, collider: ColliderHandle) -> Option<(usize, usize)> {
-        let body = self.world.colliders.get(collider)?.parent()?;
-        let number = self.bodies.iter().position(|known| *known == body)?;
-        let part = self.parts[number]
-            .iter()
-            .position(|known| *known == collider)?;
-        Some((number, part))
+        self.numbers.get(&collider).copied()
     }
 }
 
@@ -157,12 +155,12 @@ impl SceneFile {
         let fields = self.fields.read(Some(&directory));
         let mut fields = fields.map_err(|error| error.within("fields"))?;
         self.set_properties(&mut fields, &directory, &world)?;
-        let Directory { bodies, parts, .. } = directory;
         Ok(Scene {
             world,
             fields,
-            bodies,
-            parts,
+            bodies: directory.bodies,
+            parts: directory.parts,
+            numbers: directory.part_numbers,
         })
     }
 
