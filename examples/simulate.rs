@@ -2,7 +2,7 @@
 //! whom. What a scene file holds is described at `rapier3d_fields::files`.
 //!
 //! ```text
-//! cargo run --release --features serde --example simulate -- examples/scenes/planet.json \
+//! cargo run --release --example simulate -- examples/scenes/planet.json \
 //!     --steps 600 --every 10 --trajectory out/planet.csv
 //! ```
 
