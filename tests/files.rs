@@ -11,7 +11,6 @@ mod trees;
 mod worlds;
 
 use proptest::prelude::*;
-use rapier3d_fields::field::{Coordinates, Grid, LinearKernel, Path, Swirl, Turbulence};
 use rapier3d_fields::files::{Document, FileError, SceneFile};
 use rapier3d_fields::prelude::*;
 use trees::{FormulaPlan, Numbers, RegionPlan, ScalarPlan, TermPlan};
@@ -99,4 +98,25 @@ proptest! {
     ) {
         comes_back(&plans, &terms)?;
     }
+}
+
+/// A file by hand with one of every formula, region, scalar, operator, law and setting. Written
+/// anew it is the same, to the letter: no setting is lost on the way, and none added.
+const EVERYTHING: &str = include_str!("data/everything.json");
+
+#[test]
+fn one_of_everything_comes_back_to_the_letter() {
+    let file = SceneFile::from_json(EVERYTHING).expect("a file as documented");
+    let scene = file.build().expect("a possible scene");
+    let again = SceneFile::new(&scene.world, &scene.fields).expect("a scene without code");
+    let again = again.about("One of everything.").name_body(0, "floor");
+    let again = again.to_json().expect("a scene without code");
+    if std::env::var_os("WRITE_SCENES").is_some() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/everything.json");
+        std::fs::write(path, &again).expect("a file that can be written");
+    }
+    for (number, (found, expected)) in again.lines().zip(EVERYTHING.lines()).enumerate() {
+        assert_eq!(found, expected, "line {}", number + 1);
+    }
+    assert_eq!(again.len(), EVERYTHING.len());
 }

@@ -93,7 +93,7 @@ documents! {
     Scalar: ScalarDoc, scalar::read, scalar::write;
     Field: FieldDoc, |doc: &FieldDoc| doc.read(None), |field: &Field| {
         let name = field.name.as_deref();
-        let label = name.map_or("the field".to_owned(), |name| format!("field `{name}`"));
+        let label = name.map_or("field".to_owned(), |name| format!("field `{name}`"));
         FieldDoc::write(field, &label, None)
     };
     Tree: TreeDoc, |doc: &TreeDoc| doc.read(None), |tree| TreeDoc::write(tree, None);

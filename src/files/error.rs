@@ -100,7 +100,10 @@ pub(super) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FileError> {
     let mut reader = serde_json::Deserializer::from_str(text);
     let document = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
         let path = error.path().to_string();
-        at_line(error.inner(), path)
+        // Of a key that was not read to its end nothing is known.
+        let known = path.trim_end_matches('?').trim_end_matches('.');
+        let path = if known.is_empty() { "." } else { known };
+        at_line(error.inner(), path.to_owned())
     })?;
     reader
         .end()

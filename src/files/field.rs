@@ -297,7 +297,7 @@ impl FieldDoc {
             let message = format!("`{setter}` does not apply to its formula");
             return Err(named(content(message)));
         }
-        let formula = FormulaDoc::write(&field.formula).map_err(named)?;
+        let formula = FormulaDoc::of(field).map_err(named)?;
         // What the constructor sets anyway is left out.
         let usual = formula.read().map_err(named)?;
         let region = (field.region != usual.region).then(|| RegionDoc::write(&field.region));

@@ -8,7 +8,7 @@ use super::number::{Num, Triple, triple, unless, vector};
 use super::shape::ShapeDoc;
 use crate::field::{
     ContactLaw, Coordinates, Field, Formula, Grid, LinearKernel, Nearest, Path, Profile, Radial,
-    Swirl, Turbulence,
+    Reading, Swirl, Turbulence,
 };
 use crate::math::{Real, Vector, from_dvec3};
 
@@ -60,8 +60,17 @@ radial! {
         power,
         #[serde(default, skip_serializing_if = "is_zero")] softening
     }
-    PointGravityDoc { mu, #[serde(default)] softening }
-    CoulombDoc { constant, charge, #[serde(default)] softening }
+    PointGravityDoc {
+        mu,
+        #[serde(default, skip_serializing_if = "is_zero")]
+        softening
+    }
+    CoulombDoc {
+        constant,
+        charge,
+        #[serde(default, skip_serializing_if = "is_zero")]
+        softening
+    }
     LennardJonesDoc { epsilon, sigma }
     YukawaDoc { strength, screening }
     MorseDoc { depth, stiffness, rest_length }
@@ -184,6 +193,10 @@ pub(super) struct PathDoc {
     damping: Num,
 }
 
+fn is_usual<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 fn one() -> Num {
     Num(1.0)
 }
@@ -191,27 +204,27 @@ fn one() -> Num {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct KernelDoc {
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     coordinates: CoordinatesDoc,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     constant: Triple,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     position_target: Triple,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     position_multiplier: [Triple; 3],
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     velocity_target: Triple,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     velocity_multiplier: [Triple; 3],
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     noise: Triple,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     falloff_linear: Triple,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_usual")]
     falloff_quadratic: Triple,
 }
 
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum CoordinatesDoc {
     #[default]
@@ -305,7 +318,24 @@ impl FormulaDoc {
         })
     }
 
-    pub(super) fn write(formula: &Formula) -> Result<Self, FileError> {
+    /// That of a field: a pull that is read as an acceleration is a gravity.
+    pub(super) fn of(field: &Field) -> Result<Self, FileError> {
+        if let Formula::Radial(law) = &field.formula
+            && let Profile::Power {
+                strength,
+                power: -2.0,
+                softening,
+            } = law.profile
+            && strength < 0.0
+            && field.reading == Reading::Acceleration
+        {
+            let doc = PointGravityDoc::new(law, -strength, softening);
+            return Ok(FormulaDoc::PointGravity(doc));
+        }
+        Self::write(&field.formula)
+    }
+
+    fn write(formula: &Formula) -> Result<Self, FileError> {
         Ok(match formula {
             Formula::Uniform(law) => FormulaDoc::Uniform {
                 vector: triple(law.vector),
