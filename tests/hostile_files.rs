@@ -114,7 +114,7 @@ fn what_is_not_possible_is_named_with_its_place_and_value() {
         ),
         (
             with_tree(&anchored(r#"{ "rotation": [0, 0, 0, 0] }"#)),
-            "at `fields.tree.field.at.rotation`: a quaternion [w, x, y, z] of length one, but its \
+            "at `fields.tree.field.at.rotation`: expected a quaternion [w, x, y, z] of length one, but its \
              length is 0",
         ),
         (

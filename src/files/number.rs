@@ -110,9 +110,9 @@ pub(super) fn pose(at: Option<Triple>, turned: Option<Quad>) -> Result<Pose, Fil
     let turned = turned.map_or(Rotation::IDENTITY, rotation);
     let length = turned.length();
     // Rounded quaternions are welcome; what is no rotation at all would stretch.
-    if !((length - 1.0).abs() <= 1e-3) {
+    if length.is_nan() || (length - 1.0).abs() > 1e-3 {
         let message =
-            format!("a quaternion [w, x, y, z] of length one, but its length is {length}");
+            format!("expected a quaternion [w, x, y, z] of length one, but its length is {length}");
         return Err(content(message).within("rotation"));
     }
     let at = at.map_or(Vector::ZERO, vector);
@@ -161,8 +161,13 @@ pub(super) fn bounded(name: &str, value: Option<Triple>) -> Result<Vector, FileE
     refused(name, &format!("coordinates of at most {FARTHEST:e}"), v)
 }
 
-/// A pose whose place is bounded.
+/// A pose for Rapier: its place is bounded, and its rotation, unless it is so to some roundings, made
+/// one of length one.
 pub(super) fn placed(at: Option<Triple>, turned: Option<Quad>) -> Result<Pose, FileError> {
     bounded("at", at)?;
-    pose(at, turned)
+    let mut pose = pose(at, turned)?;
+    if (pose.rotation.length() - 1.0).abs() > 8.0 * Real::EPSILON {
+        pose.rotation = pose.rotation.normalize();
+    }
+    Ok(pose)
 }

@@ -126,7 +126,8 @@ impl ShapeDoc {
             ),
             ShapeDoc::HalfSpace { outward } => {
                 let outward = vector(*outward);
-                if !((outward.length() - 1.0).abs() <= 1e-3) {
+                let length = outward.length();
+                if length.is_nan() || (length - 1.0).abs() > 1e-3 {
                     let message = format!("expected a vector of length one, found {outward}");
                     return Err(content(message).within("half-space.outward"));
                 }
