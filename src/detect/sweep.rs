@@ -17,13 +17,13 @@ use super::solve::{Meeting, Mover, resolve};
 use super::touch::Touch;
 use super::track::{Starts, Tracks};
 use crate::compile::Compiled;
-use crate::eval::Moment;
+use crate::eval::{Moment, hierarchy};
 use crate::field::ContactLaw;
 use crate::math::{
     ColliderSet, DPose3, DVec3, Pose, Real, RigidBodySet, Rotation, from_dvec3, from_f64, to_f64,
 };
 use crate::rapier::geometry::Aabb;
-use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
+use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
 
 /// Impacts of one step, at most: so many, and so many per body. A billiard of mass ratio 10⁴ has
 /// 314 in all; only what cannot come to rest goes beyond.
@@ -146,7 +146,7 @@ impl Sweep {
             }
         }
         let bounded: Vec<usize> = leaves.iter().map(|(number, _)| *number).collect();
-        self.tree = Bvh::from_iter(BvhBuildStrategy::Binned, leaves);
+        self.tree = hierarchy(leaves);
         let mut pairs = Vec::new();
         let mut workspace = BvhWorkspace::default();
         self.tree
