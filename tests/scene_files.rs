@@ -234,3 +234,18 @@ fn files_run_as_the_scenes_in_code_do_bit_for_bit() {
         assert_eq!(code.len(), file.len(), "contacts of {}", built.name);
     }
 }
+
+/// The README's example is a scene, and its moon stays in orbit.
+#[test]
+fn the_example_of_the_readme_runs() {
+    let readme = include_str!("../README.md");
+    let (_, rest) = readme.split_once("```json\n").expect("an example");
+    let (text, _) = rest.split_once("```").expect("its end");
+    let scene = SceneFile::from_json(text).and_then(|file| file.build());
+    let mut scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..600 {
+        scene.fields.step(&mut scene.world).expect("a step");
+    }
+    let distance = scene.world.bodies[scene.bodies[1]].translation().length();
+    assert!((distance - 10.0).abs() < 0.05, "{distance}");
+}

@@ -27,7 +27,7 @@ use crate::inject::ProbeProperties;
 /// let text = shell.to_json()?;
 /// assert_eq!(Region::from_json(&text)?, shell);
 /// let error = Region::from_json(r#"{ "ball": { "radius": "two" } }"#).unwrap_err();
-/// assert!(error.to_string().starts_with("line 1, column 28, at `ball.radius`: invalid type"));
+/// assert!(error.to_string().starts_with("line 1, column 27, at `ball.radius`: invalid type"));
 /// # Ok::<(), rapier3d_fields::files::FileError>(())
 /// ```
 pub trait Document: Sized {
