@@ -82,7 +82,7 @@ pub(super) enum FormulaDoc {
         counts: [usize; 3],
         values: Vec<Triple>,
     },
-    LinearKernel(KernelDoc),
+    LinearKernel(Box<KernelDoc>),
     /// Needs the feature `expression`.
     Expression([String; 3]),
     Contact {
@@ -228,7 +228,7 @@ impl FormulaDoc {
                 counts: law.counts,
                 values: law.values.iter().map(|value| triple(*value)).collect(),
             },
-            Formula::LinearKernel(law) => FormulaDoc::LinearKernel(KernelDoc::write(law)),
+            Formula::LinearKernel(law) => FormulaDoc::LinearKernel(Box::new(KernelDoc::write(law))),
             #[cfg(feature = "expression")]
             Formula::Expression(law) => {
                 check_texts(law.texts())?;
