@@ -44,6 +44,9 @@ impl Sweep {
                 // Answered once more, and then no longer: Zeno's bounces come to rest.
                 self.settled.insert(event.parts);
             }
+            if matches!(meeting.law, ContactLaw::Impulse { restitution, .. } if restitution < 1.0) {
+                self.count(event.parts, time, dt);
+            }
             meeting.depth = 0.0;
             meetings.push(meeting);
             found.push((contact, event.parts));

@@ -8,7 +8,7 @@
 //! moment is answered together.
 
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashSet};
+use std::collections::{BinaryHeap, HashMap, HashSet};
 
 use super::FieldContact;
 use super::guard::Guards;
@@ -30,6 +30,11 @@ const MOST_PER_BODY: usize = 256;
 /// which is first.
 const AT_ONCE: f64 = 1e-12;
 
+/// A pair of parts that loses speed and meets more often than this in one step stays together: it
+/// would meet without end, so from then on it is looked at only so many times a step.
+const LASTING: u32 = 32;
+const LOOKS: f64 = 64.0;
+
 /// Swept detection; keeps its buffers between steps.
 #[derive(Debug, Default)]
 pub(super) struct Sweep {
@@ -38,6 +43,9 @@ pub(super) struct Sweep {
     queue: BinaryHeap<Event>,
     /// Pairs of parts done with in this step: only observed, or at rest.
     pub(super) settled: HashSet<[usize; 2]>,
+    /// Of pairs of parts that lose speed when they meet: how often they met, and until when they
+    /// are left alone.
+    pub(super) lasting: HashMap<[usize; 2], (u32, f64)>,
     /// All that is bounded, by the motion foreseen at the start.
     pub(super) tree: Bvh,
     pub(super) unbounded: Vec<usize>,
@@ -129,6 +137,7 @@ impl Sweep {
     fn foresee_all(&mut self, bodies: &RigidBodySet, dt: f64) {
         self.queue.clear();
         self.settled.clear();
+        self.lasting.clear();
         self.redirected.clear();
         self.unbounded.clear();
         self.moved.clear();
@@ -180,7 +189,9 @@ impl Sweep {
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         let (mut first, mut end) = (None, span[1]);
         for (parts, [one, two]) in self.pairs_of(tracks) {
-            if let Some(time) = first_meeting(one, two, [span[0], end])
+            let from = span[0].max(self.left_alone_until(parts));
+            if from <= end
+                && let Some(time) = first_meeting(one, two, [from, end])
                 && first.is_none_or(|(earliest, _)| time < earliest)
             {
                 first = Some((time, parts));
@@ -224,7 +235,8 @@ impl Sweep {
     fn add_twins(&self, event: Event, batch: &mut Vec<Event>, dt: f64) {
         for (parts, [one, two]) in self.pairs_of(event.tracks) {
             let span = [event.time, event.time + AT_ONCE * dt];
-            if parts != event.parts && first_meeting(one, two, span).is_some() {
+            let due = self.left_alone_until(parts) <= event.time;
+            if due && parts != event.parts && first_meeting(one, two, span).is_some() {
                 batch.push(Event { parts, ..event });
             }
         }
@@ -240,6 +252,19 @@ impl Sweep {
         };
         let carried = move |parts| (parts, self.carried(tracks, parts));
         pairs.filter(wanted).map(carried)
+    }
+
+    fn left_alone_until(&self, parts: [usize; 2]) -> f64 {
+        self.lasting.get(&parts).map_or(0.0, |(_, until)| *until)
+    }
+
+    /// Counts a meeting of parts that lose speed by it.
+    pub(super) fn count(&mut self, parts: [usize; 2], time: f64, dt: f64) {
+        let (times, until) = self.lasting.entry(parts).or_default();
+        *times += 1;
+        if *times > LASTING {
+            *until = time + dt / LOOKS;
+        }
     }
 
     pub(super) fn carried(&self, tracks: [usize; 2], parts: [usize; 2]) -> [Carried<'_>; 2] {
