@@ -27,21 +27,21 @@ use crate::rapier::pipeline::PhysicsWorld;
 ///
 /// What a step does to bodies:
 ///
-/// - The wrench on every awake dynamic body becomes motion by the [`Scheme`](crate::Scheme). The user's own
+/// - The wrench on every awake dynamic body becomes motion by the [`Scheme`]. The user's own
 ///   forces, impulses, gravity, damping, locked axes, joints and contacts keep their meaning.
 /// - Bodies of unequal inertia turn freely by the layer's own rotation step, which conserves
 ///   angular momentum to rounding, wherever fields can turn bodies at all; Rapier carries it out,
 ///   so that contacts act on it. Bodies whose `gyroscopic_forces_enabled` is off are left alone.
-/// - Sleeping bodies sleep on, unless the [`WakePolicy`](crate::WakePolicy) wakes them.
+/// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them.
 /// - Fixed and kinematic bodies carry fields but feel none. Locked axes do not move. Bodies
 ///   without mass, or without inertia, are not moved, or not turned; disabled bodies and colliders
 ///   are not sampled.
-/// - Links of multibodies, which ignore impulses, are pushed by [`Scheme::ExternalForce`](crate::Scheme::ExternalForce) whatever
+/// - Links of multibodies, which ignore impulses, are pushed by [`Scheme::ExternalForce`] whatever
 ///   the scheme.
 /// - The particles of soft bodies are probes of the particle's mass, without charge. They take
 ///   half an impulse before and half after Rapier's step (with `Kick` and `ExternalForce` the
 ///   whole before), for two evaluations. A soft body that sleeps is left asleep, but by
-///   [`WakePolicy::Always`](crate::WakePolicy::Always). Only [`Fields::step`] does this, not `begin_step` and `end_step`.
+///   [`WakePolicy::Always`]. Only [`Fields::step`] does this, not `begin_step` and `end_step`.
 /// - Only bodies that feel something are written to, once before and once after Rapier's step.
 ///
 /// ```
@@ -60,6 +60,11 @@ use crate::rapier::pipeline::PhysicsWorld;
 /// assert!((distance - 4.0).abs() < 1e-3, "a circular orbit");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// [`Scheme`]: crate::Scheme
+/// [`Scheme::ExternalForce`]: crate::Scheme::ExternalForce
+/// [`WakePolicy`]: crate::WakePolicy
+/// [`WakePolicy::Always`]: crate::WakePolicy::Always
 pub struct Fields {
     compiled: Compiled,
     injector: Injector,
@@ -169,8 +174,10 @@ impl Fields {
     /// - The largest speed Rapier allows, for [`warnings`](Self::warnings).
     /// - Gravity, which the schemes that make substeps follow as well. Untold, it is added once
     ///   a step.
-    /// - The links of multibodies, which are pushed by [`Scheme::ExternalForce`](crate::Scheme::ExternalForce) whatever the
+    /// - The links of multibodies, which are pushed by [`Scheme::ExternalForce`] whatever the
     ///   scheme. Untold, fields do not move them under the others.
+    ///
+    /// [`Scheme::ExternalForce`]: crate::Scheme::ExternalForce
     pub fn tell(
         &mut self,
         parameters: &IntegrationParameters,
