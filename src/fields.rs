@@ -2,6 +2,8 @@
 
 mod ask;
 mod builder;
+#[cfg(feature = "serde")]
+pub(crate) mod saved;
 
 pub use builder::FieldsBuilder;
 

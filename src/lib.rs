@@ -120,8 +120,10 @@
 //!
 //! - `scenes`: ready-made worlds for examples, tests and benchmarks.
 //! - `study`: error against run time; implies `scenes`.
+//! - `expression`: formulas given as text, by the crate `exmex`.
+//! - `serde`: scenes as JSON files, and snapshots, by serde and `serde_json`.
 //!
-//! Neither adds a dependency.
+//! The first two add no dependency.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
@@ -153,6 +155,9 @@ mod detect;
 mod check;
 
 mod fields;
+
+#[cfg(feature = "serde")]
+pub mod files;
 
 #[cfg(feature = "scenes")]
 pub mod scenes;

@@ -344,3 +344,35 @@ fn rapiers_solver_beside() {
         }
     }
 }
+
+/// One bounded body, or two, that do not come first: a floor without end does.
+#[test]
+fn a_floor_before_one_ball_or_two() {
+    for count in 1..=2 {
+        let mut world = arena(0.1);
+        let floor = ColliderBuilder::new(SharedShape::halfspace(Vector::Y));
+        let (_, floor) = world.insert(RigidBodyBuilder::fixed(), floor);
+        let balls: Vec<Thing> = (0..count)
+            .map(|k| {
+                ball(
+                    &mut world,
+                    1.0,
+                    Vector::new(5.0 * k as Real, 3.0, 0.0),
+                    -Vector::Y,
+                )
+            })
+            .collect();
+        let all = balls.iter().flat_map(|ball| parts(&[ball])).chain([floor]);
+        let tree = touch(all, ContactLaw::elastic());
+        let fields = Fields::builder(tree).detection(Detection::Swept).build();
+        let mut fields = fields.expect("a valid tree");
+        let mut touches = 0;
+        for _ in 0..40 {
+            touches += step(&mut fields, &mut world);
+        }
+        assert!(touches >= count, "{touches} touches of {count} balls");
+        for ball in &balls {
+            assert_eq!(linvel(&world, ball), Vector::Y, "it bounced");
+        }
+    }
+}

@@ -12,23 +12,35 @@ impl Args {
     /// Reads the command line, in which only the options in `known` may occur. For `--help`,
     /// prints `usage` and ends the program.
     pub fn read(usage: &str, known: &[&str]) -> Result<Self, AnyError> {
-        let mut pairs = Vec::new();
+        let (args, words) = Self::with_words(usage, known)?;
+        match words.first() {
+            Some(word) => Err(format!("what is `{word}`?\n{usage}").into()),
+            None => Ok(args),
+        }
+    }
+
+    /// Like [`Args::read`], and returns the words that are no options.
+    pub fn with_words(usage: &str, known: &[&str]) -> Result<(Self, Vec<String>), AnyError> {
+        let (mut pairs, mut others) = (Vec::new(), Vec::new());
         let mut words = std::env::args().skip(1);
         while let Some(word) = words.next() {
             if matches!(word.as_str(), "-h" | "--help") {
                 println!("{usage}");
                 std::process::exit(0);
             }
-            let name = word
-                .strip_prefix("--")
-                .filter(|name| known.contains(name))
-                .ok_or_else(|| format!("what is `{word}`?\n{usage}"))?;
+            let Some(name) = word.strip_prefix("--") else {
+                others.push(word);
+                continue;
+            };
+            if !known.contains(&name) {
+                return Err(format!("what is `{word}`?\n{usage}").into());
+            }
             let value = words
                 .next()
                 .ok_or_else(|| format!("{word} needs a value\n{usage}"))?;
             pairs.push((name.to_owned(), value));
         }
-        Ok(Self(pairs))
+        Ok((Self(pairs), others))
     }
 
     /// The value of an option, the last if it was given twice, or what it is without.

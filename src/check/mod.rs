@@ -135,6 +135,12 @@ impl Checker {
         }
     }
 
+    /// The settings it was made with.
+    #[cfg(feature = "serde")]
+    pub(crate) fn settings(&self) -> &CrossCheck {
+        &self.settings
+    }
+
     /// Keeps Rapier from recycling the contacts of the colliders watched: a collider with any
     /// active hook is exempt. The hook asked for is called for every pair, and by default allows
     /// it.

@@ -78,6 +78,12 @@ impl CrossCheck {
         self
     }
 
+    /// Whether it watches all pairs and leaves nothing to Rapier, as `true` asks for.
+    #[cfg(feature = "serde")]
+    pub(crate) fn is_plain(&self) -> bool {
+        self.on && self.pairs.is_none() && !self.lets_recycle
+    }
+
     /// Whether a pair, in the order of its handles, is watched.
     pub(super) fn watches(&self, colliders: [ColliderHandle; 2]) -> bool {
         self.pairs

@@ -37,6 +37,11 @@ use touch::{Part, Touch};
 
 /// When fields look for contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Detection {
     /// At the end of each step, as the paper does: who overlaps there is touching. What passes
@@ -62,6 +67,11 @@ pub enum Detection {
 
 /// Who answers the contacts that fields detect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Responder {
     /// Rapier's solver; fields only observe.

@@ -16,10 +16,10 @@ use super::meet::{Carried, first_meeting};
 use super::touch::Touch;
 use super::track::{Starts, Tracks, near_each_other};
 use crate::compile::Compiled;
-use crate::eval::Moment;
+use crate::eval::{Moment, hierarchy};
 use crate::math::{ColliderSet, DPose3, Pose, RigidBodySet, Rotation, from_dvec3, from_f64};
 use crate::rapier::geometry::Aabb;
-use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
+use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
 
 /// Impacts of one step, at most: so many, and so many per body. A billiard of mass ratio 10⁴ has
 /// 314 in all; only what cannot come to rest goes beyond.
@@ -151,7 +151,7 @@ impl Sweep {
             }
         }
         let bounded: Vec<usize> = leaves.iter().map(|(number, _)| *number).collect();
-        self.tree = Bvh::from_iter(BvhBuildStrategy::Binned, leaves);
+        self.tree = hierarchy(leaves);
         let mut pairs = Vec::new();
         let mut workspace = BvhWorkspace::default();
         self.tree

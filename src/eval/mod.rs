@@ -4,6 +4,7 @@ mod adaptive;
 mod cells;
 mod frames;
 mod grid;
+mod hierarchy;
 mod kernel;
 mod lanes;
 mod linearise;
@@ -19,6 +20,7 @@ use crate::math::{Real, Vector, from_dvec3, to_f64};
 
 pub(crate) use adaptive::Solid;
 pub(crate) use cells::{Cells, Content};
+pub(crate) use hierarchy::hierarchy;
 pub(crate) use linearise::Lineariser;
 pub(crate) use pairs::{Clump, PairList};
 pub(crate) use probe::{Kind, Moment, Probe, Probes, UserValues, owner};

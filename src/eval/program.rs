@@ -1,5 +1,6 @@
 //! Programs: composite terms, evaluated at one probe at a time.
 
+use super::hierarchy::hierarchy;
 use crate::compile::{AnchorId, IndexKind, NO_ANCHOR, Program, Step};
 use crate::field::{
     Axis, Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces,
@@ -7,7 +8,7 @@ use crate::field::{
 };
 use crate::math::{DVec3, Real, Vector, to_dvec3};
 use crate::rapier::parry::bounding_volume::Aabb;
-use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy};
+use crate::rapier::parry::partitioning::Bvh;
 
 /// A composite at a sample.
 #[derive(Clone, Copy, Debug)]
@@ -356,8 +357,7 @@ impl Reach {
             .fold((infinity, -infinity), |(low, high), (_, bounds)| {
                 (low.min(bounds.mins), high.max(bounds.maxs))
             });
-        self.bvh = (program.index_kind() == IndexKind::Bvh)
-            .then(|| Bvh::from_iter(BvhBuildStrategy::Binned, bounds));
+        self.bvh = (program.index_kind() == IndexKind::Bvh).then(|| hierarchy(bounds.collect()));
     }
 
     /// Puts into `found` the instances that may act within a distance of a point, in their order.

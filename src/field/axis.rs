@@ -74,6 +74,23 @@ impl Axis {
     }
 }
 
+/// By its name.
+#[cfg(feature = "serde")]
+impl serde::Serialize for Axis {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// By its name.
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for Axis {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Ok(Axis::named(&name))
+    }
+}
+
 impl From<&str> for Axis {
     fn from(name: &str) -> Self {
         Axis::named(name)

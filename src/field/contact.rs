@@ -16,6 +16,11 @@ use crate::math::{Real, to_f64};
 /// | [`Penalty`](ContactLaw::Penalty) | kept | to first order in the step; damping takes |
 /// | [`Impulse`](ContactLaw::Impulse) | kept | kept for a restitution of one without friction, never gained |
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum ContactLaw {
     /// Only reports the contact.

@@ -5,9 +5,9 @@ use super::tree::Tree;
 /// One operand of [`Tree::layers`].
 #[derive(Clone, Debug)]
 pub struct Layer {
-    pub(super) tree: Tree,
-    pub(super) priority: i32,
-    pub(super) mode: Override,
+    pub(crate) tree: Tree,
+    pub(crate) priority: i32,
+    pub(crate) mode: Override,
 }
 
 /// What a layer does to the others where it is defined.

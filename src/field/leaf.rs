@@ -45,6 +45,11 @@ pub struct Field {
 
 /// How the vector of a field is to be read. Forces are what the algebra combines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Reading {
     /// A force (N).
@@ -57,6 +62,11 @@ pub enum Reading {
 
 /// What the vector of a field is multiplied with, besides what its [`Reading`] asks for.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Coupling {
     /// Each probe takes its share of the body's mass of the vector: a body of four colliders in

@@ -42,6 +42,15 @@ pub use sampling::Sampling;
 pub use scalar::Scalar;
 pub use tree::Tree;
 
+#[cfg(feature = "serde")]
+pub(crate) use over_axes::Shape as ShapeOverAxes;
+#[cfg(feature = "serde")]
+pub(crate) use region::Step as RegionStep;
+#[cfg(feature = "serde")]
+pub(crate) use scalar::{Curve, Step as ScalarStep};
+#[cfg(feature = "serde")]
+pub(crate) use solid::{AnyShape, Solid};
+
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
 pub(crate) use layer::Override;
 pub(crate) use modifier::Modifier;

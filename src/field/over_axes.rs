@@ -11,14 +11,14 @@ use crate::math::{DVec3, Pose, Real, from_f64, to_dpose3, to_f64};
 
 /// A half-space or a ball over several axes, in a frame at `pose` in that of the field.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct OverAxes {
+pub(crate) struct OverAxes {
     pub axes: Vec<Axis>,
-    shape: Shape,
+    pub shape: Shape,
     pub pose: Pose,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Shape {
+pub(crate) enum Shape {
     HalfSpace {
         coefficients: Vec<Real>,
         offset: Real,
@@ -172,7 +172,7 @@ impl OverAxes {
 type Function = dyn Fn(&Sample<'_>) -> bool + Send + Sync;
 
 /// A user's function that says where a field is defined.
-pub(super) struct Predicate {
+pub(crate) struct Predicate {
     axes: Vec<Axis>,
     function: Box<Function>,
 }

@@ -27,11 +27,11 @@ use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
-    steps: Vec<Step>,
+    pub(crate) steps: Vec<Step>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Step {
+pub(crate) enum Step {
     Everywhere,
     Solid(Solid, Pose),
     Interval(Axis, Real, Real),

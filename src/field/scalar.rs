@@ -29,11 +29,11 @@ use crate::math::{Real, from_f64, to_f64};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scalar {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
-    steps: Vec<Step>,
+    pub(crate) steps: Vec<Step>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Step {
+pub(crate) enum Step {
     Constant(Real),
     Axis(Axis),
     Distance,
@@ -48,7 +48,7 @@ enum Step {
 
 /// A function of one number.
 #[derive(Clone, Debug, PartialEq)]
-enum Curve {
+pub(crate) enum Curve {
     Ramp { from: Real, to: Real, smooth: bool },
     Power(Real),
     Exponential(Real),
@@ -301,7 +301,7 @@ impl Curve {
 }
 
 /// A user's own scalar field.
-struct Function {
+pub(crate) struct Function {
     axes: Vec<Axis>,
     function: Box<dyn Fn(&Sample<'_>) -> Real + Send + Sync>,
 }

@@ -8,7 +8,7 @@ use crate::math::{
 
 /// A closed body in space, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Solid {
+pub(crate) enum Solid {
     Ball { radius: Real },
     Cuboid { half_extents: Vector },
     Cylinder { half_height: Real, radius: Real },

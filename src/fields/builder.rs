@@ -29,7 +29,7 @@ pub struct FieldsBuilder {
     axes: Vec<(Arc<str>, Real)>,
     scheme: Scheme,
     wake: WakePolicy,
-    rules: Rules,
+    pub(super) rules: Rules,
     reporter: Option<Reporter>,
     detection: Detection,
     cross_check: CrossCheck,

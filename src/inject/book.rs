@@ -173,6 +173,26 @@ impl PropertyBook {
         *self.samplings.get(body.0)?
     }
 
+    /// The user's axes, with the world's values.
+    #[cfg(feature = "serde")]
+    pub(crate) fn world_values(&self) -> impl Iterator<Item = &(Arc<str>, f64)> {
+        self.world.iter()
+    }
+
+    /// The properties of all colliders that have some.
+    #[cfg(feature = "serde")]
+    pub(crate) fn properties(&self) -> impl Iterator<Item = (ColliderHandle, &ProbeProperties)> {
+        let listed = self.listed.iter();
+        listed.filter_map(|handle| Some((*handle, &self.get(*handle)?.properties)))
+    }
+
+    /// What bodies ask for, those that were removed since included.
+    #[cfg(feature = "serde")]
+    pub(crate) fn samplings(&self) -> impl Iterator<Item = (RigidBodyHandle, Sampling)> {
+        let sampled = self.sampled.iter();
+        sampled.filter_map(|body| Some((*body, self.sampling(*body)?)))
+    }
+
     fn check_axis(&self, name: &str, value: Real) -> Result<(), StepError> {
         let axis = name.to_owned();
         if !self.world.iter().any(|(known, _)| **known == *name) {

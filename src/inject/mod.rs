@@ -16,6 +16,8 @@ mod mover;
 mod probes;
 mod realise;
 mod rotation;
+#[cfg(feature = "serde")]
+mod saved;
 mod scheme;
 mod shapes;
 mod snapshot;
@@ -31,6 +33,8 @@ pub use scheme::{Scheme, Substeps, WakePolicy};
 pub use stiffness::{StepWarning, Stiffness};
 
 pub(crate) use book::PropertyBook;
+#[cfg(feature = "serde")]
+pub(crate) use saved::InjectorState;
 
 use crate::compile::{Compiled, Wanted};
 use crate::eval::{

@@ -27,6 +27,11 @@ use crate::math::{Real, to_f64};
 /// midpoint rule, so that a magnetic force turns a velocity without changing its length (the
 /// rotation of Boris), except under `Kick` and `ExternalForce`, which sample them once.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Scheme {
     /// Half the impulse before Rapier's step, half of the next one after it (velocity Verlet).
@@ -69,6 +74,11 @@ pub enum Scheme {
 
 /// How many substeps [`Scheme::Substep`] makes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Substeps {
     /// So many for every body, from 1 to 1024.
@@ -162,6 +172,11 @@ impl Scheme {
 
 /// When fields wake sleeping bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum WakePolicy {
     /// Never: sleeping bodies are not even sampled.

@@ -17,11 +17,13 @@ pub(crate) enum Change {
 
 /// The bodies of a world, in the order of their handles.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Snapshot {
     states: Vec<BodyState>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct BodyState {
     handle: RigidBodyHandle,
     pose: Pose,

@@ -132,6 +132,7 @@ fn least(matrix: &Matrix6<f64>) -> f64 {
 
 /// What is done with a body in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Treatment {
     KickDriftKick,
     /// A power of two.

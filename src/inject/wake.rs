@@ -44,6 +44,13 @@ impl Sleepers {
         }
     }
 
+    /// All sleepers that are known, with what they rest under.
+    #[cfg(feature = "serde")]
+    pub(super) fn iter(&self) -> impl Iterator<Item = (RigidBodyHandle, Wrench)> + '_ {
+        let known = self.resting.iter();
+        known.filter_map(|(index, wrench)| Some((RigidBodyHandle(index), (*wrench)?)))
+    }
+
     /// What a sleeper rests under: `wrench`, if it was not seen asleep before.
     pub(super) fn resting_under(&mut self, handle: RigidBodyHandle, wrench: Wrench) -> Wrench {
         if let Some(Some(resting)) = self.resting.get(handle.0) {

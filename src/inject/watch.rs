@@ -30,9 +30,9 @@ pub(super) struct Watch {
     /// By place; empty if no field reads velocities, or the scheme samples them as they are.
     pub couplings: Vec<Option<Coupling>>,
     /// Of bodies that were looked into, by place.
-    verdicts: Vec<Verdict>,
+    pub(super) verdicts: Vec<Verdict>,
     /// Bodies that were found stiff, in the order of their handles.
-    stiff: Vec<RigidBodyHandle>,
+    pub(super) stiff: Vec<RigidBodyHandle>,
     scout: Evaluator,
 }
 

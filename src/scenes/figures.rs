@@ -52,6 +52,26 @@ impl LayeredField {
             .replace_union(push.named("repulsion"))
     }
 
+    /// The same tree for bodies of some radii only, all of it data: its repulsion has, in place of
+    /// the predicate that asks where a body of any radius touches, one ball for each radius. It
+    /// can stand in a file; the other cannot.
+    ///
+    /// Radii are told apart to a thousandth.
+    pub fn tree_for(&self, radii: &[Real]) -> Tree {
+        let reach = Region::ball(self.reach);
+        let touching = radii.iter().map(|radius| {
+            let alike = Region::interval(Axis::Radius, radius * 0.999, radius * 1.001);
+            Region::ball(self.surface + radius).intersection(alike)
+        });
+        let pull = Field::radial(-self.pull, 0.0).within(reach.clone());
+        let pull = pull.named("attraction");
+        let Some(touching) = touching.reduce(Region::union) else {
+            return pull.into();
+        };
+        let push = Field::radial(self.push, 0.0).within(reach.intersection(touching));
+        pull.replace_union(push.named("repulsion"))
+    }
+
     fn check(&self) -> Result<(), SceneError> {
         check_range("pull", self.pull, 0.0, 1e6)?;
         check_range("push", self.push, 0.0, 1e6)?;

@@ -83,6 +83,8 @@ pub struct HeadOn {
     pub bodies: Vec<RigidBodyHandle>,
     /// Where each wants to go.
     pub goals: Vec<Vector>,
+    /// What moves them when they are alone.
+    drives: Tree,
 }
 
 impl HeadOnSettings {
@@ -103,6 +105,7 @@ impl HeadOnSettings {
         let mut scene = HeadOn {
             world: empty_world(self.dt),
             tree: Tree::empty(),
+            drives: Tree::empty(),
             bodies: Vec::new(),
             goals: Vec::new(),
         };
@@ -122,22 +125,25 @@ impl HeadOnSettings {
             let drive = Field::spring(2.0 * DRIVE).limited_to(DRIVE).at(goal);
             drives.push(drive.groups(groups).named("drive"));
         }
-        let keep_apart = Tree::instances(self.avoidance.tree(), scene.bodies.iter().copied());
         let drag = Field::drag(DRAG, 0.0).named("drag");
-        let others = Tree::fold(Operator::SumUnion, drives);
-        scene.tree = keep_apart.sum_union(others).sum_union(drag);
+        scene.drives = Tree::fold(Operator::SumUnion, drives).sum_union(drag);
+        scene.tree = scene.with(self.avoidance.tree());
         Ok(scene)
     }
+}
+
+fn repulsion() -> Field {
+    let softly = Scalar::distance().ramp(REACH, 2.0 * RADIUS);
+    Field::radial(REPULSION, 0.0)
+        .within(Region::ball(REACH))
+        .scaled_by(softly)
+        .named("repulsion")
 }
 
 impl Avoidance {
     /// The field around one body.
     fn tree(self) -> Tree {
-        let softly = Scalar::distance().ramp(REACH, 2.0 * RADIUS);
-        let repulsion = Field::radial(REPULSION, 0.0)
-            .within(Region::ball(REACH))
-            .scaled_by(softly)
-            .named("repulsion");
+        let repulsion = repulsion();
         match self {
             Avoidance::Repulsion => repulsion.into(),
             Avoidance::WithCross => {
@@ -145,16 +151,19 @@ impl Avoidance {
                 let approaching = Region::predicate([Axis::Speed], |sample| {
                     sample.local_velocity.dot(sample.local_point) < 0.0
                 });
-                // Who faces the field's origin has ŷ × (the push they feel) to their right.
-                let vertical = Field::uniform(Vector::Y)
-                    .within(approaching)
-                    .named("vertical");
-                repulsion
-                    .clone()
-                    .sum_union(vertical.cross_intersection(repulsion))
+                passing(Field::uniform(Vector::Y).within(approaching), repulsion)
             }
         }
     }
+}
+
+/// A repulsion and, where the vertical is defined, the push to the right.
+fn passing(vertical: Field, repulsion: Field) -> Tree {
+    // Who faces the field's origin has ŷ × (the push they feel) to their right.
+    let vertical = vertical.named("vertical");
+    repulsion
+        .clone()
+        .sum_union(vertical.cross_intersection(repulsion))
 }
 
 fn insert(world: &mut PhysicsWorld, place: Vector, groups: InteractionGroups) -> RigidBodyHandle {
@@ -169,6 +178,22 @@ fn insert(world: &mut PhysicsWorld, place: Vector, groups: InteractionGroups) ->
 }
 
 impl HeadOn {
+    fn with(&self, avoidance: Tree) -> Tree {
+        let bodies = self.bodies.iter().copied();
+        Tree::instances(avoidance, bodies).sum_union(self.drives.clone())
+    }
+
+    /// The tree of [`Avoidance::WithCross`], all of it data: in place of the predicate that asks
+    /// who comes nearer, the vertical is an expression, one where they do and zero where not. It
+    /// can stand in a file; the other cannot.
+    #[cfg(feature = "expression")]
+    pub fn tree_as_text(&self) -> Tree {
+        // Of 64 bits, the hyperbolic tangent of anything beyond 20 is one.
+        let step = "0.5 - 0.5*tanh(10^30*(x*vx + y*vy + z*vz) + 100)";
+        let vertical = Field::expression(["0", step, "0"]);
+        self.with(passing(vertical, repulsion()))
+    }
+
     /// Whether all are within half a length unit of their goals.
     pub fn is_over(&self) -> bool {
         let near = |(body, goal): (&RigidBodyHandle, &Vector)| {

@@ -13,10 +13,10 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 /// near, the force jumps; at corners its derivatives do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    points: Vec<DVec3>,
+    pub(crate) points: Vec<DVec3>,
     /// Length of the path up to each point.
     lengths: Vec<f64>,
-    closed: bool,
+    pub(crate) closed: bool,
     /// Speed along the path.
     pub speed: Real,
     /// How far ahead of the nearest point the goal lies.

@@ -20,11 +20,11 @@ use crate::random::Random;
 /// to the rounding of the platform's sine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turbulence {
-    seed: u64,
-    speed: Real,
-    size: Real,
-    detail: Real,
-    turnover: Real,
+    pub(crate) seed: u64,
+    pub(crate) speed: Real,
+    pub(crate) size: Real,
+    pub(crate) detail: Real,
+    pub(crate) turnover: Real,
     waves: Vec<Wave>,
 }
 
