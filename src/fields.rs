@@ -1,23 +1,22 @@
 //! The façade: everything a world needs to have fields.
 
+mod ask;
+mod builder;
 #[cfg(feature = "serde")]
 pub(crate) mod saved;
 
-use std::sync::Arc;
-use std::sync::mpsc::Sender;
+pub use builder::FieldsBuilder;
 
-use crate::check::{Checker, CrossCheck, CrossCheckReport};
-use crate::compile::{Compiled, Plan};
+use std::sync::Arc;
+
+use crate::check::Checker;
+use crate::compile::Compiled;
 use crate::detect::{
-    ContactEvent, Detection, Detector, FieldContact, Reporter, Responder, ResponderHooks, Rules,
+    Detection, Detector, FieldContact, Reporter, Responder, ResponderHooks, Rules,
 };
-use crate::eval::{PotentialEnergy, Wrench, WrenchError};
-use crate::explain::{self, Auditor, EnergyAudit, Explanation};
-use crate::field::{Axis, Sampling, Tree, TreeError};
-use crate::inject::{
-    BodySample, Injector, ProbeProperties, PropertyBook, Scheme, StepError, StepWarning, Stiffness,
-    WakePolicy,
-};
+use crate::explain::Auditor;
+use crate::field::{Sampling, Tree, TreeError};
+use crate::inject::{Injector, ProbeProperties, StepError};
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{IntegrationParameters, MultibodyJointSet};
 use crate::rapier::geometry::NarrowPhase;
@@ -63,6 +62,11 @@ use crate::rapier::pipeline::PhysicsWorld;
 /// assert!((distance - 4.0).abs() < 1e-3, "a circular orbit");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// [`Scheme`]: crate::Scheme
+/// [`Scheme::ExternalForce`]: crate::Scheme::ExternalForce
+/// [`WakePolicy`]: crate::WakePolicy
+/// [`WakePolicy::Always`]: crate::WakePolicy::Always
 pub struct Fields {
     compiled: Compiled,
     injector: Injector,
@@ -95,193 +99,7 @@ pub struct StepOutcome {
     pub exhausted: bool,
 }
 
-/// Settings of [`Fields`].
-///
-/// ```
-/// use rapier3d_fields::prelude::*;
-/// let heat = Field::closure(["temperature".into()], |s: &Sample| Vector::Y * s.axes[0]);
-/// let fields = Fields::builder(heat)
-///     .axis("temperature", 20.0)
-///     .scheme(Scheme::Kick)
-///     .wake(WakePolicy::Never)
-///     .build()?;
-/// # Ok::<(), TreeError>(())
-/// ```
-pub struct FieldsBuilder {
-    tree: Tree,
-    axes: Vec<(Arc<str>, Real)>,
-    scheme: Scheme,
-    wake: WakePolicy,
-    rules: Rules,
-    reporter: Option<Reporter>,
-    detection: Detection,
-    cross_check: CrossCheck,
-    solver_iterations: usize,
-    audit: bool,
-}
-
-impl FieldsBuilder {
-    /// Declares an axis of the user's own, and the value every probe has on it unless it is
-    /// given another by [`Fields::set_probe`].
-    pub fn axis(mut self, name: &str, value: Real) -> Self {
-        self.axes.push((name.into(), value));
-        self
-    }
-
-    /// Sets how wrenches become motion.
-    pub fn scheme(mut self, scheme: Scheme) -> Self {
-        self.scheme = scheme;
-        self
-    }
-
-    /// Sets when fields wake sleeping bodies.
-    pub fn wake(mut self, policy: WakePolicy) -> Self {
-        self.wake = policy;
-        self
-    }
-
-    /// Sets who answers contacts that fields detect.
-    pub fn responder(mut self, responder: Responder) -> Self {
-        self.rules.everywhere = responder;
-        self
-    }
-
-    /// Sets who answers contacts between any two of some colliders (of a pair, or of a group), apart
-    /// from what [`FieldsBuilder::responder`] says of all others. The last such rule that fits a
-    /// pair counts.
-    ///
-    /// Rapier learns of it by a hook, for which these colliders are given
-    /// `ActiveHooks::FILTER_CONTACT_PAIRS`; around a pipeline of one's own, hand it
-    /// [`Fields::hooks`].
-    pub fn responder_among(
-        mut self,
-        colliders: impl IntoIterator<Item = ColliderHandle>,
-        responder: Responder,
-    ) -> Self {
-        let set = colliders.into_iter().collect();
-        self.rules.among.push((set, responder));
-        self
-    }
-
-    /// Sends contacts that begin and end, as events, into a channel.
-    ///
-    /// ```
-    /// use rapier3d_fields::prelude::*;
-    /// let (sender, events) = std::sync::mpsc::channel();
-    /// let fields = Fields::builder(Field::uniform(Vector::X)).events(sender).build()?;
-    /// for event in events.try_iter() {
-    ///     println!("{event:?}");
-    /// }
-    /// # Ok::<(), TreeError>(())
-    /// ```
-    pub fn events(mut self, channel: Sender<ContactEvent>) -> Self {
-        self.reporter = Some(Reporter::new(channel));
-        self
-    }
-
-    /// Sets when fields look for contacts: at the end of each step, or over the whole of it.
-    pub fn detection(mut self, detection: Detection) -> Self {
-        self.detection = detection;
-        self
-    }
-
-    /// Tells a number of solver iterations other than Rapier's default of 4, over which Rapier
-    /// turns a body; [`Fields::step`] reads it from the world, an own pipeline must tell it (or
-    /// all of [`Fields::tell`]).
-    /// Getting it wrong costs tops of unequal inertia an error of third order in their turn per
-    /// step.
-    pub fn solver_iterations(mut self, iterations: usize) -> Self {
-        self.solver_iterations = iterations;
-        self
-    }
-
-    /// Compares the contacts of detection fields with Rapier's in every step: `true` for all pairs,
-    /// or [settings](CrossCheck). The result is [`Fields::cross_check`].
-    pub fn cross_check(mut self, settings: impl Into<CrossCheck>) -> Self {
-        self.cross_check = settings.into();
-        self
-    }
-
-    /// Keeps account of the energy in every step; see [`Fields::audit`]. Costs two walks of the
-    /// reference over all samples and fields in each step, so it is for finding out, not for
-    /// every day.
-    pub fn audit(mut self, on: bool) -> Self {
-        self.audit = on;
-        self
-    }
-
-    /// Compiles the tree.
-    ///
-    /// # Errors
-    /// The tree is empty or too deep, a parameter of it or of the scheme is out of its range, or
-    /// an axis is unknown or declared twice.
-    pub fn build(self) -> Result<Fields, TreeError> {
-        let mut names: Vec<Arc<str>> = Vec::new();
-        for (name, value) in &self.axes {
-            if names.contains(name) || !matches!(Axis::named(name), Axis::User(_)) {
-                let axis = name.to_string();
-                return Err(TreeError::DuplicateAxis { axis });
-            }
-            if !value.is_finite() {
-                return Err(TreeError::Parameter {
-                    field: format!("axis `{name}`"),
-                    quantity: "its value",
-                    requirement: "finite",
-                    value: crate::math::to_f64(*value),
-                });
-            }
-            names.push(name.clone());
-        }
-        self.tree.validate(&names)?;
-        self.scheme.validate()?;
-        let compiled = Compiled::new(self.tree, Vec::new());
-        let book = PropertyBook::new(self.axes);
-        let mut injector = Injector::new(self.scheme, self.wake, book);
-        injector.substeps = self.solver_iterations as u32;
-        injector.exact_turns = self.detection == Detection::Swept && !compiled.detectors.is_empty();
-        let on = self.cross_check.on;
-        let mut check = on.then(|| Checker::new(self.cross_check));
-        check.iter_mut().for_each(|check| check.watch(&compiled));
-        Ok(Fields {
-            detector: Detector::new(&compiled, self.detection),
-            detection: self.detection,
-            compiled,
-            injector,
-            check,
-            auditor: self.audit.then(Auditor::default),
-            rules: self.rules,
-            reporter: self.reporter,
-            axes: names,
-            claimed: false,
-        })
-    }
-}
-
 impl Fields {
-    /// Compiles a tree, with the default settings.
-    ///
-    /// # Errors
-    /// As [`FieldsBuilder::build`].
-    pub fn new(tree: impl Into<Tree>) -> Result<Self, TreeError> {
-        Self::builder(tree).build()
-    }
-
-    /// Settings for a tree.
-    pub fn builder(tree: impl Into<Tree>) -> FieldsBuilder {
-        FieldsBuilder {
-            tree: tree.into(),
-            axes: Vec::new(),
-            scheme: Scheme::default(),
-            wake: WakePolicy::default(),
-            rules: Rules::default(),
-            reporter: None,
-            detection: Detection::default(),
-            cross_check: CrossCheck::default(),
-            solver_iterations: 4,
-            audit: false,
-        }
-    }
-
     /// One step of a world with its fields: [`begin_step`](Self::begin_step), `world.step()`,
     /// [`end_step`](Self::end_step). If fields are to answer contacts, the first step also
     /// [claims](Self::claim_contacts) them.
@@ -360,6 +178,8 @@ impl Fields {
     ///   a step.
     /// - The links of multibodies, which are pushed by [`Scheme::ExternalForce`] whatever the
     ///   scheme. Untold, fields do not move them under the others.
+    ///
+    /// [`Scheme::ExternalForce`]: crate::Scheme::ExternalForce
     pub fn tell(
         &mut self,
         parameters: &IntegrationParameters,
@@ -574,180 +394,5 @@ impl Fields {
         self.injector.book.set_axis(name, value)?;
         self.injector.invalidate();
         Ok(())
-    }
-
-    /// What the compiler decided; prints as a short report.
-    pub fn plan(&self) -> &Plan {
-        &self.compiled.plan
-    }
-
-    /// Simulated time: the sum of all steps.
-    pub fn time(&self) -> f64 {
-        self.injector.time
-    }
-
-    /// The last wrench of the fields on a body, in world axes; nothing if it was not sampled.
-    pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
-        self.injector.wrench(body)
-    }
-
-    /// How far the last wrench on a body, by a step or by [`Fields::sample`], may be off because
-    /// borders of regions pass through the body; nothing if it was not sampled
-    /// [adaptively](Sampling::Adaptive).
-    ///
-    /// It bounds what follows from not knowing where in a cell a border is, for forces that are
-    /// constant over each cell: so all of the error for uniform forces on a body of cuboids, but
-    /// not what a formula varies within a cell, nor what is uncertain about the volume in cells at
-    /// the surface of other shapes. Borders are those of regions, predicates and soft edges aside;
-    /// infinite if too many pass through one cell to be told apart (more than six of a term).
-    pub fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
-        self.injector.wrench_error(body)
-    }
-
-    /// The points at which a body is sampled, as the world is now, whichever fields use them:
-    /// for drawing, and for checking against the [reference](crate::reference). Those of
-    /// [adaptive](Sampling::Adaptive) sampling are the ones of a body clear of borders.
-    pub fn samples(
-        &mut self,
-        body: RigidBodyHandle,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Vec<BodySample> {
-        self.injector
-            .samples(body, &self.compiled, bodies, colliders)
-    }
-
-    /// The wrench of the fields on a body as the world is now, whether or not a step was made.
-    /// Works out those on all bodies, so it costs as much as a step's evaluation.
-    ///
-    /// # Errors
-    /// See [`StepError`].
-    pub fn sample(
-        &mut self,
-        body: RigidBodyHandle,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Result<Option<Wrench>, StepError> {
-        self.injector
-            .sample(body, &self.compiled, bodies, colliders)
-    }
-
-    /// What the last step may have got wrong: fields too stiff for the scheme and the time step
-    /// (the worst body only), and velocities that Rapier cut down. Empty if nothing.
-    pub fn warnings(&self) -> &[StepWarning] {
-        &self.injector.warnings
-    }
-
-    /// How stiff the fields are for a body in steps of `dt`, as the world is now; nothing for a
-    /// body that fields do not move. Slow: samples the tree some tens of times at each probe of
-    /// the body.
-    ///
-    /// ```
-    /// use rapier3d_fields::prelude::*;
-    /// let mut world = PhysicsWorld::new();
-    /// let ball = RigidBodyBuilder::dynamic().translation(Vector::X);
-    /// let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.5).mass(4.0));
-    /// world.bodies[ball].recompute_mass_properties_from_colliders(&world.colliders);
-    /// let mut fields = Fields::new(Field::spring(16.0))?;
-    /// let stiffness = fields.stiffness(ball, 0.1, &world.bodies, &world.colliders)?;
-    /// let stiffness = stiffness.expect("a dynamic body");
-    /// assert!((stiffness.dt_omega - 0.2).abs() < 1e-4, "ω = √(16/4)");
-    /// assert!((stiffness.largest_stable_dt - 1.0).abs() < 1e-3);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// See [`StepError`].
-    pub fn stiffness(
-        &mut self,
-        body: RigidBodyHandle,
-        dt: Real,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Result<Option<Stiffness>, StepError> {
-        self.injector
-            .stiffness(body, dt, &self.compiled, bodies, colliders)
-    }
-
-    /// The potential energy of all bodies in the fields, as they are now.
-    pub fn potential_energy(
-        &mut self,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> PotentialEnergy {
-        self.injector
-            .potential_energy(&self.compiled, bodies, colliders)
-    }
-
-    /// Why the fields push a body the way they do right now: what each field gives, who overrules
-    /// whom, and the wrench that results. Nothing for a body that fields cannot move.
-    ///
-    /// ```
-    /// use rapier3d_fields::prelude::*;
-    /// # let mut world = PhysicsWorld::new();
-    /// # let (body, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
-    /// let wind = Field::uniform(Vector::X).named("wind");
-    /// let lee = Field::uniform(Vector::ZERO).within(Region::ball(2.0)).named("lee");
-    /// let mut fields = Fields::new(wind.replace_union(lee))?;
-    /// let why = fields.explain(body, &world.bodies, &world.colliders).unwrap();
-    /// assert_eq!(why.contributions[0].overruled_by, ["field `lee`"]);
-    /// println!("{why}");
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn explain(
-        &mut self,
-        body: RigidBodyHandle,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Option<Explanation> {
-        let (probes, moment) = self
-            .injector
-            .all_probes(&self.compiled, 1.0, bodies, colliders);
-        let place = probes.bodies.iter().position(|handle| *handle == body)?;
-        let frames = (bodies, colliders);
-        let compiled = &self.compiled;
-        Some(explain::explain(
-            compiled,
-            &frames,
-            &probes,
-            moment,
-            place as u32,
-        ))
-    }
-
-    /// The energy audit so far, if it is on: potential and work of each field, and the drift that
-    /// is left.
-    ///
-    /// ```
-    /// use rapier3d_fields::prelude::*;
-    /// # let mut world = PhysicsWorld::new();
-    /// # world.gravity = Vector::ZERO;
-    /// # let ball = RigidBodyBuilder::dynamic().translation(Vector::X);
-    /// # world.insert(ball, ColliderBuilder::ball(0.5));
-    /// let spring = Field::spring(1.0).named("spring");
-    /// let friction = Field::drag(0.1, 0.0).named("friction");
-    /// let mut fields = Fields::builder(spring.sum_union(friction)).audit(true).build()?;
-    /// for _ in 0..60 {
-    ///     fields.step(&mut world)?;
-    /// }
-    /// let audit = fields.audit().unwrap();
-    /// println!("{audit}");
-    /// assert!(audit.drift.abs() < 1e-3 * audit.initial, "what friction took is accounted for");
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn audit(&self) -> Option<&EnergyAudit> {
-        self.auditor.as_ref().map(|auditor| &auditor.audit)
-    }
-
-    /// The contacts of the last step, with the impulses that answered them: with swept detection
-    /// first the touches in it, in the order of time; then overlaps at its end, in the order of the
-    /// colliders' handles.
-    pub fn contacts(&self) -> &[FieldContact] {
-        &self.detector.contacts
-    }
-
-    /// The cross-check with Rapier so far, if it is on.
-    pub fn cross_check(&self) -> Option<&CrossCheckReport> {
-        self.check.as_ref().map(|check| &check.report)
     }
 }

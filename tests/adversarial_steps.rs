@@ -283,6 +283,7 @@ fn values_that_are_not_finite_are_blamed_on_their_field() {
         Field::closure([], move |s: &Sample| {
             Vector::Y * if s.local_point.x > 1.0 { bad } else { 1.0 }
         })
+        .sampled(Sampling::Parts)
     };
     let (_, bodies, colliders) = world();
     for scheme in SCHEMES {
@@ -366,12 +367,19 @@ fn regular_laws_are_regular_at_their_centre() {
             "softened, shifted",
             law(-2.0).softened(0.5).shifted_to_zero_at(2.0),
         ),
-        ("spring at length", Field::spring_damper(1.0, 0.0, 1.0)),
+        (
+            "spring at length",
+            Field::spring_damper(1.0, 0.0, 1.0).coupled_to(Coupling::Each),
+        ),
     ] {
         let (world, bodies, _) = world();
         for tree in [
             Tree::from(field.clone()),
-            field.difference(Field::spring(1.0).within(Region::ball(0.1).at(Vector::X))),
+            field.difference(
+                Field::spring(1.0)
+                    .coupled_to(Coupling::Each)
+                    .within(Region::ball(0.1).at(Vector::X)),
+            ),
         ] {
             let mut fields = fields(tree, Scheme::default());
             let wrench = fields.sample(bodies[0], &world.bodies, &world.colliders);

@@ -6,38 +6,13 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 mod model;
 
 use model::model as composite;
-use model::{Point, figure_1, force, leaf, operator, points, query, vector};
+use model::{
+    Point, apply, cases, figure_1, force, leaf, nested, operator, points, query, same, vector,
+};
 use proptest::prelude::*;
 use rapier3d_fields::math::DVec3;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
-
-/// The same tree as one operand, which no operator takes apart into a longer chain.
-fn nested(tree: &Tree) -> Tree {
-    Tree::instances(tree.clone(), [Anchor::WORLD])
-}
-
-fn apply(operator: Operator, u: &Tree, v: &Tree) -> Tree {
-    Tree::fold(operator, [nested(u), nested(v)])
-}
-
-/// Two trees agree at all points, also in where they are not defined.
-fn same(law: &str, left: &Tree, right: &Tree, points: &[Point]) -> Result<(), TestCaseError> {
-    for at in points {
-        let (l, r) = (force(left, at), force(right, at));
-        prop_assert_eq!(l, r, "{} at {:?} halves", law, at);
-    }
-    Ok(())
-}
-
-/// That many cases; failures are not stored, since they print their plans in full.
-fn cases(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
 
 proptest! {
     #![proptest_config(cases(250))]

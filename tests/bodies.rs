@@ -6,23 +6,9 @@ mod support;
 
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use support::{Row, Table, assert_at_most, assert_close, insert_ball, largest, weightless};
-
-const SCHEMES: [Scheme; 8] = [
-    Scheme::KickDriftKick,
-    Scheme::Kick,
-    Scheme::ExternalForce,
-    Scheme::Substep(Substeps::Fixed(3)),
-    Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 }),
-    Scheme::LinearlyImplicit,
-    Scheme::Suzuki4,
-    Scheme::Auto { tolerance: 1e-3 },
-];
-
-fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
-    let builder = Fields::builder(tree).scheme(scheme);
-    builder.build().expect("a valid tree")
-}
+use support::{
+    Row, SCHEMES, Table, assert_at_most, assert_close, build, insert_ball, largest, weightless,
+};
 
 fn steps(fields: &mut Fields, world: &mut PhysicsWorld, count: usize) {
     for _ in 0..count {

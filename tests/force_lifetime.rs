@@ -7,27 +7,11 @@ mod support;
 
 use rapier3d_fields::math::{Real, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use support::{assert_at_most, assert_close, insert_ball, weightless};
-
-const SCHEMES: [Scheme; 8] = [
-    Scheme::KickDriftKick,
-    Scheme::Kick,
-    Scheme::ExternalForce,
-    Scheme::Substep(Substeps::Fixed(3)),
-    Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 }),
-    Scheme::LinearlyImplicit,
-    Scheme::Suzuki4,
-    Scheme::Auto { tolerance: 1e-3 },
-];
+use support::{SCHEMES, assert_at_most, assert_close, build, insert_ball, weightless};
 
 /// Some tens of roundings: for what takes as many operations and is otherwise exact.
 fn rounding() -> f64 {
     50.0 * to_f64(Real::EPSILON)
-}
-
-fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
-    let builder = Fields::builder(tree).scheme(scheme);
-    builder.build().expect("a valid tree")
 }
 
 fn step(fields: &mut Fields, world: &mut PhysicsWorld) {

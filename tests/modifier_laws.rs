@@ -8,36 +8,10 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 mod model;
 
 use model::model as composite;
-use model::{Point, force, points};
+use model::{apply, cases, force, nested, points, same};
 use proptest::prelude::*;
 use rapier3d_fields::math::DVec3;
 use rapier3d_fields::prelude::*;
-
-/// The same tree as one operand, which no operator takes apart into a longer chain.
-fn nested(tree: &Tree) -> Tree {
-    Tree::instances(tree.clone(), [Anchor::WORLD])
-}
-
-fn apply(operator: Operator, u: &Tree, v: &Tree) -> Tree {
-    Tree::fold(operator, [nested(u), nested(v)])
-}
-
-/// Two trees agree at all points, also in where they are not defined.
-fn same(law: &str, left: &Tree, right: &Tree, points: &[Point]) -> Result<(), TestCaseError> {
-    for at in points {
-        let (l, r) = (force(left, at), force(right, at));
-        prop_assert_eq!(l, r, "{} at {:?} halves", law, at);
-    }
-    Ok(())
-}
-
-fn cases(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
 
 /// Fields of a few terms.
 fn composites() -> impl Strategy<Value = Vec<Tree>> {

@@ -7,7 +7,7 @@ mod support;
 
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use support::{Row, Table, assert_at_most, assert_close, insert_ball, largest, weightless};
+use support::{Row, Table, assert_at_most, assert_close, build, insert_ball, largest, weightless};
 
 const TOLERANCE: f64 = 1e-3;
 
@@ -15,11 +15,6 @@ fn auto() -> Scheme {
     Scheme::Auto {
         tolerance: from_f64(TOLERANCE),
     }
-}
-
-fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
-    let builder = Fields::builder(tree).scheme(scheme);
-    builder.build().expect("a valid tree")
 }
 
 fn unbounded(dt: f64) -> PhysicsWorld {

@@ -3,6 +3,7 @@
 mod event;
 mod first;
 mod guard;
+mod impact;
 mod lcp;
 mod meet;
 mod path;

@@ -8,20 +8,16 @@
 //! moment is answered together.
 
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashSet};
+use std::collections::{BinaryHeap, HashMap, HashSet};
 
 use super::FieldContact;
 use super::guard::Guards;
-use super::meet::{Carried, Spot, first_meeting, spot};
-use super::solve::{Meeting, Mover, resolve};
+use super::meet::{Carried, first_meeting};
 use super::touch::Touch;
-use super::track::{Starts, Tracks};
+use super::track::{Starts, Tracks, near_each_other};
 use crate::compile::Compiled;
 use crate::eval::{Moment, hierarchy};
-use crate::field::ContactLaw;
-use crate::math::{
-    ColliderSet, DPose3, DVec3, Pose, Real, RigidBodySet, Rotation, from_dvec3, from_f64, to_f64,
-};
+use crate::math::{ColliderSet, DPose3, Pose, RigidBodySet, Rotation, from_dvec3, from_f64};
 use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
 
@@ -34,28 +30,36 @@ const MOST_PER_BODY: usize = 256;
 /// which is first.
 const AT_ONCE: f64 = 1e-12;
 
+/// A pair of parts that loses speed and meets more often than this in one step stays together: it
+/// would meet without end, so from then on it is looked at only so many times a step.
+const LASTING: u32 = 32;
+const LOOKS: f64 = 64.0;
+
 /// Swept detection; keeps its buffers between steps.
 #[derive(Debug, Default)]
 pub(super) struct Sweep {
     pub starts: Starts,
-    tracks: Tracks,
+    pub(super) tracks: Tracks,
     queue: BinaryHeap<Event>,
     /// Pairs of parts done with in this step: only observed, or at rest.
-    settled: HashSet<[usize; 2]>,
+    pub(super) settled: HashSet<[usize; 2]>,
+    /// Of pairs of parts that lose speed when they meet: how often they met, and until when they
+    /// are left alone.
+    pub(super) lasting: HashMap<[usize; 2], (u32, f64)>,
     /// All that is bounded, by the motion foreseen at the start.
-    tree: Bvh,
-    unbounded: Vec<usize>,
+    pub(super) tree: Bvh,
+    pub(super) unbounded: Vec<usize>,
     /// Tracks that an impact has put on another path, and where they can still go.
-    redirected: Vec<(usize, Aabb)>,
-    moved: Vec<bool>,
+    pub(super) redirected: Vec<(usize, Aabb)>,
+    pub(super) moved: Vec<bool>,
 }
 
 /// A touch foreseen.
 #[derive(Clone, Copy, Debug)]
-struct Event {
-    time: f64,
-    tracks: [usize; 2],
-    parts: [usize; 2],
+pub(super) struct Event {
+    pub time: f64,
+    pub tracks: [usize; 2],
+    pub parts: [usize; 2],
     generations: [u32; 2],
 }
 
@@ -133,6 +137,7 @@ impl Sweep {
     fn foresee_all(&mut self, bodies: &RigidBodySet, dt: f64) {
         self.queue.clear();
         self.settled.clear();
+        self.lasting.clear();
         self.redirected.clear();
         self.unbounded.clear();
         self.moved.clear();
@@ -164,7 +169,13 @@ impl Sweep {
     }
 
     /// Queues the first touch of two tracks from a moment on.
-    fn foresee(&mut self, tracks: [usize; 2], from: f64, bodies: &RigidBodySet, dt: f64) {
+    pub(super) fn foresee(
+        &mut self,
+        tracks: [usize; 2],
+        from: f64,
+        bodies: &RigidBodySet,
+        dt: f64,
+    ) {
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         if !(a.dynamic || b.dynamic) || !(a.detects || b.detects) {
             return;
@@ -177,27 +188,14 @@ impl Sweep {
         }
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         let (mut first, mut end) = (None, span[1]);
-        for i in a.parts.clone() {
-            for j in b.parts.clone() {
-                let (one, two) = (&self.tracks.parts[i], &self.tracks.parts[j]);
-                let detects = one.part.law.is_some() || two.part.law.is_some();
-                if !detects || self.settled.contains(&[i, j]) {
-                    continue;
-                }
-                let one = Carried {
-                    track: a,
-                    member: one,
-                };
-                let two = Carried {
-                    track: b,
-                    member: two,
-                };
-                if let Some(time) = first_meeting(one, two, [span[0], end])
-                    && first.is_none_or(|(earliest, _)| time < earliest)
-                {
-                    first = Some((time, [i, j]));
-                    end = time;
-                }
+        for (parts, [one, two]) in self.pairs_of(tracks) {
+            let from = span[0].max(self.left_alone_until(parts));
+            if from <= end
+                && let Some(time) = first_meeting(one, two, [from, end])
+                && first.is_none_or(|(earliest, _)| time < earliest)
+            {
+                first = Some((time, parts));
+                end = time;
             }
         }
         if let Some((time, parts)) = first {
@@ -235,222 +233,49 @@ impl Sweep {
 
     /// Other parts of the same two bodies that touch at the same moment.
     fn add_twins(&self, event: Event, batch: &mut Vec<Event>, dt: f64) {
-        let [a, b] = event.tracks.map(|number| &self.tracks.list[number]);
-        for i in a.parts.clone() {
-            for j in b.parts.clone() {
-                let (one, two) = (&self.tracks.parts[i], &self.tracks.parts[j]);
-                let detects = one.part.law.is_some() || two.part.law.is_some();
-                if [i, j] == event.parts || !detects || self.settled.contains(&[i, j]) {
-                    continue;
-                }
-                let one = Carried {
-                    track: a,
-                    member: one,
-                };
-                let two = Carried {
-                    track: b,
-                    member: two,
-                };
-                let span = [event.time, event.time + AT_ONCE * dt];
-                if first_meeting(one, two, span).is_some() {
-                    batch.push(Event {
-                        parts: [i, j],
-                        ..event
-                    });
-                }
+        for (parts, [one, two]) in self.pairs_of(event.tracks) {
+            let span = [event.time, event.time + AT_ONCE * dt];
+            let due = self.left_alone_until(parts) <= event.time;
+            if due && parts != event.parts && first_meeting(one, two, span).is_some() {
+                batch.push(Event { parts, ..event });
             }
         }
     }
 
-    /// Lets touches of one moment happen.
-    fn happen(
-        &mut self,
-        batch: &[Event],
-        scene: &mut Scene<'_>,
-        bodies: &RigidBodySet,
-        dt: f64,
-        contacts: &mut Vec<FieldContact>,
-    ) {
-        let time = batch[0].time;
-        let mut numbers: Vec<usize> = batch.iter().flat_map(|event| event.tracks).collect();
-        numbers.sort_unstable();
-        numbers.dedup();
-        numbers.retain(|number| self.tracks.list[*number].resistance.is_some());
-        let movers = numbers.iter().map(|n| self.tracks.list[*n].mover(time));
-        let mut movers: Vec<Mover> = movers.flatten().collect();
-        let mut meetings = Vec::new();
-        let mut found = Vec::new();
-        for event in batch {
-            let Some(spot) = self.spot(event, time) else {
-                self.settled.insert(event.parts);
-                continue;
-            };
-            let Some(mut contact) = self.contact(event, &spot, time, scene) else {
-                self.settled.insert(event.parts);
-                continue;
-            };
-            let places = event.tracks.map(|track| numbers.binary_search(&track).ok());
-            let mut meeting = self.meeting(event, &spot, &contact, places, scene);
-            contact.approach_speed = from_f64(meeting.approach(&movers));
-            if meeting.law == ContactLaw::Observe {
-                self.settled.insert(event.parts);
-            } else if self.rests(&meeting, &movers, &spot, dt) {
-                // Answered once more, and then no longer: Zeno's bounces come to rest.
-                self.settled.insert(event.parts);
-            }
-            meeting.depth = 0.0;
-            meetings.push(meeting);
-            found.push((contact, event.parts));
-        }
-        resolve(&mut movers, &mut meetings, 0.0);
-        for ((contact, parts), meeting) in found.iter_mut().zip(&meetings) {
-            contact.impulses = meeting.impulses.map(from_dvec3);
-            let unanswered = meeting.impulses == [DVec3::ZERO; 2];
-            if unanswered || meeting.approach(&movers) > meeting.rounding(&movers) {
-                self.settled.insert(*parts);
-            }
-        }
-        contacts.extend(found.into_iter().map(|(contact, _)| contact));
-        self.go_on(&numbers, &movers, batch, bodies, [time, dt]);
+    /// Pairs of parts of two tracks that are to be looked at still, with their numbers.
+    fn pairs_of(&self, tracks: [usize; 2]) -> impl Iterator<Item = ([usize; 2], [Carried<'_>; 2])> {
+        let [a, b] = tracks.map(|number| self.tracks.list[number].parts.clone());
+        let pairs = a.flat_map(move |i| b.clone().map(move |j| [i, j]));
+        let wanted = |parts: &[usize; 2]| {
+            let detects = |part: usize| self.tracks.parts[part].part.law.is_some();
+            parts.iter().any(|part| detects(*part)) && !self.settled.contains(parts)
+        };
+        let carried = move |parts| (parts, self.carried(tracks, parts));
+        pairs.filter(wanted).map(carried)
     }
 
-    fn carried(&self, event: &Event) -> [Carried<'_>; 2] {
+    fn left_alone_until(&self, parts: [usize; 2]) -> f64 {
+        self.lasting.get(&parts).map_or(0.0, |(_, until)| *until)
+    }
+
+    /// Counts a meeting of parts that lose speed by it.
+    pub(super) fn count(&mut self, parts: [usize; 2], time: f64, dt: f64) {
+        let (times, until) = self.lasting.entry(parts).or_default();
+        *times += 1;
+        if *times > LASTING {
+            *until = time + dt / LOOKS;
+        }
+    }
+
+    pub(super) fn carried(&self, tracks: [usize; 2], parts: [usize; 2]) -> [Carried<'_>; 2] {
         [0, 1].map(|which| Carried {
-            track: &self.tracks.list[event.tracks[which]],
-            member: &self.tracks.parts[event.parts[which]],
+            track: &self.tracks.list[tracks[which]],
+            member: &self.tracks.parts[parts[which]],
         })
-    }
-
-    fn spot(&self, event: &Event, time: f64) -> Option<Spot> {
-        let [a, b] = self.carried(event);
-        spot(a, b, time).filter(|spot| spot.point.is_finite())
-    }
-
-    /// The contact of an event as it is reported; nothing if no detection field acts there.
-    fn contact(
-        &self,
-        event: &Event,
-        spot: &Spot,
-        time: f64,
-        scene: &mut Scene<'_>,
-    ) -> Option<FieldContact> {
-        let carried = self.carried(event);
-        let parts = carried.map(|carried| &carried.member.part);
-        if let Some(guards) = scene.guards.as_deref_mut() {
-            let lets = [(0, 1), (1, 0)].into_iter().any(|(owner, other)| {
-                let place = carried[other].place(time);
-                let point = carried[owner].track.carried_to_end(place, time);
-                let numbers = scene.touch.detectors_of(parts[owner].collider).iter();
-                numbers.copied().any(|number| {
-                    let detector = &scene.compiled.detectors[number as usize];
-                    let collider = parts[other].collider;
-                    guards.lets_through_at(scene.compiled, detector, collider, scene.moment, point)
-                })
-            });
-            if !lets {
-                return None;
-            }
-        }
-        let contact = FieldContact::new(
-            parts,
-            from_dvec3(spot.point),
-            from_dvec3(spot.normal),
-            from_f64(spot.depth.max(0.0)),
-        );
-        Some(FieldContact {
-            time_of_impact: Some(scene.moment.time + time),
-            ..contact
-        })
-    }
-
-    fn meeting(
-        &self,
-        event: &Event,
-        spot: &Spot,
-        contact: &FieldContact,
-        places: [Option<usize>; 2],
-        scene: &Scene<'_>,
-    ) -> Meeting {
-        let swapped = contact.colliders[0] != self.tracks.parts[event.parts[0]].part.collider;
-        let (places, normal) = if swapped {
-            ([places[1], places[0]], -spot.normal)
-        } else {
-            (places, spot.normal)
-        };
-        // A spring begins to push when there is something to push against.
-        let later = matches!(contact.law, ContactLaw::Penalty { .. });
-        let law = if later || !(scene.answers)(contact) {
-            ContactLaw::Observe
-        } else {
-            contact.law
-        };
-        Meeting {
-            places,
-            point: spot.point,
-            normal,
-            depth: spot.depth,
-            law,
-            has_field: contact.has_field,
-            impulses: [DVec3::ZERO; 2],
-        }
-    }
-
-    /// Whether two parts approach so slowly that a step does not take them deeper than rounding.
-    fn rests(&self, meeting: &Meeting, movers: &[Mover], spot: &Spot, dt: f64) -> bool {
-        let size = meeting.places.iter().flatten();
-        let size = size.map(|place| (movers[*place].com - spot.point).length());
-        let scale = spot.point.length() + size.fold(0.0, f64::max);
-        meeting.approach(movers) * dt <= to_f64(Real::EPSILON) * scale
-    }
-
-    /// Puts pushed bodies on their new paths, and foresees what comes of it.
-    fn go_on(
-        &mut self,
-        numbers: &[usize],
-        movers: &[Mover],
-        batch: &[Event],
-        bodies: &RigidBodySet,
-        [time, dt]: [f64; 2],
-    ) {
-        let mut pushed = Vec::new();
-        for (number, mover) in numbers.iter().zip(movers) {
-            let sound = mover.linvel.is_finite() && mover.angvel.is_finite();
-            if !(mover.pushed && sound) {
-                continue;
-            }
-            let track = &mut self.tracks.list[*number];
-            let body = track.body.and_then(|body| bodies.get(body));
-            let free =
-                body.is_some_and(|body| body.is_dynamic() && body.gyroscopic_forces_enabled());
-            track.redirect(mover, free, [time, dt]);
-            let bounds = track.bounds(time, dt);
-            pushed.push(*number);
-            if !std::mem::replace(&mut self.moved[*number], true) {
-                self.redirected.push((*number, bounds));
-            } else if let Some(known) = self.redirected.iter_mut().find(|(n, _)| n == number) {
-                known.1 = bounds;
-            }
-        }
-        let mut pairs = Vec::new();
-        for number in &pushed {
-            self.neighbours(
-                *number,
-                &self.tracks.list[*number].bounds(time, dt),
-                &mut pairs,
-            );
-        }
-        // Who was not pushed may touch again all the same.
-        let unpushed = |event: &&Event| !event.tracks.iter().any(|track| pushed.contains(track));
-        pairs.extend(batch.iter().filter(unpushed).map(|event| event.tracks));
-        pairs.sort_unstable();
-        pairs.dedup();
-        for pair in pairs {
-            self.foresee(pair, time, bodies, dt);
-        }
     }
 
     /// All pairs of a redirected track with whom it may meet.
-    fn neighbours(&self, number: usize, bounds: &Aabb, pairs: &mut Vec<[usize; 2]>) {
+    pub(super) fn neighbours(&self, number: usize, bounds: &Aabb, pairs: &mut Vec<[usize; 2]>) {
         let still = self.tree.intersect_aabb(bounds).map(|other| other as usize);
         let still = still.filter(|other| !self.moved[*other]);
         let meets = |(other, their): &&(usize, Aabb)| {
@@ -491,41 +316,6 @@ impl Sweep {
         }
         written
     }
-}
-
-/// When the spheres around two tracks overlap, within a span; nothing if they do not.
-fn near_each_other(tracks: [&super::track::Track; 2], [from, to]: [f64; 2]) -> Option<[f64; 2]> {
-    let [a, b] = tracks;
-    let reach = a.reach + b.reach;
-    if !reach.is_finite() {
-        return Some([from, to]);
-    }
-    let apart = b.path.com(from) - a.path.com(from);
-    let closing = b.path.velocity - a.path.velocity;
-    // A little early and late, against rounding.
-    let reach = reach * (1.0 + 1e-9) + 1e-12 * (a.path.com.length() + b.path.com.length());
-    let (square, half, rest) = (
-        closing.length_squared(),
-        apart.dot(closing),
-        apart.length_squared() - reach * reach,
-    );
-    if square == 0.0 {
-        return (rest <= 0.0).then_some([from, to]);
-    }
-    let inside = half * half - square * rest;
-    if inside < 0.0 {
-        return None;
-    }
-    let root = inside.sqrt();
-    let slack = 1e-9 * (root / square);
-    let enter = if rest <= 0.0 {
-        0.0
-    } else {
-        (-half - root) / square - slack
-    };
-    let leave = (-half + root) / square + slack;
-    let span = [(from + enter).max(from), (from + leave).min(to)];
-    (span[0] <= span[1]).then_some(span)
 }
 
 fn rounded(pose: &DPose3) -> Option<Pose> {

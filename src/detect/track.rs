@@ -377,6 +377,41 @@ impl Track {
     }
 }
 
+/// When the spheres around two tracks overlap, within a span; nothing if they do not.
+pub(super) fn near_each_other(tracks: [&Track; 2], [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    let [a, b] = tracks;
+    let reach = a.reach + b.reach;
+    if !reach.is_finite() {
+        return Some([from, to]);
+    }
+    let apart = b.path.com(from) - a.path.com(from);
+    let closing = b.path.velocity - a.path.velocity;
+    // A little early and late, against rounding.
+    let reach = reach * (1.0 + 1e-9) + 1e-12 * (a.path.com.length() + b.path.com.length());
+    let (square, half, rest) = (
+        closing.length_squared(),
+        apart.dot(closing),
+        apart.length_squared() - reach * reach,
+    );
+    if square == 0.0 {
+        return (rest <= 0.0).then_some([from, to]);
+    }
+    let inside = half * half - square * rest;
+    if inside < 0.0 {
+        return None;
+    }
+    let root = inside.sqrt();
+    let slack = 1e-9 * (root / square);
+    let enter = if rest <= 0.0 {
+        0.0
+    } else {
+        (-half - root) / square - slack
+    };
+    let leave = (-half + root) / square + slack;
+    let span = [(from + enter).max(from), (from + leave).min(to)];
+    (span[0] <= span[1]).then_some(span)
+}
+
 /// The constant angular velocity that turns a body from one attitude to another, of those that
 /// do the one nearest to `angvel`.
 fn steady(from: DQuat, to: DQuat, angvel: DVec3, dt: f64) -> DVec3 {

@@ -20,6 +20,7 @@ mod sampling;
 mod scalar;
 mod solid;
 mod tree;
+mod validity;
 
 pub use anchor::{Anchor, Frame, Frames};
 pub use axis::Axis;

@@ -278,26 +278,12 @@ impl Region {
         local: &LocalQuery<'_, T>,
         here: &Neighbourhood,
     ) -> Pieces {
+        if let [only] = &self.steps[..] {
+            return only.pieces(local, here);
+        }
         let mut stack: Vec<Pieces> = Vec::with_capacity(4);
         for step in &self.steps {
             let set = match step {
-                Step::Everywhere => here.all(),
-                Step::Solid(solid, pose) => {
-                    let mut inside = here.all();
-                    solid.for_each_surface(local.local_point(), pose, |surface| {
-                        let normal = || local.spatial_normal(surface.outward);
-                        inside = inside & here.behind(surface.distance, normal);
-                    });
-                    inside
-                }
-                Step::Interval(axis, min, max) => {
-                    let value = local.axis(axis).unwrap_or(f64::NAN);
-                    here.behind(to_f64(*min) - value, || local.normal_along(axis, -1.0))
-                        & here.behind(value - to_f64(*max), || local.normal_along(axis, 1.0))
-                }
-                Step::OverAxes(set) => here.behind(set.excess(local).re(), || set.outward(local)),
-                Step::Predicate(predicate) if predicate.holds(local) => here.all(),
-                Step::Predicate(_) => Pieces::NONE,
                 Step::Complement => {
                     let set = stack.pop().unwrap_or(Pieces::NONE);
                     here.complement(set)
@@ -311,6 +297,7 @@ impl Region {
                         _ => left & here.complement(right),
                     }
                 }
+                set => set.pieces(local, here),
             };
             stack.push(set);
         }
@@ -322,19 +309,12 @@ impl Region {
     /// infinite. For sets over several axes it is in units of the smallest radius or steepest
     /// slope.
     pub(crate) fn depth<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
-        let lesser = |a: T, b: T| if b.re() < a.re() { b } else { a };
+        if let [only] = &self.steps[..] {
+            return only.depth(local);
+        }
         let mut stack: Vec<T> = Vec::with_capacity(4);
         for step in &self.steps {
             let depth = match step {
-                Step::Everywhere => f64::INFINITY.into(),
-                Step::Solid(solid, pose) => solid.depth(&local.point, pose),
-                Step::Interval(axis, min, max) => {
-                    let value = local.coordinate(axis).unwrap_or(f64::NAN.into());
-                    lesser(value - to_f64(*min), -value + to_f64(*max))
-                }
-                Step::OverAxes(set) => -set.excess(local),
-                Step::Predicate(predicate) if predicate.holds(local) => f64::INFINITY.into(),
-                Step::Predicate(_) => f64::NEG_INFINITY.into(),
                 Step::Complement => -stack.pop().unwrap_or(f64::NAN.into()),
                 Step::Union | Step::Intersection | Step::Difference => {
                     let right = stack.pop().unwrap_or(f64::NAN.into());
@@ -345,6 +325,7 @@ impl Region {
                         _ => lesser(left, -right),
                     }
                 }
+                set => set.depth(local),
             };
             stack.push(depth);
         }
@@ -375,6 +356,47 @@ impl Region {
             }
         }
     }
+}
+impl Step {
+    /// The pieces that lie in a set that is not made of others.
+    fn pieces<T: Number>(&self, local: &LocalQuery<'_, T>, here: &Neighbourhood) -> Pieces {
+        match self {
+            Step::Solid(solid, pose) => {
+                let mut inside = here.all();
+                solid.for_each_surface(local.local_point(), pose, |surface| {
+                    let normal = || local.spatial_normal(surface.outward);
+                    inside = inside & here.behind(surface.distance, normal);
+                });
+                inside
+            }
+            Step::Interval(axis, min, max) => {
+                let value = local.axis(axis).unwrap_or(f64::NAN);
+                here.behind(to_f64(*min) - value, || local.normal_along(axis, -1.0))
+                    & here.behind(value - to_f64(*max), || local.normal_along(axis, 1.0))
+            }
+            Step::OverAxes(set) => here.behind(set.excess(local).re(), || set.outward(local)),
+            Step::Predicate(predicate) if !predicate.holds(local) => Pieces::NONE,
+            _ => here.all(),
+        }
+    }
+
+    /// How deep the sample lies in a set that is not made of others.
+    fn depth<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+        match self {
+            Step::Solid(solid, pose) => solid.depth(&local.point, pose),
+            Step::Interval(axis, min, max) => {
+                let value = local.coordinate(axis).unwrap_or(f64::NAN.into());
+                lesser(value - to_f64(*min), -value + to_f64(*max))
+            }
+            Step::OverAxes(set) => -set.excess(local),
+            Step::Predicate(predicate) if !predicate.holds(local) => f64::NEG_INFINITY.into(),
+            _ => f64::INFINITY.into(),
+        }
+    }
+}
+
+fn lesser<T: Number>(a: T, b: T) -> T {
+    if b.re() < a.re() { b } else { a }
 }
 
 /// Where a region is put: made from a pose or from a point.

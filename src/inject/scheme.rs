@@ -182,7 +182,8 @@ pub enum WakePolicy {
     /// Never: sleeping bodies are not even sampled.
     Never,
     /// When the wrench on a sleeping body has changed, since it fell asleep or was first seen
-    /// asleep, by more than this fraction of the larger of the two.
+    /// asleep, by more than this fraction of the larger of the two. Force and torque are measured
+    /// together, by how much they move the body.
     OnChange {
         /// The fraction.
         fraction: Real,

@@ -2,7 +2,7 @@
 
 use super::scheme::WakePolicy;
 use crate::eval::Wrench;
-use crate::math::{RigidBodyHandle, Vector};
+use crate::math::{RigidBodyHandle, to_dvec3, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::dynamics::RigidBody;
 
@@ -34,10 +34,12 @@ impl Sleepers {
             WakePolicy::Always => wrench != Wrench::ZERO,
             WakePolicy::OnChange { fraction } => {
                 let resting = self.resting_under(handle, wrench);
-                let changed = |is: Vector, was: Vector| {
-                    (is - was).length() > fraction * is.length().max(was.length())
+                let change = Wrench {
+                    force: wrench.force - resting.force,
+                    torque: wrench.torque - resting.torque,
                 };
-                changed(wrench.force, resting.force) || changed(wrench.torque, resting.torque)
+                let larger = size(body, wrench).max(size(body, resting));
+                size(body, change) > to_f64(fraction) * larger
             }
         }
     }
@@ -58,4 +60,14 @@ impl Sleepers {
         self.any = true;
         wrench
     }
+}
+
+/// How much a wrench moves a body: the root of twice the energy that a unit of time of it gives the
+/// body at rest. It makes force and torque comparable, so that a torque of mere rounding is none.
+fn size(body: &RigidBody, wrench: Wrench) -> f64 {
+    let properties = body.mass_properties();
+    let (force, torque) = (to_dvec3(wrench.force), to_dvec3(wrench.torque));
+    let twist = to_dvec3(properties.effective_world_inv_inertia * wrench.torque);
+    let linear = (force * force).dot(to_dvec3(properties.effective_inv_mass));
+    (linear + torque.dot(twist)).sqrt()
 }

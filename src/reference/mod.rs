@@ -1,7 +1,7 @@
 //! The meaning of a tree: a slow, literal walk in 64-bit precision.
 //!
 //! Every faster evaluator must equal this one. It knows nothing of them: it walks the tree node
-//! by node and applies the table at [`Operator`] line by line.
+//! by node and applies the table at [`Operator`](crate::Operator) line by line.
 
 mod trace;
 mod walk;

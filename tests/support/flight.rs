@@ -33,7 +33,7 @@ impl Flight {
         let mut rotation = self.rotation;
         let turn = self.angvel().length() * time.abs() * 2.0;
         if turn > 0.0 {
-            let steps = (turn / 0.008).ceil().max(1.0) as usize;
+            let steps = (turn / 0.004).ceil().max(1.0) as usize;
             for _ in 0..steps {
                 rotation = self.turned(rotation, time / steps as f64);
             }

@@ -156,3 +156,21 @@ pub fn insert_ball(
         .can_sleep(false);
     world.insert(body, ColliderBuilder::ball(0.5).mass(mass)).0
 }
+
+/// One of every scheme.
+pub const SCHEMES: [Scheme; 8] = [
+    Scheme::KickDriftKick,
+    Scheme::Kick,
+    Scheme::ExternalForce,
+    Scheme::Substep(Substeps::Fixed(3)),
+    Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 }),
+    Scheme::LinearlyImplicit,
+    Scheme::Suzuki4,
+    Scheme::Auto { tolerance: 1e-3 },
+];
+
+/// Fields of a tree that is known to be valid.
+pub fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
+    let builder = Fields::builder(tree).scheme(scheme);
+    builder.build().expect("a valid tree")
+}

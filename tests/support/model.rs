@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, Real, Vector};
 use rapier3d_fields::reference::Reference;
-use rapier3d_fields::{Axis, Field, Layer, Operator, Region, Scalar, Tree};
+use rapier3d_fields::{Anchor, Axis, Field, Layer, Operator, Region, Scalar, Tree};
 
 /// x, y, z, time and the user's axis `delta`, in halves.
 pub type Point = [i32; 5];
@@ -299,4 +299,31 @@ pub fn model() -> impl Strategy<Value = Model> {
             2 => proptest::collection::vec(layer, 1..4).prop_map(Model::Layers),
         ]
     })
+}
+
+/// The same tree as one operand, which no operator takes apart into a longer chain.
+pub fn nested(tree: &Tree) -> Tree {
+    Tree::instances(tree.clone(), [Anchor::WORLD])
+}
+
+pub fn apply(operator: Operator, u: &Tree, v: &Tree) -> Tree {
+    Tree::fold(operator, [nested(u), nested(v)])
+}
+
+/// Two trees agree at all points, also in where they are not defined.
+pub fn same(law: &str, left: &Tree, right: &Tree, points: &[Point]) -> Result<(), TestCaseError> {
+    for at in points {
+        let (l, r) = (force(left, at), force(right, at));
+        prop_assert_eq!(l, r, "{} at {:?} halves", law, at);
+    }
+    Ok(())
+}
+
+/// That many cases; failures are not stored, since they print their plans in full.
+pub fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
 }

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use rapier3d_fields::field::Query;
-use rapier3d_fields::math::{ColliderHandle, DVec3, RigidBodyHandle, to_dvec3, to_f64};
+use rapier3d_fields::math::{ColliderHandle, DVec3, RigidBodyHandle, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
 /// One body: ball colliders at integer places.
@@ -19,6 +19,12 @@ pub struct BodyPlan {
 /// The value of `delta` for whatever has none of its own.
 pub const WORLD_DELTA: Real = 2.0;
 const RADIUS: Real = 0.25;
+
+/// Of a part.
+fn volume() -> f64 {
+    let volume = std::f64::consts::PI * 4.0 / 3.0 * to_f64(RADIUS).powi(3);
+    to_f64(from_f64(volume))
+}
 
 /// One of two groups: colliders of even and of odd charge.
 pub fn group(number: u32) -> InteractionGroups {
@@ -149,6 +155,7 @@ impl World {
                 mass: to_f64(share * rigid_body.mass()),
                 share: to_f64(share),
                 charge,
+                volume: volume(),
                 groups: part.collision_groups(),
                 user: [("delta".into(), delta)].into(),
                 body: Some(body),
@@ -173,6 +180,7 @@ impl World {
             radius: farthest + to_f64(RADIUS),
             mass: to_f64(rigid_body.mass()),
             charge: probes.iter().map(|(query, _)| query.charge).sum(),
+            volume: probes.iter().map(|(query, _)| query.volume).sum(),
             user: [("delta".into(), to_f64(WORLD_DELTA))].into(),
             body: Some(body),
             ..Query::default()
