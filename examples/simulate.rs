@@ -30,7 +30,7 @@ usage: simulate SCENE.json [--steps N] [--every K]
   --every       write trajectory and wrenches after every K-th step (1); contacts of every step
   --trajectory  where bodies are: step, time, body, centre of mass, quaternion from body to world
                 axes (w, x, y, z), velocity of the centre of mass, angular velocity in world axes
-  --wrenches    what the fields last did to each body they act on: force, and torque about the
+  --wrenches    of the fields on each body that can move, where it is: force, and torque about the
                 centre of mass, in world axes
   --contacts    who touches whom: for each the number of its body and of the collider on it, normal
                 from the first to the second, point, depth, and whether the fields found it or
@@ -83,6 +83,7 @@ fn simulate(
 ) -> Result<[usize; 2], AnyError> {
     let mut found = [0; 2];
     tables.poses(0, scene)?;
+    tables.wrenches(0, scene)?;
     let bar = progress_bar(steps);
     for step in 1..=steps {
         tables.before(scene);

@@ -109,17 +109,24 @@ impl Tables {
         Ok(())
     }
 
-    /// Writes the last wrench on each body that was sampled.
-    pub fn wrenches(&mut self, step: usize, scene: &Scene) -> Result<(), AnyError> {
+    /// Writes the wrench on each body that fields move, where all is now.
+    pub fn wrenches(&mut self, step: usize, scene: &mut Scene) -> Result<(), AnyError> {
         let Some(table) = &mut self.wrenches else {
             return Ok(());
         };
-        for (number, handle) in scene.bodies.iter().enumerate() {
-            let Some(wrench) = scene.fields.wrench(*handle) else {
-                continue;
-            };
+        let PhysicsWorld {
+            integration_parameters,
+            bodies,
+            colliders,
+            ..
+        } = &scene.world;
+        let dt = integration_parameters.dt;
+        let wrenches = scene.fields.sample_all(dt, bodies, colliders)?;
+        let numbers = scene.bodies.iter().enumerate();
+        let numbers: HashMap<_, _> = numbers.map(|(number, handle)| (*handle, number)).collect();
+        for (handle, wrench) in wrenches {
             table.begin_row(step, scene.fields.time());
-            table.count(number);
+            table.count(numbers[&handle]);
             table.numbers(&wrench.force.to_array());
             table.numbers(&wrench.torque.to_array());
             table.end_row()?;

@@ -51,8 +51,9 @@ impl Fields {
             .samples(body, &self.compiled, bodies, colliders)
     }
 
-    /// The wrench of the fields on a body as the world is now, whether or not a step was made.
-    /// Works out those on all bodies, so it costs as much as a step's evaluation.
+    /// The wrench of the fields on a body as the world is now, whether or not a step was made;
+    /// nothing for a body that fields do not move. Changes of velocity are taken to happen in a unit
+    /// of time. Works out those on all bodies, so it costs as much as a step's evaluation.
     ///
     /// # Errors
     /// See [`StepError`].
@@ -62,8 +63,24 @@ impl Fields {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<Option<Wrench>, StepError> {
-        self.injector
-            .sample(body, &self.compiled, bodies, colliders)
+        let wrenches = self.sample_all(1.0, bodies, colliders)?;
+        let mut wrenches = wrenches.into_iter();
+        let found = wrenches.find(|(handle, _)| *handle == body);
+        Ok(found.map(|(_, wrench)| wrench))
+    }
+
+    /// The wrenches of the fields on all bodies that they move, as a step of `dt` would begin with
+    /// them in the world as it is now, in the order of the bodies' handles.
+    ///
+    /// # Errors
+    /// See [`StepError`].
+    pub fn sample_all(
+        &mut self,
+        dt: Real,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
+        self.injector.sample(dt, &self.compiled, bodies, colliders)
     }
 
     /// What the last step may have got wrong: fields too stiff for the scheme and the time step
@@ -73,8 +90,7 @@ impl Fields {
     }
 
     /// How stiff the fields are for a body in steps of `dt`, as the world is now; nothing for a
-    /// body that fields do not move. Evaluates all bodies, and this
-    /// one with derivatives.
+    /// body that fields do not move. Evaluates all bodies, and this one with derivatives.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

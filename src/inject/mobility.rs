@@ -141,7 +141,7 @@ pub(super) fn rounded(both: &Vector6<f64>) -> (Vector, Vector) {
     (from_dvec3(linear), from_dvec3(angular))
 }
 
-/// [v]×, the matrix of the cross product with v from the left.
+/// The matrix of the cross product with v from the left.
 pub(super) fn cross_matrix(v: DVec3) -> Matrix3<f64> {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }

@@ -247,19 +247,24 @@ impl Injector {
         }
     }
 
-    /// The wrench on a body in the world as it is. Leaves the evaluation of the step alone: where
-    /// forces depend on velocities, another would not be the same to the last bit.
+    /// The wrenches on all bodies, as a step of `dt` begins with in the world as it is. Leaves the
+    /// evaluation of the step alone: where forces depend on velocities, another would not be the
+    /// same to the last bit.
     pub(crate) fn sample(
         &mut self,
-        body: RigidBodyHandle,
+        dt: Real,
         compiled: &Compiled,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
-    ) -> Result<Option<Wrench>, StepError> {
+    ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
+        if !(dt >= 0.0 && dt.is_finite()) {
+            return Err(StepError::TimeStep { dt });
+        }
         self.check_anchors(compiled, bodies, colliders)?;
         self.aside(|this| {
-            let sampled = this.evaluate(compiled, 1.0, bodies, colliders, None);
-            sampled.map(|()| this.wrench(body))
+            this.evaluate(compiled, dt, bodies, colliders, None)?;
+            let bodies = this.probes.bodies.iter().copied();
+            Ok(bodies.zip(this.wrenches.iter().copied()).collect())
         })
     }
 
