@@ -6,6 +6,7 @@
 mod blame;
 mod book;
 mod error;
+mod evaluate;
 mod implicit;
 mod inner;
 mod jacobian;
@@ -29,6 +30,7 @@ mod watch;
 
 pub use book::ProbeProperties;
 pub use error::StepError;
+pub use evaluate::BodySample;
 pub use scheme::{Scheme, Substeps, WakePolicy};
 pub use stiffness::{StepWarning, Stiffness};
 
@@ -36,22 +38,17 @@ pub(crate) use book::PropertyBook;
 #[cfg(feature = "serde")]
 pub(crate) use saved::InjectorState;
 
-use crate::compile::{Compiled, Wanted};
-use crate::eval::{
-    Evaluator, Kind, Lineariser, Moment, PotentialEnergy, Probe, Probes, Wrench, WrenchError,
-};
-use crate::field::{Frame, Frames, Query, Sampling};
+use crate::compile::Compiled;
+use crate::eval::{Evaluator, Lineariser, Moment, Probe, Probes, Wrench, WrenchError};
+use crate::field::{Frame, Frames};
 use crate::math::{
-    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
-    to_dvec3, to_f64,
+    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
-use mobility::six;
 use motion::{Kicks, Loan, Ride, Spin, Turned, finish, take_back, write};
-use probes::{Gathering, Pending};
 use shapes::Shapes;
 use snapshot::{Change, Snapshot};
-use trial::{Role, Trial};
+use trial::Role;
 use wake::Sleepers;
 use watch::Watch;
 
@@ -99,16 +96,6 @@ pub(crate) struct Injector {
     /// Whether all anchors were found once; what is missing later was removed.
     anchored: bool,
     open: Option<OpenStep>,
-}
-
-/// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct BodySample {
-    /// The kind of sampling it belongs to: one of `Centre`, `Parts`, `Volume` and `Surface`.
-    pub sampling: Sampling,
-    /// What fields are asked there. The sample stands for `share` · `fraction` of the body's mass.
-    pub query: Query,
 }
 
 /// What `begin` did that `end` completes.
@@ -190,31 +177,6 @@ impl Injector {
         found.map(|(_, error)| *error)
     }
 
-    /// Where and how a body is sampled.
-    pub(crate) fn samples(
-        &mut self,
-        body: RigidBodyHandle,
-        compiled: &Compiled,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Vec<BodySample> {
-        let mut probes = Probes::default();
-        self.gather_all(compiled, bodies, colliders, &mut probes);
-        let moment = self.moment(1.0);
-        let list = probes.centres.iter().chain(&probes.list);
-        let own = list.filter(|probe| probes.bodies[probe.body as usize] == body);
-        let sample = |probe: &Probe| BodySample {
-            sampling: match probe.kind {
-                Kind::Centre => Sampling::Centre,
-                Kind::Site => Sampling::Parts,
-                Kind::Volume => Sampling::Volume,
-                Kind::Surface => Sampling::Surface,
-            },
-            query: probes.query(probe, moment),
-        };
-        own.map(sample).collect()
-    }
-
     /// How many bodies were sampled last.
     pub(crate) fn sampled(&self) -> usize {
         self.probes.bodies.len()
@@ -245,63 +207,6 @@ impl Injector {
             (Some(parent), Some(local_pose)) => Some(self.before.pose(parent)? * *local_pose),
             _ => Some(*collider.position()),
         }
-    }
-
-    /// The wrenches on all bodies, as a step of `dt` begins with in the world as it is. Leaves the
-    /// evaluation of the step alone: where forces depend on velocities, another would not be the
-    /// same to the last bit.
-    pub(crate) fn sample(
-        &mut self,
-        dt: Real,
-        compiled: &Compiled,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
-        if !(dt >= 0.0 && dt.is_finite()) {
-            return Err(StepError::TimeStep { dt });
-        }
-        self.check_anchors(compiled, bodies, colliders)?;
-        self.aside(|this| {
-            this.evaluate(compiled, dt, bodies, colliders, None)?;
-            let bodies = this.probes.bodies.iter().copied();
-            Ok(bodies.zip(this.wrenches.iter().copied()).collect())
-        })
-    }
-
-    /// Does something without a trace in what the step has evaluated.
-    fn aside<T>(&mut self, act: impl FnOnce(&mut Self) -> T) -> T {
-        let probes = std::mem::take(&mut self.probes);
-        let wrenches = std::mem::take(&mut self.wrenches);
-        let watch = std::mem::take(&mut self.watch);
-        let evaluated = (self.evaluated, self.evaluated_dt);
-        let outcome = act(self);
-        (self.probes, self.wrenches, self.watch) = (probes, wrenches, watch);
-        (self.evaluated, self.evaluated_dt) = evaluated;
-        outcome
-    }
-
-    /// How stiff the fields are for a body in steps of `dt`, in the world as it is.
-    pub(crate) fn stiffness(
-        &mut self,
-        body: RigidBodyHandle,
-        dt: Real,
-        compiled: &Compiled,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Result<Option<Stiffness>, StepError> {
-        if !(dt >= 0.0 && dt.is_finite()) {
-            return Err(StepError::TimeStep { dt });
-        }
-        self.check_anchors(compiled, bodies, colliders)?;
-        self.aside(|this| {
-            this.evaluate(compiled, dt, bodies, colliders, None)?;
-            let place = this.place_of(body);
-            Ok(place.and_then(|place| {
-                this.lineariser.prepare(compiled, &(bodies, colliders));
-                let verdict = this.judge(compiled, place, bodies, colliders);
-                verdict.map(|verdict| verdict.rates.report(dt))
-            }))
-        })
     }
 
     /// The place of a body among the sampled ones.
@@ -424,150 +329,6 @@ impl Injector {
                 self.sleepers.resting_under(*handle, *wrench);
             }
         }
-    }
-
-    /// Fills in the sites of all bodies as they are now, sleepers included.
-    pub(crate) fn gather(
-        book: &PropertyBook,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-        probes: &mut Probes,
-    ) {
-        let mut gathering = Gathering {
-            book,
-            shapes: &mut Shapes::default(),
-            sleepers: true,
-            wanted: Wanted {
-                parts: true,
-                ..Wanted::default()
-            },
-            pending: None,
-            several: Vec::new(),
-        };
-        gathering.run(bodies, colliders, probes);
-    }
-
-    /// Fills in all samples of all bodies that the fields want, sleepers included.
-    fn gather_all(
-        &mut self,
-        compiled: &Compiled,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-        probes: &mut Probes,
-    ) {
-        let mut gathering = Gathering {
-            book: &self.book,
-            shapes: &mut self.shapes,
-            sleepers: true,
-            wanted: Wanted {
-                parts: true,
-                ..compiled.wanted
-            },
-            pending: None,
-            several: Vec::new(),
-        };
-        gathering.run(bodies, colliders, probes);
-    }
-
-    /// The probes of all bodies as they are now, sleepers included, and the moment of a step of
-    /// length `dt`.
-    pub(crate) fn all_probes(
-        &mut self,
-        compiled: &Compiled,
-        dt: Real,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> (Probes, Moment) {
-        let mut probes = Probes::default();
-        self.gather_all(compiled, bodies, colliders, &mut probes);
-        (probes, self.moment(dt))
-    }
-
-    /// The potential energy of the bodies as they are now.
-    pub(crate) fn potential_energy(
-        &mut self,
-        compiled: &Compiled,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> PotentialEnergy {
-        // Sleepers have potential energy too, so the probes of the step do not do.
-        let mut probes = Probes::default();
-        self.gather_all(compiled, bodies, colliders, &mut probes);
-        let world = (bodies, colliders);
-        let moment = self.moment(1.0);
-        self.evaluator
-            .potential_energy(compiled, &world, &probes, moment)
-    }
-
-    /// Works out the wrenches on all bodies. `pending`: for how long the last ones still act, so
-    /// that fields see the velocities that will be there in the end. This keeps forces that
-    /// depend on velocities at second order with one evaluation per step.
-    fn evaluate(
-        &mut self,
-        compiled: &Compiled,
-        dt: Real,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-        pending: Option<Real>,
-    ) -> Result<(), StepError> {
-        let last_bodies = std::mem::take(&mut self.probes.bodies);
-        let reads_velocity = compiled.plan.reads_velocity;
-        let mut gathering = Gathering {
-            book: &self.book,
-            shapes: &mut self.shapes,
-            sleepers: self.wake != WakePolicy::Never,
-            wanted: compiled.wanted,
-            pending: pending.filter(|_| reads_velocity).map(|duration| Pending {
-                bodies: &last_bodies,
-                wrenches: &self.wrenches,
-                duration,
-            }),
-            several: std::mem::take(&mut self.several),
-        };
-        gathering.run(bodies, colliders, &mut self.probes);
-        self.watch.forget();
-        self.roles.clear();
-        if reads_velocity {
-            for handle in &self.probes.bodies {
-                let Some(body) = bodies.get(*handle) else {
-                    continue;
-                };
-                let (linvel, angvel) = gathering.velocity(*handle, body);
-                let both = six(to_dvec3(linvel), to_dvec3(angvel));
-                self.watch.sampled_at.push(both);
-                assign(&mut self.roles, *handle, Role::CoastsAt { linvel, angvel });
-            }
-        }
-        self.several = gathering.several;
-        let moment = self.moment(dt);
-        // Fields of bodies see those bodies, too, with the velocities that will be there.
-        let world = Trial {
-            bodies,
-            colliders,
-            roles: &self.roles,
-            movers: &[],
-            elapsed: 0.0,
-            dt: to_f64(dt),
-        };
-        // What the wrenches were is kept, if it was on the same bodies.
-        std::mem::swap(&mut self.wrenches, &mut self.watch.last);
-        if last_bodies != self.probes.bodies {
-            self.watch.last.clear();
-        }
-        let (evaluator, wrenches) = (&mut self.evaluator, &mut self.wrenches);
-        evaluator.wrenches(compiled, &world, &self.probes, moment, wrenches);
-        self.errors.clear();
-        let handles = self.probes.bodies.iter().enumerate();
-        let errors = handles.filter_map(|(n, handle)| Some((*handle, evaluator.error(n)?)));
-        self.errors.extend(errors);
-        if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
-            self.evaluated = false;
-            let probes = &self.probes;
-            return Err(blame::non_finite(compiled, &world, probes, moment, body));
-        }
-        self.evaluated = true;
-        self.evaluated_dt = dt;
-        Ok(())
     }
 
     /// The first time a tree meets a world, every anchor must be there; later, what is missing
