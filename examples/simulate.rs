@@ -99,6 +99,7 @@ fn simulate(
         bar.inc(1);
     }
     bar.finish_and_clear();
+    tables.last_contacts(steps, scene)?;
     Ok(found)
 }
 

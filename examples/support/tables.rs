@@ -147,6 +147,19 @@ impl Tables {
     /// Writes the contacts of a step: Rapier's, which belong to the end of the step before, and
     /// those of the fields.
     pub fn contacts(&mut self, step: usize, scene: &Scene) -> Result<(), AnyError> {
+        self.contacts_of_rapier(step - 1, scene)?;
+        self.contacts_of_fields(step, scene)
+    }
+
+    /// Writes Rapier's contacts after the last step, which Rapier would find in the next.
+    pub fn last_contacts(&mut self, step: usize, scene: &mut Scene) -> Result<(), AnyError> {
+        self.before(scene);
+        scene.world.detect_collisions(&(), &());
+        self.contacts_of_rapier(step, scene)
+    }
+
+    /// Rapier's contacts, at the places noted before.
+    fn contacts_of_rapier(&mut self, step: usize, scene: &Scene) -> Result<(), AnyError> {
         let Some(table) = &mut self.contacts else {
             return Ok(());
         };
@@ -156,8 +169,15 @@ impl Tables {
         }
         rows.sort_unstable_by_key(|row| row.colliders.map(ColliderHandle::into_raw_parts));
         for row in &rows {
-            table.contact(step - 1, self.time_before, row, scene, "rapier")?;
+            table.contact(step, self.time_before, row, scene, "rapier")?;
         }
+        Ok(())
+    }
+
+    fn contacts_of_fields(&mut self, step: usize, scene: &Scene) -> Result<(), AnyError> {
+        let Some(table) = &mut self.contacts else {
+            return Ok(());
+        };
         for contact in scene.fields.contacts() {
             let row = Row {
                 colliders: contact.colliders,
