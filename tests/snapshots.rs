@@ -20,9 +20,10 @@ type Run = (PhysicsWorld, Fields);
 fn restored((world, fields): &Run) -> Run {
     let snapshot = FieldsSnapshot::new(fields).expect("fields without code");
     let mut saved = Vec::new();
-    ciborium::into_writer(&(world, snapshot), &mut saved).expect("what can be written");
-    let read: Result<(PhysicsWorld, FieldsSnapshot), _> = ciborium::from_reader(&saved[..]);
-    let (world, snapshot) = read.expect("what was written");
+    ciborium::into_writer(&snapshot, &mut saved).expect("what can be written");
+    let world = postcard::to_allocvec(world).expect("what can be written");
+    let world: PhysicsWorld = postcard::from_bytes(&world).expect("what was written");
+    let snapshot: FieldsSnapshot = ciborium::from_reader(&saved[..]).expect("what was written");
     let fields = snapshot.restore(&world).expect("the fields of this world");
     (world, fields)
 }
