@@ -3,19 +3,32 @@
 //!
 //! `cargo run --release --example hard_spheres`
 
-#[path = "support/hard_spheres.rs"]
-mod hard_spheres;
-
-use std::error::Error;
+use std::process::ExitCode;
 use std::time::Instant;
 
-use hard_spheres::{Gas, Method, in_order};
+#[path = "support/hard_spheres.rs"]
+mod hard_spheres;
+#[path = "support/mod.rs"]
+mod support;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    println!("gas     method    dt        steps  collisions  in order  µs per run (least of 5)");
+use hard_spheres::{Gas, Method, in_order};
+use support::args::Args;
+use support::{AnyError, exit};
+
+const USAGE: &str = "\
+usage: hard_spheres [--halvings N]
+  --halvings  how often the longest step, 1/60, is halved at most (4); 10 take minutes";
+
+fn main() -> ExitCode {
+    exit(run())
+}
+
+fn run() -> Result<(), AnyError> {
+    let most: u32 = Args::read(USAGE, &["halvings"])?.get("halvings", 4)?;
+    println!("gas     method    dt        steps  collisions  in order  µs per run (least of 3)");
     for gas in Gas::references() {
         for method in [Method::Swept, Method::Discrete, Method::Rapier] {
-            for halvings in [0, 2, 4, 6, 8, 10] {
+            for halvings in (0..=most.min(20)).step_by(2) {
                 row(&gas, method, 1.0 / 60.0 / f64::from(1 << halvings))?;
             }
         }
@@ -23,10 +36,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn row(gas: &Gas, method: Method, dt: f64) -> Result<(), Box<dyn Error>> {
+fn row(gas: &Gas, method: Method, dt: f64) -> Result<(), AnyError> {
     let mut least = f64::INFINITY;
     let mut events = Vec::new();
-    for _ in 0..5 {
+    for _ in 0..3 {
         let mut run = gas.build(method, dt)?;
         let begin = Instant::now();
         events = run.finish(gas)?;
