@@ -169,6 +169,27 @@ fn choice(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// What the second order costs where forces depend on velocities: a derivative and a linear equation
+/// for each body.
+fn drag(criterion: &mut Criterion) {
+    const COUNT: usize = 2000;
+    let mut group = criterion.benchmark_group("drag, 2000 balls");
+    for (name, scheme) in [
+        ("kick", Scheme::Kick),
+        ("kick-drift-kick", Scheme::KickDriftKick),
+    ] {
+        let make = || {
+            let (mut world, fields) = with(Field::drag(0.1, 0.0), scheme, COUNT);
+            for (_, body) in world.bodies.iter_mut() {
+                body.set_linvel(Vector::X, true);
+            }
+            (world, fields)
+        };
+        measure(&mut group, name, make, step);
+    }
+    group.finish();
+}
+
 /// What Rapier's next step costs more after bodies were written to: its change tracking. Written
 /// are velocities as they are, so that nothing else differs.
 fn change_tracking(criterion: &mut Criterion) {
@@ -214,6 +235,6 @@ fn change_tracking(criterion: &mut Criterion) {
 criterion_group! {
     name = leave_out;
     config = Criterion::default().sample_size(20);
-    targets = uniform, out_of_reach, choice, change_tracking
+    targets = uniform, out_of_reach, choice, drag, change_tracking
 }
 criterion_main!(leave_out);

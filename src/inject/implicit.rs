@@ -1,8 +1,8 @@
 //! Kicks that solve for the velocities they end in.
 
 use super::jacobian::Jacobian;
-use super::mobility::{Mobility, eigen};
-use crate::rapier::na::{Matrix6, Vector6};
+use super::mobility::{Mobility, eigen, join};
+use crate::rapier::na::{Matrix3, Matrix6, Vector6};
 
 /// The change of velocities over `duration`, linearly implicit in place and velocity: see
 /// [`Scheme::LinearlyImplicit`](crate::Scheme::LinearlyImplicit).
@@ -68,7 +68,25 @@ impl Coupling {
         change: &Vector6<f64>,
         duration: f64,
     ) -> Option<Vector6<f64>> {
+        if self.is_of_points() {
+            // A force on the centre of mass that depends on how fast that moves.
+            let mut linear = self.by_velocity.fixed_view::<3, 3>(0, 0) * (-0.5 * duration);
+            for (mut row, inv_mass) in linear.row_iter_mut().zip(mobility.inv_mass.to_array()) {
+                row *= inv_mass;
+            }
+            let solved = (Matrix3::identity() + linear).lu();
+            let solved = solved.solve(&change.fixed_rows::<3>(0).into_owned())?;
+            return Some(join(solved, change.fixed_rows::<3>(3).into_owned()));
+        }
         let coupled = mobility.matrix() * self.by_velocity * (0.5 * duration);
         (Matrix6::identity() - coupled).lu().solve(change)
+    }
+
+    /// Whether rotation has no part in it.
+    fn is_of_points(&self) -> bool {
+        let block = |row, column| self.by_velocity.fixed_view::<3, 3>(row, column);
+        [(0, 3), (3, 0), (3, 3)]
+            .into_iter()
+            .all(|(row, column)| block(row, column).iter().all(|entry| *entry == 0.0))
     }
 }

@@ -4,7 +4,7 @@ use super::mobility::cross_matrix;
 use crate::compile::Compiled;
 use crate::eval::{Lineariser, Moment, Probes};
 use crate::field::Frames;
-use crate::math::{DVec3, to_dvec3};
+use crate::math::{DVec3, Vector, to_dvec3};
 use crate::rapier::glamx::DMat3;
 use crate::rapier::na::{Matrix3, Matrix6};
 
@@ -33,8 +33,15 @@ pub(crate) fn of_body(
 ) -> Jacobian {
     let mut sum = Jacobian::default();
     lineariser.of_body(compiled, world, probes, moment, body, |probe, slope| {
-        let arm = cross_matrix(to_dvec3(probe.arm));
         let (a, b) = (matrix(slope.by_position), matrix(slope.by_velocity));
+        if probe.arm == Vector::ZERO {
+            let mut by_place = sum.by_motion.fixed_view_mut::<3, 3>(0, 0);
+            by_place += a;
+            let mut by_velocity = sum.by_velocity.fixed_view_mut::<3, 3>(0, 0);
+            by_velocity += b;
+            return;
+        }
+        let arm = cross_matrix(to_dvec3(probe.arm));
         let turned = -a * arm - b * cross_matrix(angvel) * arm;
         add(&mut sum.by_motion, [a, turned], arm);
         let mut torque = sum.by_motion.fixed_view_mut::<3, 3>(3, 3);
