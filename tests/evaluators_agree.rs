@@ -16,7 +16,7 @@ mod worlds;
 
 use proptest::prelude::*;
 use rapier3d_fields::IndexKind;
-use rapier3d_fields::math::{DVec3, to_dvec3};
+use rapier3d_fields::math::{DVec3, Real, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use trees::{FormulaPlan, LeafPlan, Numbers, RegionPlan, ScalarPlan, TermPlan};
 use trees::{reference, rounding};
@@ -78,20 +78,22 @@ fn agree(world: &World, terms: &[TermPlan], numbers: Numbers) -> Result<(), Test
         let found = found.map_err(|error| TestCaseError::fail(format!("{error}\n{plan}")))?;
         let found = found.expect("a dynamic body is sampled");
         let exact = numbers == Numbers::Integer && want.scale < EXACT;
-        let relative = if exact {
-            0.0
+        // Below the smallest normal number, nothing has a relative error.
+        let (relative, least) = if exact {
+            (0.0, 0.0)
         } else {
-            rounding(ROUNDINGS + terms.len())
+            let tiny = to_f64(Real::MIN_POSITIVE) * terms.len() as f64;
+            (rounding(ROUNDINGS + terms.len()), tiny)
         };
         for (what, found, want, scale) in [
             ("force", found.force, want.force, want.scale),
             ("torque", found.torque, want.torque, want.lever),
         ] {
             let error = (to_dvec3(found) - want).length();
+            let bound = relative * scale + least;
             prop_assert!(
-                error <= relative * scale,
-                "{what} on {body:?}: {found}, reference {want}; error {error:e}, bound {:e}\n{plan}",
-                relative * scale
+                error <= bound,
+                "{what} on {body:?}: {found}, reference {want}; error {error:e}, bound {bound:e}\n{plan}"
             );
         }
     }
