@@ -82,7 +82,7 @@ fn uniform(criterion: &mut Criterion) {
             world.step();
         },
     );
-    let uniform = || Field::uniform(g).read_as(Reading::Acceleration);
+    let uniform = || Field::uniform(g).force_mode(ForceMode::Acceleration);
     measure(
         &mut group,
         "field, kick",
@@ -142,11 +142,11 @@ fn out_of_reach(criterion: &mut Criterion) {
 fn choice(criterion: &mut Criterion) {
     const COUNT: usize = 2000;
     let mut group = criterion.benchmark_group("wells, 2000 balls");
-    let soft = || Field::spring(1.0).read_as(Reading::Acceleration);
+    let soft = || Field::spring(1.0).force_mode(ForceMode::Acceleration);
     // dt·ω is 0.017 and, in the stiff ball that holds a few of them, 10.
     let partly = || {
         let stiff = Field::spring(3.6e5).within(Region::ball(12.0));
-        soft().sum_union(stiff.read_as(Reading::Acceleration))
+        soft().sum_union(stiff.force_mode(ForceMode::Acceleration))
     };
     let auto = Scheme::Auto { tolerance: 1e-2 };
     let schemes = [

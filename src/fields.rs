@@ -2,25 +2,26 @@
 
 mod ask;
 mod builder;
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 pub(crate) mod saved;
 
 pub use builder::FieldsBuilder;
 
 use std::sync::Arc;
 
-use crate::check::Checker;
 use crate::compile::Compiled;
-use crate::detect::{
+use crate::contact::{
     Detection, Detector, FieldContact, Reporter, Responder, ResponderHooks, Rules,
 };
-use crate::explain::Auditor;
+use crate::cross_check::Checker;
+use crate::diagnose::Auditor;
 use crate::field::{Sampling, Tree, TreeError};
-use crate::inject::{Injector, ProbeProperties, StepError};
+use crate::inject::{Injector, StepError};
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{IntegrationParameters, MultibodyJointSet};
 use crate::rapier::geometry::NarrowPhase;
 use crate::rapier::pipeline::PhysicsWorld;
+use crate::sample::{ColliderProperties, PropertyError};
 
 /// Force fields of a Rapier world.
 ///
@@ -31,7 +32,7 @@ use crate::rapier::pipeline::PhysicsWorld;
 ///
 /// - The wrench on every awake dynamic body becomes motion by the [`Scheme`]. The user's own
 ///   forces, impulses, gravity, damping, locked axes, joints and contacts keep their meaning.
-/// - Bodies of unequal inertia turn freely by the layer's own rotation step, which conserves
+/// - Bodies of unequal inertia turn freely by this crate's own rotation step, which conserves
 ///   angular momentum to rounding, wherever fields can turn bodies at all; Rapier carries it out,
 ///   so that contacts act on it. Bodies whose `gyroscopic_forces_enabled` is off are left alone.
 /// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them.
@@ -40,7 +41,7 @@ use crate::rapier::pipeline::PhysicsWorld;
 ///   are not sampled.
 /// - Links of multibodies, which ignore impulses, are pushed by [`Scheme::ExternalForce`] whatever
 ///   the scheme.
-/// - The particles of soft bodies are probes of the particle's mass, without charge. They take
+/// - The particles of soft bodies are samples of the particle's mass, without charge. They take
 ///   half an impulse before and half after Rapier's step (with `Kick` and `ExternalForce` the
 ///   whole before), for two evaluations. A soft body that sleeps is left asleep, but by
 ///   [`WakePolicy::Always`]. Only [`Fields::step`] does this, not `begin_step` and `end_step`.
@@ -216,17 +217,17 @@ impl Fields {
             let moment = self.injector.moment(dt);
             let book = &self.injector.book;
             self.detector
-                .run(&self.compiled, bodies, colliders, moment, |probes| {
-                    Injector::gather(book, bodies, colliders, probes);
+                .run(&self.compiled, bodies, colliders, moment, |samples| {
+                    Injector::gather(book, bodies, colliders, samples);
                 });
             check.expect(&self.detector.contacts, colliders);
         }
         if let Some(auditor) = &mut self.auditor {
-            let (probes, moment) = self
+            let (samples, moment) = self
                 .injector
                 .all_probes(&self.compiled, dt, bodies, colliders);
             let world = (&*bodies, &(&*bodies, colliders));
-            auditor.begin(&self.compiled, world, &probes, moment);
+            auditor.begin(&self.compiled, world, &samples, moment);
         }
         self.injector.begin(&self.compiled, dt, bodies, colliders)?;
         self.detector.begin(bodies, self.injector.free_turns());
@@ -259,18 +260,19 @@ impl Fields {
         let mut written = self
             .injector
             .end(compiled, bodies, colliders, |book, bodies| {
-                let probes = |bodies: &RigidBodySet, probes: &mut _| {
-                    Injector::gather(book, bodies, colliders, probes);
+                let samples = |bodies: &RigidBodySet, samples: &mut _| {
+                    Injector::gather(book, bodies, colliders, samples);
                 };
-                swept = detector.sweep(compiled, (bodies, colliders), (began, dt), probes, answers);
+                swept =
+                    detector.sweep(compiled, (bodies, colliders), (began, dt), samples, answers);
             })?;
         written += swept;
         if !self.compiled.detectors.is_empty() {
             let moment = self.injector.moment(dt);
             let book = &self.injector.book;
             self.detector
-                .run(&self.compiled, bodies, colliders, moment, |probes| {
-                    Injector::gather(book, bodies, colliders, probes);
+                .run(&self.compiled, bodies, colliders, moment, |samples| {
+                    Injector::gather(book, bodies, colliders, samples);
                 });
             if rules.everywhere != Responder::Rapier || !rules.among.is_empty() {
                 written += self.detector.respond(bodies, dt, answers);
@@ -281,11 +283,11 @@ impl Fields {
             }
         }
         if let Some(auditor) = &mut self.auditor {
-            let (probes, moment) = self
+            let (samples, moment) = self
                 .injector
                 .all_probes(&self.compiled, dt, bodies, colliders);
             let world = (&*bodies, &(&*bodies, colliders));
-            auditor.end(&self.compiled, world, &probes, moment, dt);
+            auditor.end(&self.compiled, world, &samples, moment, dt);
         }
         Ok(StepOutcome {
             sampled: self.injector.sampled(),
@@ -319,7 +321,7 @@ impl Fields {
         }
     }
 
-    /// Replaces the tree; properties of probes, axes, settings and time stay.
+    /// Replaces the tree; properties of samples, axes, settings and time stay.
     ///
     /// # Errors
     /// As [`FieldsBuilder::build`]; the old tree stays in place.
@@ -354,9 +356,9 @@ impl Fields {
         body: RigidBodyHandle,
         sampling: impl Into<Option<Sampling>>,
         bodies: &RigidBodySet,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), PropertyError> {
         if !bodies.contains(body) {
-            return Err(StepError::NoSuchBody { body });
+            return Err(PropertyError::NoSuchBody { body });
         }
         self.injector.book.set_sampling(body, sampling.into())?;
         if self.injector.book.overrides() != self.compiled.overrides {
@@ -372,25 +374,25 @@ impl Fields {
     ///
     /// # Errors
     /// The collider is not there, a value is out of its range, or an axis was not declared.
-    pub fn set_probe(
+    pub fn set_properties(
         &mut self,
         collider: ColliderHandle,
-        properties: ProbeProperties,
+        properties: ColliderProperties,
         colliders: &ColliderSet,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), PropertyError> {
         if !colliders.contains(collider) {
-            return Err(StepError::NoSuchCollider { collider });
+            return Err(PropertyError::NoSuchCollider { collider });
         }
         self.injector.book.set(collider, properties)?;
         self.injector.invalidate();
         Ok(())
     }
 
-    /// Sets the value along a declared axis for all probes that have none of their own.
+    /// Sets the value along a declared axis for all samples that have none of their own.
     ///
     /// # Errors
     /// The axis was not declared, or the value is not finite.
-    pub fn set_axis(&mut self, name: &str, value: Real) -> Result<(), StepError> {
+    pub fn set_axis(&mut self, name: &str, value: Real) -> Result<(), PropertyError> {
         self.injector.book.set_axis(name, value)?;
         self.injector.invalidate();
         Ok(())

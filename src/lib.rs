@@ -7,9 +7,9 @@
 //!   or a collider. Outside its region a field is *not defined*, which is not the same as zero.
 //! - A **tree** composes fields by the seven operators of the [table](Operator); it is one
 //!   composite field.
-//! - A **probe** is a point of a body where the tree is sampled: the centre of mass for uniform
+//! - A **sample** is a point of a body where the tree is sampled: the centre of mass for uniform
 //!   fields, the middle of each collider, or points of their volumes or surfaces; see [`Sampling`].
-//! - The **wrench** is the force and the torque about the centre of mass that the probes of a body
+//! - The **wrench** is the force and the torque about the centre of mass that the samples of a body
 //!   sum to. A **[scheme](Scheme)** says how it becomes motion.
 //! - A **detection field** says who touches the collider it is anchored to, and may answer.
 //!
@@ -138,25 +138,31 @@ pub mod math;
 
 pub mod random;
 
+mod neighbors;
+
+mod rigid;
+
 pub mod field;
 
 pub mod reference;
 
 mod compile;
 
+mod sample;
+
 mod eval;
 
-mod explain;
+mod diagnose;
 
 mod inject;
 
-mod detect;
+mod contact;
 
-mod check;
+mod cross_check;
 
 mod fields;
 
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 pub mod files;
 
 #[cfg(feature = "scenes")]
@@ -167,19 +173,20 @@ pub mod study;
 
 pub mod prelude;
 
-pub use check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use compile::{IndexKind, Plan, PlanEntry};
-pub use detect::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
-pub use eval::{PotentialEnergy, Wrench, WrenchError};
-pub use explain::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
+pub use contact::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
+pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
+pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
+pub use eval::{PotentialEnergy, WrenchError};
 pub use field::{
-    Anchor, Axis, ContactLaw, Coupling, Field, Layer, Operator, Reading, Region, Sample, Sampling,
-    Scalar, Tree, TreeError,
+    Anchor, Axis, ContactLaw, Coupling, Field, ForceMode, Layer, Operator, Region, Sample,
+    Sampling, Scalar, Tree, TreeError,
 };
 pub use fields::{Fields, FieldsBuilder, StepOutcome};
-pub use inject::{
-    BodySample, ProbeProperties, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy,
-};
+pub use inject::{BodySample, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy};
+
+pub use rigid::Wrench;
+pub use sample::{ColliderProperties, PropertyError};
 
 /// The README's programs run as tests.
 #[cfg(all(doctest, feature = "f32"))]

@@ -2,7 +2,7 @@
 
 pub use crate::rapier::prelude::*;
 pub use crate::{
-    Anchor, Axis, ContactLaw, Coupling, Detection, Field, Fields, Layer, Operator, ProbeProperties,
-    Reading, Region, Responder, Sample, Sampling, Scalar, Scheme, StepError, StepWarning,
-    Stiffness, Substeps, Tree, TreeError, WakePolicy,
+    Anchor, Axis, ColliderProperties, ContactLaw, Coupling, Detection, Field, Fields, ForceMode,
+    Layer, Operator, PropertyError, Region, Responder, Sample, Sampling, Scalar, Scheme, StepError,
+    StepWarning, Stiffness, Substeps, Tree, TreeError, WakePolicy,
 };

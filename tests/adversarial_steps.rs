@@ -232,48 +232,50 @@ fn properties_of_probes_are_checked() {
         .axis("warmth", 1.0)
         .build();
     let mut fields = fields.expect("valid");
-    let mut set = |collider, properties| fields.set_probe(collider, properties, &world.colliders);
+    let mut set =
+        |collider, properties| fields.set_properties(collider, properties, &world.colliders);
     for bad in [Real::NAN, Real::INFINITY, -Real::INFINITY] {
         for properties in [
-            ProbeProperties::new().charge(bad),
-            ProbeProperties::new().mass(bad),
-            ProbeProperties::new().axis("warmth", bad),
+            ColliderProperties::new().charge(bad),
+            ColliderProperties::new().mass(bad),
+            ColliderProperties::new().axis("warmth", bad),
         ] {
             let error = set(colliders[0], properties).expect_err("not finite");
             let right = matches!(
                 error,
-                StepError::Property { .. } | StepError::AxisValue { .. }
+                PropertyError::Property { .. } | PropertyError::AxisValue { .. }
             );
             assert!(right, "{error:?}");
         }
     }
     assert!(matches!(
-        set(colliders[0], ProbeProperties::new().mass(-1.0)),
-        Err(StepError::Property { .. })
+        set(colliders[0], ColliderProperties::new().mass(-1.0)),
+        Err(PropertyError::Property { .. })
     ));
-    let unknown = set(colliders[0], ProbeProperties::new().axis("cold", 1.0));
+    let unknown = set(colliders[0], ColliderProperties::new().axis("cold", 1.0));
     assert_eq!(
         unknown,
-        Err(StepError::UnknownAxis {
+        Err(PropertyError::UnknownAxis {
             axis: "cold".into()
         })
     );
     world.remove_collider(colliders[0]);
-    let mut set = |collider, properties| fields.set_probe(collider, properties, &world.colliders);
-    let gone = set(colliders[0], ProbeProperties::new());
+    let mut set =
+        |collider, properties| fields.set_properties(collider, properties, &world.colliders);
+    let gone = set(colliders[0], ColliderProperties::new());
     assert_eq!(
         gone,
-        Err(StepError::NoSuchCollider {
+        Err(PropertyError::NoSuchCollider {
             collider: colliders[0]
         })
     );
     assert!(matches!(
         fields.set_axis("warmth", Real::NAN),
-        Err(StepError::AxisValue { .. })
+        Err(PropertyError::AxisValue { .. })
     ));
     assert!(matches!(
         fields.set_axis("cold", 1.0),
-        Err(StepError::UnknownAxis { .. })
+        Err(PropertyError::UnknownAxis { .. })
     ));
 }
 

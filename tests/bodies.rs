@@ -79,7 +79,7 @@ fn a_stack_rests_and_sleeps_as_under_gravity() {
     println!("gravity: asleep after {native_steps}, top at {native_top}");
     for scheme in SCHEMES {
         let (world, boxes) = stack();
-        let downward = Field::uniform(DOWN).read_as(Reading::Acceleration);
+        let downward = Field::uniform(DOWN).force_mode(ForceMode::Acceleration);
         let (steps, top) = settle(world, &boxes, Some(build(downward, scheme)));
         println!("{scheme:?}: asleep after {steps}, top at {top}");
         // What the solver lets boxes sink in by: its allowed error, per contact.
@@ -252,9 +252,9 @@ fn disabled_colliders_are_not_sampled() {
         let (body, collider) = world.insert(body, ColliderBuilder::ball(0.5).density(0.0));
         let push = Field::uniform(Vector::Y * 6.0).coupled_to_axis(Axis::Charge);
         let mut fields = build(push, scheme);
-        let charge = ProbeProperties::new().charge(1.0);
+        let charge = ColliderProperties::new().charge(1.0);
         fields
-            .set_probe(collider, charge, &world.colliders)
+            .set_properties(collider, charge, &world.colliders)
             .expect("a collider");
         steps(&mut fields, &mut world, 10);
         let speed = world.bodies[body].linvel().y;
@@ -378,7 +378,7 @@ fn fall(scheme: Scheme, tree: impl Into<Tree>, gravity: Vector) -> (f64, f64, Ph
 #[test]
 fn particles_of_soft_bodies_feel_fields() {
     for scheme in SCHEMES {
-        let downward = Field::uniform(DOWN).read_as(Reading::Acceleration);
+        let downward = Field::uniform(DOWN).force_mode(ForceMode::Acceleration);
         let (height, speed, _) = fall(scheme, downward, Vector::ZERO);
         let (_, native, _) = fall(scheme, Field::uniform(Vector::ZERO), DOWN);
         println!("{scheme:?}: at {height}, {speed}, under gravity {native}");

@@ -156,7 +156,7 @@ fn a_balanced_mass_stays_and_a_heavier_one_falls() {
     let mut world = weightless(1.0 / 60.0);
     let light = insert_ball(&mut world, 2.0, Vector::ZERO, Vector::ZERO);
     let heavy = insert_ball(&mut world, 4.0, Vector::X * 10.0, Vector::ZERO);
-    let weight = Field::uniform(Vector::Y * -8.0).read_as(Reading::Acceleration);
+    let weight = Field::uniform(Vector::Y * -8.0).force_mode(ForceMode::Acceleration);
     let lift = Field::uniform(Vector::Y * 16.0);
     let mut fields = build(weight.sum_union(lift), Scheme::KickDriftKick);
     for _ in 0..60 {
@@ -204,7 +204,7 @@ const GRAVITY: Vector = Vector::new(0.5, -9.81, 0.25);
 /// it by g t dt/2n for its n = 4 solver iterations.
 #[test]
 fn a_uniform_acceleration_gives_the_parabola() {
-    let field = Field::uniform(GRAVITY).read_as(Reading::Acceleration);
+    let field = Field::uniform(GRAVITY).force_mode(ForceMode::Acceleration);
     let (x, v) = thrown(Vector::ZERO, field, Scheme::KickDriftKick);
     let (start, velocity) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 5.0, -1.0));
     let g = to_dvec3(GRAVITY);
@@ -227,7 +227,7 @@ fn a_uniform_acceleration_gives_the_parabola() {
 /// A force by Rapier's own channel is Rapier's gravity.
 #[test]
 fn a_uniform_acceleration_as_external_force_is_gravity() {
-    let field = Field::uniform(GRAVITY).read_as(Reading::Acceleration);
+    let field = Field::uniform(GRAVITY).force_mode(ForceMode::Acceleration);
     let ours = thrown(Vector::ZERO, field, Scheme::ExternalForce);
     let theirs = thrown(GRAVITY, Field::uniform(Vector::ZERO), Scheme::ExternalForce);
     // The force is a sum of two products there and of one here; the rest is the same.
@@ -293,7 +293,7 @@ fn free_tops_keep_angular_momentum_and_energy() {
         println!("{name}: L {momentum:.1e}, energy {energy:.1e}, angvel {angvel:.1e}");
         // 200 steps, each with some roundings of L.
         assert_at_most(momentum, either(5e-6, 1e-12), format!("{name}: L"));
-        // The bound that the layer's rotation step keeps by its own choice of substeps; what it
+        // The bound that this crate's rotation step keeps by its own choice of substeps; what it
         // leaves out in the angular velocity adds up over the two periods.
         assert_at_most(energy, 1e-5, format!("{name}: energy"));
         assert_at_most(angvel, 5e-5, format!("{name}: angular velocity"));
@@ -310,9 +310,9 @@ fn helix(scheme: Scheme, steps_per_second: u32) -> [f64; 3] {
     let ball = insert_ball(&mut world, 1.0, Vector::ZERO, velocity);
     let mut fields = build(Field::magnetic(Vector::Z * from_f64(TAU)), scheme);
     let collider = world.bodies[ball].colliders()[0];
-    let charge = ProbeProperties::new().charge(1.0);
+    let charge = ColliderProperties::new().charge(1.0);
     fields
-        .set_probe(collider, charge, &world.colliders)
+        .set_properties(collider, charge, &world.colliders)
         .expect("a collider");
     // v' = v × B: the circle is turned through clockwise, about a point on -y.
     let centre = DVec3::new(0.0, -1.0 / TAU, 0.0);

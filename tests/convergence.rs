@@ -131,9 +131,9 @@ fn gyration(row: [Row<'_>; 2], scheme: Scheme, count: u32) -> [f64; 2] {
     let magnetic = Field::magnetic(start.vector("B", ""));
     let electric = Field::uniform(start.vector("E", "")).coupled_to_axis(Axis::Charge);
     let mut fields = build(magnetic.sum_union(electric), scheme);
-    let charge = ProbeProperties::new().charge(start.number("q_over_m"));
+    let charge = ColliderProperties::new().charge(start.number("q_over_m"));
     let collider = world.bodies[ball].colliders()[0];
-    let set = fields.set_probe(collider, charge, &world.colliders);
+    let set = fields.set_properties(collider, charge, &world.colliders);
     set.expect("a collider");
     let speed = start.vector("v", "").length();
     let mut change = Vec::new();
@@ -226,10 +226,10 @@ fn ammonia_fields(
     let builder = Fields::builder(tree).axis("lj", 0.0).scheme(scheme);
     let mut fields = builder.build().expect("a valid tree");
     for (handle, site) in ammonia::sites(molecules) {
-        let properties = ProbeProperties::new()
+        let properties = ColliderProperties::new()
             .charge(site.charge)
             .axis("lj", ammonia::dispersion(&site));
-        let set = fields.set_probe(handle, properties, &world.colliders);
+        let set = fields.set_properties(handle, properties, &world.colliders);
         set.expect("a collider of the world");
     }
     fields

@@ -49,7 +49,7 @@ fn slope(tree: &Tree, world: &World, query: &Query, k: usize, step: f64) -> Opti
     Some((moved(step)? - moved(-step)?) / (2.0 * step))
 }
 
-/// What the differences say, and how far they can be off; nothing where the tree is not smooth.
+/// What the differences say, and how far they can be off; `None` where the tree is not smooth.
 fn expected(
     tree: &Tree,
     world: &World,

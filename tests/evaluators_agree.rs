@@ -48,7 +48,7 @@ fn expected(world: &World, terms: &[TermPlan], body: RigidBodyHandle) -> Expecte
         let samples = if term.acts_at_centre() {
             vec![(world.centre(body), DVec3::ZERO)]
         } else {
-            world.probes(body)
+            world.samples(body)
         };
         let tree = term.term(world);
         for (query, arm) in samples {
@@ -138,7 +138,7 @@ fn batch(formula: &FormulaPlan, region: &RegionPlan, places: &[(u8, [i32; 3])]) 
             formula: formula.clone(),
             region: region.clone(),
             anchor: (*kind, (place[0] + 40) as usize, *place, 0),
-            reading: Reading::Force,
+            reading: ForceMode::Force,
             coupling: Coupling::Each,
             scale: None,
             limit: None,
@@ -288,8 +288,8 @@ fn plans_use_the_index_they_should() {
     assert_eq!(index(shells), [IndexKind::Bvh]);
 }
 
-/// Lanes that must not act are poisoned: a body's own source right at its probe (1/0), and the
-/// padding, which stands at the origin, where a probe is.
+/// Lanes that must not act are poisoned: a body's own source right at its sample (1/0), and the
+/// padding, which stands at the origin, where a sample is.
 #[test]
 fn lanes_that_do_not_act_cannot_spoil_the_others() {
     for power in -3..=2 {
@@ -350,7 +350,7 @@ fn far_sources_do_not_hide_near_ones_from_the_grid() {
             Vector::Z * far,
             Vector::X * far,
         ]);
-        // Extra ones right beside the probe, so that there are enough for a grid.
+        // Extra ones right beside the sample, so that there are enough for a grid.
         let places = places.chain(near.iter().map(|place| *place + Vector::X * 0.1));
         let field = |place| {
             Field::radial(1.0, 0.0)
@@ -364,7 +364,7 @@ fn far_sources_do_not_hide_near_ones_from_the_grid() {
         let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
         let found = fields.sample(world.bodies[0], bodies, colliders);
         let found = found.expect("finite").expect("sampled").force;
-        let (query, _) = world.probes(world.bodies[0]).remove(0);
+        let (query, _) = world.samples(world.bodies[0]).remove(0);
         let want = reference(&tree, &world, &query).expect("defined");
         let error = (to_dvec3(found) - want).length();
         assert!(
@@ -379,7 +379,7 @@ fn far_sources_do_not_hide_near_ones_from_the_grid() {
 fn fields_that_hang_elsewhere_outlive_their_instance() {
     for operator in [Operator::ReplaceUnion, Operator::SumUnion] {
         let mut world = World::new(&[[0, 0, 0], [3, 0, 0], [0, 3, 0]].map(one_body_at));
-        let [probe, instance, elsewhere] = [0, 1, 2].map(|i| world.bodies[i]);
+        let [sample, instance, elsewhere] = [0, 1, 2].map(|i| world.bodies[i]);
         let near = Field::uniform(Vector::X).within(Region::ball(8.0));
         let prototype = Tree::fold(operator, [near, Field::uniform(Vector::Y).at(elsewhere)]);
         let tree = Tree::instances(prototype, [instance]);
@@ -389,8 +389,8 @@ fn fields_that_hang_elsewhere_outlive_their_instance() {
                 world.physics.remove_body(instance);
             }
             let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
-            let found = fields.sample(probe, bodies, colliders).expect("finite");
-            let (query, _) = world.probes(probe).remove(0);
+            let found = fields.sample(sample, bodies, colliders).expect("finite");
+            let (query, _) = world.samples(sample).remove(0);
             let want = reference(&tree, &world, &query).expect("defined by the other body");
             let found = to_dvec3(found.expect("sampled").force);
             assert_eq!(found, want, "{operator}, instance removed: {removed}");
@@ -399,7 +399,7 @@ fn fields_that_hang_elsewhere_outlive_their_instance() {
 }
 
 /// A ball holds its surface, in every kind of batch: the 102 integer points at a distance of 9
-/// from a probe all reach it with a range of 9, and none with less.
+/// from a sample all reach it with a range of 9, and none with less.
 #[test]
 fn batches_hold_the_boundary_of_their_range() {
     let square = |place: &[i32; 3]| place.iter().map(|x| x * x).sum::<i32>();

@@ -156,7 +156,7 @@ struct Rest {
 const DOWN: Vector = Vector::new(0.0, -9.81, 0.0);
 
 fn downward() -> Field {
-    Field::uniform(DOWN).read_as(Reading::Acceleration)
+    Field::uniform(DOWN).force_mode(ForceMode::Acceleration)
 }
 
 fn lifting() -> Tree {
@@ -276,7 +276,7 @@ fn a_new_tree_wakes_on_change_and_not_by_never() {
     for scheme in SCHEMES {
         for (wake, wakes) in [(ON_CHANGE, true), (WakePolicy::Never, false)] {
             let mut rest = Rest::new(scheme, wake);
-            let upward = Field::uniform(-DOWN).read_as(Reading::Acceleration);
+            let upward = Field::uniform(-DOWN).force_mode(ForceMode::Acceleration);
             rest.fields.set_tree(upward).expect("a valid tree");
             rest.steps(30);
             assert_eq!(!rest.sleeps(), wakes, "{scheme:?}, {wake:?}");
@@ -434,8 +434,8 @@ fn a_new_charge_counts_from_the_next_step_on() {
         step(&mut fields, &mut world);
         assert_eq!(linvel(&world, ball), Vector::ZERO, "no charge yet");
         let collider = world.bodies[ball].colliders()[0];
-        let charge = ProbeProperties::new().charge(2.0);
-        let set = fields.set_probe(collider, charge, &world.colliders);
+        let charge = ColliderProperties::new().charge(2.0);
+        let set = fields.set_properties(collider, charge, &world.colliders);
         set.expect("a collider of the world");
         step(&mut fields, &mut world);
         assert_close(
@@ -478,7 +478,7 @@ fn a_change_of_velocity_does_not_depend_on_the_time_step() {
     for scheme in SCHEMES {
         let mut world = weightless(1.0 / 60.0);
         let ball = insert_ball(&mut world, 2.0, Vector::ZERO, Vector::ZERO);
-        let change = Field::uniform(Vector::Y * 0.5).read_as(Reading::VelocityChange);
+        let change = Field::uniform(Vector::Y * 0.5).force_mode(ForceMode::VelocityChange);
         let mut fields = build(change, scheme);
         for (count, dt) in [0.01, 0.02, 0.005, 0.03].into_iter().enumerate() {
             world.integration_parameters.dt = dt;
@@ -500,7 +500,7 @@ fn a_step_of_no_length_changes_nothing() {
     for scheme in SCHEMES {
         let mut world = weightless(1.0 / 60.0);
         let ball = insert_ball(&mut world, 2.0, Vector::X, Vector::Z);
-        let change = Field::uniform(Vector::Y).read_as(Reading::VelocityChange);
+        let change = Field::uniform(Vector::Y).force_mode(ForceMode::VelocityChange);
         let mut fields = build(Field::spring(3.0).sum_union(change), scheme);
         step(&mut fields, &mut world);
         let state = |world: &PhysicsWorld| {

@@ -453,7 +453,7 @@ const WATER: f64 = 1000.0;
 const G: f64 = 9.81;
 
 fn water() -> Tree {
-    let weight = Field::uniform(Vector::Y * from_f64(-G)).read_as(Reading::Acceleration);
+    let weight = Field::uniform(Vector::Y * from_f64(-G)).force_mode(ForceMode::Acceleration);
     let lift = Field::buoyancy(from_f64(WATER), from_f64(G));
     weight.sum_union(lift)
 }
@@ -591,14 +591,14 @@ fn bad_requests_are_refused() {
         let mut fields = Fields::new(Field::uniform(Vector::X)).expect("a sound tree");
         let set = fields.set_sampling(body, sampling, &world.bodies);
         assert!(
-            matches!(set, Err(StepError::Tolerance { .. })),
+            matches!(set, Err(PropertyError::Tolerance { .. })),
             "{tolerance}"
         );
     }
     world.remove_body(body);
     let mut fields = Fields::new(Field::uniform(Vector::X)).expect("a sound tree");
     let set = fields.set_sampling(body, Sampling::Volume, &world.bodies);
-    assert_eq!(set, Err(StepError::NoSuchBody { body }));
+    assert_eq!(set, Err(PropertyError::NoSuchBody { body }));
 }
 
 /// A shape that is changed in place is sampled anew.

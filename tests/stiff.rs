@@ -165,7 +165,7 @@ fn slow(row: Row<'_>, law: &str, scheme: Scheme) -> Vec<DVec3> {
         "quadratic" => Field::drag(0.0, k),
         _ => Field::drag(k, 0.0),
     };
-    let gravity = Field::uniform(from_dvec3(g)).read_as(Reading::Acceleration);
+    let gravity = Field::uniform(from_dvec3(g)).force_mode(ForceMode::Acceleration);
     let mut fields = build(drag.sum_union(gravity), scheme);
     let limit = if law == "quadratic" {
         DVec3::ZERO
@@ -234,10 +234,10 @@ fn stiffness_is_that_of_the_closed_form() {
     let drag = Field::spring(100.0).sum_union(Field::drag(12.0, 0.0));
     let turn = Field::magnetic(Vector::Y * 8.0);
     let mut fields = build(drag.sum_union(turn), Scheme::KickDriftKick);
-    let charge = ProbeProperties::new().charge(2.0);
+    let charge = ColliderProperties::new().charge(2.0);
     let collider = world.bodies[ball].colliders()[0];
     fields
-        .set_probe(collider, charge, &world.colliders)
+        .set_properties(collider, charge, &world.colliders)
         .expect("a collider");
     let report = fields.stiffness(ball, 0.01, &world.bodies, &world.colliders);
     let report = report.expect("finite").expect("a dynamic body");
@@ -268,9 +268,9 @@ fn stiffness_counts_rotation() {
     let pull = Field::uniform(Vector::X * 50.0).coupled_to_axis(Axis::Charge);
     let mut fields = build(pull, Scheme::KickDriftKick);
     for (collider, charge) in [(end, 1.0), (other, -1.0)] {
-        let charge = ProbeProperties::new().charge(charge);
+        let charge = ColliderProperties::new().charge(charge);
         fields
-            .set_probe(collider, charge, &world.colliders)
+            .set_properties(collider, charge, &world.colliders)
             .expect("a collider");
     }
     let report = fields.stiffness(rod, 0.01, &world.bodies, &world.colliders);

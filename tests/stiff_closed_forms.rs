@@ -21,14 +21,14 @@ fn pair_bound() -> f64 {
     20.0 * to_f64(Real::EPSILON)
 }
 
-/// Force and energy of a probe of unit charge at a distance from a field at the origin.
+/// Force and energy of a sample of unit charge at a distance from a field at the origin.
 fn pair(field: Field, r: f64) -> Result<(f64, f64), StepError> {
     let mut world = weightless(0.001);
     let ball = insert_ball(&mut world, 1.0, Vector::X * from_f64(r), Vector::ZERO);
     let collider = world.bodies[ball].colliders()[0];
     let mut fields = Fields::new(field).expect("a valid tree");
-    let unit = ProbeProperties::new().charge(1.0);
-    let set = fields.set_probe(collider, unit, &world.colliders);
+    let unit = ColliderProperties::new().charge(1.0);
+    let set = fields.set_properties(collider, unit, &world.colliders);
     set.expect("valid properties");
     let wrench = fields.sample(ball, &world.bodies, &world.colliders)?;
     let energy = fields.potential_energy(&world.bodies, &world.colliders);
@@ -120,8 +120,8 @@ fn moved(tree: &Tree, start: (DVec3, DVec3), charge: f64, t: f64, steps: u32) ->
     let ball = insert_ball(&mut world, 1.0, from_dvec3(position), from_dvec3(velocity));
     let collider = world.bodies[ball].colliders()[0];
     let mut fields = Fields::new(tree.clone()).expect("a valid tree");
-    let properties = ProbeProperties::new().charge(from_f64(charge));
-    let set = fields.set_probe(collider, properties, &world.colliders);
+    let properties = ColliderProperties::new().charge(from_f64(charge));
+    let set = fields.set_properties(collider, properties, &world.colliders);
     set.expect("valid properties");
     for _ in 0..steps {
         fields.step(&mut world).expect("a finite step");
@@ -230,7 +230,7 @@ fn drag_slows_at_second_order() {
         }
         let k_real = from_f64(k);
         let gravity =
-            Field::uniform(from_dvec3(row.vector("g", ""))).read_as(Reading::Acceleration);
+            Field::uniform(from_dvec3(row.vector("g", ""))).force_mode(ForceMode::Acceleration);
         let (tree, rate) = match law as usize {
             0 => (Field::drag(k_real, 0.0).into(), k),
             1 => (Field::drag(k_real, 0.0).sum_union(gravity), k),

@@ -93,7 +93,7 @@ proptest! {
         let world = World::new(&plans);
         let tree = term.term(&world);
         for body in &world.bodies {
-            for (query, _) in world.probes(*body) {
+            for (query, _) in world.samples(*body) {
                 let trace = trace(&tree, &world, &query);
                 prop_assert_eq!(trace.force, trees::reference(&tree, &world, &query));
                 check(&trace)?;
@@ -109,7 +109,7 @@ proptest! {
         let world = World::new(&plans);
         let tree = term.term(&world);
         for body in &world.bodies {
-            for (query, _) in world.probes(*body) {
+            for (query, _) in world.samples(*body) {
                 let trace = trace(&tree, &world, &query);
                 prop_assert_eq!(trace.force, trees::reference(&tree, &world, &query));
                 prop_assert_eq!(trace.contributions.len(), term.leaf_count());

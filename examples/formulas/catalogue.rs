@@ -12,9 +12,9 @@ pub struct Entry {
     pub slice: Slice,
     /// From the middle of the slice to each side.
     pub extent: f64,
-    /// How the probe at a point moves; it rests without.
+    /// How the sample at a point moves; it rests without.
     pub velocity: Option<fn(DVec3) -> DVec3>,
-    /// Radius of the probe.
+    /// Radius of the sample.
     pub radius: f64,
     pub marks: Vec<Mark>,
 }
@@ -228,7 +228,7 @@ fn flows() -> Vec<Entry> {
 fn data() -> Vec<Entry> {
     let lane: [(Real, Real); 4] = [(-1.5, -1.2), (-0.6, 1.0), (0.7, 1.0), (1.5, -1.2)];
     let corners = lane.map(|(x, y)| Vector::new(x, y, 0.0));
-    let path = Path::new(corners, false).damping(1.0, 1.0).look_ahead(0.3);
+    let path = Path::new(corners, false).damping(1.0, 1.0).predict(0.3);
     let drawn = lane
         .map(|(x, y)| DVec3::new(x.into(), y.into(), 0.0))
         .to_vec();

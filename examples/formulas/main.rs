@@ -78,7 +78,7 @@ fn heading(svg: &mut String) {
     let words =
         "arrows point along the force; length and colour: logarithm of its strength in each panel";
     text(svg, [MARGIN, 68.0], 14.0, FAINT, words);
-    let words = "grey: velocity of the probe, where the force depends on it";
+    let words = "grey: velocity of the sample, where the force depends on it";
     text(svg, [MARGIN, 88.0], 14.0, FAINT, words);
     legend(svg, [MARGIN + 862.0, 42.0]);
 }

@@ -66,10 +66,10 @@ impl Panel {
         reference: &Reference<'_>,
         frames: &impl Frames,
         count: usize,
-        probe: impl Fn(DVec3) -> Query,
+        sample: impl Fn(DVec3) -> Query,
     ) -> Vec<Arrow> {
         let arrow = |point| {
-            let vector = reference.force(frames, &probe(point))?;
+            let vector = reference.force(frames, &sample(point))?;
             Some(Arrow { point, vector })
         };
         self.grid(count).filter_map(arrow).collect()

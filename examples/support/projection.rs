@@ -44,7 +44,7 @@ const CORNERS: [[f64; 3]; 8] = [
 ];
 
 /// A point on the page: across, down, its scale, and how near it is, from -1 to 1.
-struct Spot {
+struct ContactPoint {
     x: f64,
     y: f64,
     scale: f64,
@@ -52,12 +52,12 @@ struct Spot {
 }
 
 impl View {
-    fn project(&self, point: DVec3) -> Spot {
+    fn project(&self, point: DVec3) -> ContactPoint {
         let tilt = DQuat::from_rotation_x(0.36) * DQuat::from_rotation_y(-0.52);
         let reach = self.half_extents.length();
         let seen = tilt * point / reach;
         let scale = self.page_radius / reach * (EYE * EYE - 1.0).sqrt() / (EYE - seen.z);
-        Spot {
+        ContactPoint {
             x: self.page_center[0] + scale * reach * seen.x,
             y: self.page_center[1] - scale * reach * seen.y,
             scale,
@@ -65,7 +65,7 @@ impl View {
         }
     }
 
-    fn corner(&self, number: usize) -> Spot {
+    fn corner(&self, number: usize) -> ContactPoint {
         self.project(DVec3::from_array(CORNERS[number]) * self.half_extents)
     }
 
@@ -83,7 +83,7 @@ impl View {
     }
 
     fn draw_balls(&self, svg: &mut String, balls: &[Ball]) {
-        let mut spots: Vec<(Spot, &Ball)> = balls
+        let mut spots: Vec<(ContactPoint, &Ball)> = balls
             .iter()
             .map(|ball| (self.project(ball.center), ball))
             .collect();

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use crate::field::{
-    Anchor, ContactLaw, Field, Formula, How, Modifier, Node, Radial, Sampling, Tree,
+    Anchor, ContactLaw, Field, Formula, Modifier, Node, Radial, Sampling, SamplingRule, Tree,
 };
 use crate::math::{Pose, Real, Vector, to_f64};
 
 use super::{
-    AnchorId, Compiled, ConstantField, Detector, Guard, Plan, PlanEntry, Program, RadialBatch,
-    RadialSource, Wanted, Weighting, program::NO_ANCHOR,
+    AnchorId, Compiled, ConstantField, Detector, FieldMask, Plan, PlanEntry, Program, RadialBatch,
+    RadialSource, SamplingRequirements, Weighting, program::NO_ANCHOR,
 };
 
 /// A field is looked for among this many of the last programs: a tree of fields that are all
@@ -53,7 +53,7 @@ impl<'a> Lowering<'a> {
                 programs: Vec::new(),
                 detectors: Vec::new(),
                 overrides: Vec::new(),
-                wanted: Wanted::default(),
+                wanted: SamplingRequirements::default(),
                 plan: Plan::default(),
             },
             anchor_ids: HashMap::new(),
@@ -112,7 +112,7 @@ impl<'a> Lowering<'a> {
                     reading: field.reading,
                 });
             }
-            // A batch weighs its probes once for all its sources.
+            // A batch weighs its samples once for all its sources.
             Formula::Radial(radial) if (everywhere || range.is_some()) && bare && in_batch => {
                 self.radial((place, how), field, radial, range, &anchor);
             }
@@ -121,7 +121,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// Whether the term may be sampled adaptively, on some bodies at least.
-    fn may_be_adaptive(&self, how: How) -> bool {
+    fn may_be_adaptive(&self, how: SamplingRule) -> bool {
         let mut overrides = self.compiled.overrides.iter();
         let by_body = overrides.any(|own| own.tolerance().is_some());
         how.sampling.tolerance().is_some() || how.overridable && by_body
@@ -129,7 +129,7 @@ impl<'a> Lowering<'a> {
 
     fn radial(
         &mut self,
-        (leaf, how): (u32, How),
+        (leaf, how): (u32, SamplingRule),
         field: &Field,
         radial: &Radial,
         range: Option<Real>,
@@ -215,17 +215,17 @@ impl<'a> Lowering<'a> {
             if let (Some(Formula::Contact(law)), Some(anchor)) =
                 (field.map(|field| field.formula.clone()), anchor)
             {
-                let guard = Guard {
+                let mask = FieldMask {
                     program: index as u32,
                     instance: number,
                     leaf: leaf as u32,
                 };
-                self.detector(*place, anchor, law, Some(guard));
+                self.detector(*place, anchor, law, Some(mask));
             }
         }
     }
 
-    fn detector(&mut self, leaf: u32, anchor: &Anchor, law: ContactLaw, guard: Option<Guard>) {
+    fn detector(&mut self, leaf: u32, anchor: &Anchor, law: ContactLaw, mask: Option<FieldMask>) {
         // Validation has refused detection fields that are anchored to anything else.
         if let Anchor::Collider { handle, .. } = anchor {
             let anchor = self.anchor(anchor);
@@ -234,7 +234,7 @@ impl<'a> Lowering<'a> {
                 anchor,
                 collider: *handle,
                 law,
-                guard,
+                mask,
             });
         }
     }
@@ -262,7 +262,7 @@ impl<'a> Lowering<'a> {
             1 => what,
             _ => format!("{what} (×{count})"),
         });
-        self.compiled.wanted = Wanted::by(&self.compiled);
+        self.compiled.wanted = SamplingRequirements::by(&self.compiled);
         self.compiled.plan = Plan::of(&self.compiled, self.tree, left_out.collect());
         self.compiled
     }

@@ -11,15 +11,15 @@
 mod lower;
 mod plan;
 mod program;
-mod wanted;
+mod requirements;
 
-use crate::field::{Anchor, ContactLaw, Coupling, How, Radial, Reading, Sampling, Tree};
+use crate::field::{Anchor, ContactLaw, Coupling, ForceMode, Radial, Sampling, SamplingRule, Tree};
 use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
 
 pub(crate) use plan::FEWEST_FOR_GRID;
 pub use plan::{IndexKind, Plan, PlanEntry};
 pub(crate) use program::{NO_ANCHOR, Program, Step};
-pub(crate) use wanted::{Cut, Wanted};
+pub(crate) use requirements::{PartSampling, SamplingRequirements};
 
 /// Number of an anchor in [`Compiled::anchors`].
 pub(crate) type AnchorId = u32;
@@ -35,7 +35,7 @@ pub(crate) struct Compiled {
     pub detectors: Vec<Detector>,
     /// What bodies ask for in place of [`Sampling::Auto`](crate::field::Sampling).
     pub overrides: Vec<Sampling>,
-    pub wanted: Wanted,
+    pub wanted: SamplingRequirements,
     pub plan: Plan,
 }
 
@@ -57,10 +57,10 @@ impl Compiled {
     }
 }
 
-/// How the vector of a field becomes a force on a probe.
+/// How the vector of a field becomes a force on a sample.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Weighting {
-    pub reading: Reading,
+    pub reading: ForceMode,
     pub coupling: Coupling,
     pub groups: Option<InteractionGroups>,
 }
@@ -70,7 +70,7 @@ pub(crate) struct Weighting {
 pub(crate) struct ConstantField {
     pub leaf: u32,
     pub vector: Vector,
-    pub reading: Reading,
+    pub reading: ForceMode,
 }
 
 /// Radial fields that differ in strength and anchor only.
@@ -81,7 +81,7 @@ pub(crate) struct RadialBatch {
     /// Radius of the ball the fields act in; without one they act everywhere.
     pub range: Option<Real>,
     pub weighting: Weighting,
-    pub how: How,
+    pub how: SamplingRule,
     pub sources: Vec<RadialSource>,
 }
 
@@ -103,11 +103,11 @@ pub(crate) struct Detector {
     pub law: ContactLaw,
     /// The program instance that says whether the field acts at a sample; without one it does
     /// everywhere.
-    pub guard: Option<Guard>,
+    pub mask: Option<FieldMask>,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Guard {
+pub(crate) struct FieldMask {
     pub program: u32,
     pub instance: u32,
     /// Which of the program's leaves is the detection field.

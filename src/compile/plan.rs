@@ -3,12 +3,12 @@
 use std::fmt;
 
 use super::{ConstantField, Program, RadialBatch};
-use crate::field::{Coupling, How, Sampling, Tree};
+use crate::field::{Coupling, Sampling, SamplingRule, Tree};
 
 /// Radial batches of fewer sources are summed over directly: a grid would cost more.
 pub(crate) const FEWEST_FOR_GRID: usize = 64;
 
-/// Bounded programs of fewer instances are each tested against every probe.
+/// Bounded programs of fewer instances are each tested against every sample.
 pub(crate) const FEWEST_FOR_TREE: usize = 16;
 
 /// What a tree needs and what was left out. Printed, it is a short report.
@@ -43,7 +43,7 @@ pub struct PlanEntry {
     pub what: String,
     /// How many of it.
     pub count: usize,
-    /// How probes find what acts on them.
+    /// How samples find what acts on them.
     pub index: IndexKind,
     /// Where bodies are sampled that do not ask for a sampling of their own; never
     /// [`Sampling::Auto`].
@@ -54,7 +54,7 @@ pub struct PlanEntry {
     pub samples_of_a_cube: usize,
 }
 
-/// How probes find the fields that reach them.
+/// How samples find the fields that reach them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum IndexKind {
@@ -70,7 +70,7 @@ pub enum IndexKind {
 }
 
 impl PlanEntry {
-    fn of(how: How) -> Self {
+    fn of(how: SamplingRule) -> Self {
         Self::sampled(how.sampling, how.auto)
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::field::{Anchor, Field, How, Modifier, Node, Operator, Override, Tree};
+use crate::field::{Anchor, Field, Modifier, Node, Operator, Override, SamplingRule, Tree};
 use crate::math::Real;
 
 use super::AnchorId;
@@ -23,10 +23,10 @@ pub(crate) struct Program {
     pub centres: Vec<AnchorId>,
     /// No instance acts farther than this from its anchor.
     pub reach: Option<Real>,
-    pub how: How,
+    pub how: SamplingRule,
     /// Whether the opposite force acts on the body that carries the fields.
     pub reacts: bool,
-    /// Whether any leaf can give a force; otherwise the program only guards detection fields.
+    /// Whether any leaf can give a force; otherwise the program only masks detection fields.
     pub has_force: bool,
 }
 

@@ -7,13 +7,12 @@
 
 use std::collections::BinaryHeap;
 
-use super::cells::{Cell, Cells};
-use super::probe::{Moment, Probes};
-use super::program::{Forced, Machine, Reach, borders};
+use super::interpreter::{Interpreter, Reach, RegionOverride, boundaries_within};
 use super::{Wrench, WrenchError};
 use crate::compile::Program;
 use crate::field::{Frame, Motion, Query, real};
-use crate::math::{DMat3, DPose3, DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::math::{DMat3, DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::sample::{Cell, Moment, Samples, Solid};
 
 /// Cells of one body in one term, at most.
 const MOST_CELLS: usize = 4096;
@@ -26,24 +25,11 @@ const FEWEST_CELLS: usize = 32;
 /// their choices are tried.
 const MOST_BORDERS: u32 = 6;
 
-/// A part that can be cut into cells.
-#[derive(Clone, Debug)]
-pub(crate) struct Solid {
-    pub body: u32,
-    /// The number of its site.
-    pub site: u32,
-    /// Its frame in the world.
-    pub pose: DPose3,
-    /// Angular velocity of the body.
-    pub angvel: DVec3,
-    pub cells: Cells,
-}
-
 /// A term and all it is sampled with.
 pub(super) struct Bordered<'a> {
     pub program: &'a Program,
     pub frames: &'a [Option<Frame>],
-    pub probes: &'a Probes,
+    pub samples: &'a Samples,
     pub moment: Moment,
 }
 
@@ -124,7 +110,7 @@ impl Heap {
         }
     }
 
-    /// The cell of the largest error, with its place; nothing if none has any.
+    /// The cell of the largest error, with its place; `None` if none has any.
     fn worst(&mut self) -> Option<(usize, Sampled)> {
         let (_, place) = self.order.pop()?;
         Some((place as usize, self.cells[place as usize]))
@@ -133,10 +119,10 @@ impl Heap {
 
 impl Refiner {
     /// Starts a new evaluation.
-    pub(super) fn forget(&mut self, probes: &Probes) {
-        let count = match probes.solids.is_empty() {
+    pub(super) fn forget(&mut self, samples: &Samples) {
+        let count = match samples.solids.is_empty() {
             true => 0,
-            false => probes.bodies.len(),
+            false => samples.bodies.len(),
         };
         self.errors.clear();
         self.errors.resize(count, None);
@@ -159,14 +145,14 @@ impl Refiner {
         &mut self,
         field: &Bordered<'_>,
         reach: &Reach,
-        machine: &mut Machine,
+        machine: &mut Interpreter,
         wrenches: &mut [Wrench],
     ) {
         self.done.fill(false);
         let how = field.program.how;
-        for solids in field.probes.solids.chunk_by(|a, b| a.body == b.body) {
+        for solids in field.samples.solids.chunk_by(|a, b| a.body == b.body) {
             let body = solids[0].body;
-            let (sampling, _) = field.probes.sampling(how, body);
+            let (sampling, _) = field.samples.sampling(how, body);
             let Some(tolerance) = sampling.tolerance() else {
                 continue;
             };
@@ -190,10 +176,10 @@ impl Refiner {
         field: &Bordered<'_>,
         solids: &[Solid],
         reach: &Reach,
-        machine: &mut Machine,
+        machine: &mut Interpreter,
         tolerance: f64,
     ) -> Option<Sum> {
-        let centre = &field.probes.centres[solids[0].body as usize];
+        let centre = &field.samples.centres[solids[0].body as usize];
         let com = to_dvec3(centre.world_point);
         let farthest = |solid: &Solid| {
             let root = solid.cells.root();
@@ -246,7 +232,7 @@ struct Sampler<'a> {
     /// The body's centre of mass, and its velocity.
     com: DVec3,
     linvel: DVec3,
-    machine: &'a mut Machine,
+    machine: &'a mut Interpreter,
     instances: &'a [u32],
     query: Query,
 }
@@ -256,19 +242,19 @@ impl<'a> Sampler<'a> {
         field: &'a Bordered<'a>,
         solid: &'a Solid,
         com: DVec3,
-        machine: &'a mut Machine,
+        machine: &'a mut Interpreter,
         instances: &'a [u32],
     ) -> Self {
-        let probes = field.probes;
-        let site = &probes.list[solid.site as usize];
+        let samples = field.samples;
+        let site = &samples.list[solid.site as usize];
         Sampler {
             field,
             solid,
             com,
-            linvel: to_dvec3(probes.centres[solid.body as usize].velocity),
+            linvel: to_dvec3(samples.centres[solid.body as usize].velocity),
             machine,
             instances,
-            query: probes.query(site, field.moment),
+            query: samples.query(site, field.moment),
         }
     }
 
@@ -292,17 +278,19 @@ impl<'a> Sampler<'a> {
         let spin = self.solid.angvel.length();
         for instance in self.instances {
             let instance = *instance as usize;
-            let mut force = |forced: Forced| {
+            let mut force = |overridden: RegionOverride| {
                 let outcome = self
                     .machine
-                    .run_forced(program, instance, frames, sample, forced);
+                    .run_forced(program, instance, frames, sample, overridden);
                 outcome.map_or(DVec3::ZERO, |outcome| real(&outcome.force))
             };
-            let here = force(Forced::default());
+            let here = force(RegionOverride::default());
             total += here;
-            let bordering = borders(program, instance, frames, sample, (cell.radius(), spin));
+            let bordering =
+                boundaries_within(program, instance, frames, sample, (cell.radius(), spin));
             error += bordering.map_or(f64::INFINITY, |(which, nearest)| {
-                let change = largest_change(which, here, |holds| force(Forced { which, holds }));
+                let change =
+                    largest_change(which, here, |holds| force(RegionOverride { which, holds }));
                 // As near as the border is not, the force is that of the centre.
                 change * (1.0 - cell.within(nearest))
             });

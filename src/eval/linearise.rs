@@ -1,13 +1,13 @@
 //! The forces on bodies with their derivatives.
 
 use super::frames::FrameCache;
-use super::program::{Machine, Reach};
-use super::{Kind, Moment, Probe, Probes};
+use super::interpreter::{Interpreter, Reach};
 use crate::compile::{Compiled, Program, RadialBatch};
 use crate::field::{
-    Dual, Frames, How, Linearised, LocalQuery, Motion, Query, Sampling, Vec3, constant,
+    Dual, Frames, Linearised, LocalQuery, Motion, Query, Sampling, SamplingRule, Vec3, constant,
 };
 use crate::math::{DVec3, to_dvec3, to_f64};
+use crate::sample::{Kind, Moment, SamplePoint, Samples};
 
 /// One sample of a body: what is asked, and how it moves.
 struct Seeded {
@@ -16,8 +16,8 @@ struct Seeded {
 }
 
 impl Seeded {
-    fn new(probes: &Probes, probe: &Probe, moment: Moment) -> Self {
-        let query = probes.query(probe, moment);
+    fn new(samples: &Samples, sample: &SamplePoint, moment: Moment) -> Self {
+        let query = samples.query(sample, moment);
         Seeded {
             motion: Motion::seeded(&query),
             query,
@@ -30,7 +30,7 @@ impl Seeded {
 pub(crate) struct Lineariser {
     frames: FrameCache,
     reaches: Vec<Reach>,
-    machine: Machine<Dual>,
+    machine: Interpreter<Dual>,
 }
 
 impl Lineariser {
@@ -54,32 +54,32 @@ impl Lineariser {
         &mut self,
         compiled: &Compiled,
         world: &impl Frames,
-        probes: &Probes,
+        samples: &Samples,
         moment: Moment,
         body: usize,
-        mut visit: impl FnMut(&Probe, &Linearised),
+        mut visit: impl FnMut(&SamplePoint, &Linearised),
     ) {
-        let samples = probes
+        let list = samples
             .of(body)
             .into_iter()
-            .flat_map(|range| &probes.list[range]);
-        let whole = (&probes.centres[body], true);
-        for (probe, whole) in [whole]
+            .flat_map(|range| &samples.list[range]);
+        let whole = (&samples.centres[body], true);
+        for (sample, whole) in [whole]
             .into_iter()
-            .chain(samples.map(|probe| (probe, false)))
+            .chain(list.map(|sample| (sample, false)))
         {
-            let wanted = |how: How| {
-                let at_centre = how.sampling == Sampling::Centre && probe.kind == Kind::Centre;
-                at_centre == whole && probes.takes(how, probe)
+            let wanted = |how: SamplingRule| {
+                let at_centre = how.sampling == Sampling::Centre && sample.kind == Kind::Centre;
+                at_centre == whole && samples.takes(how, sample)
             };
-            let seeded = Seeded::new(probes, probe, moment);
+            let seeded = Seeded::new(samples, sample, moment);
             let mut force = constant(DVec3::ZERO);
             let batches = compiled.radials.iter();
             for batch in batches.filter(|batch| wanted(batch.how)) {
                 force += self.batch_on(compiled, world, batch, &seeded);
             }
-            force += self.programs_on(compiled, probe, &seeded, |p| wanted(p.how));
-            visit(probe, &Linearised::new(&force));
+            force += self.programs_on(compiled, sample, &seeded, |p| wanted(p.how));
+            visit(sample, &Linearised::new(&force));
         }
     }
 
@@ -114,7 +114,7 @@ impl Lineariser {
     fn programs_on(
         &mut self,
         compiled: &Compiled,
-        probe: &Probe,
+        sample: &SamplePoint,
         seeded: &Seeded,
         wanted: impl Fn(&Program) -> bool,
     ) -> Vec3<Dual> {
@@ -122,7 +122,7 @@ impl Lineariser {
         let frames = self.frames.all();
         let programs = compiled.programs.iter().enumerate();
         for (number, program) in programs.filter(|(_, p)| p.has_force && wanted(p)) {
-            for instance in self.reaches[number].at(probe.world_point) {
+            for instance in self.reaches[number].at(sample.world_point) {
                 let Seeded { query, motion } = seeded;
                 let instance = *instance as usize;
                 let machine = &mut self.machine;

@@ -1,57 +1,27 @@
-//! Evaluate: batches × probes → forces.
+//! Evaluate: batches × samples → forces.
 
 mod adaptive;
-mod cells;
 mod frames;
-mod grid;
-mod hierarchy;
+mod interpreter;
 mod kernel;
 mod lanes;
 mod linearise;
-mod mutual;
-mod pairs;
-mod probe;
-mod program;
+mod pairwise;
 mod radial;
 
 use crate::compile::{Compiled, Program};
 use crate::field::{Frame, Frames, LocalQuery, Motion, real};
 use crate::math::{Real, Vector, from_dvec3, to_f64};
+use crate::rigid::Wrench;
+use crate::sample::{Moment, SamplePoint, Samples};
 
-pub(crate) use adaptive::Solid;
-pub(crate) use cells::{Cells, Content};
-pub(crate) use hierarchy::hierarchy;
+pub(crate) use interpreter::Interpreter;
 pub(crate) use linearise::Lineariser;
-pub(crate) use pairs::{Clump, PairList};
-pub(crate) use probe::{Kind, Moment, Probe, Probes, UserValues, owner};
-pub(crate) use program::Machine;
 
 use adaptive::{Bordered, Refiner};
 use frames::FrameCache;
-use program::Reach;
+use interpreter::Reach;
 use radial::Radials;
-
-/// A force and the torque about the centre of mass that comes with it, world axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wrench {
-    /// Force.
-    pub force: Vector,
-    /// Torque about the centre of mass.
-    pub torque: Vector,
-}
-
-impl Wrench {
-    /// No force and no torque.
-    pub const ZERO: Wrench = Wrench {
-        force: Vector::ZERO,
-        torque: Vector::ZERO,
-    };
-
-    /// Whether all components are finite.
-    pub fn is_finite(&self) -> bool {
-        self.force.is_finite() && self.torque.is_finite()
-    }
-}
 
 /// A bound of how far a [`Wrench`] may be off; see [`Fields::wrench_error`](crate::Fields).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,7 +59,7 @@ pub(crate) struct Evaluator {
     radials: Radials,
     /// One per program, because each keeps its hierarchy while nothing moves.
     reaches: Vec<Reach>,
-    machine: Machine,
+    machine: Interpreter,
 
     frames: FrameCache,
     forces: Vec<Vector>,
@@ -97,33 +67,33 @@ pub(crate) struct Evaluator {
 }
 
 impl Evaluator {
-    /// The wrench on each body of `probes`.
+    /// The wrench on each body of `samples`.
     pub(crate) fn wrenches(
         &mut self,
         compiled: &Compiled,
         world: &impl Frames,
-        probes: &Probes,
+        samples: &Samples,
         moment: Moment,
         wrenches: &mut Vec<Wrench>,
     ) {
         self.frames.clear(compiled);
         wrenches.clear();
-        wrenches.resize(probes.bodies.len(), Wrench::ZERO);
-        self.refiner.forget(probes);
-        self.constants(compiled, probes, moment, wrenches);
-        self.radials(compiled, world, probes, moment, Quantity::Force);
+        wrenches.resize(samples.bodies.len(), Wrench::ZERO);
+        self.refiner.forget(samples);
+        self.constants(compiled, samples, moment, wrenches);
+        self.radials(compiled, world, samples, moment, Quantity::Force);
         self.reaches
             .resize_with(compiled.programs.len(), Reach::default);
         for (number, program) in compiled.programs.iter().enumerate() {
             if program.has_force {
                 self.frames.fill(compiled, world, program);
-                self.program(number, program, probes, moment, wrenches);
+                self.program(number, program, samples, moment, wrenches);
             }
         }
-        for (probe, force) in probes.list.iter().zip(&self.forces) {
-            let wrench = &mut wrenches[probe.body as usize];
+        for (sample, force) in samples.list.iter().zip(&self.forces) {
+            let wrench = &mut wrenches[sample.body as usize];
             wrench.force += *force;
-            wrench.torque += probe.arm.cross(*force);
+            wrench.torque += sample.arm.cross(*force);
         }
     }
 
@@ -132,12 +102,12 @@ impl Evaluator {
         &mut self,
         compiled: &Compiled,
         world: &impl Frames,
-        probes: &Probes,
+        samples: &Samples,
         moment: Moment,
         quantity: Quantity,
     ) {
         self.forces.clear();
-        self.forces.resize(probes.list.len(), Vector::ZERO);
+        self.forces.resize(samples.list.len(), Vector::ZERO);
         for (number, batch) in compiled.radials.iter().enumerate() {
             if quantity == Quantity::Potential && !batch.law.has_potential() {
                 continue;
@@ -145,22 +115,22 @@ impl Evaluator {
             let (frames, forces) = (&mut self.frames, &mut self.forces);
             let frame = |anchor| frames.get(compiled, world, anchor);
             self.radials
-                .add((number, batch), frame, probes, moment, quantity, forces);
+                .add((number, batch), frame, samples, moment, quantity, forces);
         }
     }
 
     fn constants(
         &self,
         compiled: &Compiled,
-        probes: &Probes,
+        samples: &Samples,
         moment: Moment,
         wrenches: &mut [Wrench],
     ) {
-        use crate::field::{Coupling, Reading};
+        use crate::field::{Coupling, ForceMode};
         for reading in [
-            Reading::Force,
-            Reading::Acceleration,
-            Reading::VelocityChange,
+            ForceMode::Force,
+            ForceMode::Acceleration,
+            ForceMode::VelocityChange,
         ] {
             let fields = compiled.constants.iter().filter(|c| c.reading == reading);
             let vector: Vector = fields.map(|constant| constant.vector).sum();
@@ -172,8 +142,8 @@ impl Evaluator {
                 coupling: Coupling::Share,
                 groups: None,
             };
-            for (centre, wrench) in probes.centres.iter().zip(&mut *wrenches) {
-                wrench.force += vector * probes.weight(centre, &weighting, moment);
+            for (centre, wrench) in samples.centres.iter().zip(&mut *wrenches) {
+                wrench.force += vector * samples.weight(centre, &weighting, moment);
             }
         }
     }
@@ -182,7 +152,7 @@ impl Evaluator {
         &mut self,
         number: usize,
         program: &Program,
-        probes: &Probes,
+        samples: &Samples,
         moment: Moment,
         wrenches: &mut [Wrench],
     ) {
@@ -192,18 +162,18 @@ impl Evaluator {
         let field = Bordered {
             program,
             frames,
-            probes,
+            samples,
             moment,
         };
         self.refiner.run(&field, reach, &mut self.machine, wrenches);
         let machine = &mut self.machine;
         let mut reactions = Vec::new();
-        let mut force_at = |probe: &Probe| {
-            let instances = reach.at(probe.world_point);
+        let mut force_at = |sample: &SamplePoint| {
+            let instances = reach.at(sample.world_point);
             if instances.is_empty() {
                 return Vector::ZERO;
             }
-            let query = probes.query(probe, moment);
+            let query = samples.query(sample, moment);
             let motion = Motion::of(&query);
             let mut force = Vector::ZERO;
             for instance in instances {
@@ -214,22 +184,22 @@ impl Evaluator {
                 force += one;
                 if program.reacts {
                     let carrier = program.frame(instance, 0, frames).and_then(|f| f.body);
-                    let place = carrier.and_then(|carrier| probes.of_body(carrier));
-                    reactions.extend(place.map(|place| (place, one, probe.world_point)));
+                    let place = carrier.and_then(|carrier| samples.of_body(carrier));
+                    reactions.extend(place.map(|place| (place, one, sample.world_point)));
                 }
             }
             force
         };
-        for centre in probes.centres_for(program.how) {
+        for centre in samples.centres_for(program.how) {
             wrenches[centre.body as usize].force += force_at(centre);
         }
-        for (index, probe) in probes.samples_for(program.how) {
-            if !self.refiner.has_done(probe.body) {
-                self.forces[index] += force_at(probe);
+        for (index, sample) in samples.samples_for(program.how) {
+            if !self.refiner.has_done(sample.body) {
+                self.forces[index] += force_at(sample);
             }
         }
         for (place, force, world_point) in reactions {
-            let arm = world_point - probes.centres[place].world_point;
+            let arm = world_point - samples.centres[place].world_point;
             wrenches[place].force -= force;
             wrenches[place].torque -= arm.cross(force);
         }
@@ -240,19 +210,19 @@ impl Evaluator {
         self.refiner.error(body)
     }
 
-    /// The potential energy of all bodies of `probes`.
+    /// The potential energy of all bodies of `samples`.
     pub(crate) fn potential_energy(
         &mut self,
         compiled: &Compiled,
         world: &impl Frames,
-        probes: &Probes,
+        samples: &Samples,
         moment: Moment,
     ) -> PotentialEnergy {
         self.frames.clear(compiled);
         let mut energy = PotentialEnergy::default();
         for constant in &compiled.constants {
-            for centre in &probes.centres {
-                let mass = if constant.reading == crate::field::Reading::Force {
+            for centre in &samples.centres {
+                let mass = if constant.reading == crate::field::ForceMode::Force {
                     1.0
                 } else {
                     centre.mass
@@ -260,13 +230,13 @@ impl Evaluator {
                 energy.total -= to_f64(constant.vector.dot(centre.world_point) * mass);
             }
         }
-        self.radials(compiled, world, probes, moment, Quantity::Potential);
+        self.radials(compiled, world, samples, moment, Quantity::Potential);
         let without = compiled.radials.iter();
         energy.without = without.filter(|batch| !batch.law.has_potential()).count();
         energy.total += self.forces.iter().map(|sum| to_f64(sum.x)).sum::<f64>();
         for program in compiled.programs.iter().filter(|program| program.has_force) {
             self.frames.fill(compiled, world, program);
-            match program_energy(program, self.frames.all(), probes, moment) {
+            match program_energy(program, self.frames.all(), samples, moment) {
                 Some(potential) => energy.total += potential,
                 None => energy.without += 1,
             }
@@ -279,16 +249,16 @@ impl Evaluator {
 fn program_energy(
     program: &Program,
     frames: &[Option<Frame>],
-    probes: &Probes,
+    samples: &Samples,
     moment: Moment,
 ) -> Option<f64> {
     let [field] = &program.leaves[..] else {
         return None;
     };
     let mut total = 0.0;
-    let samples = probes.samples_for(program.how).map(|(_, probe)| probe);
-    for probe in probes.centres_for(program.how).chain(samples) {
-        let query = probes.query(probe, moment);
+    let list = samples.samples_for(program.how).map(|(_, sample)| sample);
+    for sample in samples.centres_for(program.how).chain(list) {
+        let query = samples.query(sample, moment);
         for frame in program
             .anchors
             .iter()

@@ -1,66 +1,66 @@
-//! Batches of radial fields: every probe against every source in range, several at a time.
+//! Batches of radial fields: every sample against every source in range, several at a time.
 
 use super::Quantity;
-use super::grid::Grid;
 use super::kernel::{Kernel, Law};
 use super::lanes::{Lanes, WIDTH, counting, load};
-use super::mutual::{Mutual, Pairs};
-use super::probe::{Moment, Probe, Probes, owner};
+use super::pairwise::{Pairs, Pairwise};
 use crate::compile::{AnchorId, FEWEST_FOR_GRID, RadialBatch, RadialSource};
 use crate::field::Frame;
 use crate::math::{Real, Vector};
+use crate::neighbors::Grid;
+use crate::sample::{Moment, SamplePoint, Samples, owner};
 
 /// Evaluates radial batches; keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(super) struct Radials {
     one_way: OneWay,
     /// One per batch, because each keeps its neighbours.
-    mutual: Vec<Mutual>,
+    mutual: Vec<Pairwise>,
     strengths: Vec<Real>,
     weights: Vec<Real>,
-    /// Sources that are not probes, or that are but few.
+    /// Sources that are not samples, or that are but few.
     apart: Vec<RadialSource>,
 }
 
 impl Radials {
-    /// Adds the forces (or potentials) of a batch, given with its number, on every probe.
+    /// Adds the forces (or potentials) of a batch, given with its number, on every sample.
     pub(super) fn add(
         &mut self,
         (number, batch): (usize, &RadialBatch),
         mut frame: impl FnMut(AnchorId) -> Option<Frame>,
-        probes: &Probes,
+        samples: &Samples,
         moment: Moment,
         quantity: Quantity,
         sums: &mut [Vector],
     ) {
-        let weight = |probe| match probes.takes(batch.how, probe) {
-            true => probes.weight(probe, &batch.weighting, moment),
+        let weight = |sample| match samples.takes(batch.how, sample) {
+            true => samples.weight(sample, &batch.weighting, moment),
             false => 0.0,
         };
         self.weights.clear();
-        self.weights.extend(probes.list.iter().map(weight));
-        let is_mutual = self.split(batch, probes);
+        self.weights.extend(samples.list.iter().map(weight));
+        let is_mutual = self.split(batch, samples);
         // What is no site meets all sources one by one.
-        let several = is_mutual && self.weights[probes.sites..].iter().any(|w| *w != 0.0);
+        let several = is_mutual && self.weights[samples.sites..].iter().any(|w| *w != 0.0);
         if several {
-            let (_, sums) = sums.split_at_mut(probes.sites);
+            let (_, sums) = sums.split_at_mut(samples.sites);
             let sources = &batch.sources;
             self.one_way.gather(batch, sources, &mut frame, quantity);
             match Law::new(&batch.law) {
-                Law::InverseSquare(law) => self.add_to_several(law, batch, probes, quantity, sums),
-                Law::LennardJones(law) => self.add_to_several(law, batch, probes, quantity, sums),
-                Law::Other(law) => self.add_to_several(law, batch, probes, quantity, sums),
+                Law::InverseSquare(law) => self.add_to_several(law, batch, samples, quantity, sums),
+                Law::LennardJones(law) => self.add_to_several(law, batch, samples, quantity, sums),
+                Law::Other(law) => self.add_to_several(law, batch, samples, quantity, sums),
             }
         }
         self.one_way.gather(batch, &self.apart, frame, quantity);
         if self.mutual.len() <= number {
-            self.mutual.resize_with(number + 1, Mutual::default);
+            self.mutual.resize_with(number + 1, Pairwise::default);
         }
         let mut both = Both {
             radials: self,
             number,
             batch,
-            probes,
+            samples,
             quantity,
             sums,
             is_mutual,
@@ -72,37 +72,40 @@ impl Radials {
         }
     }
 
-    /// Adds what the gathered sources give on the probes that are no sites.
+    /// Adds what the gathered sources give on the samples that are no sites.
     fn add_to_several(
         &self,
         law: impl Kernel,
         batch: &RadialBatch,
-        probes: &Probes,
+        samples: &Samples,
         quantity: Quantity,
         sums: &mut [Vector],
     ) {
-        let (probes, weights) = (&probes.list[probes.sites..], &self.weights[probes.sites..]);
+        let (samples, weights) = (
+            &samples.list[samples.sites..],
+            &self.weights[samples.sites..],
+        );
         let range = batch.range;
         self.one_way
-            .add(law, range, quantity, probes, weights, sums);
+            .add(law, range, quantity, samples, weights, sums);
     }
 
-    /// Sets the strengths of the probes that are sources; the others are kept apart. Whether
-    /// there are enough of the former for every pair of probes to be worth a look.
-    fn split(&mut self, batch: &RadialBatch, probes: &Probes) -> bool {
+    /// Sets the strengths of the samples that are sources; the others are kept apart. Whether
+    /// there are enough of the former for every pair of samples to be worth a look.
+    fn split(&mut self, batch: &RadialBatch, samples: &Samples) -> bool {
         self.strengths.clear();
-        self.strengths.resize(probes.sites, 0.0);
+        self.strengths.resize(samples.sites, 0.0);
         self.apart.clear();
         for source in &batch.sources {
             let number = source
                 .collider
-                .and_then(|collider| probes.of_collider(collider));
-            match number.filter(|number| probes.list[*number].at_origin) {
+                .and_then(|collider| samples.of_collider(collider));
+            match number.filter(|number| samples.list[*number].at_origin) {
                 Some(number) => self.strengths[number] += source.strength,
                 None => self.apart.push(*source),
             }
         }
-        let weights = &self.weights[..probes.sites];
+        let weights = &self.weights[..samples.sites];
         let coupled = weights.iter().filter(|weight| **weight != 0.0).count();
         let matched = batch.sources.len() - self.apart.len();
         if matched * 2 >= coupled && matched > 0 {
@@ -118,7 +121,7 @@ struct Both<'a> {
     radials: &'a mut Radials,
     number: usize,
     batch: &'a RadialBatch,
-    probes: &'a Probes,
+    samples: &'a Samples,
     quantity: Quantity,
     sums: &'a mut [Vector],
     is_mutual: bool,
@@ -134,12 +137,15 @@ impl Both<'_> {
             apart,
         } = &mut *self.radials;
         let range = self.batch.range;
-        let (mut probes, mut weights) = (&self.probes.list[..], &weights[..]);
+        let (mut samples, mut weights) = (&self.samples.list[..], &weights[..]);
         if self.is_mutual {
             // The others have met all sources already.
-            (probes, weights) = (&probes[..self.probes.sites], &weights[..self.probes.sites]);
+            (samples, weights) = (
+                &samples[..self.samples.sites],
+                &weights[..self.samples.sites],
+            );
             let pairs = Pairs {
-                probes: self.probes,
+                samples: self.samples,
                 strengths,
                 weights,
                 range,
@@ -151,7 +157,7 @@ impl Both<'_> {
             }
         }
         if !apart.is_empty() {
-            one_way.add(law, range, self.quantity, probes, weights, self.sums);
+            one_way.add(law, range, self.quantity, samples, weights, self.sums);
         }
     }
 }
@@ -228,18 +234,18 @@ impl OneWay {
         law: impl Kernel,
         range: Option<Real>,
         quantity: Quantity,
-        probes: &[Probe],
+        samples: &[SamplePoint],
         weights: &[Real],
         sums: &mut [Vector],
     ) {
-        for ((probe, weight), sum) in probes.iter().zip(weights).zip(sums) {
-            // Probes that are not coupled are left out; so is what they would cost.
+        for ((sample, weight), sum) in samples.iter().zip(weights).zip(sums) {
+            // Samples that are not coupled are left out; so is what they would cost.
             if *weight == 0.0 {
                 continue;
             }
-            let mut seen = Accumulator::new(probe.world_point, probe.owner, range, quantity);
+            let mut seen = Accumulator::new(sample.world_point, sample.owner, range, quantity);
             match range.filter(|_| self.gridded) {
-                Some(range) => self.grid.for_each_near(probe.world_point, range, |run| {
+                Some(range) => self.grid.for_each_near(sample.world_point, range, |run| {
                     seen.add(self, law, run.start, run.end);
                 }),
                 None => seen.add(self, law, 0, self.points.len()),
@@ -249,7 +255,7 @@ impl OneWay {
     }
 }
 
-/// The sum over sources at one probe.
+/// The sum over sources at one sample.
 struct Accumulator {
     point: [Lanes; 3],
     owner: Lanes,

@@ -138,7 +138,7 @@ impl Frame {
 
 /// Looks up where anchors are. Implemented for `(&RigidBodySet, &ColliderSet)`.
 pub trait Frames {
-    /// The frame of `anchor`, or nothing where its body or collider is not (or no longer) there.
+    /// The frame of `anchor`, or `None` where its body or collider is not (or no longer) there.
     fn frame(&self, anchor: &Anchor) -> Option<Frame>;
 }
 

@@ -18,13 +18,13 @@ pub enum Axis {
     Z,
     /// Simulated time since the fields were built.
     Time,
-    /// Speed of the probe relative to the field's frame at the sample point.
+    /// Speed of the sample relative to the field's frame at the sample point.
     Speed,
-    /// Radius of the probe.
+    /// Radius of the sample.
     Radius,
-    /// Mass the probe stands for; over the probes of a body it sums to the body's mass.
+    /// Mass the sample stands for; over the samples of a body it sums to the body's mass.
     Mass,
-    /// Electric charge of the probe.
+    /// Electric charge of the sample.
     Charge,
     /// A number of the user's own, declared with
     /// [`FieldsBuilder::axis`](crate::FieldsBuilder::axis) and set per world or per collider.
@@ -75,7 +75,7 @@ impl Axis {
 }
 
 /// By its name.
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 impl serde::Serialize for Axis {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
@@ -83,7 +83,7 @@ impl serde::Serialize for Axis {
 }
 
 /// By its name.
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 impl<'de> serde::Deserialize<'de> for Axis {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;

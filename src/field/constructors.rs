@@ -10,7 +10,7 @@ use super::formula::{
     Buoyancy, Closure, Drag, Formula, Grid, LinearKernel, Magnetic, Path, Profile, Radial, Spring,
     Swirl, Turbulence, Uniform,
 };
-use super::leaf::{Coupling, Field, Reading};
+use super::leaf::{Coupling, Field, ForceMode};
 use super::query::Sample;
 use super::region::Region;
 use crate::math::{Real, Vector};
@@ -37,10 +37,10 @@ impl Field {
     ///
     /// `mu` = G M, in length³/time². Singular at the origin unless [softened](Self::softened).
     pub fn point_gravity(mu: Real) -> Self {
-        Self::radial(-mu, -2.0).read_as(Reading::Acceleration)
+        Self::radial(-mu, -2.0).force_mode(ForceMode::Acceleration)
     }
 
-    /// The electric force of a point charge, `constant` · `charge` · (charge of the probe) / r².
+    /// The electric force of a point charge, `constant` · `charge` · (charge of the sample) / r².
     ///
     /// Coupled to [`Axis::Charge`]. `constant` is 1/4πε₀ in the units of the world
     /// (8.98755e9 N m²/C², or 138935.458 amu Å³ ps⁻² e⁻²).
@@ -49,7 +49,7 @@ impl Field {
     }
 
     /// The Lennard-Jones force of potential 4 ε ((σ/r)¹² − (σ/r)⁶), on [each](Coupling::Each)
-    /// probe.
+    /// sample.
     pub fn lennard_jones(epsilon: Real, sigma: Real) -> Self {
         Self::from_profile(Profile::LennardJones { epsilon, sigma }).coupled_to(Coupling::Each)
     }
@@ -97,7 +97,7 @@ impl Field {
     }
 
     /// A screened charge, of potential `strength` exp(−r/`screening`)/r (Yukawa), on
-    /// [each](Coupling::Each) probe.
+    /// [each](Coupling::Each) sample.
     pub fn yukawa(strength: Real, screening: Real) -> Self {
         let profile = Profile::Yukawa {
             strength,
@@ -107,7 +107,7 @@ impl Field {
     }
 
     /// A bond, of potential `depth` ((1 − exp(−`stiffness` (r − `rest_length`)))² − 1) (Morse), on
-    /// [each](Coupling::Each) probe.
+    /// [each](Coupling::Each) sample.
     pub fn morse(depth: Real, stiffness: Real, rest_length: Real) -> Self {
         let profile = Profile::Morse {
             depth,
@@ -123,7 +123,7 @@ impl Field {
     }
 
     /// Elastic balls pressed together: `stiffness` (`diameter` − r)^{3/2} outward for
-    /// r < `diameter` (Hertz), on [each](Coupling::Each) probe.
+    /// r < `diameter` (Hertz), on [each](Coupling::Each) sample.
     pub fn hertz(stiffness: Real, diameter: Real) -> Self {
         let profile = Profile::Hertz {
             stiffness,
@@ -174,7 +174,7 @@ impl Field {
     }
 
     /// The weight of the displaced fluid: a fluid of this density below y = 0 of the field's
-    /// frame, under this acceleration of gravity. On [each](Coupling::Each) probe by its volume;
+    /// frame, under this acceleration of gravity. On [each](Coupling::Each) sample by its volume;
     /// half-submerged parts count in part. Gravity itself is not included.
     pub fn buoyancy(density: Real, gravity: Real) -> Self {
         Self::new(Formula::Buoyancy(Buoyancy { density, gravity })).coupled_to(Coupling::Each)
@@ -197,7 +197,7 @@ impl Field {
     /// ```
     /// use rapier3d_fields::{field::Path, prelude::*};
     /// let corners = [Vector::ZERO, Vector::X * 10.0, Vector::new(10.0, 0.0, 10.0)];
-    /// let lane = Path::new(corners, true).stiffness(4.0).damping(4.0, 2.0).look_ahead(0.5);
+    /// let lane = Path::new(corners, true).stiffness(4.0).damping(4.0, 2.0).predict(0.5);
     /// let field = Field::path(lane);
     /// # let _ = field;
     /// ```

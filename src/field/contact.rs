@@ -17,7 +17,7 @@ use crate::math::{Real, to_f64};
 /// | [`Impulse`](ContactLaw::Impulse) | kept | kept for a restitution of one without friction, never gained |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "serde",
+    feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]

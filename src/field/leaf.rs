@@ -30,7 +30,7 @@ pub struct Field {
     pub(crate) region: Region,
     pub(crate) formula: Formula,
     pub(crate) anchor: Anchor,
-    pub(crate) reading: Reading,
+    pub(crate) reading: ForceMode,
     pub(crate) coupling: Coupling,
     pub(crate) scale: Option<Scalar>,
     /// Bound of the vector's length, after scaling.
@@ -46,42 +46,42 @@ pub struct Field {
 /// How the vector of a field is to be read. Forces are what the algebra combines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(
-    feature = "serde",
+    feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
-pub enum Reading {
+pub enum ForceMode {
     /// A force (N).
     Force,
-    /// An acceleration (m/s²): the force is the vector times the mass of the probe.
+    /// An acceleration (m/s²): the force is the vector times the mass of the sample.
     Acceleration,
     /// A change of velocity (m/s), once per step: the force is mass · vector / dt.
     VelocityChange,
 }
 
-/// What the vector of a field is multiplied with, besides what its [`Reading`] asks for.
+/// What the vector of a field is multiplied with, besides what its [`ForceMode`] asks for.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(
-    feature = "serde",
+    feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
 pub enum Coupling {
-    /// Each probe takes its share of the body's mass of the vector: a body of four colliders in
+    /// Each sample takes its share of the body's mass of the vector: a body of four colliders in
     /// a uniform force of 1 N feels 1 N. The default.
     Share,
-    /// Each probe takes the whole vector: for laws between sites, such as Lennard-Jones.
+    /// Each sample takes the whole vector: for laws between sites, such as Lennard-Jones.
     Each,
-    /// Each probe takes the vector times its own coordinate along an axis, such as
+    /// Each sample takes the vector times its own coordinate along an axis, such as
     /// [`Axis::Charge`] or one of the user's.
     Axis(Axis),
 }
 
 impl Coupling {
     /// Whether the number is measured in the field's own frame, and so differs from field to
-    /// field at one probe.
+    /// field at one sample.
     pub(crate) fn reads_frame(&self) -> bool {
         use Axis::{Speed, X, Y, Z};
         matches!(self, Coupling::Axis(X | Y | Z | Speed))
@@ -95,7 +95,7 @@ impl Field {
             region: Region::everywhere(),
             formula,
             anchor: Anchor::WORLD,
-            reading: Reading::Force,
+            reading: ForceMode::Force,
             coupling: Coupling::Share,
             scale: None,
             limit: None,
@@ -195,7 +195,7 @@ impl Field {
     }
 
     /// Reads the vector as the velocity of a medium, in the field's frame, that drags what it
-    /// flows past: (`linear` + `quadratic` |w|) w for the velocity w of the flow past the probe.
+    /// flows past: (`linear` + `quadratic` |w|) w for the velocity w of the flow past the sample.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -215,7 +215,7 @@ impl Field {
         self
     }
 
-    /// Bounds the speed past the probe that a [wind](Self::as_wind) answers to. Large speeds of
+    /// Bounds the speed past the sample that a [wind](Self::as_wind) answers to. Large speeds of
     /// light bodies are stable only with a bound.
     pub fn speed_cap(mut self, speed: Real) -> Self {
         match &mut self.formula {
@@ -225,7 +225,7 @@ impl Field {
         self
     }
 
-    /// Restricts the field to probes of colliders whose collision groups interact with these.
+    /// Restricts the field to samples of colliders whose collision groups interact with these.
     /// Without, it acts on all.
     pub fn groups(mut self, groups: InteractionGroups) -> Self {
         self.groups = Some(groups);
@@ -264,7 +264,7 @@ impl Field {
     }
 
     /// Sets how the vector is read.
-    pub fn read_as(mut self, reading: Reading) -> Self {
+    pub fn force_mode(mut self, reading: ForceMode) -> Self {
         self.reading = reading;
         self
     }
@@ -280,14 +280,14 @@ impl Field {
         self.coupled_to(Coupling::Axis(axis.into()))
     }
 
-    /// Whether the field acts on the probe at all, its region aside: its groups allow it, and
-    /// the probe is not of the body that carries the field.
+    /// Whether the field acts on the sample at all, its region aside: its groups allow it, and
+    /// the sample is not of the body that carries the field.
     pub(crate) fn acts_on(&self, query: &Query, frame: &Frame) -> bool {
         let own = frame.body.is_some() && frame.body == query.body;
         !own && self.groups.is_none_or(|groups| groups.test(query.groups))
     }
 
-    /// The force on a probe where the field is defined, in world axes.
+    /// The force on a sample where the field is defined, in world axes.
     pub(crate) fn force<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let mut vector = self.formula.vector(local);
         if let Some(scale) = &self.scale {
@@ -299,25 +299,25 @@ impl Field {
         rotate(local.rotation, &vector) * self.weight(local)
     }
 
-    /// The potential energy of a probe, where the field has a potential.
+    /// The potential energy of a sample, where the field has a potential.
     pub(crate) fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         let bare = self.scale.is_none() && self.limit.is_none();
         let potential = bare.then(|| self.formula.potential(local)).flatten()?;
         Some(potential * self.weight(local))
     }
 
-    /// The number that turns the formula's vector into a force on the probe.
+    /// The number that turns the formula's vector into a force on the sample.
     fn weight<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
         let query = local.query;
         let coupled = match (&self.coupling, self.reading) {
             (Coupling::Axis(axis), _) => local.coordinate(axis).unwrap_or(f64::NAN.into()),
-            (Coupling::Share, Reading::Force) => query.share.into(),
+            (Coupling::Share, ForceMode::Force) => query.share.into(),
             (Coupling::Share | Coupling::Each, _) => 1.0.into(),
         };
         let whole = match self.reading {
-            Reading::Force => coupled,
-            Reading::Acceleration => coupled * query.mass,
-            Reading::VelocityChange => coupled * (query.mass / query.dt),
+            ForceMode::Force => coupled,
+            ForceMode::Acceleration => coupled * query.mass,
+            ForceMode::VelocityChange => coupled * (query.mass / query.dt),
         };
         whole * query.fraction
     }

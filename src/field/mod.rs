@@ -33,7 +33,7 @@ pub use formula::{
     Profile, Radial, Spring, Swirl, Turbulence, Uniform, Wind,
 };
 pub use layer::Layer;
-pub use leaf::{Coupling, Field, Reading};
+pub use leaf::{Coupling, Field, ForceMode};
 pub use linearised::Linearised;
 pub use operator::Operator;
 pub use query::{Query, Sample};
@@ -42,13 +42,13 @@ pub use sampling::Sampling;
 pub use scalar::Scalar;
 pub use tree::Tree;
 
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 pub(crate) use over_axes::Shape as ShapeOverAxes;
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 pub(crate) use region::Step as RegionStep;
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 pub(crate) use scalar::{Curve, Step as ScalarStep};
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 pub(crate) use solid::{AnyShape, Solid};
 
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
@@ -56,5 +56,5 @@ pub(crate) use layer::Override;
 pub(crate) use modifier::Modifier;
 pub(crate) use number::{Dual, Number, Vec3, constant, real};
 pub(crate) use query::{LocalQuery, Motion};
-pub(crate) use sampling::How;
+pub(crate) use sampling::SamplingRule;
 pub(crate) use tree::Node;

@@ -2,7 +2,7 @@
 //!
 //! Formulas, scalars and the walks over trees are written once, over any [`Number`]. With `f64`
 //! they give the force; with [`Dual`], the force and its exact derivative (forward mode) by the
-//! point and the velocity of the probe.
+//! point and the velocity of the sample.
 
 use num_dual::{DualNum, DualSVec64};
 
@@ -14,7 +14,7 @@ pub(crate) trait Number: DualNum<Primitive = f64> + Copy {}
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
 /// A number with its derivatives by the world point (first three) and the world velocity (last
-/// three) of the probe.
+/// three) of the sample.
 pub(crate) type Dual = DualSVec64<6>;
 
 pub(crate) type Vec3<T> = nalgebra::Vector3<T>;

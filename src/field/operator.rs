@@ -37,7 +37,7 @@ use super::number::{Number, Vec3};
 ///
 /// The sets are closed and regularised: what happens on a boundary is said in
 /// [`boundary`](crate::field::boundary). Vectors are forces here, whatever the fields' own
-/// [`Reading`](crate::Reading). Where a field's vector enters a cross product, so does its unit.
+/// [`ForceMode`](crate::ForceMode). Where a field's vector enters a cross product, so does its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operator {
     /// Adds where both are defined, keeps either where only one is. Commutes and associates.

@@ -30,7 +30,7 @@ pub struct Query {
     pub world_velocity: DVec3,
     /// Simulated time.
     pub time: f64,
-    /// The time step, over which a [`Reading::VelocityChange`](crate::Reading) is spread.
+    /// The time step, over which a [`ForceMode::VelocityChange`](crate::ForceMode) is spread.
     pub dt: f64,
     /// Which fraction of its part the sample stands for: one unless the part is sampled at
     /// several points. Forces are weighted with it; what follows is that of the whole part.
@@ -78,7 +78,7 @@ impl Default for Query {
     }
 }
 
-/// How a probe moves, as numbers that may carry derivatives; the rest of a query has none.
+/// How a sample moves, as numbers that may carry derivatives; the rest of a query has none.
 #[derive(Clone, Copy)]
 pub(crate) struct Motion<T> {
     pub point: Vec3<T>,
@@ -144,7 +144,7 @@ impl<'a, T: Number> LocalQuery<'a, T> {
         real(&self.point)
     }
 
-    /// The coordinate of the sample along `axis`; nothing where the user's axis has no value.
+    /// The coordinate of the sample along `axis`; `None` where the user's axis has no value.
     pub(crate) fn axis(&self, axis: &Axis) -> Option<f64> {
         self.coordinate(axis).map(|value| value.re())
     }
@@ -202,7 +202,7 @@ impl<'a, T: Number> LocalQuery<'a, T> {
 pub struct Sample<'a> {
     /// The sample point, in the field's frame.
     pub local_point: Vector,
-    /// Velocity of the probe relative to the field's frame, in its axes.
+    /// Velocity of the sample relative to the field's frame, in its axes.
     pub local_velocity: Vector,
     /// Simulated time.
     pub time: Real,

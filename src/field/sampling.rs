@@ -18,7 +18,7 @@ use crate::math::Real;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
-    feature = "serde",
+    feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
@@ -91,7 +91,7 @@ impl Sampling {
 
 /// How a term of the tree is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct How {
+pub(crate) struct SamplingRule {
     /// Never [`Sampling::Auto`].
     pub sampling: Sampling,
     /// Nobody asked for it, so balls are spared.
@@ -100,39 +100,42 @@ pub(crate) struct How {
     pub overridable: bool,
 }
 
-impl How {
+impl SamplingRule {
     /// That of a term of which nothing is known.
-    const CENTRE: How = How {
+    const CENTRE: SamplingRule = SamplingRule {
         sampling: Sampling::Centre,
         auto: true,
         overridable: true,
     };
 
     /// The finer of two.
-    fn finer(self, other: How) -> How {
+    fn finer(self, other: SamplingRule) -> SamplingRule {
         let (a, b) = (self.sampling, other.sampling);
         let overridable = self.overridable && other.overridable;
         let finest = match a.rank().cmp(&b.rank()) {
             std::cmp::Ordering::Less => other,
             std::cmp::Ordering::Greater => self,
-            std::cmp::Ordering::Equal => How {
+            std::cmp::Ordering::Equal => SamplingRule {
                 sampling: if b.tolerance() < a.tolerance() { b } else { a },
                 auto: self.auto && other.auto,
                 ..self
             },
         };
-        How {
+        SamplingRule {
             overridable,
             ..finest
         }
     }
 
     /// That of a term made of fields; `at_centre`: whether it acts on a body as a whole.
-    pub(super) fn of_term<'a>(fields: impl Iterator<Item = &'a Field>, at_centre: bool) -> How {
+    pub(super) fn of_term<'a>(
+        fields: impl Iterator<Item = &'a Field>,
+        at_centre: bool,
+    ) -> SamplingRule {
         let mut reacts = false;
         let fields = fields.inspect(|field| reacts |= field.reacts);
-        let finest = fields.map(Field::how).reduce(How::finer);
-        let mut finest = finest.unwrap_or(How::CENTRE);
+        let finest = fields.map(Field::how).reduce(SamplingRule::finer);
+        let mut finest = finest.unwrap_or(SamplingRule::CENTRE);
         if reacts {
             // Reactions are kept sample by sample, which cells have not.
             finest.overridable = false;
@@ -142,7 +145,7 @@ impl How {
         }
         // A scale over several fields may vary where they do not.
         if finest.sampling == Sampling::Centre && finest.auto && !at_centre {
-            return How {
+            return SamplingRule {
                 sampling: Sampling::Volume,
                 ..finest
             };
@@ -168,7 +171,7 @@ impl Field {
     }
 
     /// How the field by itself is sampled.
-    fn how(&self) -> How {
+    fn how(&self) -> SamplingRule {
         let of_sites = self.coupling != Coupling::Share && !self.formula.reads_volume();
         let auto = self.sampling == Sampling::Auto;
         let sampling = match (&self.formula, self.sampling) {
@@ -179,7 +182,7 @@ impl Field {
             (Formula::Drag(_) | Formula::Wind(_), _) => Sampling::Surface,
             _ => Sampling::Volume,
         };
-        How {
+        SamplingRule {
             sampling,
             auto,
             overridable: auto && !of_sites && !self.is_contact(),

@@ -8,7 +8,7 @@ use super::layer::{Layer, Override};
 use super::leaf::Field;
 use super::modifier::Modifier;
 use super::operator::Operator;
-use super::sampling::How;
+use super::sampling::SamplingRule;
 use super::scalar::Scalar;
 use crate::math::Real;
 
@@ -229,7 +229,7 @@ impl Tree {
         })
     }
 
-    /// Shortens the composite force on a probe to this length where it is longer.
+    /// Shortens the composite force on a sample to this length where it is longer.
     pub fn limited_to(self, length: Real) -> Self {
         self.modified(Modifier::Limit(length))
     }
@@ -253,8 +253,8 @@ impl Tree {
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
-    /// let world = Layer::new(Field::uniform(Vector::Y * -9.81).read_as(Reading::Acceleration));
-    /// let lift = Field::uniform(Vector::Y).read_as(Reading::Acceleration);
+    /// let world = Layer::new(Field::uniform(Vector::Y * -9.81).force_mode(ForceMode::Acceleration));
+    /// let lift = Field::uniform(Vector::Y).force_mode(ForceMode::Acceleration);
     /// let shaft = lift.within(Region::cylinder(10.0, 1.0));
     /// let tree = Tree::layers([world, Layer::new(shaft).priority(1).replacing().stopping()]);
     /// # let _ = tree;
@@ -453,11 +453,11 @@ impl Tree {
     }
 
     /// How a term is sampled.
-    pub(crate) fn how(&self, term: u32) -> How {
+    pub(crate) fn how(&self, term: u32) -> SamplingRule {
         let below = self.below(term);
         let mut scales = below.iter().filter_map(|node| self.scale(*node));
         let at_centre = scales.all(Scalar::is_uniform);
-        How::of_term(below.iter().filter_map(|node| self.field(*node)), at_centre)
+        SamplingRule::of_term(below.iter().filter_map(|node| self.field(*node)), at_centre)
     }
 
     /// The axes that fields and scales name.
@@ -467,7 +467,7 @@ impl Tree {
         fields.chain(scales)
     }
 
-    /// Whether anything depends on the velocities of probes.
+    /// Whether anything depends on the velocities of samples.
     pub(crate) fn reads_velocity(&self) -> bool {
         let mut fields = self.leaves().map(|(_, field)| field);
         fields.any(Field::reads_velocity) || self.axes().any(|axis| *axis == Axis::Speed)

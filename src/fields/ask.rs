@@ -1,13 +1,14 @@
 //! What may be asked of the fields.
 
 use super::Fields;
-use crate::check::CrossCheckReport;
 use crate::compile::Plan;
-use crate::detect::FieldContact;
-use crate::eval::{PotentialEnergy, Wrench, WrenchError};
-use crate::explain::{self, EnergyAudit, Explanation};
+use crate::contact::FieldContact;
+use crate::cross_check::CrossCheckReport;
+use crate::diagnose::{EnergyAudit, Explanation, explain};
+use crate::eval::{PotentialEnergy, WrenchError};
 use crate::inject::{BodySample, StepError, StepWarning, Stiffness};
 use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet};
+use crate::rigid::Wrench;
 
 impl Fields {
     /// What the compiler decided; prints as a short report.
@@ -20,13 +21,13 @@ impl Fields {
         self.injector.time
     }
 
-    /// The last wrench of the fields on a body, in world axes; nothing if it was not sampled.
+    /// The last wrench of the fields on a body, in world axes; `None` if it was not sampled.
     pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
         self.injector.wrench(body)
     }
 
     /// How far the last wrench on a body, by a step or by [`Fields::sample`], may be off because
-    /// borders of regions pass through the body; nothing if it was not sampled
+    /// borders of regions pass through the body; `None` if it was not sampled
     /// [adaptively](crate::Sampling::Adaptive).
     ///
     /// It bounds what follows from not knowing where in a cell a border is, for forces that are
@@ -89,7 +90,7 @@ impl Fields {
         &self.injector.warnings
     }
 
-    /// How stiff the fields are for a body in steps of `dt`, as the world is now; nothing for a
+    /// How stiff the fields are for a body in steps of `dt`, as the world is now; `None` for a
     /// body that fields do not move. Evaluates all bodies, and this one with derivatives.
     ///
     /// ```
@@ -150,19 +151,13 @@ impl Fields {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Option<Explanation> {
-        let (probes, moment) = self
+        let (samples, moment) = self
             .injector
             .all_probes(&self.compiled, 1.0, bodies, colliders);
-        let place = probes.bodies.iter().position(|handle| *handle == body)?;
+        let place = samples.bodies.iter().position(|handle| *handle == body)?;
         let frames = (bodies, colliders);
         let compiled = &self.compiled;
-        Some(explain::explain(
-            compiled,
-            &frames,
-            &probes,
-            moment,
-            place as u32,
-        ))
+        Some(explain(compiled, &frames, &samples, moment, place as u32))
     }
 
     /// The energy audit so far, if it is on: potential and work of each field, and the drift that

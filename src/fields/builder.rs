@@ -4,13 +4,14 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use super::Fields;
-use crate::check::{Checker, CrossCheck};
 use crate::compile::Compiled;
-use crate::detect::{ContactEvent, Detection, Detector, Reporter, Responder, Rules};
-use crate::explain::Auditor;
+use crate::contact::{ContactEvent, Detection, Detector, Reporter, Responder, Rules};
+use crate::cross_check::{Checker, CrossCheck};
+use crate::diagnose::Auditor;
 use crate::field::{Axis, Tree, TreeError};
-use crate::inject::{Injector, PropertyBook, Scheme, WakePolicy};
+use crate::inject::{Injector, Scheme, WakePolicy};
 use crate::math::{ColliderHandle, Real};
+use crate::sample::Properties;
 
 /// Settings of [`Fields`].
 ///
@@ -64,8 +65,8 @@ impl Fields {
 }
 
 impl FieldsBuilder {
-    /// Declares an axis of the user's own, and the value every probe has on it unless it is
-    /// given another by [`Fields::set_probe`].
+    /// Declares an axis of the user's own, and the value every sample has on it unless it is
+    /// given another by [`Fields::set_properties`].
     pub fn axis(mut self, name: &str, value: Real) -> Self {
         self.axes.push((name.into(), value));
         self
@@ -178,7 +179,7 @@ impl FieldsBuilder {
         self.tree.validate(&names)?;
         self.scheme.validate()?;
         let compiled = Compiled::new(self.tree, Vec::new());
-        let book = PropertyBook::new(self.axes);
+        let book = Properties::new(self.axes);
         let mut injector = Injector::new(self.scheme, self.wake, book);
         injector.substeps = self.solver_iterations as u32;
         injector.exact_turns = self.detection == Detection::Swept && !compiled.detectors.is_empty();

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::{Fields, FieldsBuilder};
-use crate::check::CrossCheck;
-use crate::detect::{Detection, Rules};
+use crate::contact::{Detection, Rules};
+use crate::cross_check::CrossCheck;
 use crate::field::Tree;
-use crate::inject::{InjectorState, PropertyBook, Scheme, WakePolicy};
+use crate::inject::{InjectorState, Scheme, WakePolicy};
 use crate::math::{ColliderSet, Real, RigidBodySet, from_f64};
+use crate::sample::Properties;
 
 /// The settings of fields.
 pub(crate) struct Settings<'a> {
@@ -19,7 +20,7 @@ pub(crate) struct Settings<'a> {
     pub detection: Detection,
     pub cross_check: Option<&'a CrossCheck>,
     pub audit: bool,
-    pub book: &'a PropertyBook,
+    pub book: &'a Properties,
     pub time: f64,
     /// Whether the colliders whose contacts fields answer have been told.
     pub claimed: bool,

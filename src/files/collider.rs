@@ -10,10 +10,10 @@ use super::field::GroupsDoc;
 use super::mass::MassDoc;
 use super::number::{Num, Quad, Triple, not_negative, placed, quad, unless_num, unless_zero};
 use super::shape::ShapeDoc;
-use crate::inject::ProbeProperties;
 use crate::math::{InteractionGroups, Real};
 use crate::rapier::dynamics::CoefficientCombineRule;
 use crate::rapier::geometry::{ActiveCollisionTypes, Collider, ColliderBuilder, ColliderMassProps};
+use crate::sample::ColliderProperties;
 
 /// A collider, by the names of Rapier's settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -215,8 +215,8 @@ fn usual_friction() -> Real {
 }
 
 impl ProbeDoc {
-    pub(super) fn read(&self) -> ProbeProperties {
-        let mut properties = ProbeProperties::new();
+    pub(super) fn read(&self) -> ColliderProperties {
+        let mut properties = ColliderProperties::new();
         properties.charge = self.charge.map_or(0.0, |charge| charge.0);
         properties.mass = self.mass.map(|mass| mass.0);
         for (name, value) in &self.axes {
@@ -225,7 +225,7 @@ impl ProbeDoc {
         properties
     }
 
-    pub(super) fn write(properties: &ProbeProperties) -> Self {
+    pub(super) fn write(properties: &ColliderProperties) -> Self {
         let axes = properties.axes.iter();
         ProbeDoc {
             charge: unless_num(properties.charge, 0.0),

@@ -13,7 +13,7 @@ use super::scene::SceneFile;
 use super::tree::TreeDoc;
 use super::{MOST_BRACES, pretty};
 use crate::field::{Field, Region, Scalar, Tree};
-use crate::inject::ProbeProperties;
+use crate::sample::ColliderProperties;
 
 /// What can stand in a file.
 ///
@@ -97,7 +97,7 @@ documents! {
         FieldDoc::write(field, &label, None)
     };
     Tree: TreeDoc, |doc: &TreeDoc| doc.read(None), |tree| TreeDoc::write(tree, None);
-    ProbeProperties: ProbeDoc, |doc: &ProbeDoc| Ok::<_, FileError>(doc.read()),
+    ColliderProperties: ProbeDoc, |doc: &ProbeDoc| Ok::<_, FileError>(doc.read()),
         |properties| Ok::<_, FileError>(ProbeDoc::write(properties));
 }
 

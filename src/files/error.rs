@@ -3,7 +3,7 @@
 use serde::de::DeserializeOwned;
 
 use crate::field::TreeError;
-use crate::inject::StepError;
+use crate::sample::PropertyError;
 
 /// Why a file was not read, or something not written to one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -49,9 +49,9 @@ pub enum FileError {
     /// The tree or a setting was refused.
     #[error(transparent)]
     Tree(#[from] TreeError),
-    /// A property of a probe was refused.
+    /// A property of a sample was refused.
     #[error(transparent)]
-    Step(#[from] StepError),
+    Property(#[from] PropertyError),
 }
 
 /// The error for what is well-formed but not possible.

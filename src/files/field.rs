@@ -9,7 +9,7 @@ use super::formula::FormulaDoc;
 use super::number::{Num, Quad, Triple, pose, quad, unless, unless_zero};
 use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};
-use crate::field::{Anchor, Coupling, Field, Reading, Sampling};
+use crate::field::{Anchor, Coupling, Field, ForceMode, Sampling};
 use crate::math::{ColliderHandle, InteractionGroups, RigidBodyHandle};
 use crate::rapier::geometry::{Group, InteractionTestMode};
 
@@ -25,7 +25,7 @@ pub(super) struct FieldDoc {
     #[serde(default, skip_serializing_if = "AnchorDoc::is_world")]
     at: AnchorDoc,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    read_as: Option<Reading>,
+    force_mode: Option<ForceMode>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     coupled_to: Option<Coupling>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -260,8 +260,8 @@ impl FieldDoc {
             field = field.within(region.read().map_err(inner("within"))?);
         }
         field = field.at(self.at.read(scene).map_err(inner("at"))?);
-        if let Some(reading) = self.read_as {
-            field = field.read_as(reading);
+        if let Some(reading) = self.force_mode {
+            field = field.force_mode(reading);
         }
         if let Some(coupling) = &self.coupled_to {
             field = field.coupled_to(coupling.clone());
@@ -306,7 +306,7 @@ impl FieldDoc {
             name: field.name.as_deref().map(str::to_owned),
             within: region.transpose().map_err(named)?,
             at: AnchorDoc::write(&field.anchor, scene).map_err(named)?,
-            read_as: unless(field.reading, usual.reading),
+            force_mode: unless(field.reading, usual.reading),
             coupled_to: unless(field.coupling.clone(), usual.coupling),
             scaled_by: scale.transpose().map_err(named)?,
             limited_to: field.limit.map(Num),

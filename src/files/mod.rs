@@ -3,7 +3,7 @@
 //! - [`SceneFile`]: a world with its fields. `examples/simulate.rs` runs one; the scenes of this
 //!   project are in `examples/scenes/`.
 //! - [`Document`]: a [`Tree`](crate::Tree), [`Field`](crate::Field), [`Region`](crate::Region),
-//!   [`Scalar`](crate::Scalar) or [`ProbeProperties`](crate::ProbeProperties) by itself. All of
+//!   [`Scalar`](crate::Scalar) or [`ColliderProperties`](crate::ColliderProperties) by itself. All of
 //!   them implement serde's traits, too.
 //! - [`FieldsSnapshot`]: to interrupt a run and go on, bit for bit.
 //!

@@ -199,7 +199,7 @@ impl SceneFile {
             }
             for ((place, collider), part) in doc.colliders.iter().enumerate().zip(parts) {
                 if let Some(probe) = &collider.probe {
-                    let set = fields.set_probe(*part, probe.read(), &world.colliders);
+                    let set = fields.set_properties(*part, probe.read(), &world.colliders);
                     let here = format!("bodies[{number}].colliders[{place}].probe");
                     set.map_err(|error| content(error.to_string()).within(&here))?;
                 }

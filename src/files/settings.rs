@@ -8,7 +8,7 @@ use super::error::{FileError, content};
 use super::field::{Directory, PartDoc};
 use super::number::{Num, unless};
 use super::tree::TreeDoc;
-use crate::detect::{Detection, Responder, Rules};
+use crate::contact::{Detection, Responder, Rules};
 use crate::fields::Fields;
 use crate::fields::saved::Settings;
 use crate::inject::{Scheme, WakePolicy};

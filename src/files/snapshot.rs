@@ -14,7 +14,7 @@ use crate::rapier::pipeline::PhysicsWorld;
 /// Fields between two steps, to go on from later: with Rapier's own serialisation of the world it
 /// belongs to, the run goes on as it would have, bit for bit.
 ///
-/// It holds the tree, the settings, the properties of probes, the time, and what a step takes over
+/// It holds the tree, the settings, the properties of samples, the time, and what a step takes over
 /// from the last: the evaluation at its end, and under which wrenches sleepers rest. It does not
 /// hold results: [contacts](Fields::contacts), the [cross-check](Fields::cross_check) and the
 /// [audit](Fields::audit) begin anew; nor the channel of [events](crate::FieldsBuilder::events).
@@ -41,7 +41,7 @@ use crate::rapier::pipeline::PhysicsWorld;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FieldsSnapshot {
     fields: FieldsDoc,
-    probes: Vec<(ColliderHandle, ProbeDoc)>,
+    samples: Vec<(ColliderHandle, ProbeDoc)>,
     samplings: Vec<(RigidBodyHandle, Sampling)>,
     state: InjectorState,
     claimed: bool,
@@ -55,10 +55,12 @@ impl FieldsSnapshot {
     /// deeply.
     pub fn new(fields: &Fields) -> Result<Self, FileError> {
         let settings = fields.settings();
-        let probes = settings.book.properties();
+        let samples = settings.book.properties();
         Ok(FieldsSnapshot {
             fields: FieldsDoc::write(&settings, None)?,
-            probes: probes.map(|(part, p)| (part, ProbeDoc::write(p))).collect(),
+            samples: samples
+                .map(|(part, p)| (part, ProbeDoc::write(p)))
+                .collect(),
             samplings: settings.book.samplings().collect(),
             state: fields.state(),
             claimed: settings.claimed,
@@ -71,10 +73,10 @@ impl FieldsSnapshot {
     /// The snapshot was changed, and says what is not possible.
     pub fn restore(self, world: &PhysicsWorld) -> Result<Fields, FileError> {
         let mut fields = self.fields.read(None)?;
-        for (part, doc) in &self.probes {
+        for (part, doc) in &self.samples {
             // Properties of colliders that were removed are not missed.
             if world.colliders.contains(*part) {
-                fields.set_probe(*part, doc.read(), &world.colliders)?;
+                fields.set_properties(*part, doc.read(), &world.colliders)?;
             }
         }
         for (body, sampling) in &self.samplings {

@@ -2,20 +2,20 @@
 
 use super::error::StepError;
 use crate::compile::Compiled;
-use crate::eval::{Moment, Probes};
-use crate::explain::explain;
+use crate::diagnose::explain;
 use crate::field::{Anchor, Frames};
 use crate::math::Vector;
+use crate::sample::{Moment, Samples};
 
 /// The error for a body whose wrench is not finite. Slow: this only runs when a step has failed.
 pub(super) fn non_finite(
     compiled: &Compiled,
     world: &impl Frames,
-    probes: &Probes,
+    samples: &Samples,
     moment: Moment,
     body: usize,
 ) -> StepError {
-    let explanation = explain(compiled, world, probes, moment, body as u32);
+    let explanation = explain(compiled, world, samples, moment, body as u32);
     let worst = explanation.worst();
     StepError::NonFinite {
         field: worst.map_or_else(String::new, |worst| worst.field.clone()),
@@ -30,11 +30,11 @@ pub(super) fn non_finite(
 pub(super) fn strongest(
     compiled: &Compiled,
     world: &impl Frames,
-    probes: &Probes,
+    samples: &Samples,
     moment: Moment,
     body: usize,
 ) -> String {
-    let explanation = explain(compiled, world, probes, moment, body as u32);
+    let explanation = explain(compiled, world, samples, moment, body as u32);
     let worst = explanation.worst();
     worst.map_or_else(String::new, |worst| worst.field.clone())
 }

@@ -1,15 +1,17 @@
 //! What the fields do to all bodies as the world is: of a step, or asked from outside.
 
 use super::error::StepError;
-use super::mobility::six;
-use super::probes::{Gathering, Pending};
-use super::shapes::Shapes;
-use super::trial::{Role, Trial};
-use super::{Injector, PropertyBook, Stiffness, WakePolicy, assign, blame};
-use crate::compile::{Compiled, Wanted};
-use crate::eval::{Kind, Moment, PotentialEnergy, Probe, Probes, Wrench};
+use super::predicted::{PredictedFrames, PredictedMotion};
+use super::{Injector, Stiffness, WakePolicy, assign, blame};
+use crate::compile::{Compiled, SamplingRequirements};
+use crate::eval::PotentialEnergy;
 use crate::field::{Query, Sampling};
 use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, to_dvec3, to_f64};
+use crate::rigid::Wrench;
+use crate::rigid::six;
+use crate::sample::Shapes;
+use crate::sample::{Gathering, Pending};
+use crate::sample::{Kind, Moment, Properties, SamplePoint, Samples};
 
 /// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
 #[derive(Clone, Debug)]
@@ -30,19 +32,19 @@ impl Injector {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Vec<BodySample> {
-        let mut probes = Probes::default();
-        self.gather_all(compiled, bodies, colliders, &mut probes);
+        let mut samples = Samples::default();
+        self.gather_all(compiled, bodies, colliders, &mut samples);
         let moment = self.moment(1.0);
-        let list = probes.centres.iter().chain(&probes.list);
-        let own = list.filter(|probe| probes.bodies[probe.body as usize] == body);
-        let sample = |probe: &Probe| BodySample {
-            sampling: match probe.kind {
+        let list = samples.centres.iter().chain(&samples.list);
+        let own = list.filter(|sample| samples.bodies[sample.body as usize] == body);
+        let sample = |sample: &SamplePoint| BodySample {
+            sampling: match sample.kind {
                 Kind::Centre => Sampling::Centre,
                 Kind::Site => Sampling::Parts,
                 Kind::Volume => Sampling::Volume,
                 Kind::Surface => Sampling::Surface,
             },
-            query: probes.query(probe, moment),
+            query: samples.query(sample, moment),
         };
         own.map(sample).collect()
     }
@@ -63,19 +65,19 @@ impl Injector {
         self.check_anchors(compiled, bodies, colliders)?;
         self.aside(|this| {
             this.evaluate(compiled, dt, bodies, colliders, None)?;
-            let bodies = this.probes.bodies.iter().copied();
+            let bodies = this.samples.bodies.iter().copied();
             Ok(bodies.zip(this.wrenches.iter().copied()).collect())
         })
     }
 
     /// Does something without a trace in what the step has evaluated.
     pub(super) fn aside<T>(&mut self, act: impl FnOnce(&mut Self) -> T) -> T {
-        let probes = std::mem::take(&mut self.probes);
+        let samples = std::mem::take(&mut self.samples);
         let wrenches = std::mem::take(&mut self.wrenches);
         let watch = std::mem::take(&mut self.watch);
         let evaluated = (self.evaluated, self.evaluated_dt);
         let outcome = act(self);
-        (self.probes, self.wrenches, self.watch) = (probes, wrenches, watch);
+        (self.samples, self.wrenches, self.watch) = (samples, wrenches, watch);
         (self.evaluated, self.evaluated_dt) = evaluated;
         outcome
     }
@@ -106,23 +108,23 @@ impl Injector {
 
     /// Fills in the sites of all bodies as they are now, sleepers included.
     pub(crate) fn gather(
-        book: &PropertyBook,
+        book: &Properties,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
-        probes: &mut Probes,
+        samples: &mut Samples,
     ) {
         let mut gathering = Gathering {
             book,
             shapes: &mut Shapes::default(),
             sleepers: true,
-            wanted: Wanted {
+            wanted: SamplingRequirements {
                 parts: true,
-                ..Wanted::default()
+                ..SamplingRequirements::default()
             },
             pending: None,
             several: Vec::new(),
         };
-        gathering.run(bodies, colliders, probes);
+        gathering.run(bodies, colliders, samples);
     }
 
     /// Fills in all samples of all bodies that the fields want, sleepers included.
@@ -131,23 +133,23 @@ impl Injector {
         compiled: &Compiled,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
-        probes: &mut Probes,
+        samples: &mut Samples,
     ) {
         let mut gathering = Gathering {
             book: &self.book,
             shapes: &mut self.shapes,
             sleepers: true,
-            wanted: Wanted {
+            wanted: SamplingRequirements {
                 parts: true,
                 ..compiled.wanted
             },
             pending: None,
             several: Vec::new(),
         };
-        gathering.run(bodies, colliders, probes);
+        gathering.run(bodies, colliders, samples);
     }
 
-    /// The probes of all bodies as they are now, sleepers included, and the moment of a step of
+    /// The samples of all bodies as they are now, sleepers included, and the moment of a step of
     /// length `dt`.
     pub(crate) fn all_probes(
         &mut self,
@@ -155,10 +157,10 @@ impl Injector {
         dt: Real,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
-    ) -> (Probes, Moment) {
-        let mut probes = Probes::default();
-        self.gather_all(compiled, bodies, colliders, &mut probes);
-        (probes, self.moment(dt))
+    ) -> (Samples, Moment) {
+        let mut samples = Samples::default();
+        self.gather_all(compiled, bodies, colliders, &mut samples);
+        (samples, self.moment(dt))
     }
 
     /// The potential energy of the bodies as they are now.
@@ -168,13 +170,13 @@ impl Injector {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> PotentialEnergy {
-        // Sleepers have potential energy too, so the probes of the step do not do.
-        let mut probes = Probes::default();
-        self.gather_all(compiled, bodies, colliders, &mut probes);
+        // Sleepers have potential energy too, so the samples of the step do not do.
+        let mut samples = Samples::default();
+        self.gather_all(compiled, bodies, colliders, &mut samples);
         let world = (bodies, colliders);
         let moment = self.moment(1.0);
         self.evaluator
-            .potential_energy(compiled, &world, &probes, moment)
+            .potential_energy(compiled, &world, &samples, moment)
     }
 
     /// Works out the wrenches on all bodies. `pending`: for how long the last ones still act, so
@@ -188,7 +190,7 @@ impl Injector {
         colliders: &ColliderSet,
         pending: Option<Real>,
     ) -> Result<(), StepError> {
-        let last_bodies = std::mem::take(&mut self.probes.bodies);
+        let last_bodies = std::mem::take(&mut self.samples.bodies);
         let reads_velocity = compiled.plan.reads_velocity;
         let mut gathering = Gathering {
             book: &self.book,
@@ -202,46 +204,50 @@ impl Injector {
             }),
             several: std::mem::take(&mut self.several),
         };
-        gathering.run(bodies, colliders, &mut self.probes);
+        gathering.run(bodies, colliders, &mut self.samples);
         self.watch.forget();
         self.roles.clear();
         if reads_velocity {
-            for handle in &self.probes.bodies {
+            for handle in &self.samples.bodies {
                 let Some(body) = bodies.get(*handle) else {
                     continue;
                 };
                 let (linvel, angvel) = gathering.velocity(*handle, body);
                 let both = six(to_dvec3(linvel), to_dvec3(angvel));
                 self.watch.sampled_at.push(both);
-                assign(&mut self.roles, *handle, Role::CoastsAt { linvel, angvel });
+                assign(
+                    &mut self.roles,
+                    *handle,
+                    PredictedMotion::CoastsAt { linvel, angvel },
+                );
             }
         }
         self.several = gathering.several;
         let moment = self.moment(dt);
         // Fields of bodies see those bodies, too, with the velocities that will be there.
-        let world = Trial {
+        let world = PredictedFrames {
             bodies,
             colliders,
             roles: &self.roles,
-            movers: &[],
+            states: &[],
             elapsed: 0.0,
             dt: to_f64(dt),
         };
         // What the wrenches were is kept, if it was on the same bodies.
         std::mem::swap(&mut self.wrenches, &mut self.watch.last);
-        if last_bodies != self.probes.bodies {
+        if last_bodies != self.samples.bodies {
             self.watch.last.clear();
         }
         let (evaluator, wrenches) = (&mut self.evaluator, &mut self.wrenches);
-        evaluator.wrenches(compiled, &world, &self.probes, moment, wrenches);
+        evaluator.wrenches(compiled, &world, &self.samples, moment, wrenches);
         self.errors.clear();
-        let handles = self.probes.bodies.iter().enumerate();
+        let handles = self.samples.bodies.iter().enumerate();
         let errors = handles.filter_map(|(n, handle)| Some((*handle, evaluator.error(n)?)));
         self.errors.extend(errors);
         if let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) {
             self.evaluated = false;
-            let probes = &self.probes;
-            return Err(blame::non_finite(compiled, &world, probes, moment, body));
+            let samples = &self.samples;
+            return Err(blame::non_finite(compiled, &world, samples, moment, body));
         }
         self.evaluated = true;
         self.evaluated_dt = dt;

@@ -1,8 +1,8 @@
 //! Kicks that solve for the velocities they end in.
 
 use super::jacobian::Jacobian;
-use super::mobility::{Mobility, eigen, join};
 use crate::rapier::na::{Matrix3, Matrix6, Vector6};
+use crate::rigid::{Mobility, eigen, join};
 
 /// The change of velocities over `duration`, linearly implicit in place and velocity: see
 /// [`Scheme::LinearlyImplicit`](crate::Scheme::LinearlyImplicit).
@@ -30,7 +30,7 @@ pub(super) fn implicit_change(
     Some(root * solution).filter(|change| change.iter().all(|x| x.is_finite()))
 }
 
-/// The part of the symmetric part with eigenvalues below zero; nothing if it is not finite.
+/// The part of the symmetric part with eigenvalues below zero; `None` if it is not finite.
 fn negative_part(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     let eigen = eigen((matrix + matrix.transpose()) * 0.5)?;
     let negative = Matrix6::from_diagonal(&eigen.eigenvalues.map(|value| value.min(0.0)));

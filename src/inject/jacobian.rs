@@ -1,12 +1,13 @@
 //! How the wrench on a body changes as it moves.
 
-use super::mobility::cross_matrix;
 use crate::compile::Compiled;
-use crate::eval::{Lineariser, Moment, Probes};
+use crate::eval::Lineariser;
 use crate::field::Frames;
 use crate::math::{DVec3, Vector, to_dvec3};
 use crate::rapier::glamx::DMat3;
 use crate::rapier::na::{Matrix3, Matrix6};
+use crate::rigid::cross_matrix;
+use crate::sample::{Moment, Samples};
 
 /// The derivatives of the world wrench [force; torque about the centre of mass] of one body.
 #[derive(Clone, Copy, Debug, Default)]
@@ -21,27 +22,27 @@ pub(crate) struct Jacobian {
 /// The Jacobian of the wrench on one body, the bodies of the fields standing still, in the world
 /// the lineariser was prepared for.
 ///
-/// A probe at arm a moves by dx + dθ × a, and its velocity w × a changes as a turns; the torque
+/// A sample at arm a moves by dx + dθ × a, and its velocity w × a changes as a turns; the torque
 /// a × F changes by dθ × a × F besides.
 pub(crate) fn of_body(
     lineariser: &mut Lineariser,
     (compiled, world): (&Compiled, &impl Frames),
-    probes: &Probes,
+    samples: &Samples,
     body: usize,
     moment: Moment,
     angvel: DVec3,
 ) -> Jacobian {
     let mut sum = Jacobian::default();
-    lineariser.of_body(compiled, world, probes, moment, body, |probe, slope| {
+    lineariser.of_body(compiled, world, samples, moment, body, |sample, slope| {
         let (a, b) = (matrix(slope.by_position), matrix(slope.by_velocity));
-        if probe.arm == Vector::ZERO {
+        if sample.arm == Vector::ZERO {
             let mut by_place = sum.by_motion.fixed_view_mut::<3, 3>(0, 0);
             by_place += a;
             let mut by_velocity = sum.by_velocity.fixed_view_mut::<3, 3>(0, 0);
             by_velocity += b;
             return;
         }
-        let arm = cross_matrix(to_dvec3(probe.arm));
+        let arm = cross_matrix(to_dvec3(sample.arm));
         let turned = -a * arm - b * cross_matrix(angvel) * arm;
         add(&mut sum.by_motion, [a, turned], arm);
         let mut torque = sum.by_motion.fixed_view_mut::<3, 3>(3, 3);

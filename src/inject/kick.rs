@@ -2,18 +2,18 @@
 
 use super::error::StepError;
 use super::implicit::implicit_change;
-use super::mobility::{self, Mobility, pair, rounded, velocities};
 use super::motion::{FASTEST, Loan, Spin, Update, free_top, kicked, write};
 use super::realise::Start;
-use super::rotation::to_dquat;
 use super::scheme::SUZUKI_STAGES;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Injector, OpenStep, Scheme, Substeps, WakePolicy, blame, find};
 use crate::compile::Compiled;
-use crate::eval::Wrench;
 use crate::math::{ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
+use crate::rigid::Wrench;
+use crate::rigid::to_dquat;
+use crate::rigid::{self as mobility, Mobility, pair, rounded, velocities};
 
 /// What is done with a body in one half of a step.
 #[derive(Clone, Copy)]
@@ -58,14 +58,14 @@ impl Injector {
     ) -> Result<usize, StepError> {
         let dt = open.dt;
         // No second half is to come for these, so their velocities are to be taken as they are.
-        for place in 0..self.probes.bodies.len() {
-            if !open.settled.is_empty() && find(&open.settled, self.probes.bodies[place]).is_some()
+        for place in 0..self.samples.bodies.len() {
+            if !open.settled.is_empty() && find(&open.settled, self.samples.bodies[place]).is_some()
             {
                 self.wrenches[place] = Wrench::ZERO;
             }
         }
         self.evaluate(compiled, dt, bodies, colliders, Some(dt * 0.5))?;
-        self.look_back(compiled, dt, bodies, colliders);
+        self.update(compiled, dt, bodies, colliders);
         let mut open = OpenStep {
             dt,
             settled: open.settled.clone(),
@@ -77,7 +77,7 @@ impl Injector {
         Ok(written)
     }
 
-    /// What is done with a body; nothing if it has been done.
+    /// What is done with a body; `None` if it has been done.
     fn duty(
         &self,
         half: &Half,
@@ -125,8 +125,8 @@ impl Injector {
         let turns = (compiled.plan.torque_possible || self.exact_turns) && open.dt > 0.0;
         let drifts = matches!(half, Half::First);
         self.kicks.clear();
-        for place in 0..self.probes.bodies.len() {
-            let handle = self.probes.bodies[place];
+        for place in 0..self.samples.bodies.len() {
+            let handle = self.samples.bodies[place];
             let (Some(body), Some(duty)) =
                 (bodies.get(handle), self.duty(&half, place, handle, open))
             else {
@@ -205,7 +205,7 @@ impl Injector {
     }
 
     /// The velocities after a linearly implicit kick, and the change of the angular momentum of a
-    /// free top; nothing if there is no Jacobian for it.
+    /// free top; `None` if there is no Jacobian for it.
     fn implicit_kick(
         &self,
         place: usize,
@@ -227,7 +227,7 @@ impl Injector {
         }
         let (linvel, angvel) = pair(&(now + change));
         let update = Update {
-            body: self.probes.bodies[place],
+            body: self.samples.bodies[place],
             linvel: from_dvec3(linvel),
             angvel: from_dvec3(angvel),
             spins: false,
@@ -250,8 +250,8 @@ impl Injector {
     ) -> StepError {
         let moment = self.moment(self.evaluated_dt);
         StepError::TooFast {
-            field: blame::strongest(compiled, &world, &self.probes, moment, place),
-            body: self.probes.bodies[place],
+            field: blame::strongest(compiled, &world, &self.samples, moment, place),
+            body: self.samples.bodies[place],
             speed,
             limit: FASTEST,
         }
@@ -266,7 +266,7 @@ impl Injector {
     /// Puts wrenches in place of the users' forces, on top of them.
     pub(super) fn lend(&mut self, bodies: &mut RigidBodySet, open: &mut OpenStep) -> usize {
         for (place, wake) in &self.kicks.lent {
-            let handle = self.probes.bodies[*place];
+            let handle = self.samples.bodies[*place];
             let wrench = self.wrenches[*place];
             let Some(body) = bodies.get_mut(handle) else {
                 continue;

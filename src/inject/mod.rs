@@ -4,59 +4,52 @@
 //! checked, before anything is written; so an error leaves the world as it was.
 
 mod blame;
-mod book;
 mod error;
 mod evaluate;
 mod implicit;
-mod inner;
 mod jacobian;
 mod kick;
-mod mobility;
+mod monitor;
 mod motion;
-mod mover;
-mod probes;
+mod multirate;
+mod predicted;
 mod realise;
-mod rotation;
-#[cfg(feature = "serde")]
+mod rollback;
+#[cfg(feature = "serde-serialize")]
 mod saved;
 mod scheme;
-mod shapes;
-mod snapshot;
 mod soft;
 mod stiffness;
-mod trial;
 mod wake;
-mod watch;
 
-pub use book::ProbeProperties;
 pub use error::StepError;
 pub use evaluate::BodySample;
 pub use scheme::{Scheme, Substeps, WakePolicy};
 pub use stiffness::{StepWarning, Stiffness};
 
-pub(crate) use book::PropertyBook;
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 pub(crate) use saved::InjectorState;
 
 use crate::compile::Compiled;
-use crate::eval::{Evaluator, Lineariser, Moment, Probe, Probes, Wrench, WrenchError};
+use crate::eval::{Evaluator, Lineariser, WrenchError};
 use crate::field::{Frame, Frames};
 use crate::math::{
     ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
+use crate::rigid::Wrench;
+use crate::sample::{Moment, Properties, SamplePoint, Samples, Shapes};
+use monitor::Watch;
 use motion::{Kicks, Loan, Ride, Spin, Turned, finish, take_back, write};
-use shapes::Shapes;
-use snapshot::{Change, Snapshot};
-use trial::Role;
+use predicted::PredictedMotion;
+use rollback::{Change, Snapshot};
 use wake::Sleepers;
-use watch::Watch;
 
 /// Carries the wrenches of a compiled tree into the bodies of a world.
 pub(crate) struct Injector {
     pub scheme: Scheme,
     pub wake: WakePolicy,
-    pub book: PropertyBook,
+    pub book: Properties,
     shapes: Shapes,
     /// Solver iterations of Rapier's step, over which it integrates a rotation.
     pub substeps: u32,
@@ -68,15 +61,15 @@ pub(crate) struct Injector {
     pub links: Vec<RigidBodyHandle>,
     /// Of the last step.
     pub warnings: Vec<StepWarning>,
-    /// Whether every body that turns freely is turned by the layer, even one like a ball and even
+    /// Whether every body that turns freely is turned by this crate, even one like a ball and even
     /// where no field can turn it: swept detection must know how.
     pub exact_turns: bool,
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub time: f64,
     evaluator: Evaluator,
-    probes: Probes,
+    samples: Samples,
     /// A buffer for samples that are no sites.
-    several: Vec<Probe>,
+    several: Vec<SamplePoint>,
     wrenches: Vec<Wrench>,
     /// Of those bodies that were sampled adaptively.
     errors: Vec<(RigidBodyHandle, WrenchError)>,
@@ -85,9 +78,9 @@ pub(crate) struct Injector {
     watch: Watch,
     softs: soft::Softs,
     /// Of the inner integrator, one per group of bodies.
-    inner: Vec<inner::Evaluators>,
+    inner: Vec<multirate::Evaluators>,
     lineariser: Lineariser,
-    roles: Vec<Role>,
+    roles: Vec<PredictedMotion>,
     /// The world at the last evaluation; without one, nothing is known of it.
     before: Snapshot,
     evaluated: bool,
@@ -110,7 +103,7 @@ struct OpenStep {
 }
 
 impl Injector {
-    pub(crate) fn new(scheme: Scheme, wake: WakePolicy, book: PropertyBook) -> Self {
+    pub(crate) fn new(scheme: Scheme, wake: WakePolicy, book: Properties) -> Self {
         Injector {
             scheme,
             wake,
@@ -125,7 +118,7 @@ impl Injector {
             time: 0.0,
             evaluator: Evaluator::default(),
             lineariser: Lineariser::default(),
-            probes: Probes::default(),
+            samples: Samples::default(),
             several: Vec::new(),
             wrenches: Vec::new(),
             errors: Vec::new(),
@@ -165,7 +158,7 @@ impl Injector {
         self.watch = Watch::default();
     }
 
-    /// The last wrench on a body; nothing if the body was not sampled.
+    /// The last wrench on a body; `None` if the body was not sampled.
     pub(crate) fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
         self.wrenches.get(self.place_of(body)?).copied()
     }
@@ -179,7 +172,7 @@ impl Injector {
 
     /// How many bodies were sampled last.
     pub(crate) fn sampled(&self) -> usize {
-        self.probes.bodies.len()
+        self.samples.bodies.len()
     }
 
     /// The present moment, in a step of length `dt`.
@@ -211,7 +204,7 @@ impl Injector {
 
     /// The place of a body among the sampled ones.
     fn place_of(&self, body: RigidBodyHandle) -> Option<usize> {
-        find(&self.probes.bodies, body)
+        find(&self.samples.bodies, body)
     }
 
     /// What happens before Rapier's step; returns how many bodies were written.
@@ -247,7 +240,7 @@ impl Injector {
         self.warnings.clear();
         if !self.evaluated || self.evaluated_dt != dt || change > may_change {
             self.evaluate(compiled, dt, bodies, colliders, None)?;
-            self.look_ahead(compiled, dt, bodies, colliders)?;
+            self.predict(compiled, dt, bodies, colliders)?;
         }
         let mut open = OpenStep {
             dt,
@@ -281,7 +274,7 @@ impl Injector {
         compiled: &Compiled,
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
-        drifted: impl FnOnce(&PropertyBook, &mut RigidBodySet),
+        drifted: impl FnOnce(&Properties, &mut RigidBodySet),
     ) -> Result<usize, StepError> {
         let Some(open) = self.open.take() else {
             return Err(StepError::OutOfTurn { called: "end_step" });
@@ -324,7 +317,7 @@ impl Injector {
         if !matches!(self.wake, WakePolicy::OnChange { .. }) {
             return;
         }
-        for (handle, wrench) in self.probes.bodies.iter().zip(&self.wrenches) {
+        for (handle, wrench) in self.samples.bodies.iter().zip(&self.wrenches) {
             if bodies.get(*handle).is_some_and(RigidBody::is_sleeping) {
                 self.sleepers.resting_under(*handle, *wrench);
             }
@@ -365,10 +358,10 @@ fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Option<usize> {
 }
 
 /// Says what a body does in a trial.
-fn assign(roles: &mut Vec<Role>, body: RigidBodyHandle, role: Role) {
+fn assign(roles: &mut Vec<PredictedMotion>, body: RigidBodyHandle, role: PredictedMotion) {
     let index = body.into_raw_parts().0 as usize;
     if roles.len() <= index {
-        roles.resize(index + 1, Role::default());
+        roles.resize(index + 1, PredictedMotion::default());
     }
     roles[index] = role;
 }

@@ -1,11 +1,11 @@
 //! From wrenches to velocities, and the free rotations that Rapier carries out.
 
 use super::realise::Start;
-use super::rotation::{self, Inertia, to_dquat};
-use crate::eval::Wrench;
 use crate::math::{DVec3, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::math::{from_dvec3, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
+use crate::rigid::Wrench;
+use crate::rigid::{Inertia, steady_angvel, to_dquat};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -99,7 +99,7 @@ impl Spin {
             body: handle,
             after: Turned::Momentum(angular_momentum),
             gyroscopic: true,
-            steady: rotation::steady_angvel(rotation, dt, iterations(body, substeps)),
+            steady: steady_angvel(rotation, dt, iterations(body, substeps)),
         }
     }
 }
@@ -109,7 +109,7 @@ pub(super) fn iterations(body: &RigidBody, substeps: u32) -> u32 {
     substeps.saturating_add(u32::try_from(body.additional_solver_iterations()).unwrap_or(u32::MAX))
 }
 
-/// The inertia of a body whose free rotation is the layer's to do: one that turns, freely, and
+/// The inertia of a body whose free rotation is this crate's to do: one that turns, freely, and
 /// not like a ball, unless even those are to be turned exactly.
 pub(super) fn free_top(body: &RigidBody, angvel: Vector, balls_too: bool) -> Option<Inertia> {
     if angvel == Vector::ZERO || !body.gyroscopic_forces_enabled() {

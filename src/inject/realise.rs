@@ -1,15 +1,15 @@
 //! From the motion in the fields alone to velocities before and after Rapier's step.
 
 use super::error::StepError;
-use super::inner::{Run, Setting};
 use super::motion::{FASTEST, Ride, Spin, Turned, Update, iterations};
-use super::mover::{Mover, Turning};
-use super::rotation;
-use super::trial::Role;
+use super::multirate::{Run, Setting};
+use super::predicted::PredictedMotion;
 use super::{Injector, OpenStep, Scheme, assign};
 use crate::compile::Compiled;
 use crate::math::{ColliderSet, DVec3, Real, RigidBodySet, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
+use crate::rigid::steady_angvel;
+use crate::rigid::{RigidState, Turning};
 
 /// A body that the inner integrator is to move.
 #[derive(Clone, Copy, Debug)]
@@ -34,15 +34,15 @@ impl Injector {
             return Ok(());
         }
         let turns = compiled.plan.torque_possible;
-        let movers = starts.iter().filter_map(|start| {
-            let handle = self.probes.bodies[start.place];
+        let states = starts.iter().filter_map(|start| {
+            let handle = self.samples.bodies[start.place];
             let body = bodies.get(handle)?;
-            let mut mover = Mover::new(handle, body, turns);
-            mover.acceleration = self.own_acceleration(body);
-            Some(mover)
+            let mut state = RigidState::new(handle, body, turns);
+            state.acceleration = self.own_acceleration(body);
+            Some(state)
         });
-        let movers: Vec<Mover> = movers.collect();
-        self.cast(&movers);
+        let states: Vec<RigidState> = states.collect();
+        self.cast(&states);
         let stages = self.scheme.stages();
         let ticks = if stages.is_empty() {
             let most = starts.iter().map(|start| start.count).max().unwrap_or(1);
@@ -61,12 +61,12 @@ impl Injector {
             composed: self.scheme == Scheme::Suzuki4,
         };
         let places: Vec<(usize, u32)> = starts.iter().map(|s| (s.place, s.count)).collect();
-        let mut run = Run::new(setting, movers, &places, &self.probes, &self.wrenches);
+        let mut run = Run::new(setting, states, &places, &self.samples, &self.wrenches);
         run.go(&mut self.inner)?;
-        let movers = run.movers;
-        for (mover, start) in movers.iter().zip(&starts) {
-            if let Some(body) = bodies.get(mover.body) {
-                let speed = self.realise(mover, body, start.wake, open.dt);
+        let states = run.states;
+        for (state, start) in states.iter().zip(&starts) {
+            if let Some(body) = bodies.get(state.body) {
+                let speed = self.realise(state, body, start.wake, open.dt);
                 if speed.is_nan() || speed > FASTEST {
                     return Err(self.too_fast(compiled, (bodies, colliders), start.place, speed));
                 }
@@ -85,27 +85,31 @@ impl Injector {
     }
 
     /// Says who does what while the inner integrator runs.
-    fn cast(&mut self, movers: &[Mover]) {
+    fn cast(&mut self, states: &[RigidState]) {
         self.roles.clear();
         for update in &self.kicks.updates {
             let (linvel, angvel) = (update.linvel, update.angvel);
-            let role = Role::CoastsAt { linvel, angvel };
+            let role = PredictedMotion::CoastsAt { linvel, angvel };
             assign(&mut self.roles, update.body, role);
         }
-        for (number, mover) in movers.iter().enumerate() {
-            assign(&mut self.roles, mover.body, Role::Moves(number as u32));
+        for (number, state) in states.iter().enumerate() {
+            assign(
+                &mut self.roles,
+                state.body,
+                PredictedMotion::Moves(number as u32),
+            );
         }
     }
 
     /// Gives a body the mean velocity of its way, such that Rapier's own acceleration, over its
     /// iterations, takes it to the end of it. Returns the largest velocity there is in this.
-    fn realise(&mut self, mover: &Mover, body: &RigidBody, wake: bool, dt: Real) -> Real {
-        let turns = matches!(mover.turning, Turning::Free(..)) && mover.angvel != DVec3::ZERO;
-        if !mover.pushed && !turns && !wake {
+    fn realise(&mut self, state: &RigidState, body: &RigidBody, wake: bool, dt: Real) -> Real {
+        let turns = matches!(state.turning, Turning::Free(..)) && state.angvel != DVec3::ZERO;
+        if !state.pushed && !turns && !wake {
             return 0.0;
         }
         let mut update = Update {
-            body: mover.body,
+            body: state.body,
             linvel: body.linvel(),
             angvel: body.angvel(),
             spins: false,
@@ -113,36 +117,36 @@ impl Injector {
         };
         let step = to_f64(dt);
         let iterations = iterations(body, self.substeps);
-        if mover.pushed {
+        if state.pushed {
             let count = f64::from(iterations.max(1));
-            let ahead = mover.acceleration * (step * (count + 1.0) / (2.0 * count));
-            let mean = (mover.position - mover.start.0) / step;
+            let ahead = state.acceleration * (step * (count + 1.0) / (2.0 * count));
+            let mean = (state.position - state.start.0) / step;
             update.linvel = from_dvec3(mean - ahead);
             self.kicks.rides.push(Ride {
-                body: mover.body,
-                expected: update.linvel + from_dvec3(mover.acceleration) * from_f64(step),
-                linvel: from_dvec3(mover.linvel),
+                body: state.body,
+                expected: update.linvel + from_dvec3(state.acceleration) * from_f64(step),
+                linvel: from_dvec3(state.linvel),
             });
         }
-        let after = match mover.turning {
+        let after = match state.turning {
             Turning::Free(_, momentum) => Some(Turned::Momentum(momentum)),
-            Turning::Steady => Some(Turned::Velocity(mover.angvel)),
+            Turning::Steady => Some(Turned::Velocity(state.angvel)),
             Turning::LeftAlone => None,
         };
-        let still = mover.attitude == mover.start.1 && mover.angvel == DVec3::ZERO;
+        let still = state.attitude == state.start.1 && state.angvel == DVec3::ZERO;
         if let Some(after) = after.filter(|_| !still) {
-            let turn = mover.attitude * mover.start.1.inverse();
+            let turn = state.attitude * state.start.1.inverse();
             let turn = if turn.w < 0.0 { -turn } else { turn };
-            update.angvel = rotation::steady_angvel(turn, dt, iterations);
+            update.angvel = steady_angvel(turn, dt, iterations);
             update.spins = true;
             self.kicks.spins.push(Spin {
-                body: mover.body,
+                body: state.body,
                 after,
                 gyroscopic: body.gyroscopic_forces_enabled(),
                 steady: update.angvel,
             });
         }
-        let ends = from_f64(mover.linvel.length().max(mover.angvel.length()));
+        let ends = from_f64(state.linvel.length().max(state.angvel.length()));
         let speed = update.linvel.length().max(update.angvel.length()).max(ends);
         let update_is_nan = update.linvel.is_nan() || update.angvel.is_nan();
         self.kicks.updates.push(update);

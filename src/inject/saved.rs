@@ -4,16 +4,18 @@ use serde::{Deserialize, Serialize};
 
 use super::implicit::Coupling;
 use super::jacobian::Jacobian;
-use super::mobility::Mobility;
-use super::probes::Gathering;
-use super::snapshot::Snapshot;
+use super::monitor::{Verdict, Watch};
+use super::rollback::Snapshot;
 use super::stiffness::{Rates, Treatment};
-use super::watch::{Verdict, Watch};
 use super::{Injector, WakePolicy};
 use crate::compile::Compiled;
-use crate::eval::{Probes, Wrench, WrenchError};
+use crate::eval::WrenchError;
 use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::na::{Matrix6, Vector6};
+use crate::rigid::Mobility;
+use crate::rigid::Wrench;
+use crate::sample::Gathering;
+use crate::sample::Samples;
 
 /// The state of an injector between two steps. Buffers and neighbour lists are not part of it:
 /// what they hold does not show in any result.
@@ -151,7 +153,7 @@ impl Injector {
             anchored: self.anchored,
             evaluated: self.evaluated,
             evaluated_dt: self.evaluated_dt,
-            bodies: self.probes.bodies.clone(),
+            bodies: self.samples.bodies.clone(),
             wrenches: self.wrenches.iter().map(pair).collect(),
             errors: errors
                 .map(|(body, e)| (*body, [e.force, e.torque]))
@@ -175,7 +177,7 @@ impl Injector {
         for (body, resting) in state.sleepers {
             self.sleepers.resting_under(body, wrench(resting));
         }
-        // Of the probes only the velocities are not those of the evaluation, which kicks have
+        // Of the samples only the velocities are not those of the evaluation, which kicks have
         // changed since; nobody asks for them again.
         let mut gathering = Gathering {
             book: &self.book,
@@ -185,19 +187,19 @@ impl Injector {
             pending: None,
             several: Vec::new(),
         };
-        let mut probes = Probes::default();
-        gathering.run(bodies, colliders, &mut probes);
-        if probes.bodies != state.bodies || state.wrenches.len() != state.bodies.len() {
+        let mut samples = Samples::default();
+        gathering.run(bodies, colliders, &mut samples);
+        if samples.bodies != state.bodies || state.wrenches.len() != state.bodies.len() {
             return;
         }
-        self.probes = probes;
+        self.samples = samples;
         self.wrenches = state.wrenches.into_iter().map(wrench).collect();
         let errors = state.errors.into_iter();
         let errors = errors.map(|(body, [force, torque])| (body, WrenchError { force, torque }));
         self.errors = errors.collect();
         state
             .watch
-            .put(&mut self.watch, bodies, &self.probes.bodies);
+            .put(&mut self.watch, bodies, &self.samples.bodies);
         self.evaluated = state.evaluated;
         self.evaluated_dt = state.evaluated_dt;
     }

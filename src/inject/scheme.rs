@@ -28,7 +28,7 @@ use crate::math::{Real, to_f64};
 /// rotation of Boris), except under `Kick` and `ExternalForce`, which sample them once.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
-    feature = "serde",
+    feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
@@ -36,7 +36,7 @@ use crate::math::{Real, to_f64};
 pub enum Scheme {
     /// Half the impulse before Rapier's step, half of the next one after it (velocity Verlet).
     /// One evaluation per step: the second half is the next step's first, unless something moved
-    /// in between. Free rotation is split off and done by the layer (see
+    /// in between. Free rotation is split off and done by this crate (see
     /// [`Fields`](crate::Fields)).
     #[default]
     KickDriftKick,
@@ -75,7 +75,7 @@ pub enum Scheme {
 /// How many substeps [`Scheme::Substep`] makes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "serde",
+    feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
@@ -173,7 +173,7 @@ impl Scheme {
 /// When fields wake sleeping bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "serde",
+    feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]

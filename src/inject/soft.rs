@@ -1,19 +1,21 @@
-//! Soft bodies: each of their particles is a probe, and takes impulses.
+//! Soft bodies: each of their particles is a sample, and takes impulses.
 
 use super::error::StepError;
 use super::{Injector, Scheme, WakePolicy, blame};
 use crate::compile::Compiled;
-use crate::eval::{Evaluator, Kind, Probe, Probes, Wrench, owner};
+use crate::eval::Evaluator;
 use crate::math::{ColliderSet, InteractionGroups, Real, RigidBodySet, Vector, to_f64};
 use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
+use crate::rigid::Wrench;
+use crate::sample::{Kind, SamplePoint, Samples, owner};
 
 /// What fields do to the particles of soft bodies.
 #[derive(Default)]
 pub(super) struct Softs {
     evaluator: Evaluator,
-    probes: Probes,
+    samples: Samples,
     forces: Vec<Wrench>,
-    /// Which soft bodies the probes are of, with the number of their first.
+    /// Which soft bodies the samples are of, with the number of their first.
     bodies: Vec<(SoftBodyHandle, usize)>,
     /// Positions and velocities before the step.
     before: Vec<(SoftBodyHandle, Vec<(Vector, Vector)>)>,
@@ -35,27 +37,27 @@ impl Injector {
         let mut moment = self.moment(dt);
         moment.time += to_f64(elapsed);
         let world = (bodies, colliders);
-        let mut probes = std::mem::take(&mut self.softs.probes);
-        probes.clear();
-        self.book.of_world(&mut probes);
+        let mut samples = std::mem::take(&mut self.softs.samples);
+        samples.clear();
+        self.book.of_world(&mut samples);
         self.softs.bodies.clear();
         for (handle, soft) in softs.iter() {
             let sleeps = soft.is_sleeping() && self.wake != WakePolicy::Always;
             if soft.is_enabled() && !sleeps {
-                self.softs.bodies.push((handle, probes.list.len()));
-                gather(soft, &mut probes);
+                self.softs.bodies.push((handle, samples.list.len()));
+                gather(soft, &mut samples);
             }
         }
-        probes.sites = probes.list.len();
-        probes.number();
+        samples.sites = samples.list.len();
+        samples.number();
         let Softs {
             evaluator, forces, ..
         } = &mut self.softs;
-        evaluator.wrenches(compiled, &world, &probes, moment, forces);
+        evaluator.wrenches(compiled, &world, &samples, moment, forces);
         let bad = forces.iter().position(|force| !force.is_finite());
         let error =
-            bad.map(|particle| blame::non_finite(compiled, &world, &probes, moment, particle));
-        self.softs.probes = probes;
+            bad.map(|particle| blame::non_finite(compiled, &world, &samples, moment, particle));
+        self.softs.samples = samples;
         error.map_or(Ok(()), Err)
     }
 
@@ -112,16 +114,16 @@ impl Injector {
     }
 }
 
-/// One probe per particle, each a body of its own to the evaluator.
-fn gather(soft: &SoftBody, probes: &mut Probes) {
+/// One sample per particle, each a body of its own to the evaluator.
+fn gather(soft: &SoftBody, samples: &mut Samples) {
     let root = soft.root_body();
     let total = soft.mass();
     for (number, particle) in soft.particles().iter().enumerate() {
-        let probe = Probe {
+        let sample = SamplePoint {
             world_point: soft.particle_position(number),
             arm: Vector::ZERO,
             velocity: soft.particle_velocity(number),
-            body: probes.bodies.len() as u32,
+            body: samples.bodies.len() as u32,
             owner: owner(Some(root)),
             radius: soft.particle_radius(),
             mass: particle.mass(),
@@ -141,11 +143,11 @@ fn gather(soft: &SoftBody, probes: &mut Probes) {
             collider: None,
             at_origin: false,
         };
-        probes.list.push(probe);
-        probes.centres.push(Probe {
+        samples.list.push(sample);
+        samples.centres.push(SamplePoint {
             kind: Kind::Centre,
-            ..probe
+            ..sample
         });
-        probes.bodies.push(root);
+        samples.bodies.push(root);
     }
 }

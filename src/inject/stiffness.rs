@@ -1,10 +1,10 @@
 //! How fast fields want bodies to move, against the length of a step.
 
 use super::jacobian::Jacobian;
-use super::mobility::{Mobility, eigen};
 use super::scheme::Choice;
 use crate::math::{Real, RigidBodyHandle, from_f64};
 use crate::rapier::na::Matrix6;
+use crate::rigid::{Mobility, eigen};
 
 /// How stiff the fields are for a body, from the Jacobian of its wrench, with the bodies that
 /// carry the fields held still.
@@ -132,7 +132,10 @@ fn least(matrix: &Matrix6<f64>) -> f64 {
 
 /// What is done with a body in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(super) enum Treatment {
     KickDriftKick,
     /// A power of two.

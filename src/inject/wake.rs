@@ -1,10 +1,10 @@
 //! Which sleeping bodies fields may move.
 
 use super::scheme::WakePolicy;
-use crate::eval::Wrench;
 use crate::math::{RigidBodyHandle, to_dvec3, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::dynamics::RigidBody;
+use crate::rigid::Wrench;
 
 /// What acted on bodies when they fell asleep.
 #[derive(Default)]
@@ -45,7 +45,7 @@ impl Sleepers {
     }
 
     /// All sleepers that are known, with what they rest under.
-    #[cfg(feature = "serde")]
+    #[cfg(feature = "serde-serialize")]
     pub(super) fn iter(&self) -> impl Iterator<Item = (RigidBodyHandle, Wrench)> + '_ {
         let known = self.resting.iter();
         known.filter_map(|(index, wrench)| Some((RigidBodyHandle(index), (*wrench)?)))

@@ -50,7 +50,7 @@ impl<'a> Reference<'a> {
         Reference { tree }
     }
 
-    /// The force of the composite field on a probe, in world axes; nothing where the field is not
+    /// The force of the composite field on a sample, in world axes; `None` where the field is not
     /// defined.
     pub fn force(&self, frames: &impl Frames, query: &Query) -> Option<DVec3> {
         let walk = Walk::new(
@@ -64,7 +64,7 @@ impl<'a> Reference<'a> {
         value.defined.any().then(|| real(&value.vector))
     }
 
-    /// The force with its derivatives by the point and the velocity of the probe; nothing where
+    /// The force with its derivatives by the point and the velocity of the sample; `None` where
     /// the field is not defined.
     ///
     /// Exact but for shapes and closures, which are differentiated numerically. Regions are taken

@@ -5,7 +5,7 @@ use crate::math::{DVec3, RigidBodyHandle};
 /// How the force at one sample came about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// The force, in world axes; nothing where the composite is not defined.
+    /// The force, in world axes; `None` where the composite is not defined.
     pub force: Option<DVec3>,
     /// One for each field, in the order of the walk; those of prototypes once for each instance.
     pub contributions: Vec<Contribution>,
@@ -16,9 +16,9 @@ pub struct Trace {
 pub struct Contribution {
     /// The field's place in the tree.
     pub place: u32,
-    /// Its own force, in world axes, before any operator; nothing where it is not defined.
+    /// Its own force, in world axes, before any operator; `None` where it is not defined.
     pub force: Option<DVec3>,
-    /// The potential energy of the probe in it, where the field has a potential.
+    /// The potential energy of the sample in it, where the field has a potential.
     pub potential: Option<f64>,
     /// The body that carries the field.
     pub carrier: Option<RigidBodyHandle>,

@@ -80,7 +80,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         Neighbourhood::of(&normals)
     }
 
-    /// The frame of a field, if the field acts on the probe at all.
+    /// The frame of a field, if the field acts on the sample at all.
     fn acting_frame(&self, field: &Field, instance: &Anchor) -> Result<Frame, Fate> {
         let frame = self.frames.frame(&field.anchor.within(instance));
         let frame = frame.ok_or(Fate::AnchorGone)?;

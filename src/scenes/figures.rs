@@ -233,7 +233,7 @@ mod tests {
     use crate::math::{DVec3, to_dvec3, to_f64};
     use crate::reference::Reference;
 
-    /// The force on a probe of a body, or of none.
+    /// The force on a sample of a body, or of none.
     fn force(
         figure: &Figure,
         point: DVec3,

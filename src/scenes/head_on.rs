@@ -228,14 +228,14 @@ mod tests {
     use crate::math::to_f64;
 
     /// Cruising there alone takes ten units of time; a hundred are for ever.
-    const PATIENCE: usize = 6000;
+    const MAX_ITERATIONS: usize = 6000;
 
     /// Time to the goals, if they are reached, and the least distance between two.
     fn run(settings: HeadOnSettings) -> (Option<f64>, f64) {
         let mut scene = settings.build().unwrap();
         let mut fields = Fields::new(scene.tree.clone()).unwrap();
         let mut nearest = f64::INFINITY;
-        for _ in 0..PATIENCE {
+        for _ in 0..MAX_ITERATIONS {
             fields.step(&mut scene.world).unwrap();
             nearest = nearest.min(scene.nearest());
             if scene.is_over() {

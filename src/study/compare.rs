@@ -56,7 +56,7 @@ pub fn fit_order(points: &[(f64, f64)]) -> Option<OrderFit> {
 }
 
 /// Least time at which an error is kept to, from pairs of time and error by log-log
-/// interpolation; nothing if it never is.
+/// interpolation; `None` if it never is.
 pub fn time_at_error(points: &[(f64, f64)], error: f64) -> Option<f64> {
     let mut points: Vec<(f64, f64)> = points.to_vec();
     points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));

@@ -150,7 +150,7 @@ pub(super) fn time<E>(
     Ok(Timing::of(seconds))
 }
 
-/// Counts on how many probes fields are evaluated.
+/// Counts on how many samples fields are evaluated.
 #[derive(Clone, Default)]
 pub(super) struct Counter(Arc<AtomicU64>);
 
@@ -164,8 +164,8 @@ impl Counter {
         })
     }
 
-    pub fn count(&self, probes: u64) {
-        self.0.fetch_add(probes, Ordering::Relaxed);
+    pub fn count(&self, samples: u64) {
+        self.0.fetch_add(samples, Ordering::Relaxed);
     }
 
     pub fn counted(&self) -> u64 {

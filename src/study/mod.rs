@@ -278,4 +278,7 @@ pub enum StudyError {
     /// The bodies of a case were not accepted.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// A property of a collider was refused.
+    #[error(transparent)]
+    Property(#[from] crate::sample::PropertyError),
 }

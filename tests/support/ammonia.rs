@@ -35,10 +35,10 @@ pub fn fields(molecules: &[Molecule], tree: Tree, colliders: &ColliderSet) -> Fi
     let builder = Fields::builder(tree).axis("lj", 0.0);
     let mut fields = builder.build().expect("a valid tree");
     for (handle, site) in sites(molecules) {
-        let properties = ProbeProperties::new()
+        let properties = ColliderProperties::new()
             .charge(from_f64(site.charge))
             .axis("lj", dispersion(&site));
-        let set = fields.set_probe(handle, properties, colliders);
+        let set = fields.set_properties(handle, properties, colliders);
         set.expect("a collider of the world");
     }
     fields

@@ -67,7 +67,7 @@ pub struct LeafPlan {
     pub formula: FormulaPlan,
     pub region: RegionPlan,
     pub anchor: AnchorPlan,
-    pub reading: Reading,
+    pub reading: ForceMode,
     pub coupling: Coupling,
     pub scale: Option<ScalarPlan>,
     pub limit: Option<i32>,
@@ -191,7 +191,7 @@ impl LeafPlan {
     fn dress(&self, field: Field, world: &World) -> Field {
         let field = field
             .at(anchor(&self.anchor, self.numbers.fraction(), world))
-            .read_as(self.reading)
+            .force_mode(self.reading)
             .coupled_to(self.coupling.clone());
         match self.group {
             Some(number) => field.groups(group(number)),
@@ -362,7 +362,9 @@ impl TermPlan {
                 // Its weight is what becomes of a unit vector, its distance of a unit spring.
                 let weight = length(leaf.dress(Field::uniform(Vector::X), world).into());
                 let spring = leaf.dress(Field::spring(1.0), world);
-                let spring = spring.coupled_to(Coupling::Each).read_as(Reading::Force);
+                let spring = spring
+                    .coupled_to(Coupling::Each)
+                    .force_mode(ForceMode::Force);
                 let distance = length(spring.into());
                 if weight == 0.0 || reference(&wrap(self.tree(world)), world, query).is_none() {
                     return 0.0;
@@ -451,11 +453,11 @@ fn coupling(numbers: Numbers) -> impl Strategy<Value = Coupling> {
     ]
 }
 
-fn reading() -> impl Strategy<Value = Reading> {
+fn reading() -> impl Strategy<Value = ForceMode> {
     proptest::sample::select(vec![
-        Reading::Force,
-        Reading::Acceleration,
-        Reading::VelocityChange,
+        ForceMode::Force,
+        ForceMode::Acceleration,
+        ForceMode::VelocityChange,
     ])
 }
 

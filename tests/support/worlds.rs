@@ -122,25 +122,25 @@ impl World {
             .build();
         let mut fields = fields.expect("a valid tree");
         for (collider, charge, delta) in &self.properties {
-            let mut properties = ProbeProperties::new().charge(*charge as Real);
+            let mut properties = ColliderProperties::new().charge(*charge as Real);
             if let Some(delta) = delta {
                 properties = properties.axis("delta", *delta as Real);
             }
-            let set = fields.set_probe(*collider, properties, &self.physics.colliders);
+            let set = fields.set_properties(*collider, properties, &self.physics.colliders);
             set.expect("valid properties");
         }
         fields
     }
 
     /// One query for each collider of a body, with the arm from the centre of mass to it.
-    pub fn probes(&self, body: RigidBodyHandle) -> Vec<(Query, DVec3)> {
+    pub fn samples(&self, body: RigidBodyHandle) -> Vec<(Query, DVec3)> {
         let rigid_body = &self.physics.bodies[body];
         let total: Real = rigid_body
             .colliders()
             .iter()
             .map(|c| self.physics.colliders[*c].mass())
             .sum();
-        let probe = |collider: &ColliderHandle| {
+        let sample = |collider: &ColliderHandle| {
             let part = &self.physics.colliders[*collider];
             let place = part
                 .position_wrt_parent()
@@ -163,14 +163,14 @@ impl World {
             };
             (query, to_dvec3(arm))
         };
-        rigid_body.colliders().iter().map(probe).collect()
+        rigid_body.colliders().iter().map(sample).collect()
     }
 
     /// The query for a body as a whole, at its centre of mass.
     pub fn centre(&self, body: RigidBodyHandle) -> Query {
         let rigid_body = &self.physics.bodies[body];
-        let probes = self.probes(body);
-        let farthest = probes
+        let samples = self.samples(body);
+        let farthest = samples
             .iter()
             .map(|(_, arm)| arm.length())
             .fold(0.0, f64::max);
@@ -179,8 +179,8 @@ impl World {
             world_velocity: to_dvec3(rigid_body.linvel()),
             radius: farthest + to_f64(RADIUS),
             mass: to_f64(rigid_body.mass()),
-            charge: probes.iter().map(|(query, _)| query.charge).sum(),
-            volume: probes.iter().map(|(query, _)| query.volume).sum(),
+            charge: samples.iter().map(|(query, _)| query.charge).sum(),
+            volume: samples.iter().map(|(query, _)| query.volume).sum(),
             user: [("delta".into(), to_f64(WORLD_DELTA))].into(),
             body: Some(body),
             ..Query::default()

@@ -11,7 +11,7 @@ use crate::math::DVec3;
 
 /// The components of a vector, written as text: `"-x / (x^2 + y^2)"`.
 ///
-/// Variables are the coordinates `x`, `y`, `z` and the velocity `vx`, `vy`, `vz` of the probe in
+/// Variables are the coordinates `x`, `y`, `z` and the velocity `vx`, `vy`, `vz` of the sample in
 /// the field's frame, the axes `time`, `speed`, `radius`, `mass`, `charge`, and the axes of the
 /// user. Operators and functions are those of the crate `exmex`: `+ - * / ^`, `sin`, `exp`,
 /// `sqrt`, `abs`, `atan2`, …, `PI`, `E`. A sign binds more tightly than `^`: `-x^2` is x², and

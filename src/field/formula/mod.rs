@@ -59,7 +59,7 @@ pub enum Formula {
     Magnetic(Magnetic),
     /// Around, towards and along the y axis: spin, vortex, updraft.
     Swirl(Swirl),
-    /// The weight of the fluid that the probe displaces.
+    /// The weight of the fluid that the sample displaces.
     Buoyancy(Buoyancy),
     /// A random flow without sources.
     Turbulence(Arc<Turbulence>),
@@ -92,7 +92,7 @@ pub(crate) trait Law {
         None
     }
 
-    /// Whether the vector depends on the velocity of the probe.
+    /// Whether the vector depends on the velocity of the sample.
     fn reads_velocity(&self) -> bool {
         false
     }
@@ -161,7 +161,7 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
-    /// Whether the vector depends on the volume of the probe.
+    /// Whether the vector depends on the volume of the sample.
     pub(crate) fn reads_volume(&self) -> bool {
         match self {
             Formula::Buoyancy(_) => true,

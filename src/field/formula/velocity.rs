@@ -50,7 +50,7 @@ impl Law for Drag {
 }
 
 /// Drag relative to a flow: F = (c₁ + c₂ |w|) w for the velocity w = u − v of the flow u past the
-/// probe. Where |w| is above the cap, w is shortened to it, so that the force has a bound.
+/// sample. Where |w| is above the cap, w is shortened to it, so that the force has a bound.
 ///
 /// The flow is another formula's vector, read as a velocity in the field's frame.
 #[derive(Clone, Debug, PartialEq)]

@@ -19,7 +19,7 @@ use text::expression;
 use super::error::{FileError, content};
 use super::number::{Num, Triple, triple, unless, vector};
 use super::shape::ShapeDoc;
-use crate::field::{ContactLaw, Field, Formula, Grid, Nearest, Profile, Reading};
+use crate::field::{ContactLaw, Field, ForceMode, Formula, Grid, Nearest, Profile};
 use crate::math::Real;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -176,7 +176,7 @@ impl FormulaDoc {
                 softening,
             } = law.profile
             && strength < 0.0
-            && field.reading == Reading::Acceleration
+            && field.reading == ForceMode::Acceleration
         {
             let doc = PointGravityDoc::new(law, -strength, softening);
             return Ok(FormulaDoc::PointGravity(doc));

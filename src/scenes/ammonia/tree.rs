@@ -1,7 +1,9 @@
 //! The fields of a box of ammonia: two per atom (paper §4), and one per wall.
 
 use crate::math::{ColliderSet, Real, from_f64};
-use crate::{ContactLaw, Field, Fields, FieldsBuilder, Operator, ProbeProperties, StepError, Tree};
+use crate::{
+    ColliderProperties, ContactLaw, Field, Fields, FieldsBuilder, Operator, PropertyError, Tree,
+};
 
 use super::{BoxOfAmmonia, COULOMB, LJ_EPSILON, LJ_SIGMA, Molecule, SITES};
 
@@ -12,7 +14,7 @@ pub const DISPERSION: &str = "dispersion";
 /// electric field of its charge.
 ///
 /// With a cutoff (Å) both end there, their force shifted to reach zero; without, they reach
-/// everywhere. Probes need [`set_probes`], and the fields the axis [`DISPERSION`].
+/// everywhere. Samples need [`set_probes`], and the fields the axis [`DISPERSION`].
 pub fn interaction(molecules: &[Molecule], cutoff: Option<Real>) -> Tree {
     let ended = |field: Field| match cutoff {
         Some(cutoff) => field.shifted_to_zero_at(cutoff),
@@ -67,15 +69,15 @@ pub fn set_probes(
     fields: &mut Fields,
     molecules: &[Molecule],
     colliders: &ColliderSet,
-) -> Result<(), StepError> {
+) -> Result<(), PropertyError> {
     for molecule in molecules {
         for (number, (site, collider)) in SITES.iter().zip(molecule.sites).enumerate() {
             let dispersion = if number == 0 { 1.0 } else { 0.0 };
-            let properties = ProbeProperties::new()
+            let properties = ColliderProperties::new()
                 .charge(from_f64(site.charge))
                 .mass(from_f64(site.mass))
                 .axis(DISPERSION, dispersion);
-            fields.set_probe(collider, properties, colliders)?;
+            fields.set_properties(collider, properties, colliders)?;
         }
     }
     Ok(())

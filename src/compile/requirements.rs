@@ -1,0 +1,82 @@
+//! Which samples of bodies a tree wants.
+
+use super::{Compiled, Program};
+use crate::field::{Axis, Sampling, SamplingRule};
+
+/// What is to be gathered of bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct SamplingRequirements {
+    /// Whether colliders are looked at, or only bodies as a whole.
+    pub parts: bool,
+    /// Samples of volumes and surfaces.
+    pub volume: PartSampling,
+    pub surface: PartSampling,
+    /// Whether colliders are to be cut into cells.
+    pub cells: bool,
+    /// Whether the volumes of parts are asked for.
+    pub displaced: bool,
+}
+
+/// Which colliders are sampled at several points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum PartSampling {
+    #[default]
+    None,
+    AllButBalls,
+    All,
+}
+
+impl SamplingRequirements {
+    pub(super) fn by(compiled: &Compiled) -> Self {
+        let mut wanted = SamplingRequirements {
+            parts: !compiled.overrides.is_empty(),
+            ..SamplingRequirements::default()
+        };
+        for batch in &compiled.radials {
+            wanted.add(batch.how);
+        }
+        for program in compiled.programs.iter().filter(|program| program.has_force) {
+            wanted.add(program.how);
+            wanted.parts |= reads_parts(program);
+            let mut formulas = program.leaves.iter().map(|leaf| &leaf.formula);
+            wanted.displaced |= formulas.any(|formula| formula.reads_volume());
+        }
+        wanted
+    }
+
+    fn add(&mut self, how: SamplingRule) {
+        self.parts |= how.sampling != Sampling::Centre;
+        let cut = if how.auto {
+            PartSampling::AllButBalls
+        } else {
+            PartSampling::All
+        };
+        match how.sampling {
+            Sampling::Volume => self.volume = self.volume.max(cut),
+            Sampling::Surface => self.surface = self.surface.max(cut),
+            Sampling::Adaptive { .. } => {
+                self.volume = PartSampling::All;
+                self.cells = true;
+            }
+            Sampling::Auto | Sampling::Centre | Sampling::Parts => {}
+        }
+    }
+
+    /// What a body wants that asks for a sampling of its own.
+    pub(crate) fn with(mut self, own: Option<Sampling>) -> Self {
+        if let Some(sampling) = own {
+            self.add(SamplingRule {
+                sampling,
+                auto: false,
+                overridable: false,
+            });
+        }
+        self
+    }
+}
+
+/// Whether a field that is sampled at centres has to know the parts all the same.
+fn reads_parts(program: &Program) -> bool {
+    let mut axes = program.leaves.iter().flat_map(|leaf| leaf.axes());
+    axes.any(|axis| matches!(axis, Axis::Radius | Axis::Charge))
+}

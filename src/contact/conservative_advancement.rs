@@ -1,0 +1,217 @@
+//! The first moment at which a gap closes.
+//!
+//! Conservative advancement of second order: with f the gap (or a rising function of it) and
+//! f'' ≥ −M, the parabola f + f' h − M h²/2 lies below f, so up to its root nothing can touch. At a
+//! simple root this converges like Newton's method, from outside; at a graze it halves the gap in
+//! every look. Motion that keeps close without touching would take ever smaller steps; after
+//! [`MAX_ITERATIONS`] looks it is sampled instead, and a change of sign bracketed.
+
+/// Looks before sampling.
+const MAX_ITERATIONS: usize = 128;
+
+/// Samples of the time that is left when patience is at an end.
+const SAMPLES: f64 = 4096.0;
+
+/// A look at a gap.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GapBound {
+    /// Rises with the gap; zero where the parts touch.
+    pub value: f64,
+    pub slope: f64,
+    /// The second derivative is nowhere below minus this from here to the end.
+    pub curvature: f64,
+}
+
+/// The first moment in `[from, to]` at which a value is at most `tolerance` and falls. `look` is
+/// given a moment.
+pub(super) fn first_touch(
+    [from, to]: [f64; 2],
+    tolerance: f64,
+    look: impl Fn(f64) -> GapBound,
+) -> Option<f64> {
+    let floor = (to - from) / SAMPLES;
+    let mut time = from;
+    let mut looks = 0;
+    loop {
+        let seen = look(time);
+        // Not so for NaN, which ends the search.
+        if seen.value <= tolerance && seen.slope < 0.0 {
+            return Some(time);
+        }
+        let step = free_stretch(&seen)?;
+        looks += 1;
+        let close = looks > MAX_ITERATIONS || step == 0.0;
+        let next = time + if close { step.max(floor) } else { step };
+        if next > to {
+            // Within rounding of the end the next step finds it.
+            return None;
+        }
+        if next <= time {
+            // The gap is smaller than what the next moment that can be told makes of it.
+            return (seen.slope < 0.0).then_some(time);
+        }
+        if close && seen.value > 0.0 && look(next).value < 0.0 {
+            return Some(bracketed(time, next, |t| look(t).value));
+        }
+        time = next;
+    }
+}
+
+/// For how long nothing can touch, by the lower bound of the value; `None` if it never does.
+fn free_stretch(seen: &GapBound) -> Option<f64> {
+    let GapBound {
+        value,
+        slope,
+        curvature,
+    } = *seen;
+    if slope >= 0.0 && value <= 0.0 {
+        // Parts that overlap, or have just met, and part: until they may approach again.
+        return (curvature > 0.0).then(|| slope / curvature);
+    }
+    let value = value.max(0.0);
+    if slope >= 0.0 {
+        let root = slope + (slope * slope + 2.0 * curvature * value).sqrt();
+        return (curvature > 0.0).then(|| root / curvature);
+    }
+    let root = (slope * slope + 2.0 * curvature * value).sqrt() - slope;
+    let stretch = 2.0 * value / root;
+    stretch.is_finite().then_some(stretch)
+}
+
+/// The root between a positive and a negative value, by halving: 60 halvings reach the last digit.
+fn bracketed(mut positive: f64, mut negative: f64, value: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..60 {
+        let middle = 0.5 * (positive + negative);
+        if value(middle) > 0.0 {
+            positive = middle;
+        } else {
+            negative = middle;
+        }
+    }
+    positive
+}
+
+/// As [`first_touch`], for a gap of which only the value is known, and how fast it can close.
+/// Advances by gap / speed until the gap is at most `tolerance`, and then by half of that.
+pub(super) fn first_touch_of_distance(
+    [from, to]: [f64; 2],
+    tolerance: f64,
+    speed: f64,
+    gap: impl Fn(f64) -> Option<f64>,
+) -> Option<f64> {
+    if speed <= 0.0 {
+        return None;
+    }
+    let floor = (to - from) / SAMPLES;
+    let (mut time, mut last, mut looks) = (from, None, 0);
+    while time <= to {
+        // None is farther than can be reached.
+        let seen = gap(time)?;
+        if seen <= tolerance {
+            let before: f64 = last.unwrap_or(time);
+            let closing = last.is_some() || gap((time + floor).min(to)).is_none_or(|g| g < seen);
+            if closing {
+                return Some(if seen < 0.0 {
+                    bracketed(before, time, |t| gap(t).unwrap_or(f64::INFINITY))
+                } else {
+                    time
+                });
+            }
+        } else {
+            last = Some(time);
+        }
+        looks += 1;
+        let step = seen.max(tolerance * 0.5) / speed;
+        let patient = looks <= MAX_ITERATIONS && seen > tolerance;
+        time += if patient { step } else { step.max(floor) };
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(f: impl Fn(f64) -> [f64; 2], curvature: f64) -> impl Fn(f64) -> GapBound {
+        move |t| {
+            let [value, slope] = f(t);
+            GapBound {
+                value,
+                slope,
+                curvature,
+            }
+        }
+    }
+
+    #[test]
+    fn simple_roots_are_found_to_the_last_digit() {
+        let line = of(|t| [1.0 - t, -1.0], 0.0);
+        assert_eq!(first_touch([0.0, 2.0], 0.0, line), Some(1.0));
+        let wave = of(|t| [(5.0 * t).cos() + 0.5, -5.0 * (5.0 * t).sin()], 25.0);
+        let found = first_touch([0.0, 2.0], 1e-15, wave).expect("a root");
+        let exact = (2.0_f64 * std::f64::consts::PI / 3.0) / 5.0;
+        assert!((found - exact).abs() < 1e-15, "{found} {exact}");
+    }
+
+    /// At high speed, late in a step, time is coarser than the tolerance.
+    #[test]
+    fn a_root_between_two_moments_is_found() {
+        for k in 1..100 {
+            let at = 3.0 + f64::from(k) * 0.012_345_678_9;
+            let fast = of(|t| [1e3 * (at - t) + 1e-14, -1e3], 0.0);
+            let found = first_touch([0.0, 6.0], 1e-16, fast).expect("a root");
+            assert!((found - at).abs() < 1e-14, "{found} {at}");
+        }
+    }
+
+    #[test]
+    fn a_graze_is_told_from_a_miss() {
+        let near = |least: f64| {
+            of(
+                move |t| [(t - 0.7) * (t - 0.7) + least, 2.0 * (t - 0.7)],
+                8.0,
+            )
+        };
+        assert!(first_touch([0.0, 1.0], 1e-15, near(1e-12)).is_none());
+        let found = first_touch([0.0, 1.0], 1e-15, near(-1e-12)).expect("a root");
+        assert!((found - (0.7 - 1e-6)).abs() < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn parting_is_no_touch_and_what_follows_is_found() {
+        let hop = of(|t| [t * (1.0 - t), 1.0 - 2.0 * t], 2.0);
+        assert_eq!(
+            first_touch([0.0, 2.0], 1e-15, &hop).map(|t| (t * 1e9).round()),
+            Some(1e9)
+        );
+        let overlap = of(|t| [t * (1.0 - t) - 0.1, 1.0 - 2.0 * t], 2.0);
+        let found = first_touch([0.0, 2.0], 1e-15, overlap).expect("out, and in again");
+        assert!((found - 0.887_298_334_620_741_7).abs() < 1e-9, "{found}");
+        assert!(first_touch([0.0, 1.0], 1e-9, of(|_| [0.0, 0.0], 0.0)).is_none());
+        assert!(first_touch([0.0, 1.0], 1e-9, of(|_| [f64::NAN; 2], 1.0)).is_none());
+    }
+
+    #[test]
+    fn closeness_without_touch_ends_and_a_late_touch_is_bracketed() {
+        let skim = of(
+            |t| [1e-13 + 1e-14 * (40.0 * t).sin(), 4e-13 * (40.0 * t).cos()],
+            1.0,
+        );
+        assert!(first_touch([0.0, 1.0], 1e-16, skim).is_none());
+        let late = of(
+            |t| [1e-13 - (t - 0.5).max(0.0), if t > 0.5 { -1.0 } else { 0.0 }],
+            1.0,
+        );
+        let found = first_touch([0.0, 1.0], 1e-16, late).expect("a root");
+        assert!((found - 0.5).abs() < 1e-12, "{found}");
+    }
+
+    #[test]
+    fn distances_alone_do_too() {
+        let fall = |t: f64| Some(1.0 - t * t);
+        let found = first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, fall).expect("a root");
+        assert!((found - 1.0).abs() < 1e-9, "{found}");
+        assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, |_| None).is_none());
+        assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 1.0, |t| Some(t - 0.1)).is_none());
+    }
+}

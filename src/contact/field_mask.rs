@@ -1,0 +1,89 @@
+//! Detection fields under operators: whether they act on what approaches.
+
+use std::collections::HashMap;
+
+use crate::compile::{Compiled, Detector};
+use crate::eval::Interpreter;
+use crate::field::{Frame, Frames, Motion};
+use crate::math::{ColliderHandle, ColliderSet, DVec3, RigidBodySet};
+use crate::sample::{Moment, Samples};
+
+/// The present state of what masks may ask.
+#[derive(Debug, Default)]
+pub(super) struct FieldMasks {
+    machine: Interpreter,
+    samples: Samples,
+    probe_of: HashMap<ColliderHandle, usize>,
+    frames: Vec<Option<Frame>>,
+}
+
+impl FieldMasks {
+    pub(super) fn refresh(
+        &mut self,
+        compiled: &Compiled,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+        samples: impl FnOnce(&mut Samples),
+    ) {
+        samples(&mut self.samples);
+        self.probe_of.clear();
+        for (place, sample) in self.samples.list.iter().enumerate() {
+            self.probe_of
+                .extend(sample.collider.map(|collider| (collider, place)));
+        }
+        self.frames.clear();
+        let world = (bodies, colliders);
+        self.frames
+            .extend(compiled.anchors.iter().map(|anchor| world.frame(anchor)));
+    }
+
+    /// Whether a detection field is still there, where `other` is sampled, after its operators:
+    /// not replaced, cut out or outside its region. What is no sample (a fixed or kinematic
+    /// collider) is judged from the other side only.
+    pub(super) fn lets_through(
+        &mut self,
+        compiled: &Compiled,
+        detector: &Detector,
+        other: ColliderHandle,
+        moment: Moment,
+    ) -> bool {
+        self.asks(compiled, detector, other, moment, None)
+    }
+
+    /// The same, as if `other` were at a world point.
+    pub(super) fn lets_through_at(
+        &mut self,
+        compiled: &Compiled,
+        detector: &Detector,
+        other: ColliderHandle,
+        moment: Moment,
+        world_point: DVec3,
+    ) -> bool {
+        self.asks(compiled, detector, other, moment, Some(world_point))
+    }
+
+    fn asks(
+        &mut self,
+        compiled: &Compiled,
+        detector: &Detector,
+        other: ColliderHandle,
+        moment: Moment,
+        world_point: Option<DVec3>,
+    ) -> bool {
+        let Some(mask) = detector.mask else {
+            return true;
+        };
+        let Some(place) = self.probe_of.get(&other) else {
+            return false;
+        };
+        let mut query = self.samples.query(&self.samples.list[*place], moment);
+        query.world_point = world_point.unwrap_or(query.world_point);
+        let program = &compiled.programs[mask.program as usize];
+        let instance = mask.instance as usize;
+        let motion = Motion::of(&query);
+        let outcome = self
+            .machine
+            .run(program, instance, &self.frames, &query, &motion);
+        outcome.is_some_and(|outcome| outcome.leaves & (1_u64 << mask.leaf.min(63)) != 0)
+    }
+}

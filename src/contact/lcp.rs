@@ -1,0 +1,173 @@
+//! A small linear complementarity problem with a positive semidefinite matrix.
+
+/// Solves x ≥ 0, A x − b ≥ 0, x · (A x − b) = 0, for a symmetric positive semidefinite A in rows,
+/// by the active-set method of Lawson and Hanson (Solving Least Squares Problems, 1974, ch. 23).
+///
+/// Rows that are nearly combinations of others take no part once the others are satisfied.
+pub(super) fn solve(matrix: &[f64], wanted: &[f64]) -> Vec<f64> {
+    let size = wanted.len();
+    let mut x = vec![0.0; size];
+    let mut active: Vec<usize> = Vec::new();
+    let mut barred = vec![false; size];
+    let largest = wanted.iter().fold(0.0, |most: f64, b| most.max(b.abs()));
+    // Each pass activates one; in exact arithmetic there is no cycle.
+    for _ in 0..3 * size {
+        let missing = |i: usize| wanted[i] - row(matrix, size, i, &x);
+        let next = (0..size)
+            .filter(|i| !barred[*i] && !active.contains(i))
+            .map(|i| (i, missing(i)))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((next, _)) = next.filter(|(_, short)| *short > 1e-13 * largest) else {
+            break;
+        };
+        active.push(next);
+        if !settle(matrix, wanted, &mut x, &mut active) {
+            // It depends on those that are active already.
+            active.retain(|i| *i != next);
+            barred[next] = true;
+            settle(matrix, wanted, &mut x, &mut active);
+        }
+    }
+    x
+}
+
+fn row(matrix: &[f64], size: usize, i: usize, x: &[f64]) -> f64 {
+    let row = &matrix[i * size..(i + 1) * size];
+    row.iter().zip(x).map(|(a, x)| a * x).sum()
+}
+
+/// Solves for the active ones alone, dropping those that would become negative. False if they
+/// cannot be told apart.
+fn settle(matrix: &[f64], wanted: &[f64], x: &mut [f64], active: &mut Vec<usize>) -> bool {
+    while !active.is_empty() {
+        let Some(trial) = eliminate(matrix, wanted, active) else {
+            return false;
+        };
+        // How far towards the trial all stay at or above zero.
+        let mut share: f64 = 1.0;
+        for (i, to) in active.iter().zip(&trial) {
+            if *to <= 0.0 {
+                share = share.min(x[*i] / (x[*i] - to));
+            }
+        }
+        let share = if share.is_finite() { share } else { 0.0 };
+        for (i, to) in active.iter().zip(&trial) {
+            x[*i] += share * (to - x[*i]);
+        }
+        if share >= 1.0 {
+            return true;
+        }
+        let dropped: Vec<usize> = active
+            .iter()
+            .zip(&trial)
+            .filter(|(i, to)| **to <= 0.0 && x[**i] <= f64::EPSILON * (x[**i] - **to))
+            .map(|(i, _)| *i)
+            .collect();
+        if dropped.is_empty() {
+            return true;
+        }
+        for i in &dropped {
+            x[*i] = 0.0;
+        }
+        active.retain(|i| !dropped.contains(i));
+    }
+    true
+}
+
+/// Elimination among the active rows, as L D Lᵀ; `None` if they are dependent.
+fn eliminate(matrix: &[f64], wanted: &[f64], active: &[usize]) -> Option<Vec<f64>> {
+    let (size, count) = (wanted.len(), active.len());
+    let mut lower = vec![0.0; count * count];
+    let mut pivots = vec![0.0; count];
+    for r in 0..count {
+        for c in 0..=r {
+            let before: f64 = (0..c)
+                .map(|k| lower[r * count + k] * lower[c * count + k] * pivots[k])
+                .sum();
+            let entry = matrix[active[r] * size + active[c]] - before;
+            if r != c {
+                lower[r * count + c] = entry / pivots[c];
+            } else if entry > 1e-12 * matrix[active[r] * size + active[r]] {
+                pivots[r] = entry;
+            } else {
+                return None;
+            }
+        }
+    }
+    let mut x: Vec<f64> = active.iter().map(|i| wanted[*i]).collect();
+    for r in 0..count {
+        let before: f64 = (0..r).map(|k| lower[r * count + k] * x[k]).sum();
+        x[r] -= before;
+    }
+    for r in (0..count).rev() {
+        let after: f64 = (r + 1..count).map(|k| lower[k * count + r] * x[k]).sum();
+        x[r] = x[r] / pivots[r] - after;
+    }
+    Some(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_is_a_division() {
+        assert_eq!(solve(&[4.0], &[2.0]), [0.5]);
+        assert_eq!(solve(&[4.0], &[-2.0]), [0.0]);
+        assert_eq!(solve(&[0.0], &[1.0]), [0.0]);
+        assert!(solve(&[], &[]).is_empty());
+    }
+
+    #[test]
+    fn who_would_be_pulled_is_let_go() {
+        // Alone, each wants 1; together the second would be negative.
+        let x = solve(&[2.0, 1.9, 1.9, 2.0], &[2.0, 1.0]);
+        assert_eq!(x, [1.0, 0.0]);
+        let x = solve(&[2.0, -1.0, -1.0, 2.0], &[1.0, 1.0]);
+        assert!(
+            (x[0] - 1.0).abs() < 1e-15 && (x[1] - 1.0).abs() < 1e-15,
+            "{x:?}"
+        );
+    }
+
+    #[test]
+    fn copies_of_a_row_do_not_disturb() {
+        let x = solve(&[1.0, 1.0, 1.0, 1.0], &[3.0, 3.0]);
+        assert!((x[0] + x[1] - 3.0).abs() < 1e-14, "{x:?}");
+    }
+
+    /// Random problems: the conditions themselves are the test.
+    #[test]
+    fn conditions_hold() {
+        let mut seed = 7_u64;
+        let mut random = || {
+            seed = seed
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        for size in 1..=12 {
+            for _ in 0..50 {
+                let factor: Vec<f64> = (0..size * size).map(|_| random()).collect();
+                let entry = |i: usize, j: usize| -> f64 {
+                    (0..size)
+                        .map(|k| factor[i * size + k] * factor[j * size + k])
+                        .sum::<f64>()
+                        + if i == j { 1e-3 } else { 0.0 }
+                };
+                let matrix: Vec<f64> = (0..size * size)
+                    .map(|at| entry(at / size, at % size))
+                    .collect();
+                let wanted: Vec<f64> = (0..size).map(|_| random()).collect();
+                let x = solve(&matrix, &wanted);
+                for i in 0..size {
+                    let rest = row(&matrix, size, i, &x) - wanted[i];
+                    assert!(
+                        x[i] >= 0.0 && rest > -1e-10 && (x[i] * rest).abs() < 1e-8,
+                        "{i} {x:?}"
+                    );
+                }
+            }
+        }
+    }
+}

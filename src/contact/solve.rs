@@ -1,0 +1,388 @@
+//! The laws of response, in 64 bits.
+//!
+//! Contacts that happen at once are answered in rounds. In each, those that approach are resolved
+//! together: normal impulses λ ≥ 0 such that no contact of the round approaches, or parts slower
+//! than its restitution asks, and none is pulled (Moreau's law of impact, a linear complementarity
+//! problem). Rounds follow until none approaches; each keeps momentum, and adds no energy.
+
+use crate::field::ContactLaw;
+use crate::math::{DQuat, DVec3, Real, to_dpose3, to_dvec3, to_f64};
+use crate::rapier::dynamics::{LockedAxes, RigidBody};
+
+use super::lcp;
+use crate::rigid::Rotor;
+
+/// A chain of bodies needs about as many rounds as it is long.
+const ROUNDS: usize = 64;
+
+/// After the first round, approach slower than this fraction of the fastest part is rounding.
+const AT_REST: f64 = 16.0 * Real::EPSILON as f64;
+
+/// More contacts that hang together than this are answered one after the other: solving them
+/// together costs the cube of their number.
+const MOST_AT_ONCE: usize = 48;
+
+/// What of a body an impulse acts on, apart from where it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Resistance {
+    /// Zero along locked axes, and for bodies that nothing moves.
+    pub inverse_mass: DVec3,
+    pub rotor: Rotor,
+    /// One for the world axes about which it may turn, else zero.
+    pub may_turn: DVec3,
+}
+
+/// A body as the response sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ContactBody {
+    pub resistance: Resistance,
+    pub com: DVec3,
+    pub attitude: DQuat,
+    pub linvel: DVec3,
+    pub angvel: DVec3,
+    pub pushed: bool,
+}
+
+/// A contact to be answered.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meeting {
+    /// The bodies' places in the list of movers; none for what nothing moves.
+    pub places: [Option<usize>; 2],
+    pub point: DVec3,
+    /// From the first to the second.
+    pub normal: DVec3,
+    pub depth: f64,
+    pub law: ContactLaw,
+    pub has_field: [bool; 2],
+    /// What each was given so far.
+    pub impulses: [DVec3; 2],
+}
+
+impl Resistance {
+    pub(super) fn of(body: &RigidBody) -> Self {
+        let properties = body.mass_properties();
+        let local = &properties.local_mprops;
+        let locked = body.locked_axes();
+        let free = |axis: LockedAxes| f64::from(u8::from(!locked.contains(axis)));
+        let free_axes = |x, y, z| DVec3::new(free(x), free(y), free(z));
+        let dynamic = f64::from(u8::from(body.is_dynamic()));
+        let may_turn = free_axes(
+            LockedAxes::ROTATION_LOCKED_X,
+            LockedAxes::ROTATION_LOCKED_Y,
+            LockedAxes::ROTATION_LOCKED_Z,
+        );
+        let [x, y, z, w] = local.principal_inertia_local_frame.to_array().map(to_f64);
+        Resistance {
+            inverse_mass: to_dvec3(properties.effective_inv_mass),
+            rotor: Rotor {
+                inverse_moments: to_dvec3(local.inv_principal_inertia) * dynamic,
+                principal_to_body: DQuat::from_xyzw(x, y, z, w).normalize(),
+            },
+            may_turn,
+        }
+    }
+}
+
+impl ContactBody {
+    pub(super) fn of(body: &RigidBody) -> Self {
+        let pose = to_dpose3(body.position());
+        ContactBody {
+            resistance: Resistance::of(body),
+            com: pose.transform_point(to_dvec3(body.local_center_of_mass())),
+            attitude: pose.rotation,
+            linvel: to_dvec3(body.linvel()),
+            angvel: to_dvec3(body.angvel()),
+            pushed: false,
+        }
+    }
+
+    pub(super) fn velocity_at(&self, point: DVec3) -> DVec3 {
+        self.linvel + self.angvel.cross(point - self.com)
+    }
+
+    /// The change of angular velocity by an angular impulse.
+    fn twist(&self, angular_impulse: DVec3) -> DVec3 {
+        let Resistance {
+            rotor, may_turn, ..
+        } = &self.resistance;
+        rotor.angvel(self.attitude, angular_impulse * *may_turn) * *may_turn
+    }
+
+    /// The velocity that an impulse at `point` gives the material at `there`.
+    fn answer(&self, there: DVec3, point: DVec3, impulse: DVec3) -> DVec3 {
+        let twist = self.twist((point - self.com).cross(impulse));
+        impulse * self.resistance.inverse_mass + twist.cross(there - self.com)
+    }
+
+    /// Mass along the axes that are free; a fixed body has none.
+    fn mass(&self) -> f64 {
+        let inverse = self.resistance.inverse_mass.max_element();
+        if inverse > 0.0 { inverse.recip() } else { 0.0 }
+    }
+
+    fn push(&mut self, point: DVec3, impulse: DVec3) {
+        let kick = impulse * self.resistance.inverse_mass;
+        let twist = self.twist((point - self.com).cross(impulse));
+        self.linvel = added(self.linvel, kick);
+        self.angvel = added(self.angvel, twist);
+        // A body held in its place may still turn.
+        self.pushed |= kick != DVec3::ZERO || twist != DVec3::ZERO;
+    }
+}
+
+/// A sum in which what cancels to rounding is zero: a ball that is stopped dead stands still.
+fn added(a: DVec3, b: DVec3) -> DVec3 {
+    let axis = |a: f64, b: f64| {
+        let sum = a + b;
+        if sum.abs() <= 2.0 * f64::EPSILON * a.abs() {
+            0.0
+        } else {
+            sum
+        }
+    };
+    DVec3::new(axis(a.x, b.x), axis(a.y, b.y), axis(a.z, b.z))
+}
+
+impl Meeting {
+    fn velocities(&self, movers: &[ContactBody]) -> [DVec3; 2] {
+        let velocity = |place: usize| movers[place].velocity_at(self.point);
+        self.places.map(|place| place.map_or(DVec3::ZERO, velocity))
+    }
+
+    /// How fast the two parts approach.
+    pub(super) fn approach(&self, movers: &[ContactBody]) -> f64 {
+        let [first, second] = self.velocities(movers);
+        (first - second).dot(self.normal)
+    }
+
+    /// Approach slower than this is rounding.
+    pub(super) fn rounding(&self, movers: &[ContactBody]) -> f64 {
+        let [first, second] = self.velocities(movers).map(DVec3::length);
+        first.max(second) * AT_REST
+    }
+}
+
+/// Answers contacts that happen at once; `dt` is for how long a penalty acts.
+pub(super) fn resolve(movers: &mut [ContactBody], meetings: &mut [Meeting], dt: f64) {
+    let mut solver = Solver { movers, meetings };
+    solver.push_once(dt);
+    for round in 0..ROUNDS {
+        let approaching = solver.approaching(round);
+        if approaching.is_empty() {
+            break;
+        }
+        for cluster in solver.clusters(&approaching) {
+            solver.impact(&cluster);
+        }
+    }
+}
+
+struct Solver<'a> {
+    movers: &'a mut [ContactBody],
+    meetings: &'a mut [Meeting],
+}
+
+/// Velocities of the two parts at a contact, and how fast they approach.
+struct Closing {
+    velocities: [DVec3; 2],
+    approach: f64,
+}
+
+impl Solver<'_> {
+    fn closing(&self, meeting: &Meeting) -> Closing {
+        Closing {
+            velocities: meeting.velocities(self.movers),
+            approach: meeting.approach(self.movers),
+        }
+    }
+
+    /// The laws that act once a step, whatever they lead to: all by the velocities before.
+    fn push_once(&mut self, dt: f64) {
+        let pushes: Vec<[DVec3; 2]> = self
+            .meetings
+            .iter()
+            .map(|meeting| self.push_of(meeting, dt))
+            .collect();
+        for (number, impulses) in pushes.into_iter().enumerate() {
+            if impulses != [DVec3::ZERO; 2] {
+                self.apply(number, impulses);
+            }
+        }
+    }
+
+    fn push_of(&self, meeting: &Meeting, dt: f64) -> [DVec3; 2] {
+        let Closing {
+            velocities,
+            approach,
+        } = self.closing(meeting);
+        // Each part is pushed by the field of the other, if that has one.
+        let by_the_field = |speed: &dyn Fn(usize) -> f64| {
+            let push = |part: usize| match meeting.places[part] {
+                Some(place) if meeting.has_field[1 - part] => {
+                    speed(part) * self.movers[place].mass()
+                }
+                _ => 0.0,
+            };
+            [meeting.normal * -push(0), meeting.normal * push(1)]
+        };
+        match meeting.law {
+            ContactLaw::Paper if approach > 0.0 => by_the_field(&|part| velocities[part].length()),
+            ContactLaw::PaperRelative if approach > 0.0 => by_the_field(&|_| approach),
+            ContactLaw::Penalty { stiffness, damping } => {
+                let spring = to_f64(stiffness) * meeting.depth;
+                let force = (spring + to_f64(damping) * approach).max(0.0);
+                let impulse = meeting.normal * (force * dt);
+                [-impulse, impulse]
+            }
+            _ => [DVec3::ZERO; 2],
+        }
+    }
+
+    /// The contacts that Newton's law is to answer in this round.
+    fn approaching(&self, round: usize) -> Vec<usize> {
+        let approaches = |number: &usize| {
+            let meeting = &self.meetings[*number];
+            if !matches!(meeting.law, ContactLaw::Impulse { .. }) {
+                return false;
+            }
+            let rounding = match round {
+                0 => 0.0,
+                _ => meeting.rounding(self.movers),
+            };
+            let yields =
+                self.inverse_effective_mass(meeting, meeting.point, meeting.normal, meeting.normal);
+            meeting.approach(self.movers) > rounding && yields > 0.0
+        };
+        (0..self.meetings.len()).filter(approaches).collect()
+    }
+
+    /// Contacts that share a body that can be moved, directly or by way of others.
+    fn clusters(&self, contacts: &[usize]) -> Vec<Vec<usize>> {
+        // Whoever is first in a chain of bodies stands for it.
+        let mut parent: Vec<usize> = (0..self.movers.len()).collect();
+        fn find(parent: &mut [usize], mut one: usize) -> usize {
+            while parent[one] != one {
+                parent[one] = parent[parent[one]];
+                one = parent[one];
+            }
+            one
+        }
+        let movable = |place: Option<usize>| {
+            place.filter(|place| {
+                let resistance = &self.movers[*place].resistance;
+                resistance.inverse_mass != DVec3::ZERO
+                    || resistance.rotor.inverse_moments != DVec3::ZERO
+            })
+        };
+        for number in contacts {
+            if let [Some(a), Some(b)] = self.meetings[*number].places.map(movable) {
+                let (a, b) = (find(&mut parent, a), find(&mut parent, b));
+                parent[a.max(b)] = a.min(b);
+            }
+        }
+        let mut clusters: Vec<(usize, Vec<usize>)> = Vec::new();
+        for number in contacts {
+            let [a, b] = self.meetings[*number].places.map(movable);
+            let Some(member) = a.or(b) else { continue };
+            let name = find(&mut parent, member);
+            match clusters.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, list)) if list.len() < MOST_AT_ONCE => list.push(*number),
+                _ => clusters.push((name, vec![*number])),
+            }
+        }
+        clusters.into_iter().map(|(_, list)| list).collect()
+    }
+
+    /// The relative velocity along `normal` at `there` that a unit impulse along `along`, at a
+    /// contact, gives its two parts.
+    fn inverse_effective_mass(
+        &self,
+        meeting: &Meeting,
+        there: DVec3,
+        along: DVec3,
+        normal: DVec3,
+    ) -> f64 {
+        let of = |place: Option<usize>| {
+            place.map_or(DVec3::ZERO, |place| {
+                self.movers[place].answer(there, meeting.point, along)
+            })
+        };
+        (of(meeting.places[0]) + of(meeting.places[1])).dot(normal)
+    }
+
+    /// How the approach at contact `i` changes by a unit impulse at contact `j`.
+    fn coupling(&self, i: usize, j: usize) -> f64 {
+        let (here, there) = (&self.meetings[i], &self.meetings[j]);
+        let mut sum = 0.0;
+        for (part, place) in here.places.iter().enumerate() {
+            for (other, by) in there.places.iter().enumerate() {
+                let (Some(place), true) = (place, place == by) else {
+                    continue;
+                };
+                let sign = if part == other { 1.0 } else { -1.0 };
+                let answer = self.movers[*place].answer(here.point, there.point, there.normal);
+                sum += sign * answer.dot(here.normal);
+            }
+        }
+        sum
+    }
+
+    /// Resolves the impacts of a cluster together.
+    fn impact(&mut self, cluster: &[usize]) {
+        let size = cluster.len();
+        let mut matrix = vec![0.0; size * size];
+        for (row, i) in cluster.iter().enumerate() {
+            for (column, j) in cluster.iter().enumerate() {
+                matrix[row * size + column] = self.coupling(*i, *j);
+            }
+        }
+        let wanted = |i: &usize| {
+            let meeting = &self.meetings[*i];
+            let ContactLaw::Impulse { restitution, .. } = meeting.law else {
+                return 0.0;
+            };
+            (1.0 + to_f64(restitution)) * self.closing(meeting).approach
+        };
+        let wanted: Vec<f64> = cluster.iter().map(wanted).collect();
+        let sizes = lcp::solve(&matrix, &wanted);
+        for (number, size) in cluster.iter().zip(&sizes) {
+            let impulse = self.meetings[*number].normal * *size;
+            self.apply(*number, [-impulse, impulse]);
+        }
+        for (number, size) in cluster.iter().zip(sizes) {
+            self.friction(*number, size);
+        }
+    }
+
+    /// Coulomb friction at a contact that was given a normal impulse of a size.
+    fn friction(&mut self, number: usize, size: f64) {
+        let meeting = self.meetings[number];
+        let ContactLaw::Impulse { friction, .. } = meeting.law else {
+            return;
+        };
+        let most = to_f64(friction) * size;
+        if most <= 0.0 {
+            return;
+        }
+        let [first, second] = self.closing(&meeting).velocities;
+        let slip = (second - first).reject_from_normalized(meeting.normal);
+        let Some(direction) = slip.try_normalize() else {
+            return;
+        };
+        let yields = self.inverse_effective_mass(&meeting, meeting.point, direction, direction);
+        if yields > 0.0 {
+            let impulse = direction * -(slip.length() / yields).min(most);
+            self.apply(number, [-impulse, impulse]);
+        }
+    }
+
+    fn apply(&mut self, number: usize, impulses: [DVec3; 2]) {
+        let meeting = &mut self.meetings[number];
+        for (part, impulse) in impulses.into_iter().enumerate() {
+            meeting.impulses[part] += impulse;
+            if let Some(place) = meeting.places[part] {
+                self.movers[place].push(meeting.point, impulse);
+            }
+        }
+    }
+}

@@ -1,0 +1,331 @@
+//! Swept detection: all first touches of a step, in the order of time, each answered when it
+//! happens.
+//!
+//! Rapier has moved the bodies; their motion over the step is known exactly, or as a chord where
+//! something else pushed them. Touches are foreseen and queued. The earliest is taken: its bodies
+//! stand where they were then, are pushed by the law, and move on from there, freely, for the rest
+//! of the step; what was foreseen of them is void and foreseen anew. What touches at the same
+//! moment is answered together.
+
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, HashMap, HashSet};
+
+use super::FieldContact;
+use super::discrete::Discrete;
+use super::field_mask::FieldMasks;
+use super::swept_body::{Starts, SweptBodies, near_each_other};
+use super::time_of_impact::{MovingShape, time_of_impact};
+use crate::compile::Compiled;
+use crate::math::{ColliderSet, DPose3, Pose, RigidBodySet, Rotation, from_dvec3, from_f64};
+use crate::neighbors::hierarchy;
+use crate::rapier::geometry::Aabb;
+use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
+use crate::sample::Moment;
+
+/// Impacts of one step, at most: so many, and so many per body. A billiard of mass ratio 10⁴ has
+/// 314 in all; only what cannot come to rest goes beyond.
+const MOST_IMPACTS: usize = 10_000;
+const MOST_PER_BODY: usize = 256;
+
+/// Touches closer in time than this share of the step are at the same time: rounding decides
+/// which is first.
+const AT_ONCE: f64 = 1e-12;
+
+/// A pair of parts that loses speed and meets more often than this in one step stays together: it
+/// would meet without end, so from then on it is looked at only so many times a step.
+const LASTING: u32 = 32;
+const LOOKS: f64 = 64.0;
+
+/// Swept detection; keeps its buffers between steps.
+#[derive(Debug, Default)]
+pub(super) struct Sweep {
+    pub starts: Starts,
+    pub(super) tracks: SweptBodies,
+    queue: BinaryHeap<Event>,
+    /// Pairs of parts done with in this step: only observed, or at rest.
+    pub(super) settled: HashSet<[usize; 2]>,
+    /// Of pairs of parts that lose speed when they meet: how often they met, and until when they
+    /// are left alone.
+    pub(super) lasting: HashMap<[usize; 2], (u32, f64)>,
+    /// All that is bounded, by the motion foreseen at the start.
+    pub(super) tree: Bvh,
+    pub(super) unbounded: Vec<usize>,
+    /// SweptBodies that an impact has put on another path, and where they can still go.
+    pub(super) redirected: Vec<(usize, Aabb)>,
+    pub(super) moved: Vec<bool>,
+}
+
+/// A touch foreseen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Event {
+    pub time: f64,
+    pub tracks: [usize; 2],
+    pub parts: [usize; 2],
+    generations: [u32; 2],
+}
+
+impl Ord for Event {
+    /// The earliest is the greatest, for the heap.
+    fn cmp(&self, other: &Self) -> Ordering {
+        let later = other.time.total_cmp(&self.time);
+        later.then_with(|| other.parts.cmp(&self.parts))
+    }
+}
+
+impl PartialOrd for Event {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Event {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Event {}
+
+/// What a sweep needs to know of the world and of the fields.
+pub(super) struct Scene<'a> {
+    pub compiled: &'a Compiled,
+    pub touch: &'a Discrete,
+    pub masks: Option<&'a mut FieldMasks>,
+    pub colliders: &'a ColliderSet,
+    /// The moment when the step began.
+    pub moment: Moment,
+    /// Whether the fields answer a contact.
+    pub answers: &'a dyn Fn(&FieldContact) -> bool,
+}
+
+/// What a sweep did.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Swept {
+    pub written: usize,
+    /// Whether there were more impacts than one step may have.
+    pub exhausted: bool,
+}
+
+impl Sweep {
+    /// Finds and answers all touches of a step of length `dt`, and moves the bodies to where they
+    /// lead. Adds them to `contacts`, in the order of time.
+    pub(super) fn run(
+        &mut self,
+        mut scene: Scene<'_>,
+        bodies: &mut RigidBodySet,
+        dt: f64,
+        contacts: &mut Vec<FieldContact>,
+    ) -> Swept {
+        let world = (&*bodies, scene.colliders);
+        self.tracks.gather(scene.touch, &self.starts, world, dt);
+        self.foresee_all(bodies, dt);
+        let mut left = MOST_IMPACTS + MOST_PER_BODY * self.tracks.list.len();
+        while let Some(batch) = self.next_batch(dt) {
+            if left < batch.len() {
+                self.queue.clear();
+                break;
+            }
+            left -= batch.len();
+            self.happen(&batch, &mut scene, bodies, dt, contacts);
+        }
+        Swept {
+            written: self.write(bodies, dt),
+            exhausted: left == 0,
+        }
+    }
+
+    /// Queues the first touch of every pair that may meet.
+    fn foresee_all(&mut self, bodies: &RigidBodySet, dt: f64) {
+        self.queue.clear();
+        self.settled.clear();
+        self.lasting.clear();
+        self.redirected.clear();
+        self.unbounded.clear();
+        self.moved.clear();
+        self.moved.resize(self.tracks.list.len(), false);
+        let mut leaves = Vec::with_capacity(self.tracks.list.len());
+        for (number, track) in self.tracks.list.iter().enumerate() {
+            if track.is_bounded() {
+                leaves.push((number, track.bounds(0.0, dt)));
+            } else {
+                self.unbounded.push(number);
+            }
+        }
+        let bounded: Vec<usize> = leaves.iter().map(|(number, _)| *number).collect();
+        self.tree = hierarchy(leaves);
+        let mut pairs = Vec::new();
+        let mut workspace = BvhWorkspace::default();
+        self.tree
+            .traverse_bvtt_single_tree::<false>(&mut workspace, &mut |a, b| {
+                pairs.push([a.min(b) as usize, a.max(b) as usize]);
+            });
+        for wall in &self.unbounded {
+            pairs.extend(bounded.iter().map(|number| [*number, *wall]));
+        }
+        // The tree's order depends on its history.
+        pairs.sort_unstable();
+        for [a, b] in pairs {
+            self.foresee([a, b], 0.0, bodies, dt);
+        }
+    }
+
+    /// Queues the first touch of two tracks from a moment on.
+    pub(super) fn foresee(
+        &mut self,
+        tracks: [usize; 2],
+        from: f64,
+        bodies: &RigidBodySet,
+        dt: f64,
+    ) {
+        let [a, b] = tracks.map(|number| &self.tracks.list[number]);
+        if !(a.dynamic || b.dynamic) || !(a.detects || b.detects) {
+            return;
+        }
+        let Some(span) = near_each_other([a, b], [from, dt]) else {
+            return;
+        };
+        for number in tracks {
+            self.tracks.list[number].prepare(bodies, dt);
+        }
+        let [a, b] = tracks.map(|number| &self.tracks.list[number]);
+        let (mut first, mut end) = (None, span[1]);
+        for (parts, [one, two]) in self.pairs_of(tracks) {
+            let from = span[0].max(self.left_alone_until(parts));
+            if from <= end
+                && let Some(time) = time_of_impact(one, two, [from, end])
+                && first.is_none_or(|(earliest, _)| time < earliest)
+            {
+                first = Some((time, parts));
+                end = time;
+            }
+        }
+        if let Some((time, parts)) = first {
+            let generations = [a.generation, b.generation];
+            self.queue.push(Event {
+                time,
+                tracks,
+                parts,
+                generations,
+            });
+        }
+    }
+
+    /// The earliest touches, all at the same moment.
+    fn next_batch(&mut self, dt: f64) -> Option<Vec<Event>> {
+        let mut batch: Vec<Event> = Vec::new();
+        while let Some(event) = self.queue.peek().copied() {
+            let stands = |which: usize| {
+                let track = &self.tracks.list[event.tracks[which]];
+                track.generation == event.generations[which]
+            };
+            let valid = stands(0) && stands(1);
+            let first = batch.first().map_or(event.time, |first| first.time);
+            if valid && event.time > first + AT_ONCE * dt {
+                break;
+            }
+            self.queue.pop();
+            if valid {
+                batch.push(event);
+                self.add_twins(event, &mut batch, dt);
+            }
+        }
+        (!batch.is_empty()).then_some(batch)
+    }
+
+    /// Other parts of the same two bodies that touch at the same moment.
+    fn add_twins(&self, event: Event, batch: &mut Vec<Event>, dt: f64) {
+        for (parts, [one, two]) in self.pairs_of(event.tracks) {
+            let span = [event.time, event.time + AT_ONCE * dt];
+            let due = self.left_alone_until(parts) <= event.time;
+            if due && parts != event.parts && time_of_impact(one, two, span).is_some() {
+                batch.push(Event { parts, ..event });
+            }
+        }
+    }
+
+    /// Pairs of parts of two tracks that are to be looked at still, with their numbers.
+    fn pairs_of(
+        &self,
+        tracks: [usize; 2],
+    ) -> impl Iterator<Item = ([usize; 2], [MovingShape<'_>; 2])> {
+        let [a, b] = tracks.map(|number| self.tracks.list[number].parts.clone());
+        let pairs = a.flat_map(move |i| b.clone().map(move |j| [i, j]));
+        let wanted = |parts: &[usize; 2]| {
+            let detects = |part: usize| self.tracks.parts[part].part.law.is_some();
+            parts.iter().any(|part| detects(*part)) && !self.settled.contains(parts)
+        };
+        let carried = move |parts| (parts, self.carried(tracks, parts));
+        pairs.filter(wanted).map(carried)
+    }
+
+    fn left_alone_until(&self, parts: [usize; 2]) -> f64 {
+        self.lasting.get(&parts).map_or(0.0, |(_, until)| *until)
+    }
+
+    /// Counts a meeting of parts that lose speed by it.
+    pub(super) fn count(&mut self, parts: [usize; 2], time: f64, dt: f64) {
+        let (times, until) = self.lasting.entry(parts).or_default();
+        *times += 1;
+        if *times > LASTING {
+            *until = time + dt / LOOKS;
+        }
+    }
+
+    pub(super) fn carried(&self, tracks: [usize; 2], parts: [usize; 2]) -> [MovingShape<'_>; 2] {
+        [0, 1].map(|which| MovingShape {
+            track: &self.tracks.list[tracks[which]],
+            member: &self.tracks.parts[parts[which]],
+        })
+    }
+
+    /// All pairs of a redirected track with whom it may meet.
+    pub(super) fn neighbours(&self, number: usize, bounds: &Aabb, pairs: &mut Vec<[usize; 2]>) {
+        let still = self.tree.intersect_aabb(bounds).map(|other| other as usize);
+        let still = still.filter(|other| !self.moved[*other]);
+        let meets = |(other, their): &&(usize, Aabb)| {
+            *other != number
+                && their.mins.cmple(bounds.maxs).all()
+                && bounds.mins.cmple(their.maxs).all()
+        };
+        let moved = self
+            .redirected
+            .iter()
+            .filter(meets)
+            .map(|(other, _)| *other);
+        let walls = self
+            .unbounded
+            .iter()
+            .copied()
+            .filter(|other| *other != number);
+        let others = still.chain(moved).chain(walls);
+        pairs.extend(others.map(|other| [number.min(other), number.max(other)]));
+    }
+
+    /// Writes the bodies that were pushed; returns how many.
+    fn write(&self, bodies: &mut RigidBodySet, dt: f64) -> usize {
+        let mut written = 0;
+        for (number, _) in &self.redirected {
+            let track = &self.tracks.list[*number];
+            let (pose, linvel, angvel) = track.finish(dt);
+            let body = track.body.and_then(|body| bodies.get_mut(body));
+            let rounded = (rounded(&pose), from_dvec3(linvel), from_dvec3(angvel));
+            let sound = rounded.0.is_some() && rounded.1.is_finite() && rounded.2.is_finite();
+            if let (Some(body), Some(pose), true) = (body, rounded.0, sound) {
+                // A contact wakes whom it hits, as Rapier's do.
+                body.set_position(pose, true);
+                body.set_linvel(rounded.1, true);
+                body.set_angvel(rounded.2, true);
+                written += 1;
+            }
+        }
+        written
+    }
+}
+
+fn rounded(pose: &DPose3) -> Option<Pose> {
+    let [x, y, z, w] = pose.rotation.to_array().map(from_f64);
+    let rotation = Rotation::from_xyzw(x, y, z, w).normalize();
+    let translation = from_dvec3(pose.translation);
+    (rotation.is_finite() && translation.is_finite())
+        .then(|| Pose::from_parts(translation, rotation))
+}

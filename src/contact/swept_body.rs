@@ -1,0 +1,430 @@
+//! The bodies of a step as a swept detection sees them: where they began, how they move, and
+//! what on them can touch.
+
+use super::discrete::{Discrete, Part};
+use super::solve::{ContactBody, Resistance};
+use super::trajectory::{Path, Turn};
+use crate::math::{
+    ColliderSet, DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, SharedShape,
+    Vector, from_dvec3, to_dpose3, to_dvec3, to_f64,
+};
+use crate::rapier::dynamics::RigidBody;
+use crate::rapier::geometry::{Aabb, Collider};
+
+/// Roundings between where a body stood, how fast it was, and where Rapier put it: one for each
+/// substep, and a few for the frame.
+const ROUNDINGS: f64 = 32.0;
+
+/// A body when Rapier's step began.
+#[derive(Clone, Copy, Debug)]
+struct Start {
+    body: RigidBodyHandle,
+    pose: Pose,
+    linvel: Vector,
+    angvel: Vector,
+    /// Angular momentum, of a body that this crate turns.
+    momentum: Option<DVec3>,
+}
+
+/// All bodies when Rapier's step began, by their index.
+#[derive(Debug, Default)]
+pub(super) struct Starts(Vec<Option<Start>>);
+
+impl Starts {
+    /// Takes the present state; `momenta` are those of the bodies that this crate turns.
+    pub(super) fn take(
+        &mut self,
+        bodies: &RigidBodySet,
+        momenta: impl Iterator<Item = (RigidBodyHandle, DVec3)>,
+    ) {
+        self.0.clear();
+        for (handle, body) in bodies.iter() {
+            let index = handle.into_raw_parts().0 as usize;
+            self.0.resize(self.0.len().max(index + 1), None);
+            self.0[index] = Some(Start {
+                body: handle,
+                pose: *body.position(),
+                linvel: body.linvel(),
+                angvel: body.angvel(),
+                momentum: None,
+            });
+        }
+        for (handle, momentum) in momenta {
+            let start = self.0.get_mut(handle.into_raw_parts().0 as usize);
+            if let Some(Some(start)) = start {
+                start.momentum = Some(momentum);
+            }
+        }
+    }
+
+    /// How a body was; one that was not there yet has stood where it is.
+    fn of(&self, handle: RigidBodyHandle, body: &RigidBody) -> Start {
+        let known = self.0.get(handle.into_raw_parts().0 as usize).copied();
+        let known = known.flatten().filter(|start| start.body == handle);
+        known.unwrap_or(Start {
+            body: handle,
+            pose: *body.position(),
+            linvel: Vector::ZERO,
+            angvel: Vector::ZERO,
+            momentum: None,
+        })
+    }
+}
+
+/// A body, or a collider without one, on its way through a step.
+#[derive(Debug)]
+pub(super) struct SweptBody {
+    pub body: Option<RigidBodyHandle>,
+    pub dynamic: bool,
+    pub path: Path,
+    /// Its parts, by their place in the list of parts.
+    pub parts: std::ops::Range<usize>,
+    /// No part is farther from the centre of mass.
+    pub reach: f64,
+    /// Whether a part has a detection field.
+    pub detects: bool,
+    /// Its motion, in full: see [`SweptBody::prepare`].
+    pub resistance: Option<Resistance>,
+    start: Start,
+    /// Where Rapier left it, its frame and its velocity.
+    end: DPose3,
+    end_linvel: DVec3,
+    local_com: DVec3,
+    /// Impacts so far; events foreseen before the last are void.
+    pub generation: u32,
+}
+
+/// A collider of a track.
+#[derive(Debug)]
+pub(super) struct Member {
+    pub part: Part,
+    /// From the centre of mass to the collider's frame, in the body's axes.
+    pub arm: DVec3,
+    pub shape: Form,
+}
+
+/// What a part is to a swept detection.
+#[derive(Clone, Debug)]
+pub(super) enum Form {
+    /// Exact.
+    Ball { radius: f64 },
+    /// Exact against balls while it does not turn. Its normal is in the body's axes.
+    Plane { normal: DVec3, shape: Solid },
+    /// By Parry.
+    Other(Solid),
+}
+
+/// Any shape, in the body's axes.
+#[derive(Clone, Debug)]
+pub(super) struct Solid {
+    pub shape: SharedShape,
+    pub rotation: DQuat,
+    pub reach: f64,
+}
+
+/// Everything that may touch in a step.
+#[derive(Debug, Default)]
+pub(super) struct SweptBodies {
+    pub list: Vec<SweptBody>,
+    pub parts: Vec<Member>,
+}
+
+impl SweptBodies {
+    /// Takes up all bodies and free colliders, with the motion they had over the last `dt`.
+    pub(super) fn gather(
+        &mut self,
+        touch: &Discrete,
+        starts: &Starts,
+        (bodies, colliders): (&RigidBodySet, &ColliderSet),
+        dt: f64,
+    ) {
+        self.list.clear();
+        self.parts.clear();
+        for (handle, body) in bodies.iter() {
+            if !body.is_enabled() || body.is_soft_frame() {
+                continue;
+            }
+            let first = self.parts.len();
+            let local_com = to_dvec3(body.local_center_of_mass());
+            for collider in body.colliders() {
+                let part = touch.part_of(*collider, Some(handle), body.is_dynamic());
+                if let Some(found) = colliders.get(*collider) {
+                    let local = found.position_wrt_parent().copied();
+                    self.add_part(part, found, &local.unwrap_or(Pose::IDENTITY), local_com);
+                }
+            }
+            if self.parts.len() > first {
+                let start = starts.of(handle, body);
+                let track = SweptBody::of_body(start, body, local_com, dt);
+                self.add_track(track, first);
+            }
+        }
+        for (handle, collider) in colliders.iter().filter(|(_, c)| c.parent().is_none()) {
+            let first = self.parts.len();
+            let part = touch.part_of(handle, None, false);
+            self.add_part(part, collider, collider.position(), DVec3::ZERO);
+            if self.parts.len() > first {
+                self.add_track(SweptBody::free(), first);
+            }
+        }
+    }
+
+    fn add_part(&mut self, part: Part, collider: &Collider, local: &Pose, local_com: DVec3) {
+        if !collider.is_enabled() || collider.is_sensor() {
+            return;
+        }
+        let pose = to_dpose3(local);
+        let solid = || {
+            let bounds = collider.shape().compute_local_bounding_sphere();
+            Solid {
+                shape: collider.shared_shape().clone(),
+                rotation: pose.rotation,
+                reach: to_f64(bounds.center.length() + bounds.radius),
+            }
+        };
+        let shape = if let Some(ball) = collider.shape().as_ball() {
+            Form::Ball {
+                radius: to_f64(ball.radius),
+            }
+        } else if let Some(plane) = collider.shape().as_halfspace() {
+            Form::Plane {
+                normal: pose.rotation * to_dvec3(plane.normal),
+                shape: solid(),
+            }
+        } else {
+            Form::Other(solid())
+        };
+        self.parts.push(Member {
+            part,
+            arm: pose.translation - local_com,
+            shape,
+        });
+    }
+
+    fn add_track(&mut self, mut track: SweptBody, first: usize) {
+        let parts = &self.parts[first..];
+        track.parts = first..self.parts.len();
+        track.detects = parts.iter().any(|member| member.part.law.is_some());
+        track.reach = parts
+            .iter()
+            .map(|member| member.arm.length() + member.shape.reach())
+            .fold(0.0, f64::max);
+        self.list.push(track);
+    }
+}
+
+impl Form {
+    pub(super) fn reach(&self) -> f64 {
+        match self {
+            Form::Ball { radius } => *radius,
+            Form::Plane { .. } => f64::INFINITY,
+            Form::Other(solid) => solid.reach,
+        }
+    }
+}
+
+impl SweptBody {
+    fn of_body(start: Start, body: &RigidBody, local_com: DVec3, dt: f64) -> Self {
+        let (begin, end) = (to_dpose3(&start.pose), to_dpose3(body.position()));
+        let [from, to] = [begin, end].map(|pose| pose.transform_point(local_com));
+        let linvel = to_dvec3(start.linvel);
+        let off = (from + linvel * dt - to).length();
+        let scale = from.length() + to.length() + local_com.length();
+        let rounding = ROUNDINGS * 0.5 * to_f64(Real::EPSILON) * scale;
+        // What was not pushed has kept the velocity it had; of what was, only the chord is known.
+        let velocity = if off <= rounding || dt <= 0.0 {
+            linvel
+        } else {
+            (to - from) / dt
+        };
+        let turn = Turn::Steady {
+            attitude: begin.rotation,
+            angvel: DVec3::ZERO,
+        };
+        SweptBody {
+            body: Some(start.body),
+            dynamic: body.is_dynamic(),
+            path: Path {
+                from: 0.0,
+                com: from,
+                velocity,
+                turn,
+            },
+            parts: 0..0,
+            reach: 0.0,
+            detects: false,
+            resistance: None,
+            start,
+            end,
+            end_linvel: to_dvec3(body.linvel()),
+            local_com,
+            generation: 0,
+        }
+    }
+
+    /// A collider without a body.
+    fn free() -> Self {
+        let turn = Turn::Steady {
+            attitude: DQuat::IDENTITY,
+            angvel: DVec3::ZERO,
+        };
+        SweptBody {
+            body: None,
+            dynamic: false,
+            path: Path {
+                from: 0.0,
+                com: DVec3::ZERO,
+                velocity: DVec3::ZERO,
+                turn,
+            },
+            parts: 0..0,
+            reach: 0.0,
+            detects: false,
+            resistance: None,
+            start: Start {
+                body: RigidBodyHandle::invalid(),
+                pose: Pose::IDENTITY,
+                linvel: Vector::ZERO,
+                angvel: Vector::ZERO,
+                momentum: None,
+            },
+            end: DPose3::IDENTITY,
+            end_linvel: DVec3::ZERO,
+            local_com: DVec3::ZERO,
+            generation: 0,
+        }
+    }
+
+    /// Works out the rotation, which only bodies that may meet another need.
+    pub(super) fn prepare(&mut self, bodies: &RigidBodySet, dt: f64) {
+        let body = self.body.and_then(|body| bodies.get(body));
+        let (None, Some(body)) = (self.resistance, body) else {
+            return;
+        };
+        let resistance = Resistance::of(body);
+        self.resistance = Some(resistance);
+        let begin = to_dpose3(&self.start.pose).rotation;
+        let rotor = resistance.rotor;
+        // Rapier carried out this crate's free rotation unless something pushed the body.
+        let free = self.start.momentum.filter(|momentum| {
+            let expected = rotor.angvel(self.end.rotation, *momentum);
+            let off = (expected - to_dvec3(body.angvel())).length();
+            off <= ROUNDINGS * to_f64(Real::EPSILON) * expected.length()
+        });
+        let turn = free.and_then(|momentum| Turn::freely(&rotor, begin, momentum, [0.0, dt]));
+        self.path.turn = turn.unwrap_or_else(|| Turn::Steady {
+            attitude: begin,
+            angvel: steady(begin, self.end.rotation, to_dvec3(self.start.angvel), dt),
+        });
+    }
+
+    /// The body as a response sees it, at a moment.
+    pub(super) fn mover(&self, time: f64) -> Option<ContactBody> {
+        let attitude = self.path.attitude(time);
+        Some(ContactBody {
+            resistance: self.resistance?,
+            com: self.path.com(time),
+            attitude,
+            linvel: self.path.velocity,
+            angvel: self.path.angvel(attitude),
+            pushed: false,
+        })
+    }
+
+    /// Goes on from a moment with other velocities.
+    pub(super) fn redirect(&mut self, mover: &ContactBody, free: bool, [time, end]: [f64; 2]) {
+        let rotor = mover.resistance.rotor;
+        let free = free && mover.resistance.may_turn == DVec3::ONE;
+        self.end_linvel += mover.linvel - self.path.velocity;
+        let span = [time, end];
+        self.path = Path {
+            from: time,
+            com: mover.com,
+            velocity: mover.linvel,
+            turn: Turn::new(&rotor, mover.attitude, mover.angvel, span, free),
+        };
+        self.generation += 1;
+    }
+
+    /// What to write into the body at the end of the step: pose, velocity, angular velocity.
+    pub(super) fn finish(&self, dt: f64) -> (DPose3, DVec3, DVec3) {
+        let attitude = self.path.attitude(dt);
+        let origin = self.path.com(dt) - attitude * self.local_com;
+        let pose = DPose3::from_parts(origin, attitude);
+        (pose, self.end_linvel, self.path.angvel(attitude))
+    }
+
+    /// Where a world point carried by the body at a moment is at the end of Rapier's step.
+    pub(super) fn carried_to_end(&self, point: DVec3, time: f64) -> DVec3 {
+        let attitude = self.path.attitude(time);
+        let local = attitude.inverse() * (point - self.path.com(time)) + self.local_com;
+        self.end.transform_point(local)
+    }
+
+    /// Holds the body from a moment to the end of the step.
+    pub(super) fn bounds(&self, from: f64, to: f64) -> Aabb {
+        let (a, b) = (self.path.com(from), self.path.com(to));
+        let rounding = 4.0 * to_f64(Real::EPSILON) * (a.length() + b.length() + self.reach);
+        let margin = DVec3::splat(self.reach + rounding);
+        Aabb {
+            mins: from_dvec3(a.min(b) - margin),
+            maxs: from_dvec3(a.max(b) + margin),
+        }
+    }
+
+    pub(super) fn is_bounded(&self) -> bool {
+        self.reach.is_finite()
+    }
+}
+
+/// When the spheres around two tracks overlap, within a span; `None` if they do not.
+pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    let [a, b] = tracks;
+    let reach = a.reach + b.reach;
+    if !reach.is_finite() {
+        return Some([from, to]);
+    }
+    let apart = b.path.com(from) - a.path.com(from);
+    let closing = b.path.velocity - a.path.velocity;
+    // A little early and late, against rounding.
+    let reach = reach * (1.0 + 1e-9) + 1e-12 * (a.path.com.length() + b.path.com.length());
+    let (square, half, rest) = (
+        closing.length_squared(),
+        apart.dot(closing),
+        apart.length_squared() - reach * reach,
+    );
+    if square == 0.0 {
+        return (rest <= 0.0).then_some([from, to]);
+    }
+    let inside = half * half - square * rest;
+    if inside < 0.0 {
+        return None;
+    }
+    let root = inside.sqrt();
+    let slack = 1e-9 * (root / square);
+    let enter = if rest <= 0.0 {
+        0.0
+    } else {
+        (-half - root) / square - slack
+    };
+    let leave = (-half + root) / square + slack;
+    let span = [(from + enter).max(from), (from + leave).min(to)];
+    (span[0] <= span[1]).then_some(span)
+}
+
+/// The constant angular velocity that turns a body from one attitude to another, of those that
+/// do the one nearest to `angvel`.
+fn steady(from: DQuat, to: DQuat, angvel: DVec3, dt: f64) -> DVec3 {
+    if from == to && angvel == DVec3::ZERO || dt <= 0.0 {
+        return if dt > 0.0 { DVec3::ZERO } else { angvel };
+    }
+    let turn = to * from.inverse();
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    let sine = turn.xyz().length();
+    let Some(axis) = turn.xyz().try_normalize() else {
+        return DVec3::ZERO;
+    };
+    let angle = 2.0 * sine.atan2(turn.w);
+    let whole = (axis.dot(angvel) * dt - angle) / std::f64::consts::TAU;
+    axis * ((angle + whole.round() * std::f64::consts::TAU) / dt)
+}

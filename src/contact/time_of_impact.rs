@@ -1,0 +1,272 @@
+//! When and where two parts on their ways first touch.
+
+use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
+use super::swept_body::{Form, Member, Solid, SweptBody};
+use crate::math::{
+    DPose3, DQuat, DVec3, Pose, Real, Rotation, from_dvec3, from_f64, to_dvec3, to_f64,
+};
+use crate::rapier::parry::query::{self, Contact};
+use crate::rapier::parry::shape::{Ball, Shape};
+
+/// Roundings of coordinates in a gap, in 64 bits: less is not told from touching.
+const EXACT: f64 = 16.0 * f64::EPSILON;
+
+/// A part of a track.
+#[derive(Clone, Copy)]
+pub(super) struct MovingShape<'a> {
+    pub track: &'a SweptBody,
+    pub member: &'a Member,
+}
+
+/// Where two parts touch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ContactPoint {
+    pub point: DVec3,
+    /// From the first to the second.
+    pub normal: DVec3,
+    pub depth: f64,
+}
+
+impl MovingShape<'_> {
+    fn pose(&self, time: f64) -> DPose3 {
+        let attitude = self.track.path.attitude(time);
+        let place = self.track.path.com(time) + attitude * self.member.arm;
+        DPose3::from_parts(place, attitude)
+    }
+
+    /// From the centre of mass to the collider's frame, and its velocity apart from the centre's.
+    fn arm(&self, time: f64) -> [DVec3; 2] {
+        if self.member.arm == DVec3::ZERO {
+            return [DVec3::ZERO; 2];
+        }
+        let attitude = self.track.path.attitude(time);
+        let arm = attitude * self.member.arm;
+        [arm, self.track.path.angvel(attitude).cross(arm)]
+    }
+
+    /// The place of the collider's frame.
+    pub(super) fn place(&self, time: f64) -> DVec3 {
+        self.track.path.com(time) + self.arm(time)[0]
+    }
+
+    fn turns(&self) -> bool {
+        self.track.path.bounds().angvel > 0.0
+    }
+}
+
+/// The first moment in `span` at which two parts touch and approach.
+pub(super) fn time_of_impact(
+    a: MovingShape<'_>,
+    b: MovingShape<'_>,
+    span: [f64; 2],
+) -> Option<f64> {
+    match (&a.member.shape, &b.member.shape) {
+        (Form::Ball { radius: r }, Form::Ball { radius: s }) => balls(a, b, r + s, span),
+        (Form::Plane { normal, .. }, Form::Ball { radius }) if !a.turns() => {
+            plane(a, b, *normal, *radius, span)
+        }
+        (Form::Ball { radius }, Form::Plane { normal, .. }) if !b.turns() => {
+            plane(b, a, *normal, *radius, span)
+        }
+        _ => shapes(a, b, span),
+    }
+}
+
+/// Two balls. The value is the difference of squares, which is smooth even where they meet.
+fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
+    let (one, two) = (&a.track.path, &b.track.path);
+    let closing = two.velocity - one.velocity;
+    let (turn_a, turn_b) = (one.bounds(), two.bounds());
+    let [arm_a, arm_b] = [a, b].map(|part| part.member.arm.length());
+    let swing = turn_a.angvel * arm_a + turn_b.angvel * arm_b;
+    let bend = turn_a.acceleration * arm_a + turn_b.acceleration * arm_b;
+    // No closer than they can come: most pairs of parts end here.
+    let apart = (b.place(span[0]) - a.place(span[0])).length();
+    if apart - reach > (closing.length() + swing) * (span[1] - span[0]) {
+        return None;
+    }
+    let scale = one.com.length() + two.com.length() + arm_a + arm_b + reach;
+    let tolerance = EXACT * scale * 2.0 * reach;
+    first_touch(span, tolerance, |time| {
+        let ([at_a, swing_a], [at_b, swing_b]) = (a.arm(time), b.arm(time));
+        let between = (two.com(time) - one.com(time)) + (at_b - at_a);
+        let rate = closing + (swing_b - swing_a);
+        let distance = between.length();
+        let left = span[1] - time;
+        let farthest = distance + (closing.length() + swing) * left;
+        let slowest = (rate.length() - bend * left).max(0.0);
+        GapBound {
+            value: (distance - reach) * (distance + reach),
+            slope: 2.0 * between.dot(rate),
+            curvature: (2.0 * (farthest * bend - slowest * slowest)).max(0.0),
+        }
+    })
+}
+
+/// A half-space that does not turn, and a ball.
+fn plane(
+    a: MovingShape<'_>,
+    b: MovingShape<'_>,
+    normal: DVec3,
+    radius: f64,
+    span: [f64; 2],
+) -> Option<f64> {
+    let normal = a.track.path.attitude(span[0]) * normal;
+    let (wall, path) = (&a.track.path, &b.track.path);
+    let closing = path.velocity - wall.velocity;
+    let arm = b.member.arm.length();
+    let bend = path.bounds().acceleration * arm;
+    let origin = a.place(span[0]);
+    let scale = path.com.length() + origin.length() + arm + radius;
+    first_touch(span, EXACT * scale, |time| {
+        let [at, swing] = b.arm(time);
+        let moved = origin + wall.velocity * (time - span[0]);
+        GapBound {
+            value: (path.com(time) + at - moved).dot(normal) - radius,
+            slope: (closing + swing).dot(normal),
+            curvature: bend,
+        }
+    })
+}
+
+/// Any two shapes, by Parry's distance in [`Real`].
+fn shapes(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> Option<f64> {
+    let speed = most_approach(a, b);
+    let size = [a, b].map(|part| part.member.arm.length() + finite_reach(&part.member.shape));
+    let tolerance = 32.0 * to_f64(Real::EPSILON) * (size[0] + size[1]);
+    let near = speed * (span[1] - span[0]) * 1.01 + tolerance;
+    first_touch_of_distance(span, tolerance, speed, |time| {
+        Some(to_f64(contact(a, b, time, near, DVec3::ZERO)?.dist))
+    })
+}
+
+fn finite_reach(shape: &Form) -> f64 {
+    match shape {
+        Form::Plane { .. } => 0.0,
+        other => other.reach(),
+    }
+}
+
+/// No two points of the parts approach faster.
+fn most_approach(a: MovingShape<'_>, b: MovingShape<'_>) -> f64 {
+    let swing = |part: MovingShape<'_>| {
+        let reach = part.member.arm.length() + finite_reach(&part.member.shape);
+        part.track.path.bounds().angvel * reach
+    };
+    (a.track.path.velocity - b.track.path.velocity).length() + swing(a) + swing(b)
+}
+
+/// Parry's contact at a moment, in the frame of the first, the second moved by `back`; `None` if
+/// farther than `near`.
+fn contact(
+    a: MovingShape<'_>,
+    b: MovingShape<'_>,
+    time: f64,
+    near: f64,
+    back: DVec3,
+) -> Option<Contact> {
+    let frame = |part: MovingShape<'_>| {
+        let pose = part.pose(time);
+        match &part.member.shape {
+            Form::Ball { .. } => pose,
+            Form::Plane { shape, .. } | Form::Other(shape) => {
+                DPose3::from_parts(pose.translation, pose.rotation * shape.rotation)
+            }
+        }
+    };
+    let (one, two) = (frame(a), frame(b));
+    // In 64 bits up to here, so that the distance from the origin costs nothing.
+    let to_first = one.rotation.inverse();
+    let place = from_dvec3(to_first * (two.translation + back - one.translation));
+    let [x, y, z, w] = (to_first * two.rotation).to_array().map(from_f64);
+    let relative = Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize());
+    let near = from_f64(near);
+    with_shape(&a.member.shape, |first| {
+        with_shape(&b.member.shape, |second| {
+            query::contact(&Pose::IDENTITY, first, &relative, second, near)
+                .ok()
+                .flatten()
+        })
+    })
+}
+
+fn with_shape<T>(shape: &Form, act: impl FnOnce(&dyn Shape) -> T) -> T {
+    match shape {
+        Form::Ball { radius } => act(&Ball::new(from_f64(*radius))),
+        Form::Plane { shape, .. } | Form::Other(shape) => act(&*shape.shape.0),
+    }
+}
+
+/// Where two parts that touch at a moment do so.
+pub(super) fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoint> {
+    match (&a.member.shape, &b.member.shape) {
+        (Form::Ball { radius }, Form::Ball { radius: other }) => {
+            let (from, to) = (a.place(time), b.place(time));
+            // Of two equal centres no direction is better; Rapier takes +y too.
+            let normal = (to - from).try_normalize().unwrap_or(DVec3::Y);
+            let depth = radius + other - (to - from).length();
+            Some(ContactPoint {
+                point: from + normal * (radius - depth * 0.5),
+                normal,
+                depth,
+            })
+        }
+        (Form::Plane { normal, .. }, Form::Ball { radius }) if !a.turns() => {
+            Some(on_plane(a, b, *normal, *radius, time))
+        }
+        (Form::Ball { radius }, Form::Plane { normal, .. }) if !b.turns() => {
+            let spot = on_plane(b, a, *normal, *radius, time);
+            Some(ContactPoint {
+                normal: -spot.normal,
+                ..spot
+            })
+        }
+        (first, _) => {
+            let size = finite_reach(first) + finite_reach(&b.member.shape);
+            let apart = to_f64(Real::EPSILON).sqrt() * size;
+            let near = 16.0 * apart;
+            let found = contact(a, b, time, near, DVec3::ZERO)?;
+            // Of parts that touch, rounding makes up the normal. A little way back it is known to
+            // the root of a rounding, about as well as it can be.
+            let closing = b.track.path.velocity - a.track.path.velocity;
+            let back = closing.normalize_or_zero() * -apart;
+            let before = contact(a, b, time, near, back).filter(|c| c.dist > 0.0);
+            let normal = before.map_or(found.normal1, |before| before.normal1);
+            let rotation = a.pose(time).rotation * own_rotation(first);
+            let origin = a.place(time);
+            let middle = (to_dvec3(found.point1) + to_dvec3(found.point2)) * 0.5;
+            Some(ContactPoint {
+                point: origin + rotation * middle,
+                normal: (rotation * to_dvec3(normal)).try_normalize()?,
+                depth: -to_f64(found.dist),
+            })
+        }
+    }
+}
+
+fn own_rotation(shape: &Form) -> DQuat {
+    match shape {
+        Form::Ball { .. } => DQuat::IDENTITY,
+        Form::Plane { shape, .. } | Form::Other(shape) => {
+            let Solid { rotation, .. } = shape;
+            *rotation
+        }
+    }
+}
+
+fn on_plane(
+    a: MovingShape<'_>,
+    b: MovingShape<'_>,
+    normal: DVec3,
+    radius: f64,
+    time: f64,
+) -> ContactPoint {
+    let normal = a.track.path.attitude(time) * normal;
+    let centre = b.place(time);
+    let depth = radius - (centre - a.place(time)).dot(normal);
+    ContactPoint {
+        point: centre - normal * (radius - depth * 0.5),
+        normal,
+        depth,
+    }
+}

@@ -1,0 +1,99 @@
+//! How a body moves within a step, in 64 bits.
+
+use crate::math::{DQuat, DVec3};
+use crate::rigid::{Rotor, Top};
+
+/// The motion of a body from some moment of a step to its end: its centre of mass in a straight
+/// line, its rotation free or steady. Times are since the step began.
+#[derive(Clone, Debug)]
+pub(super) struct Path {
+    pub from: f64,
+    /// The centre of mass at `from`.
+    pub com: DVec3,
+    pub velocity: DVec3,
+    pub turn: Turn,
+}
+
+/// How a body turns.
+#[derive(Clone, Debug)]
+pub(super) enum Turn {
+    /// With a constant angular velocity.
+    Steady {
+        attitude: DQuat,
+        angvel: DVec3,
+    },
+    Free(Top),
+}
+
+/// Bounds of the rotation of a path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    pub angvel: f64,
+    /// Acceleration of a point at a distance of one from the centre of mass.
+    pub acceleration: f64,
+}
+
+impl Turn {
+    /// From an angular velocity at the moment `from`; a body whose every axis may turn does so
+    /// freely.
+    pub(super) fn new(
+        rotor: &Rotor,
+        attitude: DQuat,
+        angvel: DVec3,
+        span: [f64; 2],
+        free: bool,
+    ) -> Turn {
+        let steady = Turn::Steady { attitude, angvel };
+        if !free || angvel == DVec3::ZERO || !rotor.is_free() {
+            return steady;
+        }
+        let momentum = rotor.momentum(attitude, angvel);
+        Turn::freely(rotor, attitude, momentum, span).unwrap_or(steady)
+    }
+
+    /// A free rotation of known angular momentum.
+    pub(super) fn freely(
+        rotor: &Rotor,
+        attitude: DQuat,
+        momentum: DVec3,
+        span: [f64; 2],
+    ) -> Option<Turn> {
+        Top::new(*rotor, attitude, momentum, span).map(Turn::Free)
+    }
+}
+
+impl Path {
+    pub(super) fn com(&self, time: f64) -> DVec3 {
+        self.com + self.velocity * (time - self.from)
+    }
+
+    /// The rotation from body to world.
+    pub(super) fn attitude(&self, time: f64) -> DQuat {
+        match &self.turn {
+            Turn::Steady { attitude, angvel } if *angvel == DVec3::ZERO => *attitude,
+            Turn::Steady { attitude, angvel } => {
+                DQuat::from_scaled_axis(*angvel * (time - self.from)) * *attitude
+            }
+            Turn::Free(top) => top.attitude(time),
+        }
+    }
+
+    /// The angular velocity, given the attitude at the same moment.
+    pub(super) fn angvel(&self, attitude: DQuat) -> DVec3 {
+        match &self.turn {
+            Turn::Steady { angvel, .. } => *angvel,
+            Turn::Free(top) => top.angvel(attitude),
+        }
+    }
+
+    pub(super) fn bounds(&self) -> Bounds {
+        let [angvel, spin_up] = match &self.turn {
+            Turn::Steady { angvel, .. } => [angvel.length(), 0.0],
+            Turn::Free(top) => top.bounds(),
+        };
+        Bounds {
+            angvel,
+            acceleration: angvel * angvel + spin_up,
+        }
+    }
+}

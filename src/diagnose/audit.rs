@@ -1,0 +1,208 @@
+//! The energy audit: what fields do to the energy of bodies.
+
+use std::fmt;
+
+use super::each_trace;
+use crate::compile::Compiled;
+use crate::field::{Anchor, Frames};
+use crate::math::{DVec3, Real, RigidBodyHandle, RigidBodySet, Vector, to_dvec3, to_f64};
+use crate::reference::Fate;
+use crate::sample::{Moment, Samples};
+
+/// Potential and work of every field, and the drift of the total energy, since the audit began.
+///
+/// Work is the power F·v at the samples, by the trapezoidal rule over each step: second order in
+/// the step. The drift is what neither potentials nor work explain: the error of the scheme, and
+/// whatever else moved the bodies (contacts, joints, damping, gravity of Rapier's own, the user).
+/// Prints as a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct EnergyAudit {
+    /// One for each field of the tree, and for each operation whose vector is not that of its
+    /// fields (cross products, scales, limits).
+    pub fields: Vec<FieldEnergy>,
+    /// Kinetic energy of all dynamic bodies now.
+    pub kinetic: f64,
+    /// The sum of the potentials now.
+    pub potential: f64,
+    /// Kinetic energy and potentials when the audit began.
+    pub initial: f64,
+    /// Change of kinetic energy and potentials since, less the work of all that has no potential.
+    pub drift: f64,
+}
+
+/// What one field does to the energy.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FieldEnergy {
+    /// The field's name, or its place in the tree; prototypes stand for all their instances.
+    pub field: String,
+    /// The potential energy of all bodies in it now, as far as it acts on them; `None` where it
+    /// has no potential. Fields anchored to a body count half, because the field of the body they
+    /// act on acts back.
+    pub potential: Option<f64>,
+    /// Work done on bodies since the audit began.
+    pub work: f64,
+}
+
+/// Keeps the audit from step to step.
+#[derive(Debug, Default)]
+pub(crate) struct Auditor {
+    pub audit: EnergyAudit,
+    began: bool,
+    /// By place in the tree: power before the step.
+    power: Vec<f64>,
+}
+
+/// Power and potential by place in the tree.
+struct Tally {
+    power: Vec<f64>,
+    potential: Vec<Option<f64>>,
+}
+
+impl Auditor {
+    /// Takes up the state before a step.
+    pub(crate) fn begin(
+        &mut self,
+        compiled: &Compiled,
+        world: (&RigidBodySet, &impl Frames),
+        samples: &Samples,
+        moment: Moment,
+    ) {
+        let tally = tally(compiled, world.1, samples, moment);
+        if !self.began {
+            self.began = true;
+            self.audit.fields = compiled
+                .tree
+                .nodes()
+                .iter()
+                .enumerate()
+                .map(|(place, _)| FieldEnergy {
+                    field: compiled.label(place as u32),
+                    ..FieldEnergy::default()
+                })
+                .collect();
+            self.take(world.0, &tally);
+            self.audit.initial = self.audit.kinetic + self.audit.potential;
+        }
+        self.power = tally.power;
+    }
+
+    /// Adds the work of a step that has just ended.
+    pub(crate) fn end(
+        &mut self,
+        compiled: &Compiled,
+        world: (&RigidBodySet, &impl Frames),
+        samples: &Samples,
+        moment: Moment,
+        dt: Real,
+    ) {
+        let tally = tally(compiled, world.1, samples, moment);
+        let powers = self.power.iter().zip(&tally.power);
+        for (field, (before, after)) in self.audit.fields.iter_mut().zip(powers) {
+            field.work += (before + after) / 2.0 * to_f64(dt);
+        }
+        self.take(world.0, &tally);
+    }
+
+    fn take(&mut self, bodies: &RigidBodySet, tally: &Tally) {
+        let audit = &mut self.audit;
+        for (field, potential) in audit.fields.iter_mut().zip(&tally.potential) {
+            field.potential = *potential;
+        }
+        let dynamic = bodies.iter().filter(|(_, body)| body.is_dynamic());
+        audit.kinetic = dynamic.map(|(_, body)| to_f64(body.kinetic_energy())).sum();
+        audit.potential = tally.potential.iter().flatten().sum();
+        let without = audit
+            .fields
+            .iter()
+            .filter(|field| field.potential.is_none());
+        let work: f64 = without.map(|field| field.work).sum();
+        audit.drift = audit.kinetic + audit.potential - audit.initial - work;
+    }
+}
+
+/// The velocity of a body's material at a world point.
+fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector) -> DVec3 {
+    let frame = frames.frame(&Anchor::from(body));
+    frame.map_or(DVec3::ZERO, |frame| {
+        let arm = world_point - frame.pose.translation;
+        to_dvec3(frame.velocity + frame.angvel.cross(arm))
+    })
+}
+
+/// What all fields do to all sampled bodies right now.
+fn tally(compiled: &Compiled, frames: &impl Frames, samples: &Samples, moment: Moment) -> Tally {
+    let count = compiled.tree.nodes().len();
+    let mut tally = Tally {
+        power: vec![0.0; count],
+        potential: vec![None; count],
+    };
+    for place in 0..count {
+        // A field with a potential has one even where nobody is in it.
+        let field = compiled.tree.field(place as u32);
+        let known = field.is_some_and(|field| field.has_potential());
+        tally.potential[place] = known.then_some(0.0);
+    }
+    for body in 0..samples.bodies.len() as u32 {
+        each_trace(
+            compiled,
+            frames,
+            samples,
+            moment,
+            body,
+            |sample, term, trace| {
+                let velocity = to_dvec3(sample.velocity);
+                let mut rest = trace.force.unwrap_or_default().dot(velocity);
+                for contribution in &trace.contributions {
+                    if contribution.fate != Fate::Counts {
+                        continue;
+                    }
+                    let place = contribution.place as usize;
+                    let force = contribution.force.unwrap_or_default();
+                    let power = force.dot(velocity);
+                    tally.power[place] += power;
+                    rest -= power;
+                    let field = compiled.tree.field(contribution.place);
+                    let carrier = contribution.carrier;
+                    if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {
+                        let point = sample.world_point;
+                        tally.power[place] -= force.dot(velocity_of(frames, carrier, point));
+                    }
+                    if let (Some(sum), Some(potential)) =
+                        (&mut tally.potential[place], contribution.potential)
+                    {
+                        let carried = carrier.is_some();
+                        *sum += potential * field.map_or(1.0, |f| f.energy_share(carried));
+                    }
+                }
+                // What an operation makes of its fields beyond their sum.
+                tally.power[term as usize] += rest;
+            },
+        );
+    }
+    tally
+}
+
+impl fmt::Display for EnergyAudit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:>14} {:>14}  field", "potential", "work")?;
+        for field in &self.fields {
+            let work = field.work;
+            match field.potential {
+                Some(potential) => write!(f, "{potential:>14.6e} {work:>14.6e}")?,
+                None if work == 0.0 => continue,
+                None => write!(f, "{:>14} {work:>14.6e}", "none")?,
+            }
+            writeln!(f, "  {}", field.field)?;
+        }
+        let EnergyAudit {
+            kinetic, potential, ..
+        } = self;
+        writeln!(
+            f,
+            "kinetic {kinetic:.6e}, potential {potential:.6e}, drift {:.3e}",
+            self.drift
+        )
+    }
+}

@@ -1,0 +1,252 @@
+//! Explain: why a body is pushed the way it is, field by field.
+
+mod audit;
+
+use std::fmt;
+
+pub(crate) use audit::Auditor;
+pub use audit::{EnergyAudit, FieldEnergy};
+
+use crate::compile::Compiled;
+use crate::field::Frames;
+use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
+use crate::reference::{Contribution, Fate, Reference};
+use crate::rigid::Wrench;
+use crate::sample::{Moment, SamplePoint, Samples};
+
+/// Why the fields push a body the way they do: what each field gives at each sample, and what
+/// became of it. Prints as a report.
+///
+/// Made by a walk of the reference, so it says what the tree means, whatever evaluates it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Explanation {
+    /// The body.
+    pub body: RigidBodyHandle,
+    /// The wrench that results from all fields.
+    pub wrench: Wrench,
+    /// What single fields give, sample by sample. Fields whose region does not hold the sample
+    /// are only counted.
+    pub contributions: Vec<ExplainedField>,
+    /// How often a field's region did not hold a sample.
+    pub outside: usize,
+    /// What the body feels for the forces of its own [reacting](crate::Field::reacting) fields on
+    /// others; part of `wrench`.
+    pub reaction: Wrench,
+}
+
+/// What one field gives at one sample.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ExplainedField {
+    /// The field's name, or its place in the tree.
+    pub field: String,
+    /// The collider that was sampled; `None` where the body was sampled as a whole.
+    pub collider: Option<ColliderHandle>,
+    /// The sample point, in the world.
+    pub world_point: Vector,
+    /// The field's own force there, in world axes, before any operator; `None` where it does not
+    /// act.
+    pub force: Option<Vector>,
+    /// What became of it.
+    pub fate: Fate,
+    /// The fields that overruled it.
+    pub overruled_by: Vec<String>,
+}
+
+/// All traces of one body: for each term of the tree and each sample, the force and what the
+/// fields contribute.
+pub(crate) fn each_trace<'a>(
+    compiled: &Compiled,
+    frames: &impl Frames,
+    samples: &'a Samples,
+    moment: Moment,
+    body: u32,
+    mut visit: impl FnMut(&'a SamplePoint, u32, crate::reference::Trace),
+) {
+    let reference = Reference::of_valid(&compiled.tree);
+    for term in compiled.tree.terms() {
+        let how = compiled.tree.how(term);
+        let list = samples.samples_for(how).map(|(_, sample)| sample);
+        let all = samples.centres_for(how).chain(list);
+        for sample in all.filter(|sample| sample.body == body) {
+            let query = samples.query(sample, moment);
+            visit(sample, term, reference.trace_below(term, frames, &query));
+        }
+    }
+}
+
+/// Explains the wrench on a body, given by its number among the sampled ones.
+pub(crate) fn explain(
+    compiled: &Compiled,
+    frames: &impl Frames,
+    samples: &Samples,
+    moment: Moment,
+    body: u32,
+) -> Explanation {
+    let mut explanation = Explanation {
+        body: samples.bodies[body as usize],
+        wrench: Wrench::ZERO,
+        contributions: Vec::new(),
+        outside: 0,
+        reaction: reaction(compiled, frames, samples, moment, body),
+    };
+    explanation.wrench = explanation.reaction;
+    each_trace(
+        compiled,
+        frames,
+        samples,
+        moment,
+        body,
+        |sample, _, trace| {
+            if let Some(force) = trace.force {
+                explanation.wrench.force += from_dvec3(force);
+                explanation.wrench.torque += from_dvec3(to_dvec3(sample.arm).cross(force));
+            }
+            for contribution in trace.contributions {
+                if contribution.fate == Fate::OutsideRegion {
+                    explanation.outside += 1;
+                } else if !is_contact(compiled, contribution.place) {
+                    let explained = ExplainedField::new(compiled, sample, contribution);
+                    explanation.contributions.push(explained);
+                }
+            }
+        },
+    );
+    explanation
+}
+
+/// The opposite of the forces that a body's reacting fields have on all others.
+fn reaction(
+    compiled: &Compiled,
+    frames: &impl Frames,
+    samples: &Samples,
+    moment: Moment,
+    body: u32,
+) -> Wrench {
+    let mut wrench = Wrench::ZERO;
+    let reacts = |place: u32| compiled.tree.field(place).is_some_and(|field| field.reacts);
+    if !compiled.tree.leaves().any(|(_, field)| field.reacts) {
+        return wrench;
+    }
+    let carrier = Some(samples.bodies[body as usize]);
+    let centre = samples.centres[body as usize].world_point;
+    for other in (0..samples.bodies.len() as u32).filter(|other| *other != body) {
+        each_trace(
+            compiled,
+            frames,
+            samples,
+            moment,
+            other,
+            |sample, _, trace| {
+                let counts = |c: &&Contribution| c.fate == Fate::Counts && c.carrier == carrier;
+                for contribution in trace.contributions.iter().filter(counts) {
+                    if reacts(contribution.place) {
+                        let force = from_dvec3(contribution.force.unwrap_or_default());
+                        wrench.force -= force;
+                        wrench.torque -= (sample.world_point - centre).cross(force);
+                    }
+                }
+            },
+        );
+    }
+    wrench
+}
+
+fn is_contact(compiled: &Compiled, place: u32) -> bool {
+    let field = compiled.tree.field(place);
+    field.is_some_and(|field| field.is_contact())
+}
+
+impl ExplainedField {
+    fn new(compiled: &Compiled, sample: &SamplePoint, contribution: Contribution) -> Self {
+        let overruled_by = match &contribution.fate {
+            Fate::Overruled { by, .. } => by.iter().map(|place| compiled.label(*place)).collect(),
+            _ => Vec::new(),
+        };
+        ExplainedField {
+            field: compiled.label(contribution.place),
+            collider: sample.collider,
+            world_point: sample.world_point,
+            force: contribution.force.map(from_dvec3),
+            fate: contribution.fate,
+            overruled_by,
+        }
+    }
+
+    /// Larger is worse; infinite and NaN are worst.
+    pub(crate) fn badness(&self) -> crate::math::Real {
+        let size = self.force.unwrap_or(Vector::ZERO).length();
+        if size.is_finite() {
+            size
+        } else {
+            crate::math::Real::INFINITY
+        }
+    }
+}
+
+impl Explanation {
+    /// Of everything single fields give, the largest; the first of those that are not finite.
+    pub(crate) fn worst(&self) -> Option<&ExplainedField> {
+        let mut worst: Option<&ExplainedField> = None;
+        for field in &self.contributions {
+            if worst.is_none_or(|worst| field.badness() > worst.badness()) {
+                worst = Some(field);
+            }
+        }
+        worst
+    }
+}
+
+impl fmt::Display for Explanation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Wrench { force, torque } = self.wrench;
+        writeln!(f, "{:?}: force {force}, torque {torque}", self.body)?;
+        if self.reaction != Wrench::ZERO {
+            let Wrench { force, torque } = self.reaction;
+            writeln!(
+                f,
+                "  reaction to its own fields: force {force}, torque {torque}"
+            )?;
+        }
+        for field in &self.contributions {
+            writeln!(f, "  {field}")?;
+        }
+        match self.outside {
+            0 => Ok(()),
+            1 => writeln!(f, "  and 1 field whose region does not hold the sample"),
+            more => writeln!(f, "  and {more} whose regions do not hold the sample"),
+        }
+    }
+}
+
+impl fmt::Display for ExplainedField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.field)?;
+        if let Some(force) = self.force {
+            write!(f, " gives {force}")?;
+        }
+        write!(f, " at {}", self.world_point)?;
+        if let Some(collider) = self.collider {
+            write!(f, " ({collider:?})")?;
+        }
+        match &self.fate {
+            Fate::Counts => Ok(()),
+            Fate::OutsideRegion => write!(f, ": outside its region"),
+            Fate::OwnBody => write!(f, ": not on the body that carries it"),
+            Fate::OtherGroups => write!(f, ": its groups leave this collider out"),
+            Fate::AnchorGone => write!(f, ": what it was anchored to is gone"),
+            Fate::Overruled { operator, .. } => {
+                let by = self.overruled_by.join(", ");
+                write!(f, ": overruled ({operator}) by {by}")
+            }
+            Fate::Unmatched { operator } => {
+                write!(
+                    f,
+                    ": left out, the other operand of {operator} is not defined here"
+                )
+            }
+            Fate::Cuts => write!(f, ": only its region counts, it cuts"),
+        }
+    }
+}

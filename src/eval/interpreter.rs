@@ -1,0 +1,412 @@
+//! Programs: composite terms, evaluated at one sample at a time.
+
+use crate::compile::{AnchorId, IndexKind, NO_ANCHOR, Program, Step};
+use crate::field::{
+    Axis, Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces,
+    Query, Vec3, constant,
+};
+use crate::math::{DVec3, Real, Vector, to_dvec3};
+use crate::neighbors::hierarchy;
+use crate::rapier::parry::bounding_volume::Aabb;
+use crate::rapier::parry::partitioning::Bvh;
+
+/// A composite at a sample.
+#[derive(Clone, Copy, Debug)]
+struct Value<T> {
+    defined: Pieces,
+    vector: Vec3<T>,
+    /// Bit n: the vector would hold that of leaf n, were it not zero. Leaves beyond the 64th are
+    /// not told apart.
+    leaves: u64,
+}
+
+impl<T: Number> Value<T> {
+    fn undefined() -> Self {
+        Value {
+            defined: Pieces::NONE,
+            vector: constant(DVec3::ZERO),
+            leaves: 0,
+        }
+    }
+}
+
+/// What a program gives at a sample where it is defined.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome<T = f64> {
+    /// The force, world axes.
+    pub force: Vec3<T>,
+    /// Bit n: leaf n contributes to it.
+    pub leaves: u64,
+}
+
+/// Evaluates programs; keeps its stack between calls. With numbers that carry derivatives it
+/// gives the derivatives of the force, too.
+#[derive(Debug)]
+pub(crate) struct Interpreter<T = f64> {
+    stack: Vec<Value<T>>,
+    normals: Vec<Normal>,
+}
+
+impl<T> Default for Interpreter<T> {
+    fn default() -> Self {
+        Interpreter {
+            stack: Vec::new(),
+            normals: Vec::new(),
+        }
+    }
+}
+
+impl Program {
+    /// The frame of a leaf or modifier of an instance, if it has one.
+    pub(super) fn frame<'a>(
+        &self,
+        instance: usize,
+        anchored: usize,
+        frames: &'a [Option<Frame>],
+    ) -> Option<&'a Frame> {
+        let anchor = self.anchors[instance * self.stride() + anchored];
+        let there = anchor != NO_ANCHOR;
+        there.then(|| frames[anchor as usize].as_ref()).flatten()
+    }
+}
+
+/// One sample before one instance of a program.
+struct SampleContext<'a, T> {
+    program: &'a Program,
+    instance: usize,
+    frames: &'a [Option<Frame>],
+    query: &'a Query,
+    motion: &'a Motion<T>,
+    overridden: RegionOverride,
+}
+
+/// Leaves whose regions are taken to hold the sample, or not, whatever they say: bits by leaf.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RegionOverride {
+    pub which: u64,
+    pub holds: u64,
+}
+
+impl<T: Number> Interpreter<T> {
+    /// The program's instance at a sample; `None` where it is not defined.
+    pub(crate) fn run(
+        &mut self,
+        program: &Program,
+        instance: usize,
+        frames: &[Option<Frame>],
+        query: &Query,
+        motion: &Motion<T>,
+    ) -> Option<Outcome<T>> {
+        self.run_forced(
+            program,
+            instance,
+            frames,
+            (query, motion),
+            RegionOverride::default(),
+        )
+    }
+
+    /// Like [`Interpreter::run`], with some of the leaves' regions decided beforehand.
+    pub(super) fn run_forced(
+        &mut self,
+        program: &Program,
+        instance: usize,
+        frames: &[Option<Frame>],
+        (query, motion): (&Query, &Motion<T>),
+        overridden: RegionOverride,
+    ) -> Option<Outcome<T>> {
+        let place = SampleContext {
+            program,
+            instance,
+            frames,
+            query,
+            motion,
+            overridden,
+        };
+        let open = Neighbourhood::open();
+        let outcome = self.walk(&place, &open);
+        if !open.met_a_surface() {
+            return outcome;
+        }
+        // The sample lies on a surface: find the pieces around it, and walk again.
+        self.normals.clear();
+        for (leaf, field) in program.leaves.iter().enumerate() {
+            if let Some(local) = place.acting(leaf) {
+                field.region.touched(&local, &mut self.normals);
+            }
+        }
+        let here = Neighbourhood::of(&self.normals);
+        self.walk(&place, &here)
+    }
+
+    fn walk(&mut self, place: &SampleContext<'_, T>, here: &Neighbourhood) -> Option<Outcome<T>> {
+        let program = place.program;
+        self.stack.clear();
+        for step in &program.steps {
+            match *step {
+                Step::Leaf(leaf) => self.stack.push(place.leaf_value(leaf, here)),
+                Step::Apply(operator, count) => {
+                    self.combine(count, |operands| {
+                        let combined = operands.iter().copied();
+                        combined.reduce(|u, v| apply(operator, u, v, here))
+                    });
+                }
+                Step::Layers(count, modes) => {
+                    let modes = &program.modes[modes as usize];
+                    self.combine(count, |operands| Some(layers(operands, modes)));
+                }
+                Step::Modify(number) => {
+                    if let Some(value) = self.stack.last_mut().filter(|v| v.defined.any()) {
+                        place.modify(number, value);
+                    }
+                }
+            }
+        }
+        let value = self.stack.pop()?;
+        value.defined.any().then_some(Outcome {
+            force: value.vector,
+            leaves: value.leaves,
+        })
+    }
+
+    /// Puts one value in place of the last `count`.
+    fn combine(&mut self, count: u32, rule: impl FnOnce(&[Value<T>]) -> Option<Value<T>>) {
+        let start = self.stack.len() - count as usize;
+        let combined = rule(&self.stack[start..]).unwrap_or_else(Value::undefined);
+        self.stack.truncate(start);
+        self.stack.push(combined);
+    }
+}
+
+impl<'a, T: Number> SampleContext<'a, T> {
+    fn frame(&self, anchored: usize) -> Option<&'a Frame> {
+        self.program.frame(self.instance, anchored, self.frames)
+    }
+
+    /// The sample as a leaf sees it, if the leaf is there and acts on the sample.
+    fn acting(&self, leaf: usize) -> Option<LocalQuery<'a, T>> {
+        let frame = self.frame(leaf)?;
+        let acts = self.program.leaves[leaf].acts_on(self.query, frame);
+        acts.then(|| LocalQuery::moving(self.query, self.motion, frame))
+    }
+
+    fn leaf_value(&self, leaf: u32, here: &Neighbourhood) -> Value<T> {
+        let Some(local) = self.acting(leaf as usize) else {
+            return Value::undefined();
+        };
+        let field = &self.program.leaves[leaf as usize];
+        let bit = 1_u64.checked_shl(leaf).unwrap_or(0);
+        let defined = match self.overridden.which & bit {
+            0 => field.region.pieces(&local, here),
+            _ if self.overridden.holds & bit != 0 => here.all(),
+            _ => Pieces::NONE,
+        };
+        if !defined.any() {
+            return Value::undefined();
+        }
+        Value {
+            defined,
+            vector: field.force(&local),
+            leaves: bit,
+        }
+    }
+
+    fn modify(&self, number: u32, value: &mut Value<T>) {
+        let frame = self.frame(self.program.leaves.len() + number as usize);
+        let local = frame.map(|frame| LocalQuery::moving(self.query, self.motion, frame));
+        let modifier = &self.program.modifiers[number as usize];
+        value.vector = modifier.apply(value.vector, local.as_ref());
+    }
+}
+
+/// The leaves, as bits, of which a border may pass within a distance of the sample, on a body
+/// that turns at `spin`, and how near one may be; `None` if they are too many to be told apart.
+pub(super) fn boundaries_within(
+    program: &Program,
+    instance: usize,
+    frames: &[Option<Frame>],
+    (query, motion): (&Query, &Motion<f64>),
+    (distance, spin): (f64, f64),
+) -> Option<(u64, f64)> {
+    let place = SampleContext {
+        program,
+        instance,
+        frames,
+        query,
+        motion,
+        overridden: RegionOverride::default(),
+    };
+    let (mut which, mut nearest) = (0, f64::INFINITY);
+    for (leaf, field) in program.leaves.iter().enumerate() {
+        let Some(local) = place.acting(leaf).filter(|_| !field.region.is_everywhere()) else {
+            continue;
+        };
+        let turning = place
+            .frame(leaf)
+            .map_or(0.0, |frame| to_dvec3(frame.angvel).length());
+        let reads_speed = field.region.axes().any(|axis| *axis == Axis::Speed);
+        // Speeds differ over a cell by no more than it turns.
+        let steepness = if reads_speed {
+            1.0 + spin + turning
+        } else {
+            1.0
+        };
+        let depth = field.region.depth(&local).abs();
+        if depth.is_nan() || depth <= distance * steepness {
+            which |= 1_u64.checked_shl(leaf as u32)?;
+            nearest = nearest.min(depth / steepness);
+        }
+        // `f64::min` would pass over it.
+        if depth.is_nan() {
+            nearest = 0.0;
+        }
+    }
+    Some((which, nearest))
+}
+
+/// An operator on the values of its operands; see the table at [`Operator`].
+fn apply<T: Number>(
+    operator: Operator,
+    u: Value<T>,
+    v: Value<T>,
+    here: &Neighbourhood,
+) -> Value<T> {
+    let (e, g) = (u.defined, v.defined);
+    let defined = operator.set(e, g, here);
+    if !defined.any() {
+        return Value::undefined();
+    }
+    if !g.any() {
+        return Value { defined, ..u };
+    }
+    if !e.any() {
+        return Value { defined, ..v };
+    }
+    let leaves = match operator {
+        Operator::Difference => u.leaves,
+        Operator::ReplaceUnion | Operator::ReplaceIntersection => v.leaves,
+        _ => u.leaves | v.leaves,
+    };
+    Value {
+        defined,
+        vector: operator.vector(u.vector, v.vector),
+        leaves,
+    }
+}
+
+/// The rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
+fn layers<T: Number>(operands: &[Value<T>], modes: &[Override]) -> Value<T> {
+    let mut gathered = Value::undefined();
+    let mut stopped = false;
+    for (value, mode) in operands.iter().zip(modes) {
+        gathered.defined = gathered.defined | value.defined;
+        if stopped || !value.defined.any() {
+            continue;
+        }
+        if mode.replaces {
+            gathered.vector = constant(DVec3::ZERO);
+            gathered.leaves = 0;
+        }
+        gathered.vector += value.vector;
+        gathered.leaves |= value.leaves;
+        stopped = mode.stops;
+    }
+    gathered
+}
+
+/// Which instances of a program may act at a point.
+#[derive(Debug, Default)]
+pub(super) struct Reach {
+    /// Holds all that any instance can reach.
+    low: Vector,
+    high: Vector,
+    balls: Vec<Option<(Vector, Real)>>,
+    bvh: Option<Bvh>,
+    found: Vec<u32>,
+}
+
+impl Reach {
+    /// Takes up where the instances are now.
+    pub(super) fn refresh(&mut self, program: &Program, frames: &[Option<Frame>]) {
+        let reach = program.reach.unwrap_or(Real::INFINITY);
+        let ball = |centre: &AnchorId| match (&frames[*centre as usize], program.reach) {
+            (Some(frame), _) => Some((frame.pose.translation, reach)),
+            // Some field hangs elsewhere, and may be there still.
+            (None, None) => Some((Vector::ZERO, reach)),
+            (None, Some(_)) => None,
+        };
+        let balls = program.centres.iter().map(ball);
+        // Zones that stand still keep their hierarchy.
+        if balls.clone().eq(self.balls.iter().copied()) {
+            return;
+        }
+        self.balls.clear();
+        self.balls.extend(balls);
+        let bounds = self
+            .balls
+            .iter()
+            .enumerate()
+            .filter_map(|(instance, ball)| {
+                let (centre, radius) = (*ball)?;
+                let extent = Vector::splat(radius);
+                Some((instance, Aabb::from_half_extents(centre, extent)))
+            });
+        let infinity = Vector::splat(Real::INFINITY);
+        (self.low, self.high) = bounds
+            .clone()
+            .fold((infinity, -infinity), |(low, high), (_, bounds)| {
+                (low.min(bounds.mins), high.max(bounds.maxs))
+            });
+        self.bvh = (program.index_kind() == IndexKind::Bvh).then(|| hierarchy(bounds.collect()));
+    }
+
+    /// Puts into `found` the instances that may act within a distance of a point, in their order.
+    pub(super) fn near(&self, point: Vector, distance: Real, found: &mut Vec<u32>) {
+        found.clear();
+        let reaches = |ball: &Option<(Vector, Real)>| {
+            ball.is_some_and(|(centre, radius)| {
+                (point - centre).abs().max_element() <= radius + distance
+            })
+        };
+        match &self.bvh {
+            Some(bvh) => {
+                let here = Aabb::from_half_extents(point, Vector::splat(distance));
+                found.extend(bvh.intersect_aabb(&here));
+                found.sort_unstable();
+            }
+            None => {
+                let instances = self.balls.iter().enumerate();
+                let near = instances.filter(|(_, ball)| reaches(ball));
+                found.extend(near.map(|(instance, _)| instance as u32));
+            }
+        }
+    }
+
+    /// The instances that may act at a point, in their order.
+    pub(super) fn at(&mut self, point: Vector) -> &[u32] {
+        self.found.clear();
+        if point.cmplt(self.low).any() || point.cmpgt(self.high).any() {
+            return &self.found;
+        }
+        match &self.bvh {
+            Some(bvh) => {
+                let here = Aabb::new(point, point);
+                self.found.extend(bvh.intersect_aabb(&here));
+                // Sums must not depend on how the hierarchy was built.
+                self.found.sort_unstable();
+            }
+            None => {
+                let acts = |ball: &Option<(Vector, Real)>| {
+                    ball.is_some_and(|(centre, radius)| {
+                        (point - centre).abs().max_element() <= radius
+                    })
+                };
+                let instances = self.balls.iter().enumerate();
+                let acting = instances.filter(|(_, ball)| acts(ball));
+                self.found
+                    .extend(acting.map(|(instance, _)| instance as u32));
+            }
+        }
+        &self.found
+    }
+}

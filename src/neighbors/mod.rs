@@ -1,0 +1,10 @@
+//! Who is near whom: grids, neighbour lists and hierarchies over points and boxes. Knows points
+//! only.
+
+mod bvh;
+mod grid;
+mod verlet;
+
+pub(crate) use bvh::hierarchy;
+pub(crate) use grid::Grid;
+pub(crate) use verlet::{Cluster, VerletList};

@@ -1,0 +1,16 @@
+//! A rigid body in 64 bits: wrenches, inertia, free rotation and state.
+
+mod mobility;
+mod rotation;
+mod state;
+mod taylor_rotation;
+mod wrench;
+
+pub use wrench::Wrench;
+
+pub(crate) use mobility::{
+    Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
+};
+pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel, to_dquat};
+pub(crate) use state::{RigidState, Turning};
+pub(crate) use taylor_rotation::{Rotor, Top};

@@ -1,0 +1,112 @@
+//! A body that the inner integrator moves.
+
+use super::mobility::{self, Mobility, TurnedInertia, six};
+use super::rotation::{Inertia, to_dquat};
+use crate::math::{DPose3, DQuat, DVec3, RigidBodyHandle, to_dvec3};
+use crate::rapier::dynamics::RigidBody;
+
+/// A body on its way through the inner steps, in 64-bit precision.
+#[derive(Clone, Debug)]
+pub(crate) struct RigidState {
+    pub body: RigidBodyHandle,
+    /// Of the centre of mass.
+    pub position: DVec3,
+    pub attitude: DQuat,
+    pub linvel: DVec3,
+    pub angvel: DVec3,
+    pub local_com: DVec3,
+    pub turning: Turning,
+    pub start: (DVec3, DQuat),
+    /// By gravity and the user's force, which Rapier adds.
+    pub acceleration: DVec3,
+    /// Whether any field ever pushed it.
+    pub pushed: bool,
+    inv_mass: DVec3,
+    inertia: TurnedInertia,
+}
+
+/// How a body turns between kicks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Turning {
+    /// As a free top with this angular momentum.
+    Free(Inertia, DVec3),
+    /// With constant angular velocity.
+    Steady,
+    /// As Rapier does it: no field can turn bodies.
+    LeftAlone,
+}
+
+impl RigidState {
+    pub(crate) fn new(handle: RigidBodyHandle, body: &RigidBody, turns: bool) -> Self {
+        let attitude = to_dquat(*body.rotation());
+        let angvel = to_dvec3(body.angvel());
+        let local_com = to_dvec3(body.local_center_of_mass());
+        let position = to_dvec3(body.translation()) + attitude * local_com;
+        let free = body.gyroscopic_forces_enabled().then(|| Inertia::of(body));
+        let free = free.flatten().filter(|inertia| !inertia.is_spherical());
+        let turning = match free {
+            _ if !turns => Turning::LeftAlone,
+            Some(inertia) => Turning::Free(inertia, inertia.angular_momentum(attitude, angvel)),
+            None => Turning::Steady,
+        };
+        RigidState {
+            body: handle,
+            position,
+            attitude,
+            linvel: to_dvec3(body.linvel()),
+            angvel,
+            local_com,
+            turning,
+            start: (position, attitude),
+            acceleration: DVec3::ZERO,
+            pushed: false,
+            inv_mass: to_dvec3(body.mass_properties().effective_inv_mass),
+            inertia: mobility::turned_inertia(body),
+        }
+    }
+
+    /// That of the centre of mass, turned like the body.
+    pub(crate) fn pose(&self) -> DPose3 {
+        DPose3::from_parts(self.position, self.attitude)
+    }
+
+    /// How readily it follows a wrench, where it is now.
+    pub(crate) fn mobility(&self) -> Mobility {
+        Mobility {
+            inv_mass: self.inv_mass,
+            inv_inertia: self.inertia.at(self.attitude),
+        }
+    }
+
+    /// Moves on for `h` without forces; a free rotation keeps its energy within `energy_error`.
+    pub(crate) fn drift(&mut self, h: f64, energy_error: f64) {
+        self.position += self.linvel * h;
+        match self.turning {
+            Turning::Free(inertia, momentum) => {
+                let turn = inertia.free_rotation_within(self.attitude, momentum, h, energy_error);
+                self.attitude = (turn * self.attitude).normalize();
+                self.angvel = inertia.angvel_after(self.attitude, momentum);
+            }
+            Turning::Steady | Turning::LeftAlone => {
+                let turn = DQuat::from_scaled_axis(self.angvel * h);
+                self.attitude = (turn * self.attitude).normalize();
+            }
+        }
+    }
+
+    /// Takes an impulse and an angular impulse.
+    pub(crate) fn kick(&mut self, impulse: DVec3, twist: DVec3) {
+        self.linvel += self.inv_mass * impulse;
+        match &mut self.turning {
+            Turning::Free(inertia, momentum) => {
+                *momentum += twist;
+                self.angvel = inertia.angvel_after(self.attitude, *momentum);
+            }
+            Turning::Steady => {
+                let turn = self.inertia.at(self.attitude) * six(twist, twist).fixed_rows::<3>(0);
+                self.angvel += DVec3::new(turn[0], turn[1], turn[2]);
+            }
+            Turning::LeftAlone => {}
+        }
+    }
+}

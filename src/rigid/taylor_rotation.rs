@@ -1,0 +1,246 @@
+//! Torque-free rotation, at any moment of a step and to the last digits.
+//!
+//! The rotation that Rapier is given for a step ([`super::rotation`]) is right at the step's end; the
+//! time of an impact needs it in between. Euler's equations and that of the attitude are
+//! polynomials, so their Taylor series follow from products of series: exact motion in pieces.
+
+use crate::math::{DQuat, DVec3};
+
+/// Terms of a series.
+const ORDER: usize = 18;
+
+/// A series reaches as far as its last terms stay below this.
+const SMALLEST_TERM: f64 = 1e-17;
+
+/// Pieces of a path at most; a step in which a body turns some thousand times is beyond sense.
+const MOST_PIECES: usize = 8192;
+
+/// What resists the rotation of a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rotor {
+    /// Reciprocal principal moments; zero for an axis that nothing turns.
+    pub inverse_moments: DVec3,
+    pub principal_to_body: DQuat,
+}
+
+/// A free rotation from some moment on.
+#[derive(Clone, Debug)]
+pub(crate) struct Top {
+    rotor: Rotor,
+    /// In the world.
+    momentum: DVec3,
+    pieces: Vec<Piece>,
+}
+
+/// The attitude (body to world) as a power series in the time since `from`.
+#[derive(Clone, Debug)]
+struct Piece {
+    from: f64,
+    terms: [DQuat; ORDER + 1],
+}
+
+impl Rotor {
+    /// Whether all axes can turn.
+    pub(crate) fn is_free(&self) -> bool {
+        let moments = self.inverse_moments.recip();
+        self.inverse_moments.min_element() > 0.0 && moments.is_finite()
+    }
+
+    fn principal_to_world(&self, attitude: DQuat) -> DQuat {
+        attitude * self.principal_to_body
+    }
+
+    /// The angular momentum of a body at an attitude.
+    pub(crate) fn momentum(&self, attitude: DQuat, angvel: DVec3) -> DVec3 {
+        let to_world = self.principal_to_world(attitude);
+        to_world * ((to_world.inverse() * angvel) / self.inverse_moments)
+    }
+
+    /// The angular velocity that carries an angular momentum at an attitude.
+    pub(crate) fn angvel(&self, attitude: DQuat, momentum: DVec3) -> DVec3 {
+        let to_world = self.principal_to_world(attitude);
+        to_world * (self.inverse_moments * (to_world.inverse() * momentum))
+    }
+
+    /// Bounds of the angular velocity and the angular acceleration of a free rotation.
+    fn bounds(&self, attitude: DQuat, momentum: DVec3) -> [f64; 2] {
+        let fastest = self.inverse_moments.max_element();
+        let twice_energy = momentum.dot(self.angvel(attitude, momentum));
+        let speed = (momentum.length() * fastest).min((twice_energy * fastest).max(0.0).sqrt());
+        let moments = self.inverse_moments.recip();
+        let spread = |i: usize, j: usize, k: usize| {
+            (moments[j] - moments[k]).abs() * self.inverse_moments[i]
+        };
+        let coupling = spread(0, 1, 2).max(spread(1, 2, 0)).max(spread(2, 0, 1));
+        // Of all products of two components of a vector, squared and summed, its fourth power is
+        // three times the largest sum.
+        [speed, coupling * speed * speed / 3_f64.sqrt()]
+    }
+
+    /// The Taylor series of the attitude from `attitude` on.
+    fn series(&self, attitude: DQuat, momentum: DVec3) -> [DQuat; ORDER + 1] {
+        let inverse = self.inverse_moments;
+        let moments = inverse.recip();
+        let coupling = DVec3::new(
+            moments.y - moments.z,
+            moments.z - moments.x,
+            moments.x - moments.y,
+        ) * inverse;
+        let start = self.principal_to_world(attitude);
+        let mut angvel = [DVec3::ZERO; ORDER + 1];
+        let mut to_world = [DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0); ORDER + 1];
+        angvel[0] = inverse * (start.inverse() * momentum);
+        to_world[0] = start;
+        for k in 0..ORDER {
+            let (mut swirl, mut turn) = (DVec3::ZERO, DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0));
+            for i in 0..=k {
+                let (a, b) = (angvel[i], angvel[k - i]);
+                swirl += DVec3::new(a.y * b.z, a.z * b.x, a.x * b.y);
+                let spin = DQuat::from_xyzw(b.x, b.y, b.z, 0.0);
+                turn += product(to_world[i], spin);
+            }
+            let next = 1.0 / (k as f64 + 1.0);
+            angvel[k + 1] = coupling * swirl * next;
+            to_world[k + 1] = turn * (0.5 * next);
+        }
+        let back = self.principal_to_body.inverse();
+        to_world.map(|term| product(term, back))
+    }
+}
+
+/// Hamilton's product of quaternions that need not be rotations.
+fn product(a: DQuat, b: DQuat) -> DQuat {
+    let (u, v) = (a.xyz(), b.xyz());
+    let vector = v * a.w + u * b.w + u.cross(v);
+    DQuat::from_xyzw(vector.x, vector.y, vector.z, a.w * b.w - u.dot(v))
+}
+
+impl Top {
+    /// The free rotation of a body from an attitude on, over `[from, to]`. Nothing if it turns
+    /// too often to follow.
+    pub(crate) fn new(
+        rotor: Rotor,
+        attitude: DQuat,
+        momentum: DVec3,
+        [from, to]: [f64; 2],
+    ) -> Option<Self> {
+        let mut top = Top {
+            rotor,
+            momentum,
+            pieces: Vec::new(),
+        };
+        let (mut from, mut attitude) = (from, attitude);
+        loop {
+            let terms = rotor.series(attitude, momentum);
+            let piece = Piece { from, terms };
+            let reach = piece.reach();
+            top.pieces.push(piece);
+            // False for NaN too.
+            let finished = from + reach >= to;
+            if finished {
+                return Some(top);
+            }
+            if top.pieces.len() >= MOST_PIECES || reach.is_nan() || from + reach <= from {
+                return None;
+            }
+            from += reach;
+            attitude = top.attitude(from);
+        }
+    }
+
+    /// The rotation from body to world at a moment.
+    pub(crate) fn attitude(&self, time: f64) -> DQuat {
+        let after = self.pieces.partition_point(|piece| piece.from <= time);
+        let piece = &self.pieces[after.saturating_sub(1)];
+        let since = time - piece.from;
+        let mut sum = piece.terms[ORDER];
+        for term in piece.terms[..ORDER].iter().rev() {
+            sum = sum * since + *term;
+        }
+        sum.normalize()
+    }
+
+    /// The angular velocity at a moment, given the attitude there.
+    pub(crate) fn angvel(&self, attitude: DQuat) -> DVec3 {
+        self.rotor.angvel(attitude, self.momentum)
+    }
+
+    /// Bounds of the angular velocity and the angular acceleration.
+    pub(crate) fn bounds(&self) -> [f64; 2] {
+        self.rotor.bounds(self.pieces[0].terms[0], self.momentum)
+    }
+}
+
+impl Piece {
+    /// How far the series holds: until one of its last two terms counts. Two, since a series may
+    /// have every other term only.
+    fn reach(&self) -> f64 {
+        let until = |order: usize| {
+            let size = self.terms[order].length();
+            (SMALLEST_TERM / size).powf(1.0 / order as f64)
+        };
+        until(ORDER).min(until(ORDER - 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rotor(moments: [f64; 3]) -> Rotor {
+        Rotor {
+            inverse_moments: DVec3::from_array(moments).recip(),
+            principal_to_body: DQuat::from_xyzw(0.1, -0.4, 0.2, 0.7).normalize(),
+        }
+    }
+
+    const START: DQuat = DQuat::from_xyzw(0.5, -0.5, 0.5, 0.5);
+
+    #[test]
+    fn a_ball_turns_steadily() {
+        let (rotor, angvel) = (rotor([2.0; 3]), DVec3::new(3.0, -40.0, 12.0));
+        let top = Top::new(rotor, START, angvel * 2.0, [0.5, 1.5]).expect("a path");
+        for time in [0.5, 0.51, 0.9, 1.5] {
+            let expected = DQuat::from_scaled_axis(angvel * (time - 0.5)) * START;
+            let error = expected.angle_between(top.attitude(time)).min(1.0);
+            assert!(error < 1e-7, "angle_between rounds to 1e-8: {error}");
+            let error = (expected * DVec3::X - top.attitude(time) * DVec3::X).length();
+            assert!(error < 2e-13, "{error:e} at {time}");
+            assert!((top.angvel(expected) - angvel).length() < 1e-13 * angvel.length());
+        }
+    }
+
+    /// Along the path the derivative of the attitude is what the angular velocity says, and the
+    /// energy is kept: Euler's equations, whatever the moments.
+    #[test]
+    fn an_asymmetric_top_obeys_eulers_equations() {
+        let rotor = rotor([0.7, 1.1, 1.5]);
+        let momentum = DVec3::new(30.0, 5.0, -20.0);
+        let top = Top::new(rotor, START, momentum, [0.0, 1.0]).expect("a path");
+        assert!(top.pieces.len() > 50, "{}", top.pieces.len());
+        let energy = |time: f64| momentum.dot(top.angvel(top.attitude(time)));
+        let [fastest, hardest] = top.bounds();
+        for k in 0..=100 {
+            let time = 0.005 + k as f64 * 0.0099;
+            assert!((energy(time) / energy(0.0) - 1.0).abs() < 1e-13);
+            let spin = top.angvel(top.attitude(time));
+            let h = 1e-5;
+            let [before, after] = [-h, h].map(|d| top.attitude(time + d));
+            for axis in DVec3::AXES {
+                let rate = (after * axis - before * axis) / (2.0 * h);
+                let expected = spin.cross(top.attitude(time) * axis);
+                // Central differences: w³ h² / 6.
+                assert!((rate - expected).length() < 1e-5, "{rate} {expected}");
+            }
+            let change = top.angvel(after) - top.angvel(before);
+            assert!(spin.length() <= fastest * (1.0 + 1e-12));
+            assert!(change.length() / (2.0 * h) <= hardest);
+        }
+    }
+
+    #[test]
+    fn what_turns_beyond_sense_has_no_path() {
+        assert!(Top::new(rotor([1.0, 2.0, 3.0]), START, DVec3::X * 1e9, [0.0, 1.0]).is_none());
+        assert!(Top::new(rotor([1.0; 3]), START, DVec3::X * f64::NAN, [0.0, 1.0]).is_none());
+    }
+}

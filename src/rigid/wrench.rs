@@ -1,0 +1,29 @@
+//! A force with its torque.
+
+use crate::math::Vector;
+
+/// A force and the torque about the centre of mass that comes with it, world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct Wrench {
+    /// Force.
+    pub force: Vector,
+    /// Torque about the centre of mass.
+    pub torque: Vector,
+}
+
+impl Wrench {
+    /// No force and no torque.
+    pub const ZERO: Wrench = Wrench {
+        force: Vector::ZERO,
+        torque: Vector::ZERO,
+    };
+
+    /// Whether all components are finite.
+    pub fn is_finite(&self) -> bool {
+        self.force.is_finite() && self.torque.is_finite()
+    }
+}

@@ -1,0 +1,261 @@
+//! Where fields are sampled, in the form the evaluators want.
+
+use std::sync::Arc;
+
+use super::cells::Solid;
+use crate::compile::Weighting;
+use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
+use crate::math::{
+    ColliderHandle, DMat3, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dvec3,
+    to_f64,
+};
+
+/// Values of the user's axes, by name.
+pub(crate) type UserValues = Arc<[(Arc<str>, f64)]>;
+
+/// A point of a body at which fields are sampled.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SamplePoint {
+    pub world_point: Vector,
+    /// From the centre of mass to the point, world axes.
+    pub arm: Vector,
+    /// Of the body's material at the point, world axes.
+    pub velocity: Vector,
+    /// The body's number among the sampled ones.
+    pub body: u32,
+    /// See [`owner`].
+    pub owner: Real,
+    /// Of the part: all of it, whichever fraction the sample stands for.
+    pub radius: Real,
+    pub mass: Real,
+    pub share: Real,
+    pub charge: Real,
+    pub volume: Real,
+    /// Which fraction of its part it stands for.
+    pub fraction: Real,
+    /// Number of the second moments of what it stands for.
+    pub spread: u32,
+    pub kind: Kind,
+    /// Whether one sample is as good as many: the part is a ball, or has no shape.
+    pub is_ball: bool,
+    /// Collision groups of the collider.
+    pub groups: InteractionGroups,
+    /// Number of its [`UserValues`].
+    pub user: u32,
+    /// The collider it stands for.
+    pub collider: Option<ColliderHandle>,
+    /// Whether the point is the origin of that collider's frame, where fields anchored to it are.
+    pub at_origin: bool,
+}
+
+/// What samples a sample is one of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Centre,
+    Site,
+    Volume,
+    Surface,
+}
+
+/// The samples of one step.
+#[derive(Debug, Default)]
+pub(crate) struct Samples {
+    /// First the sites, one per part; then what parts are sampled at otherwise. Of either, those
+    /// of one body stand together.
+    pub list: Vec<SamplePoint>,
+    /// How many of the list are sites.
+    pub sites: usize,
+    /// Parts that are to be cut into cells where a border passes through them.
+    pub solids: Vec<Solid>,
+    /// By body, what it asks for in place of [`Sampling::Auto`]; empty if none does.
+    pub overrides: Vec<Option<Sampling>>,
+    /// Second moments; the first are zero.
+    pub spreads: Vec<DMat3>,
+    /// For each body, one sample for it as a whole, at its centre of mass.
+    pub centres: Vec<SamplePoint>,
+    /// The sampled bodies.
+    pub bodies: Vec<RigidBodyHandle>,
+    pub user: Vec<UserValues>,
+    /// By the index of a collider: the number of its sample.
+    by_collider: Vec<u32>,
+}
+
+/// The moment of a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment {
+    pub time: f64,
+    pub dt: Real,
+}
+
+/// Whom a sample or source belongs to, as a number that fits into SIMD lanes: a body's index, or
+/// −1. Exact up to 2²⁴ bodies in `f32`.
+pub(crate) fn owner(body: Option<RigidBodyHandle>) -> Real {
+    body.map_or(-1.0, |handle| handle.into_raw_parts().0 as Real)
+}
+
+impl Samples {
+    pub(crate) fn clear(&mut self) {
+        self.list.clear();
+        self.solids.clear();
+        self.overrides.clear();
+        self.spreads.clear();
+        self.spreads.push(DMat3::ZERO);
+        self.sites = 0;
+        self.centres.clear();
+        self.bodies.clear();
+        self.user.clear();
+    }
+
+    /// Numbers the sites by their colliders, once all are there.
+    pub(crate) fn number(&mut self) {
+        self.by_collider.clear();
+        for (number, sample) in self.list[..self.sites].iter().enumerate() {
+            let Some(collider) = sample.collider else {
+                continue;
+            };
+            let index = collider.into_raw_parts().0 as usize;
+            if self.by_collider.len() <= index {
+                self.by_collider.resize(index + 1, u32::MAX);
+            }
+            self.by_collider[index] = number as u32;
+        }
+    }
+
+    /// The number of a body, if it was sampled.
+    pub(crate) fn of_body(&self, body: RigidBodyHandle) -> Option<usize> {
+        let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
+        // Bodies are gathered in the order of their indices.
+        let place = self
+            .bodies
+            .binary_search_by_key(&index(&body), index)
+            .ok()?;
+        (self.bodies[place] == body).then_some(place)
+    }
+
+    /// The samples of a body in the list: its sites, and the others.
+    pub(crate) fn of(&self, body: usize) -> [std::ops::Range<usize>; 2] {
+        let number = body as u32;
+        [0..self.sites, self.sites..self.list.len()].map(|range| {
+            let list = &self.list[range.clone()];
+            let first = list.partition_point(|sample| sample.body < number);
+            let past = list.partition_point(|sample| sample.body <= number);
+            range.start + first..range.start + past
+        })
+    }
+
+    /// The sampling that a body has in terms like this, and whether nobody asked for it.
+    pub(crate) fn sampling(&self, how: SamplingRule, body: u32) -> (Sampling, bool) {
+        if how.overridable
+            && let Some(Some(own)) = self.overrides.get(body as usize)
+        {
+            return (*own, false);
+        }
+        (how.sampling, how.auto)
+    }
+
+    /// Whether a term that is sampled like this takes a sample.
+    pub(crate) fn takes(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
+        let (sampling, auto) = self.sampling(how, sample.body);
+        let kind = match sampling {
+            Sampling::Centre => Kind::Centre,
+            Sampling::Volume | Sampling::Surface if auto && sample.is_ball => Kind::Site,
+            Sampling::Volume | Sampling::Adaptive { .. } => Kind::Volume,
+            Sampling::Surface => Kind::Surface,
+            Sampling::Auto | Sampling::Parts => Kind::Site,
+        };
+        kind == sample.kind
+    }
+
+    /// The bodies as a whole that a program takes.
+    pub(crate) fn centres_for(&self, how: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
+        let centres = match how.sampling {
+            Sampling::Centre => &self.centres[..],
+            _ => &[],
+        };
+        centres.iter().filter(move |centre| self.takes(how, centre))
+    }
+
+    /// The samples of the list that a program takes, with their numbers.
+    pub(crate) fn samples_for(
+        &self,
+        how: SamplingRule,
+    ) -> impl Iterator<Item = (usize, &SamplePoint)> {
+        let at_centre = how.sampling == Sampling::Centre;
+        let list = match at_centre && self.overrides.is_empty() {
+            true => &[],
+            false => &self.list[..],
+        };
+        // The centres in the list are for terms of which other bodies have more samples.
+        list.iter().enumerate().filter(move |(_, sample)| {
+            self.takes(how, sample) && !(at_centre && sample.kind == Kind::Centre)
+        })
+    }
+
+    /// The number of a collider's sample, if it has one.
+    pub(crate) fn of_collider(&self, collider: ColliderHandle) -> Option<usize> {
+        let number = *self.by_collider.get(collider.into_raw_parts().0 as usize)? as usize;
+        (self.list.get(number)?.collider == Some(collider)).then_some(number)
+    }
+
+    pub(crate) fn query(&self, sample: &SamplePoint, moment: Moment) -> Query {
+        Query {
+            world_point: to_dvec3(sample.world_point),
+            world_velocity: to_dvec3(sample.velocity),
+            time: moment.time,
+            dt: to_f64(moment.dt),
+            fraction: to_f64(sample.fraction),
+            spread: self.spreads[sample.spread as usize],
+            radius: to_f64(sample.radius),
+            mass: to_f64(sample.mass),
+            share: to_f64(sample.share),
+            charge: to_f64(sample.charge),
+            volume: to_f64(sample.volume),
+            groups: sample.groups,
+            user: self.user[sample.user as usize].clone(),
+            body: Some(self.bodies[sample.body as usize]),
+        }
+    }
+
+    /// The number that turns the vector of a field into a force on the sample.
+    pub(crate) fn weight(
+        &self,
+        sample: &SamplePoint,
+        weighting: &Weighting,
+        moment: Moment,
+    ) -> Real {
+        if weighting
+            .groups
+            .is_some_and(|groups| !groups.test(sample.groups))
+        {
+            return 0.0;
+        }
+        let coupled = match &weighting.coupling {
+            Coupling::Axis(axis) => self.axis(sample, axis, moment),
+            Coupling::Share if weighting.reading == ForceMode::Force => sample.share,
+            Coupling::Share | Coupling::Each => 1.0,
+        };
+        let whole = match weighting.reading {
+            ForceMode::Force => coupled,
+            ForceMode::Acceleration => coupled * sample.mass,
+            ForceMode::VelocityChange => coupled * sample.mass / moment.dt,
+        };
+        whole * sample.fraction
+    }
+
+    /// The sample's coordinate along an axis; only those that do not depend on the frame of the
+    /// field.
+    fn axis(&self, sample: &SamplePoint, axis: &Axis, moment: Moment) -> Real {
+        match axis {
+            Axis::Charge => sample.charge,
+            Axis::Mass => sample.mass,
+            Axis::Radius => sample.radius,
+            Axis::Time => from_f64(moment.time),
+            Axis::User(name) => {
+                let values = self.user[sample.user as usize].iter();
+                let found = values.clone().find(|(known, _)| known == name);
+                found.map_or(Real::NAN, |(_, value)| from_f64(*value))
+            }
+            Axis::X | Axis::Y | Axis::Z | Axis::Speed => Real::NAN,
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! At which points the shapes of colliders are sampled: worked out once per shape, and kept.
+
+mod moments;
+mod surface;
+mod volume;
+
+use std::sync::Arc;
+
+use super::cells::{Cells, Content};
+use crate::math::{ColliderHandle, DMat3, DVec3, SharedShape, Vector, to_dvec3, to_f64};
+use crate::rapier::data::Coarena;
+use crate::rapier::geometry::Collider;
+use moments::Moments;
+
+/// Samples of a shape, in its frame; their fractions sum to one.
+#[derive(Debug)]
+pub(super) struct Rule {
+    pub samples: Vec<(Vector, f64)>,
+    /// Second moments, about its sample, of what each stands for.
+    pub spread: DMat3,
+}
+
+impl Rule {
+    /// Where a shape gives no better ones.
+    fn single(local_point: Vector) -> Self {
+        Rule {
+            samples: vec![(local_point, 1.0)],
+            spread: DMat3::ZERO,
+        }
+    }
+}
+
+/// The samples of all shapes met so far.
+#[derive(Debug, Default)]
+pub(crate) struct Shapes {
+    known: Coarena<Option<Known>>,
+    /// What a grid around a ball holds of it, the same for all balls.
+    ball: Option<Arc<Content>>,
+}
+
+/// What is known of the shape of a collider.
+#[derive(Clone, Debug)]
+struct Known {
+    /// Kept, so that whoever changes the shape gets a copy, and the collider another pointer.
+    shape: SharedShape,
+    moments: Option<Moments>,
+    volume: Option<Arc<Rule>>,
+    surface: Option<Arc<Rule>>,
+    cells: Option<Cells>,
+}
+
+impl Shapes {
+    /// The volume of a collider; zero if it has none.
+    pub(super) fn measure(&mut self, handle: ColliderHandle, collider: &Collider) -> f64 {
+        if let Some(ball) = collider.shape().as_ball() {
+            return std::f64::consts::PI * 4.0 / 3.0 * to_f64(ball.radius).powi(3);
+        }
+        let known = self.known(handle, collider);
+        known
+            .and_then(|known| known.moments.as_ref())
+            .map_or(0.0, |moments| moments.measure)
+    }
+
+    /// The samples of a collider's volume; `middle` where it has none.
+    pub(super) fn volume(
+        &mut self,
+        handle: ColliderHandle,
+        collider: &Collider,
+        middle: Vector,
+    ) -> Option<Arc<Rule>> {
+        let known = self.known(handle, collider)?;
+        let (shape, moments) = (&known.shape, &known.moments);
+        let rule = known.volume.get_or_insert_with(|| {
+            let rule = moments
+                .as_ref()
+                .and_then(|moments| volume::rule(shape, moments));
+            Arc::new(rule.unwrap_or_else(|| Rule::single(middle)))
+        });
+        Some(rule.clone())
+    }
+
+    /// The samples of a collider's surface; `middle` where it has none.
+    pub(super) fn surface(
+        &mut self,
+        handle: ColliderHandle,
+        collider: &Collider,
+        middle: Vector,
+    ) -> Option<Arc<Rule>> {
+        let known = self.known(handle, collider)?;
+        let shape = &known.shape;
+        let rule = known.surface.get_or_insert_with(|| {
+            Arc::new(surface::rule(shape).unwrap_or_else(|| Rule::single(middle)))
+        });
+        Some(rule.clone())
+    }
+
+    /// The cells a collider can be cut into, if it has a volume.
+    pub(super) fn cells(&mut self, handle: ColliderHandle, collider: &Collider) -> Option<Cells> {
+        if let Some(ball) = collider.shape().as_ball() {
+            let content = match &self.ball {
+                Some(content) => content.clone(),
+                None => {
+                    let unit = SharedShape::ball(1.0);
+                    let content = Arc::new(volume::content(&unit, DVec3::NEG_ONE, DVec3::ONE)?);
+                    self.ball.insert(content).clone()
+                }
+            };
+            let extent = DVec3::splat(to_f64(ball.radius));
+            return Some(Cells::partly(-extent, extent, content, DVec3::ZERO));
+        }
+        let known = self.known(handle, collider)?;
+        if known.cells.is_none() {
+            known.cells = known
+                .moments
+                .as_ref()
+                .and_then(|moments| volume::cells(&known.shape, moments));
+        }
+        known.cells.clone()
+    }
+
+    fn known(&mut self, handle: ColliderHandle, collider: &Collider) -> Option<&mut Known> {
+        let shape = collider.shared_shape();
+        let known = self.known.get(handle.0).and_then(Option::as_ref);
+        let same = known.is_some_and(|known| std::ptr::addr_eq(&*known.shape.0, &*shape.0));
+        if !same {
+            let known = Known {
+                shape: shape.clone(),
+                moments: Moments::of(shape),
+                volume: None,
+                surface: None,
+                cells: None,
+            };
+            self.known.insert(handle.0, Some(known));
+        }
+        self.known.get_mut(handle.0)?.as_mut()
+    }
+}
+
+/// The local bounds of a shape, if they are finite and not empty.
+fn bounds(shape: &SharedShape) -> Option<(DVec3, DVec3)> {
+    let bounds = shape.compute_local_aabb();
+    let (low, high) = (to_dvec3(bounds.mins), to_dvec3(bounds.maxs));
+    let sound = low.is_finite() && high.is_finite() && (high - low).max_element() > 0.0;
+    sound.then_some((low, high))
+}

@@ -1,0 +1,89 @@
+//! Moments of shapes, and points that have them.
+
+use crate::math::{DMat3, DVec3, SharedShape, to_dvec3, to_f64};
+
+/// Moments of a shape that is filled uniformly.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moments {
+    /// Volume or area.
+    pub measure: f64,
+    pub centre: DVec3,
+    /// About the centre, per measure.
+    pub second: DMat3,
+}
+
+impl Moments {
+    /// Those of a shape's volume, by Parry's mass properties; `None` if it has none.
+    pub(super) fn of(shape: &SharedShape) -> Option<Self> {
+        let properties = shape.mass_properties(1.0);
+        let measure = to_f64(properties.mass());
+        let inertia = properties.reconstruct_inertia_matrix();
+        let inertia = DMat3::from_cols(
+            to_dvec3(inertia.x_axis),
+            to_dvec3(inertia.y_axis),
+            to_dvec3(inertia.z_axis),
+        );
+        let trace = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
+        let moments = Moments {
+            measure,
+            centre: to_dvec3(properties.local_com),
+            second: (DMat3::from_diagonal(DVec3::splat(trace * 0.5)) - inertia) * measure.recip(),
+        };
+        let sound = measure > 0.0 && moments.centre.is_finite() && moments.second.is_finite();
+        sound.then_some(moments)
+    }
+
+    /// Those of weighted points.
+    pub(super) fn of_points(points: &[(DVec3, f64)]) -> Self {
+        let measure: f64 = points.iter().map(|(_, weight)| weight).sum();
+        let first: DVec3 = points.iter().map(|(point, weight)| *point * *weight).sum();
+        let centre = first / measure;
+        let second = points.iter().fold(DMat3::ZERO, |sum, (point, weight)| {
+            sum + outer(*point - centre) * *weight
+        });
+        Moments {
+            measure,
+            centre,
+            second: second * measure.recip(),
+        }
+    }
+}
+
+/// v vᵀ.
+pub(super) fn outer(v: DVec3) -> DMat3 {
+    DMat3::from_cols(v * v.x, v * v.y, v * v.z)
+}
+
+/// Moves weighted points, all by the same linear map, so that they get the moments; `None` if
+/// they, or the moments, are flat.
+pub(super) fn matched(
+    points: &[(DVec3, f64)],
+    moments: &Moments,
+) -> Option<(Vec<(DVec3, f64)>, DMat3)> {
+    let have = Moments::of_points(points);
+    let map = cholesky(moments.second)? * cholesky(have.second)?.inverse();
+    let moved = |(point, weight): &(DVec3, f64)| {
+        (
+            moments.centre + map * (*point - have.centre),
+            weight / have.measure,
+        )
+    };
+    map.is_finite()
+        .then(|| (points.iter().map(moved).collect(), map))
+}
+
+/// The lower triangle L of a matrix L Lᵀ; `None` if it is not safely positive.
+pub(super) fn cholesky(a: DMat3) -> Option<DMat3> {
+    let scale = a.x_axis.x.max(a.y_axis.y).max(a.z_axis.z);
+    let root = |x: f64| (x > scale * 1e-9).then(|| x.sqrt());
+    let xx = root(a.x_axis.x)?;
+    let (yx, zx) = (a.x_axis.y / xx, a.x_axis.z / xx);
+    let yy = root(a.y_axis.y - yx * yx)?;
+    let zy = (a.y_axis.z - zx * yx) / yy;
+    let zz = root(a.z_axis.z - zx * zx - zy * zy)?;
+    Some(DMat3::from_cols(
+        DVec3::new(xx, yx, zx),
+        DVec3::new(0.0, yy, zy),
+        DVec3::new(0.0, 0.0, zz),
+    ))
+}

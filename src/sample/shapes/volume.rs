@@ -1,0 +1,113 @@
+//! Samples of volumes, and cells of them.
+
+use std::sync::Arc;
+
+use super::moments::{Moments, cholesky, matched};
+use super::{Rule, bounds};
+use crate::math::{DMat3, DVec3, SharedShape, from_dvec3, to_dvec3};
+use crate::sample::cells::{Cells, Content};
+
+/// Samples wanted of a volume: 3 × 3 × 3 of a cube.
+const FEWEST: usize = 27;
+
+/// Cells of a grid that are tried for samples, at most: thin, slanted shapes fill few of them.
+const MOST_TRIED: usize = 4096;
+
+/// Cells whose content is worked out, about that many.
+const FINEST: f64 = 32768.0;
+
+/// Points that share the volume equally: those of a grid that lie in the shape, moved (little) so
+/// that their moments up to the second are those of the shape.
+pub(super) fn rule(shape: &SharedShape, moments: &Moments) -> Option<Rule> {
+    let (low, high) = bounds(shape)?;
+    let mut counts = [2_usize; 3];
+    loop {
+        let size = DVec3::new(counts[0] as f64, counts[1] as f64, counts[2] as f64);
+        let edges = (high - low) / size;
+        let points = inside(shape, low, edges, counts);
+        if points.len() >= FEWEST
+            && let Some((points, map)) = matched(&points, moments)
+        {
+            let edge = DMat3::from_diagonal(edges * edges / 12.0);
+            return Some(finished(points, map * edge * map.transpose()));
+        }
+        if counts.iter().product::<usize>() > MOST_TRIED {
+            break;
+        }
+        let longest = (0..3).max_by(|a, b| edges[*a].total_cmp(&edges[*b]).then(b.cmp(a)))?;
+        counts[longest] += 1;
+    }
+    corners(moments)
+}
+
+/// The cells' centres that lie in the shape.
+fn inside(shape: &SharedShape, low: DVec3, edges: DVec3, counts: [usize; 3]) -> Vec<(DVec3, f64)> {
+    let mut points = Vec::new();
+    for x in 0..counts[0] {
+        for y in 0..counts[1] {
+            for z in 0..counts[2] {
+                let middle = DVec3::new(x as f64, y as f64, z as f64) + 0.5;
+                let point = low + middle * edges;
+                if shape.contains_local_point(from_dvec3(point)) {
+                    points.push((point, 1.0));
+                }
+            }
+        }
+    }
+    points
+}
+
+/// Eight points with the moments, wherever they lie.
+fn corners(moments: &Moments) -> Option<Rule> {
+    let root = cholesky(moments.second)?;
+    let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
+    let point = |corner: usize| {
+        let offset = DVec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2));
+        (moments.centre + root * offset, 0.125)
+    };
+    // Each stands for an eighth, half as wide.
+    Some(finished((0..8).map(point).collect(), moments.second * 0.25))
+}
+
+fn finished(points: Vec<(DVec3, f64)>, spread: DMat3) -> Rule {
+    let sample = |(point, fraction): (DVec3, f64)| (from_dvec3(point), fraction);
+    Rule {
+        samples: points.into_iter().map(sample).collect(),
+        spread,
+    }
+}
+
+/// The cells of a shape: exact for cuboids.
+pub(super) fn cells(shape: &SharedShape, moments: &Moments) -> Option<Cells> {
+    let (low, high) = bounds(shape)?;
+    if shape.as_cuboid().is_some() {
+        return Some(Cells::filled(low, high));
+    }
+    let content = Arc::new(content(shape, low, high)?);
+    Some(Cells::partly(low, high, content, moments.centre))
+}
+
+/// How much of the shape is in each cell of a grid over its bounds: all or nothing away from the
+/// surface, and in proportion to the distance from it within half a cell.
+pub(super) fn content(shape: &SharedShape, low: DVec3, high: DVec3) -> Option<Content> {
+    let extents = high - low;
+    let edge = (extents.element_product() / FINEST).cbrt();
+    let count = |axis: usize| (extents[axis] / edge).round().clamp(1.0, 128.0) as usize;
+    let counts = if edge > 0.0 {
+        [0, 1, 2].map(count)
+    } else {
+        return None;
+    };
+    let size = DVec3::new(counts[0] as f64, counts[1] as f64, counts[2] as f64);
+    let edges = extents / size;
+    let width = edges.element_product().cbrt();
+    Content::new(counts, |middle| {
+        let point = low + middle * edges;
+        let local_point = from_dvec3(point);
+        let projection = shape.project_local_point(local_point, false);
+        let distance = (to_dvec3(projection.point) - point).length();
+        let is_inside = projection.is_inside || shape.contains_local_point(local_point);
+        let depth = if is_inside { distance } else { -distance };
+        (0.5 + depth / width).clamp(0.0, 1.0)
+    })
+}
