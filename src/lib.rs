@@ -152,13 +152,17 @@ mod sample;
 
 mod eval;
 
-mod diagnose;
+mod integrate;
 
-mod inject;
+mod bridge;
 
 mod contact;
 
 mod cross_check;
+
+mod diagnose;
+
+mod pipeline;
 
 mod fields;
 
@@ -173,8 +177,9 @@ pub mod study;
 
 pub mod prelude;
 
+pub use bridge::{StepError, WakePolicy, WorldMut};
 pub use compile::{IndexKind, Plan, PlanEntry};
-pub use contact::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
+pub use contact::{ContactEvent, Detection, FieldContact, Responder, StepHooks};
 pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
 pub use eval::{PotentialEnergy, WrenchError};
@@ -182,8 +187,11 @@ pub use field::{
     Anchor, Axis, ContactLaw, Coupling, Field, ForceMode, Layer, Operator, Region, Sample,
     Sampling, Scalar, Tree, TreeError,
 };
-pub use fields::{Fields, FieldsBuilder, StepOutcome};
-pub use inject::{BodySample, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy};
+pub use fields::{Fields, FieldsBuilder};
+pub use integrate::{Scheme, StepWarning, Stiffness, Substeps};
+pub use pipeline::{
+    BodySample, FieldPipeline, FieldSettings, FieldState, FieldValue, OpenStep, StepOutcome,
+};
 
 pub use rigid::Wrench;
 pub use sample::{ColliderProperties, PropertyError};

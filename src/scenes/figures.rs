@@ -7,7 +7,7 @@
 
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder};
-use crate::{Axis, Field, Region, Responder, Tree};
+use crate::{Axis, Field, Region, Tree};
 
 use super::{SceneError, check_range, empty_world};
 
@@ -222,7 +222,12 @@ fn insert_ball(
 
 /// Rapier finds its contacts and leaves them alone.
 fn untouched(collider: ColliderBuilder) -> ColliderBuilder {
-    collider.solver_groups(Responder::groups())
+    use crate::rapier::geometry::{Group, InteractionGroups};
+    collider.solver_groups(InteractionGroups {
+        memberships: Group::GROUP_32,
+        filter: Group::ALL - Group::GROUP_32,
+        ..InteractionGroups::all()
+    })
 }
 
 #[cfg(test)]

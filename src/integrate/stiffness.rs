@@ -25,7 +25,7 @@ pub struct Stiffness {
 }
 
 /// What a step would get wrong without a word.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepWarning {
     /// The fields are too stiff for the scheme at this step, or nearly so: dt·ω is more than 1.
@@ -62,11 +62,27 @@ pub enum StepWarning {
         /// The largest that Rapier allows.
         limit: Real,
     },
+    /// What a field was anchored to was removed: the field is defined nowhere from now on.
+    #[error("{field} is gone, with what it was anchored to")]
+    AnchorRemoved {
+        /// The field.
+        field: String,
+    },
+    /// Fields answer contacts that Rapier solved as well: its step was not given the
+    /// [hooks](crate::OpenStep::hooks) of the open step.
+    #[error(
+        "Rapier's step was not given the hooks of the open step, and solved contacts of fields"
+    )]
+    HooksNotGiven,
 }
 
 /// Rates of a body in fields, per unit of time.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Rates {
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Rates {
     omega: f64,
     damping: f64,
     gyration: f64,
@@ -136,7 +152,7 @@ fn least(matrix: &Matrix6<f64>) -> f64 {
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(super) enum Treatment {
+pub(crate) enum Treatment {
     KickDriftKick,
     /// A power of two.
     Substep(u32),

@@ -1,13 +1,13 @@
 //! Where bodies will be within a step, before Rapier has made it.
 
+use super::StepContext;
 use crate::field::{Anchor, Frame, Frames};
-use crate::math::{ColliderSet, DQuat, DVec3, Pose, RigidBodyHandle, RigidBodySet, Rotation};
-use crate::math::{Vector, from_dvec3, from_f64, to_dvec3};
+use crate::math::{DQuat, DVec3, Pose, RigidBodyHandle, Rotation};
+use crate::math::{Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::{RigidBody, RigidBodyType};
-use crate::rigid::RigidState;
-use crate::rigid::to_dquat;
+use crate::rigid::{Lookup, RigidState, to_dquat};
 
-/// What a body does in a trial.
+/// What a body does within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum PredictedMotion {
     /// It moves on with its velocity.
@@ -19,27 +19,60 @@ pub(super) enum PredictedMotion {
     Moves(u32),
 }
 
-/// A world some time into its step.
-pub(super) struct PredictedFrames<'a> {
-    pub bodies: &'a RigidBodySet,
-    pub colliders: &'a ColliderSet,
-    /// By the index of a body; those beyond the end coast.
-    pub roles: &'a [PredictedMotion],
-    pub states: &'a [RigidState],
-    pub elapsed: f64,
-    /// The length of the whole step.
-    pub dt: f64,
+/// By the index of a body; those beyond the end coast.
+#[derive(Debug, Default)]
+pub(super) struct PredictedMotions(Vec<PredictedMotion>);
+
+impl PredictedMotions {
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Says what a body does.
+    pub(super) fn assign(&mut self, body: RigidBodyHandle, motion: PredictedMotion) {
+        let index = body.into_raw_parts().0 as usize;
+        if self.0.len() <= index {
+            self.0.resize(index + 1, PredictedMotion::default());
+        }
+        self.0[index] = motion;
+    }
+
+    /// Where everything is, some time into the step.
+    pub(super) fn frames<'a, W: Lookup>(
+        &'a self,
+        context: &StepContext<'a, W>,
+        states: &'a [RigidState],
+        elapsed: f64,
+    ) -> PredictedFrames<'a, W> {
+        PredictedFrames {
+            world: context.world,
+            motions: &self.0,
+            states,
+            elapsed,
+            dt: to_f64(context.dt),
+        }
+    }
 }
 
-impl PredictedFrames<'_> {
+/// A world some time into its step.
+pub(super) struct PredictedFrames<'a, W> {
+    world: &'a W,
+    motions: &'a [PredictedMotion],
+    states: &'a [RigidState],
+    elapsed: f64,
+    /// The length of the whole step.
+    dt: f64,
+}
+
+impl<W: Lookup> PredictedFrames<'_, W> {
     fn of_body(&self, handle: RigidBodyHandle) -> Option<Frame> {
-        let body = self.bodies.get(handle)?;
-        let role = self.roles.get(handle.into_raw_parts().0 as usize);
-        let state = match role {
+        let body = self.world.body(handle)?;
+        let motion = self.motions.get(handle.into_raw_parts().0 as usize);
+        let state = match motion {
             Some(PredictedMotion::Moves(state)) => self.states.get(*state as usize),
             _ => None,
         };
-        let frame = match (role, state) {
+        let frame = match (motion, state) {
             (_, Some(state)) => frame(
                 (state.position, state.attitude, state.local_com),
                 (state.linvel, state.angvel),
@@ -119,13 +152,13 @@ fn from_dquat(q: DQuat) -> Rotation {
     Rotation::from_xyzw(x, y, z, w)
 }
 
-impl Frames for PredictedFrames<'_> {
+impl<W: Lookup> Frames for PredictedFrames<'_, W> {
     fn frame(&self, anchor: &Anchor) -> Option<Frame> {
         let base = match anchor {
             Anchor::World { .. } => Frame::at_rest(Pose::IDENTITY),
             Anchor::Body { handle, .. } => self.of_body(*handle)?,
             Anchor::Collider { handle, .. } => {
-                let collider = self.colliders.get(*handle)?;
+                let collider = self.world.collider(*handle)?;
                 match (collider.parent(), collider.position_wrt_parent()) {
                     (Some(parent), Some(local_pose)) => self.of_body(parent)?.then(local_pose),
                     _ => Frame::at_rest(*collider.position()),

@@ -1,46 +1,38 @@
 //! Who is to blame: the field behind a value that cannot be given to Rapier.
 
-use super::error::StepError;
+use super::explain;
+use crate::bridge::StepError;
 use crate::compile::Compiled;
-use crate::diagnose::explain;
-use crate::field::{Anchor, Frames};
+use crate::field::Anchor;
+use crate::integrate::{FASTEST, Fault, FaultKind};
 use crate::math::Vector;
-use crate::sample::{Moment, Samples};
 
-/// The error for a body whose wrench is not finite. Slow: this only runs when a step has failed.
-pub(super) fn non_finite(
-    compiled: &Compiled,
-    world: &impl Frames,
-    samples: &Samples,
-    moment: Moment,
-    body: usize,
-) -> StepError {
-    let explanation = explain(compiled, world, samples, moment, body as u32);
+/// The error for a fault. Slow: this only runs when a step has failed.
+pub(crate) fn blame(compiled: &Compiled, fault: &Fault) -> StepError {
+    let scene = &fault.scene;
+    let (samples, place) = (&scene.samples, fault.place as u32);
+    let explanation = explain(compiled, &scene.frames, samples, scene.moment, place);
     let worst = explanation.worst();
-    StepError::NonFinite {
-        field: worst.map_or_else(String::new, |worst| worst.field.clone()),
-        body: explanation.body,
-        collider: worst.and_then(|worst| worst.collider),
-        world_point: worst.map_or(Vector::NAN, |worst| worst.world_point),
-        force: worst.and_then(|worst| worst.force).unwrap_or(Vector::NAN),
+    let field = worst.map_or_else(String::new, |worst| worst.field.clone());
+    match fault.kind {
+        FaultKind::NonFinite => StepError::NonFinite {
+            field,
+            body: explanation.body,
+            collider: worst.and_then(|worst| worst.collider),
+            world_point: worst.map_or(Vector::NAN, |worst| worst.world_point),
+            force: worst.and_then(|worst| worst.force).unwrap_or(Vector::NAN),
+        },
+        FaultKind::TooFast { speed } => StepError::TooFast {
+            field,
+            body: explanation.body,
+            speed,
+            limit: FASTEST,
+        },
     }
 }
 
-/// The name of the field that gives a body the largest force.
-pub(super) fn strongest(
-    compiled: &Compiled,
-    world: &impl Frames,
-    samples: &Samples,
-    moment: Moment,
-    body: usize,
-) -> String {
-    let explanation = explain(compiled, world, samples, moment, body as u32);
-    let worst = explanation.worst();
-    worst.map_or_else(String::new, |worst| worst.field.clone())
-}
-
 /// The error for an anchor that is not in the world.
-pub(super) fn missing_anchor(compiled: &Compiled, missing: usize) -> StepError {
+pub(crate) fn missing_anchor(compiled: &Compiled, missing: usize) -> StepError {
     let missing = missing as u32;
     let radials = compiled.radials.iter().flat_map(|batch| &batch.sources);
     let of_radial = radials

@@ -11,6 +11,10 @@ use crate::sample::{Moment, Samples};
 
 /// The derivatives of the world wrench [force; torque about the centre of mass] of one body.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) struct Jacobian {
     /// By [translation of the centre of mass; small rotation about it], world axes, at constant
     /// velocities.

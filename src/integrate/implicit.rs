@@ -39,7 +39,11 @@ fn negative_part(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
 
 /// A force that is linear in the velocities, about those it was sampled at.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Coupling {
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Coupling {
     pub by_velocity: Matrix6<f64>,
     pub sampled_at: Vector6<f64>,
 }

@@ -1,5 +1,6 @@
 //! What can go wrong in a step.
 
+use crate::field::TreeError;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
 /// Why a step was refused. The world is as it was before the step.
@@ -47,10 +48,18 @@ pub enum StepError {
         /// What it is anchored to.
         anchor: String,
     },
-    /// `begin_step` and `end_step` were not called in turn.
-    #[error("{called} was called out of turn: steps are begun and ended alternately")]
-    OutOfTurn {
-        /// The call.
-        called: &'static str,
-    },
+    /// A setting is out of its range.
+    #[error(transparent)]
+    Setting(#[from] TreeError),
+    /// The state of the fields is none that a step leaves behind: it was read from elsewhere, or a
+    /// time that is not finite was set.
+    #[error("the state of the fields is not one that a step leaves behind")]
+    State,
+    /// The step before was begun and never finished: its `OpenStep` was dropped. The forces that
+    /// stood in place of the user's have been taken back now; the next call begins a step.
+    #[error("the last step was begun, and dropped instead of finished")]
+    Unfinished,
+    /// The open step was not the last one that these fields began.
+    #[error("this step was not the last one that these fields began")]
+    NotTheirs,
 }

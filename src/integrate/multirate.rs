@@ -3,19 +3,18 @@
 //! All bodies that are moved so drift together; each is kicked as often as it needs. The others,
 //! which Rapier moves, are taken to move on at constant velocity meanwhile.
 
-use super::error::StepError;
+use super::StepContext;
+use super::fault::{Fault, FaultKind};
 use super::implicit::Coupling;
 use super::jacobian;
 use super::motion::FASTEST;
-use super::predicted::{PredictedFrames, PredictedMotion};
-use crate::compile::Compiled;
+use super::predicted::{PredictedFrames, PredictedMotions};
 use crate::eval::{Evaluator, Lineariser};
-use crate::math::{ColliderSet, DPose3, DVec3, Real, RigidBodyHandle, RigidBodySet};
+use crate::math::{DPose3, DVec3, RigidBodyHandle};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
-use crate::rigid::RigidState;
-use crate::rigid::Wrench;
 use crate::rigid::{self as mobility, pair, six};
 use crate::rigid::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
+use crate::rigid::{Lookup, RigidState, Wrench};
 use crate::sample::{Kind, Moment, SamplePoint, Samples, Solid};
 
 /// What evaluates a group of bodies, and what its derivatives; each keeps its buffers.
@@ -39,40 +38,37 @@ struct Group {
     wrenches: Vec<Wrench>,
 }
 
-/// What a run needs to know.
-pub(super) struct Setting<'a> {
-    pub compiled: &'a Compiled,
-    pub bodies: &'a RigidBodySet,
-    pub colliders: &'a ColliderSet,
-    pub start_time: f64,
-    pub dt: Real,
+/// What the integrator needs to know.
+pub(super) struct Setting<'a, W> {
+    pub context: &'a StepContext<'a, W>,
     /// Lengths of the ticks in units of `dt`.
     pub ticks: &'a [f64],
-    /// By index of a body: where in the run it is found.
-    pub roles: &'a [PredictedMotion],
+    /// What each body does meanwhile.
+    pub motions: &'a PredictedMotions,
     /// Whether the ticks are those of a composition of fourth order.
     pub composed: bool,
 }
 
-/// A run of the inner integrator.
-pub(super) struct Run<'a> {
-    pub setting: Setting<'a>,
+/// One run of the multirate integrator over a step (Tuckerman, Berne and Martyna, J. Chem. Phys. 97
+/// (1992) 1990).
+pub(super) struct Multirate<'a, W> {
+    setting: Setting<'a, W>,
     pub states: Vec<RigidState>,
     groups: Vec<Group>,
 
     elapsed: f64,
 }
 
-impl<'a> Run<'a> {
+impl<'a, W: Lookup> Multirate<'a, W> {
     /// Of bodies that are given with their places among `samples` and how many kicks they need,
     /// and start out with the wrenches given.
     pub(super) fn new(
-        setting: Setting<'a>,
+        setting: Setting<'a, W>,
         states: Vec<RigidState>,
         places: &[(usize, u32)],
-        samples: &Samples,
         wrenches: &[Wrench],
     ) -> Self {
+        let samples = setting.context.samples;
         let mut groups: Vec<Group> = Vec::new();
         for (state, (place, count)) in places.iter().enumerate() {
             let stride = setting.ticks.len() / (*count as usize).max(1);
@@ -89,7 +85,7 @@ impl<'a> Run<'a> {
             );
         }
         groups.iter_mut().for_each(|group| group.close(&states));
-        Run {
+        Multirate {
             setting,
             states,
             groups,
@@ -98,7 +94,7 @@ impl<'a> Run<'a> {
     }
 
     /// Goes through all ticks.
-    pub(super) fn go(&mut self, evaluators: &mut Vec<Evaluators>) -> Result<(), StepError> {
+    pub(super) fn integrate(&mut self, evaluators: &mut Vec<Evaluators>) -> Result<(), Fault> {
         evaluators.resize_with(evaluators.len().max(self.groups.len()), Default::default);
         let count = self.setting.ticks.len();
         let energy_error = if self.setting.composed {
@@ -115,7 +111,7 @@ impl<'a> Run<'a> {
             let Some(tick) = self.setting.ticks.get(tick) else {
                 break;
             };
-            let h = tick * to_f64(self.setting.dt);
+            let h = tick * to_f64(self.setting.context.dt);
             let states = self.states.iter_mut();
             states.for_each(|state| state.drift(h, energy_error));
             self.elapsed += h;
@@ -129,13 +125,14 @@ impl<'a> Run<'a> {
         group: usize,
         tick: usize,
         evaluators: &mut Evaluators,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Fault> {
         let stride = self.groups[group].stride;
         let ticks = self.setting.ticks;
-        let half = |ticks: &[f64]| ticks.iter().sum::<f64>() * 0.5 * to_f64(self.setting.dt);
+        let half =
+            |ticks: &[f64]| ticks.iter().sum::<f64>() * 0.5 * to_f64(self.setting.context.dt);
         let before = half(&ticks[tick.saturating_sub(stride)..tick]);
         let after = half(&ticks[tick..(tick + stride).min(ticks.len())]);
-        if !self.setting.compiled.plan.reads_velocity {
+        if !self.setting.context.compiled.plan.reads_velocity {
             // The wrenches of the start are known.
             let evaluators = (tick > 0).then_some(evaluators);
             return self.kick(group, before + after, evaluators);
@@ -158,9 +155,12 @@ impl<'a> Run<'a> {
         number: usize,
         duration: f64,
         evaluators: Option<&mut Evaluators>,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Fault> {
         let mut group = std::mem::take(&mut self.groups[number]);
-        let outcome = match (evaluators, self.setting.compiled.plan.reads_velocity) {
+        let outcome = match (
+            evaluators,
+            self.setting.context.compiled.plan.reads_velocity,
+        ) {
             (None, _) => self.push(&group, duration, None),
             (Some((evaluator, _)), false) => {
                 self.evaluate(&mut group, evaluator, None)?;
@@ -178,17 +178,17 @@ impl<'a> Run<'a> {
         group: &mut Group,
         (evaluator, lineariser): &mut Evaluators,
         duration: f64,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Fault> {
         self.evaluate(group, evaluator, None)?;
         let mut midway = Vec::with_capacity(group.states.len());
         let mut solvers = Vec::with_capacity(group.states.len());
-        let trial = self.trial();
-        lineariser.prepare(self.setting.compiled, &trial);
+        let frames = self.frames();
+        lineariser.prepare(self.setting.context.compiled, &frames);
         for (body, state) in group.states.iter().enumerate() {
             let state = &self.states[*state];
             let jacobian = jacobian::of_body(
                 lineariser,
-                (self.setting.compiled, &trial),
+                (self.setting.context.compiled, &frames),
                 &group.samples,
                 body,
                 self.moment(),
@@ -237,7 +237,7 @@ impl<'a> Run<'a> {
         group: &Group,
         duration: f64,
         midway: Option<&[crate::rapier::na::Vector6<f64>]>,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Fault> {
         for (body, place) in group.states.iter().enumerate() {
             let (force, torque) = match midway {
                 Some(midway) => pair(&midway[body]),
@@ -255,33 +255,33 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn too_fast(&self, group: &Group, body: usize, speed: f64) -> StepError {
-        let setting = &self.setting;
-        let world = self.trial();
-        let moment = self.moment();
-        StepError::TooFast {
-            field: super::blame::strongest(setting.compiled, &world, &group.samples, moment, body),
-            body: group.samples.bodies[body],
-            speed: from_f64(speed),
-            limit: FASTEST,
-        }
+    fn too_fast(&self, group: &Group, body: usize, speed: f64) -> Fault {
+        let speed = from_f64(speed);
+        self.fault(FaultKind::TooFast { speed }, group, body)
     }
 
-    fn trial(&self) -> PredictedFrames<'_> {
-        PredictedFrames {
-            bodies: self.setting.bodies,
-            colliders: self.setting.colliders,
-            roles: self.setting.roles,
-            states: &self.states,
-            elapsed: self.elapsed,
-            dt: to_f64(self.setting.dt),
-        }
+    fn fault(&self, kind: FaultKind, group: &Group, body: usize) -> Fault {
+        let (compiled, frames) = (self.setting.context.compiled, self.frames());
+        Fault::new(
+            kind,
+            compiled,
+            &frames,
+            (&group.samples, body),
+            self.moment(),
+        )
+    }
+
+    fn frames(&self) -> PredictedFrames<'_, W> {
+        let Setting {
+            context, motions, ..
+        } = &self.setting;
+        motions.frames(context, &self.states, self.elapsed)
     }
 
     fn moment(&self) -> Moment {
         Moment {
-            time: self.setting.start_time + self.elapsed,
-            dt: self.setting.dt,
+            time: self.setting.context.time + self.elapsed,
+            dt: self.setting.context.dt,
         }
     }
 
@@ -292,18 +292,16 @@ impl<'a> Run<'a> {
         group: &mut Group,
         evaluator: &mut Evaluator,
         velocities: Option<&[(DVec3, DVec3)]>,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Fault> {
         group.place(&self.states, velocities);
-        let (compiled, moment) = (self.setting.compiled, self.moment());
-        let trial = self.trial();
+        let (compiled, moment) = (self.setting.context.compiled, self.moment());
+        let frames = self.frames();
         let (samples, wrenches) = (&group.samples, &mut group.wrenches);
-        evaluator.wrenches(compiled, &trial, samples, moment, wrenches);
-        let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) else {
-            return Ok(());
-        };
-        Err(super::blame::non_finite(
-            compiled, &trial, samples, moment, body,
-        ))
+        evaluator.wrenches(compiled, &frames, samples, moment, wrenches);
+        let bad = wrenches.iter().position(|wrench| !wrench.is_finite());
+        bad.map_or(Ok(()), |body| {
+            Err(self.fault(FaultKind::NonFinite, group, body))
+        })
     }
 }
 

@@ -153,7 +153,7 @@ impl Scheme {
     }
 
     /// Whether bodies that nothing else is done to get half a kick before and half after.
-    pub(super) fn kicks_twice(self) -> bool {
+    pub(crate) fn kicks_twice(self) -> bool {
         matches!(self, Scheme::KickDriftKick) || self.choice().is_some()
     }
 
@@ -167,33 +167,5 @@ impl Scheme {
             }
             _ => Vec::new(),
         }
-    }
-}
-
-/// When fields wake sleeping bodies.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
-#[non_exhaustive]
-pub enum WakePolicy {
-    /// Never: sleeping bodies are not even sampled.
-    Never,
-    /// When the wrench on a sleeping body has changed, since it fell asleep or was first seen
-    /// asleep, by more than this fraction of the larger of the two. Force and torque are measured
-    /// together, by how much they move the body.
-    OnChange {
-        /// The fraction.
-        fraction: Real,
-    },
-    /// Whenever the wrench is not zero: bodies in fields never sleep.
-    Always,
-}
-
-impl Default for WakePolicy {
-    fn default() -> Self {
-        WakePolicy::OnChange { fraction: 1e-3 }
     }
 }
