@@ -1,7 +1,17 @@
-//! The import table of ARCHITECTURE.md holds for the code, and the code fills the table.
+//! The import table of ARCHITECTURE.md holds for the code, the code fills the table, and no files
+//! need each other in a circle.
+//!
+//! A file needs the files that define what it names, whatever modules pass the names on. Methods are
+//! not seen: only what is imported, or written as a path.
+
+mod graph;
+mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+
+use graph::{Sources, circles, describe};
+use source::Source;
 
 /// The crates that the table's last column is about; `std` and macros of tests are not.
 const OUTSIDE: [&str; 7] = [
@@ -14,6 +24,9 @@ const OUTSIDE: [&str; 7] = [
     "exmex",
 ];
 
+/// These stand where users stand: they may take names from `lib.rs`.
+const ON_TOP: [&str; 2] = ["scenes", "study"];
+
 fn root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let here = package.join("ARCHITECTURE.md").exists();
@@ -22,6 +35,12 @@ fn root() -> PathBuf {
     } else {
         package.join("..")
     }
+}
+
+fn sources() -> Sources {
+    let sources = Sources::read(&root().join("src"));
+    assert!(sources.files.len() > 50, "the sources were not found");
+    sources
 }
 
 /// For each module: what it may use from the crate, and which other crates it may name.
@@ -36,10 +55,13 @@ fn table() -> BTreeMap<String, [BTreeSet<String>; 2]> {
         let [module, inside, outside] = &cells(row)[..] else {
             panic!("three cells in: {row}")
         };
-        let inside = match inside.as_str() {
-            "all" => modules.iter().cloned().collect(),
-            "all but study" => modules.iter().filter(|m| *m != "study").cloned().collect(),
-            list => names(list),
+        let inside = match inside.strip_prefix("all") {
+            Some(but) => {
+                let but = names(but.trim_start_matches(" but "));
+                let modules = modules.iter().filter(|module| !but.contains(*module));
+                modules.cloned().collect()
+            }
+            None => names(inside),
         };
         table.insert(module.clone(), [inside, names(outside)]);
     }
@@ -59,124 +81,107 @@ fn names(list: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// The source files of a module: its own, or those of its folder.
-fn files(module: &str) -> Vec<PathBuf> {
-    let src = root().join("src");
-    let mut open = vec![src.join(module)];
-    let mut found: Vec<PathBuf> = vec![src.join(format!("{module}.rs"))];
-    while let Some(folder) = open.pop() {
-        let Ok(entries) = std::fs::read_dir(&folder) else {
-            continue;
-        };
-        for entry in entries {
-            let path = entry.expect("a readable folder").path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                found.push(path);
-            }
-        }
+/// The crates of [`OUTSIDE`] that a file names.
+fn outside(source: &Source) -> BTreeSet<&'static str> {
+    let imports = source.imports.iter().map(|import| &import.path);
+    let paths = imports.chain(&source.paths);
+    let mut found: BTreeSet<&str> = BTreeSet::new();
+    for path in paths {
+        // Rapier stands in `lib.rs` under the name it has in both precisions.
+        let path = path.strip_prefix(&["crate".to_owned()]).unwrap_or(path);
+        found.extend(
+            OUTSIDE
+                .iter()
+                .find(|name| path.first().is_some_and(|p| p == *name)),
+        );
     }
-    found.retain(|path| path.exists());
+    if source
+        .tokens
+        .windows(3)
+        .any(|three| three == ["#", "[", "error"])
+    {
+        found.insert("thiserror");
+    }
     found
 }
 
-/// The code of a file, without comments and unit tests (which may use what they like).
-fn code(path: &Path) -> String {
-    let text = std::fs::read_to_string(path).expect("a source file");
-    let body = text.split("#[cfg(test)]").next().unwrap_or_default();
-    let lines = body
-        .lines()
-        .filter(|line| !line.trim_start().starts_with("//"));
-    lines.collect::<Vec<_>>().join("\n")
-}
-
-/// The first segments of all paths that start with `crate::` or in a `use crate::{…}` list.
-fn inside(code: &str) -> BTreeSet<String> {
+/// The rooms that a file names after `crate::`, or by enough of `super::`; and names of `lib.rs`.
+fn rooms_named(source: &Source) -> BTreeSet<&str> {
+    let imports = source.imports.iter().map(|import| &import.path);
     let mut found = BTreeSet::new();
-    for (at, _) in code.match_indices("crate::") {
-        let rest = &code[at + "crate::".len()..];
-        let list = match rest.strip_prefix('{') {
-            Some(list) => top_level(list),
-            None => vec![rest],
+    for path in imports.chain(&source.paths) {
+        let up = path.iter().take_while(|part| *part == "super").count();
+        let at = match path[0].as_str() {
+            "crate" => 1,
+            "super" if up == source.module.len() => up,
+            _ => continue,
         };
-        let first = |path: &str| -> String {
-            let path = path.trim_start();
-            path.chars()
-                .take_while(|c| c.is_alphanumeric() || *c == '_')
-                .collect()
-        };
-        found.extend(list.into_iter().map(first).filter(|name| !name.is_empty()));
+        found.extend(path.get(at).map(String::as_str));
     }
     found
-}
-
-/// The items of a braced list, up to its closing brace.
-fn top_level(list: &str) -> Vec<&str> {
-    let (mut depth, mut start, mut items) = (0, 0, Vec::new());
-    for (at, c) in list.char_indices() {
-        match c {
-            '{' => depth += 1,
-            '}' if depth == 0 => {
-                items.push(&list[start..at]);
-                break;
-            }
-            '}' => depth -= 1,
-            ',' if depth == 0 => {
-                items.push(&list[start..at]);
-                start = at + 1;
-            }
-            _ => {}
-        }
-    }
-    items
-}
-
-fn outside(code: &str) -> BTreeSet<String> {
-    // Rapier's re-export is Rapier.
-    let code = code.replace("rapier::glamx", "rapier");
-    let is_named = |name: &str| {
-        let by_attribute = name == "thiserror" && code.contains("#[error(");
-        by_attribute
-            || code.contains(&format!("{name}::"))
-            || code.contains(&format!("use {name};"))
-    };
-    let named = OUTSIDE.into_iter().filter(|name| is_named(name));
-    named.map(str::to_owned).collect()
 }
 
 #[test]
 fn modules_use_what_the_table_allows() {
     let table = table();
     assert!(table.len() >= 10, "the table was not found");
-    let mut wrong = Vec::new();
-    for (module, [may_use, may_name]) in &table {
-        for path in files(module) {
-            let code = code(&path);
-            for used in inside(&code) {
-                // What lib.rs re-exports belongs to the module it comes from; only the modules on
-                // top, which stand where users stand, may take it from there.
-                let is_module = table.contains_key(&used) || used == "rapier";
-                let on_top = ["scenes", "study"].contains(&module.as_str());
-                let allowed = used == *module
-                    || may_use.contains(&used)
-                    || (used == "rapier" && may_name.contains("rapier"))
-                    || (!is_module && on_top);
-                if !allowed {
-                    wrong.push(format!("{} uses crate::{used}", path.display()));
-                }
+    let sources = sources();
+    let needs = sources.needs();
+    let mut wrong = BTreeSet::new();
+    for (source, needs) in sources.files.iter().zip(&needs) {
+        let file = source.file.display();
+        let Some(room) = source.module.first() else {
+            continue;
+        };
+        let Some([may_use, may_name]) = table.get(room) else {
+            // Not every file is a room: the table's own test says which must be.
+            assert_eq!(room, "prelude", "{file} is in no room of the table");
+            continue;
+        };
+        for named in rooms_named(source) {
+            let is_room = table.contains_key(named);
+            let is_own = named == room || may_use.contains(named) || named == "rapier";
+            if !is_own && (is_room || !ON_TOP.contains(&room.as_str())) {
+                wrong.insert(format!("{file} uses crate::{named}"));
             }
-            for named in outside(&code) {
-                if !may_name.contains(&named) {
-                    wrong.push(format!("{} names {named}", path.display()));
-                }
+        }
+        for (used, name) in needs {
+            let used = &sources.files[*used];
+            let is_own = |used: &String| used == room || may_use.contains(used);
+            if !used.module.first().is_none_or(is_own) {
+                wrong.insert(format!("{file} uses {name} of {}", used.file.display()));
+            }
+        }
+        for named in outside(source) {
+            if !may_name.contains(named) {
+                wrong.insert(format!("{file} names {named}"));
             }
         }
     }
+    let wrong: Vec<String> = wrong.into_iter().collect();
     assert!(
         wrong.is_empty(),
         "against ARCHITECTURE.md:\n{}",
         wrong.join("\n")
+    );
+}
+
+#[test]
+fn no_files_need_each_other_in_a_circle() {
+    let sources = sources();
+    let needs = sources.needs();
+    let links: usize = needs.iter().map(|needs| needs.len()).sum();
+    assert!(links > 3 * sources.files.len(), "only {links} links found");
+    let found = circles(&needs);
+    let found = found
+        .iter()
+        .map(|circle| describe(&sources, &needs, circle));
+    let found: Vec<String> = found.collect();
+    assert!(
+        found.is_empty(),
+        "{} circles:\n{}",
+        found.len(),
+        found.join("\n")
     );
 }
 
@@ -198,13 +203,70 @@ fn the_table_lists_the_modules_of_the_crate() {
     assert_eq!(declared, listed);
 }
 
+/// A crate of a few files, by their texts.
+fn small(files: &[(&str, &str)]) -> Sources {
+    Sources::new(files.iter().map(|(path, text)| (Path::new(*path), *text)))
+}
+
+fn circles_of(files: &[(&str, &str)]) -> Vec<String> {
+    let sources = small(files);
+    let needs = sources.needs();
+    let found = circles(&needs);
+    let found = found
+        .iter()
+        .map(|circle| describe(&sources, &needs, circle));
+    found.collect()
+}
+
+#[test]
+fn the_check_notices_a_circle() {
+    // Through a folder's re-export, and back through `super`.
+    let found = circles_of(&[
+        ("lib.rs", "mod a; mod b;"),
+        ("a/mod.rs", "mod inner; pub use inner::Thing;"),
+        (
+            "a/inner.rs",
+            "pub struct Thing; fn f() { super::super::b::g() }",
+        ),
+        ("b.rs", "use crate::a::Thing; pub fn g() {}"),
+    ]);
+    let circle = "a/inner.rs -[super::super::b::g]-> b.rs -[Thing]-> a/inner.rs";
+    assert_eq!(found, [circle]);
+    // By a star, and by the name of a module.
+    let found = circles_of(&[
+        (
+            "a.rs",
+            "mod inner; use inner::*; const SIZE: usize = 1; fn f() { g() }",
+        ),
+        ("a/inner.rs", "use crate::a; pub fn g() { a::SIZE; }"),
+    ]);
+    assert_eq!(found, ["a.rs -[g]-> a/inner.rs -[a::SIZE]-> a.rs"]);
+}
+
+#[test]
+fn passing_a_name_on_is_no_circle() {
+    let found = circles_of(&[
+        (
+            "a.rs",
+            "mod one; mod two; pub use one::One; pub(crate) use two::Two;",
+        ),
+        ("a/one.rs", "use super::Two; pub struct One;"),
+        (
+            "a/two.rs",
+            "pub struct Two; #[cfg(test)] mod tests { use super::super::One; }",
+        ),
+    ]);
+    assert!(found.is_empty(), "{found:?}");
+}
+
 /// A table that allowed everything would prove nothing.
 #[test]
 fn the_check_notices_a_forbidden_import() {
-    let used =
-        inside("use crate::{eval::Grid, math::{Real, Vector}};\nlet x = crate::field::Tree;");
-    let expected = ["eval", "field", "math"].map(str::to_owned);
-    assert_eq!(used, expected.into_iter().collect());
+    let text = "use crate::{eval::Grid, math::{Real, Vector}}; use wide::f32x8;\n\
+                fn f() { super::super::field::Tree::new() }";
+    let sources = small(&[("here/deep.rs", text)]);
+    let expected = ["eval", "field", "math"];
+    assert_eq!(rooms_named(&sources.files[0]), expected.into());
+    assert_eq!(outside(&sources.files[0]), ["wide"].into());
     assert!(!table()["reference"][0].contains("eval"));
-    assert_eq!(outside("use wide::f32x8;").len(), 1);
 }
