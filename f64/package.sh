@@ -20,7 +20,7 @@ cp -R "$root"/{src,README.md,ARCHITECTURE.md,CHANGELOG.md,LICENSE-APACHE,LICENSE
 # Its own paths instead of those above it; without the tests, which are not part of it.
 awk '
     /^\[/ { skip = ($0 == "[[test]]") }
-    skip { next }
+    skip || /^#/ { next }
     { gsub(/"\.\.\//, "\"") }
     /^\[package\]/ { print "[workspace]\n" }
     { print }
