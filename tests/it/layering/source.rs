@@ -85,26 +85,25 @@ fn tokens(text: &str) -> Vec<String> {
     found
 }
 
+/// The length of the character that stands at the start; a lifetime has no second quote.
+fn character(text: &str) -> Option<usize> {
+    let body = text.strip_prefix('\'')?;
+    let first = body.chars().next()?;
+    let least = if first == '\\' { 2 } else { first.len_utf8() };
+    let rest = body.get(least..)?;
+    let end = if first == '\\' { rest.find('\'')? } else { 0 };
+    rest[end..].starts_with('\'').then_some(1 + least + end + 1)
+}
+
 /// The length of the text or character that stands at the start, if one does.
 fn literal(text: &str) -> Option<usize> {
-    let prefix = ["r#", "r\"", "br", "b\"", "b'", "\""];
-    if text.starts_with('\'') {
-        // A lifetime has no second quote right after its name.
-        let mut chars = text[1..].char_indices();
-        let (_, first) = chars.next()?;
-        let (second, next) = chars.next()?;
-        if first == '\\' {
-            let end = text[3..].find('\'')?;
-            return Some(3 + end + 1);
-        }
-        return (next == '\'').then_some(1 + second + 1);
-    }
-    if !prefix.iter().any(|start| text.starts_with(start)) {
+    let starts = ["r#", "r\"", "br", "b\"", "b'", "\"", "'"];
+    if !starts.iter().any(|start| text.starts_with(start)) {
         return None;
     }
-    let head = text.trim_start_matches('b');
+    let head = text.strip_prefix('b').unwrap_or(text);
     if head.starts_with('\'') {
-        return literal(head).map(|length| length + text.len() - head.len());
+        return character(head).map(|length| length + text.len() - head.len());
     }
     let raw = head.strip_prefix('r');
     let hashes = raw.map_or(0, |raw| raw.len() - raw.trim_start_matches('#').len());
@@ -311,7 +310,7 @@ mod tests {
     #[test]
     fn comments_texts_and_tests_are_no_code() {
         let source = read(
-            "// crate::a::B\n/* crate::a::B */ fn f<'a>(c: &'a str) { x(\"crate::a\", '\"', r#\"\"b::c\"#) }\n\
+            "// crate::a::B\n/* crate::a::B */ fn f<'a>(c: &'a str) { x(\"crate::a\", '\"', '\\'', '\\u{41}', b'x', r#\"\"b::c\"#) }\n\
              #[cfg(test)] mod tests;\n#[cfg(test)]\nmod more { use crate::a::C; fn h() {} }\n\
              const fn g() { crate::real::path() }",
         );
