@@ -128,6 +128,14 @@
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
 
+#[cfg(not(any(feature = "f32", feature = "f64")))]
+compile_error!(
+    "the precision is missing: with `default-features = false`, turn on the feature `f32` of \
+     `rapier3d-fields`, or `f64` of `rapier3d-fields-f64`"
+);
+#[cfg(all(feature = "f32", feature = "f64"))]
+compile_error!("a package has one precision: turn on `f32` or `f64`, not both");
+
 #[cfg(feature = "f32")]
 pub extern crate rapier3d as rapier;
 #[cfg(feature = "f64")]
