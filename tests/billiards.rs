@@ -4,15 +4,16 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 #[path = "support/collide.rs"]
 mod collide;
-#[path = "../examples/support/hard_spheres.rs"]
-#[allow(dead_code, reason = "the example uses more of it")]
-mod hard_spheres;
 mod support;
 
 use collide::*;
-use hard_spheres::{Gas, Method, in_order};
+use lab::scenes::hard_spheres::{Gas, Method, in_order};
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use support::{Table, assert_at_most, either};
 
 /// A light ball between a wall and a heavy one that comes in; all collisions, with their times,

@@ -5,11 +5,15 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 mod support;
 
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use std::f64::consts::TAU;
 
+use lab::scenes::ammonia::{COULOMB, Molecule, insert_molecule};
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{COULOMB, Molecule, insert_molecule};
 use support::{
     Row, Table, ammonia, assert_at_most, assert_close, assert_order, either, insert_ball, largest,
     scientific, weightless,

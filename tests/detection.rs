@@ -9,10 +9,14 @@ mod found;
 mod support;
 
 use collide::*;
+use lab::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia};
+use lab::scenes::insert_box;
 use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia};
-use rapier3d_fields::scenes::insert_box;
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use support::{assert_at_most, assert_close, either};
 
 fn newton(restitution: Real) -> ContactLaw {

@@ -2,9 +2,13 @@
 #[cfg(feature = "f64")]
 extern crate rapier3d_fields_f64 as rapier3d_fields;
 
+use lab::random::Random;
 use rapier3d_fields::files::{Document, FileError, SceneFile};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::random::Random;
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use serde_json::{Value, json};
 
 /// What reading and building a scene says.

@@ -8,11 +8,15 @@ mod collide;
 mod support;
 
 use collide::*;
+use lab::scenes::ammonia::{MASS, PRINCIPAL_INERTIA, SITES};
+use lab::scenes::insert_box;
 use rapier3d_fields::CrossCheck;
 use rapier3d_fields::math::{Vector, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{MASS, PRINCIPAL_INERTIA, SITES};
-use rapier3d_fields::scenes::insert_box;
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use support::{assert_at_most, either};
 
 /// Hard radii with which the hydrogens stand out, Å.

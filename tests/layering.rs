@@ -34,17 +34,11 @@ fn table() -> BTreeMap<String, [BTreeSet<String>; 2]> {
     let lines = text.lines().skip_while(|line| !line.starts_with('|'));
     let rows = lines.take_while(|line| line.starts_with('|')).skip(2);
     let mut table = BTreeMap::new();
-    let modules: Vec<String> = rows.clone().map(|row| cells(row)[0].clone()).collect();
     for row in rows {
         let [module, inside, outside] = &cells(row)[..] else {
             panic!("three cells in: {row}")
         };
-        let inside = match inside.as_str() {
-            "all" => modules.iter().cloned().collect(),
-            "all but study" => modules.iter().filter(|m| *m != "study").cloned().collect(),
-            list => names(list),
-        };
-        table.insert(module.clone(), [inside, names(outside)]);
+        table.insert(module.clone(), [names(inside), names(outside)]);
     }
     table
 }
@@ -157,14 +151,9 @@ fn modules_use_what_the_table_allows() {
         for path in files(module) {
             let code = code(&path);
             for used in inside(&code) {
-                // What lib.rs re-exports belongs to the module it comes from; only the modules on
-                // top, which stand where users stand, may take it from there.
-                let is_module = table.contains_key(&used) || used == "rapier";
-                let on_top = ["scenes", "study"].contains(&module.as_str());
                 let allowed = used == *module
                     || may_use.contains(&used)
-                    || (used == "rapier" && may_name.contains("rapier"))
-                    || (!is_module && on_top);
+                    || (used == "rapier" && may_name.contains("rapier"));
                 if !allowed {
                     wrong.push(format!("{} uses crate::{used}", path.display()));
                 }

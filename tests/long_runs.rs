@@ -4,9 +4,13 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 mod support;
 
+use lab::scenes::ammonia::{COULOMB, Molecule, insert_molecule};
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{COULOMB, Molecule, insert_molecule};
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use support::{Row, Table, ammonia, assert_at_most, either, weightless};
 
 const STEPS: usize = 10_000_000;

@@ -8,13 +8,17 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 mod support;
 
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use std::sync::Arc;
 
+use lab::scenes::ammonia::{COULOMB, Molecule, SITES, insert_molecule};
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
-use rapier3d_fields::scenes::ammonia::{COULOMB, Molecule, SITES, insert_molecule};
 use support::{Row, Table, ammonia, assert_at_most, either, largest};
 
 const DIMERS: &str = include_str!("data/a_dimers/dimer_poses.csv");

@@ -4,11 +4,15 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 mod support;
 
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use std::f64::consts::{PI, TAU};
 
+use lab::random::Random;
 use rapier3d_fields::math::{DVec3, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::random::Random;
 use rapier3d_fields::reference::Reference;
 use support::{assert_at_most, assert_close, either, largest, weightless};
 

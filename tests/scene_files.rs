@@ -8,13 +8,17 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 #[path = "support/bits.rs"]
 mod bits;
 
+use lab::scenes::ammonia::AmmoniaSettings;
+use lab::scenes::figures::{Figure3Settings, Figure4Settings};
+use lab::scenes::flock::FlockSettings;
+use lab::scenes::head_on::{HeadOnSettings, Meeting};
+use lab::scenes::spheres::SpheresSettings;
 use rapier3d_fields::files::{Document, SceneFile};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::AmmoniaSettings;
-use rapier3d_fields::scenes::figures::{Figure3Settings, Figure4Settings};
-use rapier3d_fields::scenes::flock::FlockSettings;
-use rapier3d_fields::scenes::head_on::{HeadOnSettings, Meeting};
-use rapier3d_fields::scenes::spheres::SpheresSettings;
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 
 use bits::bits;
 

@@ -6,11 +6,15 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 #[path = "support/bits.rs"]
 mod bits;
 
+use lab::scenes::ammonia::AmmoniaSettings;
+use lab::scenes::flock::FlockSettings;
+use lab::scenes::spheres::SpheresSettings;
 use rapier3d_fields::files::{FieldsSnapshot, FileError};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::AmmoniaSettings;
-use rapier3d_fields::scenes::flock::FlockSettings;
-use rapier3d_fields::scenes::spheres::SpheresSettings;
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 
 use bits::bits;
 

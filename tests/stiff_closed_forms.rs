@@ -5,9 +5,13 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 mod support;
 
+use lab::scenes::ammonia::{COULOMB, LJ_EPSILON, LJ_SIGMA, SITES};
 use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{COULOMB, LJ_EPSILON, LJ_SIGMA, SITES};
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use support::{
     Row, Table, assert_at_most, assert_close, either, insert_ball, orders, scientific, weightless,
 };

@@ -4,10 +4,14 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 mod support;
 
-use rapier3d_fields::study::{
+use lab::study::{
     Case, Dimer, Effort, Impacts, Measured, Method, Metric, PRECISION, Run, Spring, StudyError,
     Table, Timing, compare, fit_order, from_csv, time_at_error, to_csv, to_table,
 };
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 use support::{assert_close, scientific};
 
 const ONCE: Effort = Effort {

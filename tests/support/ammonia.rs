@@ -1,9 +1,13 @@
 //! Rigid ammonia in its own field, as the reference data have it: Lennard-Jones between nitrogens
 //! and Coulomb between all sites, without cutoff and without hard cores.
 
+use lab::scenes::ammonia::{LJ_EPSILON, LJ_SIGMA, Molecule, SITES, Site};
 use rapier3d_fields::math::{Real, from_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{LJ_EPSILON, LJ_SIGMA, Molecule, SITES, Site};
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
 
 /// The atoms of all molecules.
 pub fn sites(molecules: &[Molecule]) -> impl Iterator<Item = (ColliderHandle, Site)> + '_ {
