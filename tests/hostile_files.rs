@@ -268,7 +268,7 @@ fn what_is_written_is_read_however_deep() {
         };
         match tree.to_json() {
             Ok(text) => {
-                Tree::from_json(&text).expect("what was written");
+                let _ = Tree::from_json(&text).expect("what was written");
                 written = level;
             }
             Err(error) => assert!(matches!(error, FileError::TooDeep { .. }), "{error}"),

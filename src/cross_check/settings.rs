@@ -28,6 +28,7 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// # Ok::<(), TreeError>(())
 /// ```
 #[derive(Clone, Default)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct CrossCheck {
     pub(crate) on: bool,
     /// In the order of their handles; all if there is no list.

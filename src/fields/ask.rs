@@ -12,16 +12,19 @@ use crate::rigid::Wrench;
 
 impl Fields {
     /// What the compiler decided; prints as a short report.
+    #[must_use]
     pub fn plan(&self) -> &Plan {
         &self.compiled.plan
     }
 
     /// Simulated time: the sum of all steps.
+    #[must_use]
     pub fn time(&self) -> f64 {
         self.injector.time
     }
 
     /// The last wrench of the fields on a body, in world axes; `None` if it was not sampled.
+    #[must_use]
     pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
         self.injector.wrench(body)
     }
@@ -35,6 +38,7 @@ impl Fields {
     /// not what a formula varies within a cell, nor what is uncertain about the volume in cells at
     /// the surface of other shapes. Borders are those of regions, predicates and soft edges aside;
     /// infinite if too many pass through one cell to be told apart (more than six of a term).
+    #[must_use]
     pub fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
         self.injector.wrench_error(body)
     }
@@ -86,6 +90,7 @@ impl Fields {
 
     /// What the last step may have got wrong: fields too stiff for the scheme and the time step
     /// (the worst body only), and velocities that Rapier cut down. Empty if nothing.
+    #[must_use]
     pub fn warnings(&self) -> &[StepWarning] {
         &self.injector.warnings
     }
@@ -180,6 +185,7 @@ impl Fields {
     /// assert!(audit.drift.abs() < 1e-3 * audit.initial, "what friction took is accounted for");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    #[must_use]
     pub fn audit(&self) -> Option<&EnergyAudit> {
         self.auditor.as_ref().map(|auditor| &auditor.audit)
     }
@@ -187,11 +193,13 @@ impl Fields {
     /// The contacts of the last step, with the impulses that answered them: with swept detection
     /// first the touches in it, in the order of time; then overlaps at its end, in the order of the
     /// colliders' handles.
+    #[must_use]
     pub fn contacts(&self) -> &[FieldContact] {
         &self.detector.contacts
     }
 
     /// The cross-check with Rapier so far, if it is on.
+    #[must_use]
     pub fn cross_check(&self) -> Option<&CrossCheckReport> {
         self.check.as_ref().map(|check| &check.report)
     }

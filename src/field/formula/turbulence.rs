@@ -19,6 +19,7 @@ use crate::math::{DVec3, Real, to_f64};
 /// Smooth and without divergence everywhere; no potential. The same seed gives the same flow up
 /// to the rounding of the platform's sine.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Turbulence {
     pub(crate) seed: u64,
     pub(crate) speed: Real,
