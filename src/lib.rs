@@ -118,12 +118,8 @@
 //!
 //! # Features
 //!
-//! - `scenes`: ready-made worlds for examples, tests and benchmarks.
-//! - `study`: error against run time; implies `scenes`.
 //! - `expression`: formulas given as text, by the crate `exmex`.
-//! - `serde`: scenes as JSON files, and snapshots, by serde and `serde_json`.
-//!
-//! The first two add no dependency.
+//! - `serde-serialize`: scenes as JSON files, and snapshots, by serde and `serde_json`.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
@@ -143,8 +139,6 @@ pub extern crate rapier3d_f64 as rapier;
 
 // In the order in which data flows. ARCHITECTURE.md says who may use whom.
 pub mod math;
-
-pub mod random;
 
 mod neighbors;
 
@@ -176,12 +170,6 @@ mod fields;
 
 #[cfg(feature = "serde-serialize")]
 pub mod files;
-
-#[cfg(feature = "scenes")]
-pub mod scenes;
-
-#[cfg(feature = "study")]
-pub mod study;
 
 pub mod prelude;
 

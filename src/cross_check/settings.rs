@@ -32,6 +32,7 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
     derive(serde::Serialize, serde::Deserialize)
 )]
 #[derive(Clone, Default)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct CrossCheck {
     pub(crate) on: bool,
     /// In the order of their handles; all if there is no list.

@@ -25,6 +25,7 @@ use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
 /// let tree = planet.sum_union(wind);
 /// ```
 #[derive(Clone, Debug)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Field {
     pub(crate) name: Option<Arc<str>>,
     pub(crate) region: Region,

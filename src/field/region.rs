@@ -25,6 +25,7 @@ use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 /// # let _ = during_the_first_second;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Region {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
     pub(crate) steps: Vec<Step>,

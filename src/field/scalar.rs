@@ -27,6 +27,7 @@ use crate::math::{Real, from_f64, to_f64};
 /// # let _ = (gust, soft);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Scalar {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
     pub(crate) steps: Vec<Step>,

@@ -32,6 +32,7 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 /// let atom = pull.replace_union(push);
 /// ```
 #[derive(Clone, Debug, Default)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Tree {
     /// Operands stand before the operators that use them; the root is the last node. A flat
     /// list, so that neither depth nor drop can exhaust the stack.

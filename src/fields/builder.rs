@@ -25,6 +25,7 @@ use crate::sample::Properties;
 ///     .build()?;
 /// # Ok::<(), TreeError>(())
 /// ```
+#[must_use = "nothing is built before `build`"]
 pub struct FieldsBuilder {
     tree: Tree,
     axes: Vec<(Arc<str>, Real)>,

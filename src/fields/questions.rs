@@ -19,11 +19,13 @@ impl Fields {
     }
 
     /// Simulated time: the sum of all steps.
+    #[must_use]
     pub fn time(&self) -> f64 {
         self.state.time
     }
 
     /// The last wrench of the fields on a body, in world axes; `None` if it was not sampled.
+    #[must_use]
     pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
         let evaluation = self.state.evaluation.as_ref()?;
         let place = evaluation.place_of(body)?;
@@ -39,6 +41,7 @@ impl Fields {
     /// not what a formula varies within a cell, nor what is uncertain about the volume in cells at
     /// the surface of other shapes. Borders are those of regions, predicates and soft edges aside;
     /// infinite if too many pass through one cell to be told apart (more than six of a term).
+    #[must_use]
     pub fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
         let evaluation = self.state.evaluation.as_ref()?;
         let mut errors = evaluation.errors.iter();
@@ -96,6 +99,7 @@ impl Fields {
 
     /// What the last step may have got wrong: fields too stiff for the scheme and the time step
     /// (the worst body only), and velocities that Rapier cut down. Empty if nothing.
+    #[must_use]
     pub fn warnings(&self) -> &[StepWarning] {
         &self.pipeline.warnings
     }
@@ -188,6 +192,7 @@ impl Fields {
     /// assert!(audit.drift.abs() < 1e-3 * audit.initial, "what friction took is accounted for");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    #[must_use]
     pub fn audit(&self) -> Option<&EnergyAudit> {
         self.settings.audit.then_some(&self.state.audit)
     }
@@ -195,11 +200,13 @@ impl Fields {
     /// The contacts of the last step, with the impulses that answered them: with swept detection
     /// first the touches in it, in the order of time; then overlaps at its end, in the order of the
     /// colliders' handles.
+    #[must_use]
     pub fn contacts(&self) -> &[FieldContact] {
         &self.pipeline.detector.contacts
     }
 
     /// The cross-check with Rapier so far, if it is on.
+    #[must_use]
     pub fn cross_check(&self) -> Option<&CrossCheckReport> {
         self.settings
             .cross_check

@@ -16,6 +16,7 @@ use crate::rapier::data::Coarena;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct ColliderProperties {
     /// Electric charge, for [`Axis::Charge`](crate::Axis::Charge). Zero by default.
     pub charge: Real,

@@ -9,6 +9,7 @@ mod kernel;
 mod nearest;
 mod path;
 mod radial;
+mod random;
 mod simple;
 mod swirl;
 mod turbulence;

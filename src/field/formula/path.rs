@@ -12,6 +12,7 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 /// An open path ends at its last point, where t is zero. Where two points of the path are equally
 /// near, the force jumps; at corners its derivatives do.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Path {
     pub(crate) points: Vec<DVec3>,
     /// Length of the path up to each point.
