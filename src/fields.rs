@@ -7,21 +7,18 @@ pub(crate) mod saved;
 
 pub use builder::FieldsBuilder;
 
-use std::sync::Arc;
-
-use crate::compile::Compiled;
+use crate::compile::{Compiled, Prepared};
 use crate::contact::{
     Detection, Detector, FieldContact, Reporter, Responder, ResponderHooks, Rules,
 };
 use crate::cross_check::Checker;
 use crate::diagnose::Auditor;
-use crate::field::{Sampling, Tree, TreeError};
+use crate::field::{BuildError, ColliderProperties, FieldSet, PropertyError, Sampling, Tree};
 use crate::inject::{Injector, StepError};
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{IntegrationParameters, MultibodyJointSet};
 use crate::rapier::geometry::NarrowPhase;
 use crate::rapier::pipeline::PhysicsWorld;
-use crate::sample::{ColliderProperties, PropertyError};
 
 /// Force fields of a Rapier world.
 ///
@@ -69,6 +66,7 @@ use crate::sample::{ColliderProperties, PropertyError};
 /// [`WakePolicy`]: crate::WakePolicy
 /// [`WakePolicy::Always`]: crate::WakePolicy::Always
 pub struct Fields {
+    set: FieldSet,
     compiled: Compiled,
     injector: Injector,
     detector: Detector,
@@ -77,7 +75,6 @@ pub struct Fields {
     auditor: Option<Auditor>,
     rules: Rules,
     reporter: Option<Reporter>,
-    axes: Vec<Arc<str>>,
     claimed: bool,
 }
 
@@ -118,7 +115,10 @@ impl Fields {
         if soft {
             let (bodies, colliders) = (&world.bodies, &world.colliders);
             self.injector.feel_soft(
-                &self.compiled,
+                Prepared {
+                    set: &self.set,
+                    compiled: &self.compiled,
+                },
                 (dt, 0.0),
                 &world.soft_bodies,
                 bodies,
@@ -152,7 +152,16 @@ impl Fields {
         let (bodies, colliders) = (&mut world.bodies, &world.colliders);
         let softs = &mut world.soft_bodies;
         let injector = &mut self.injector;
-        if let Err(error) = injector.feel_soft(&self.compiled, (dt, dt), softs, bodies, colliders) {
+        if let Err(error) = injector.feel_soft(
+            Prepared {
+                set: &self.set,
+                compiled: &self.compiled,
+            },
+            (dt, dt),
+            softs,
+            bodies,
+            colliders,
+        ) {
             injector.abort(bodies, colliders);
             injector.restore_soft(softs);
             return Err(error);
@@ -223,13 +232,27 @@ impl Fields {
             check.expect(&self.detector.contacts, colliders);
         }
         if let Some(auditor) = &mut self.auditor {
-            let (samples, moment) = self
-                .injector
-                .all_probes(&self.compiled, dt, bodies, colliders);
+            let (samples, moment) = self.injector.all_probes(
+                Prepared {
+                    set: &self.set,
+                    compiled: &self.compiled,
+                },
+                dt,
+                bodies,
+                colliders,
+            );
             let world = (&*bodies, &(&*bodies, colliders));
-            auditor.begin(&self.compiled, world, &samples, moment);
+            auditor.begin(&self.set, world, &samples, moment);
         }
-        self.injector.begin(&self.compiled, dt, bodies, colliders)?;
+        self.injector.begin(
+            Prepared {
+                set: &self.set,
+                compiled: &self.compiled,
+            },
+            dt,
+            bodies,
+            colliders,
+        )?;
         self.detector.begin(bodies, self.injector.free_turns());
         Ok(())
     }
@@ -257,15 +280,21 @@ impl Fields {
         let rules = &self.rules;
         let answers = |contact: &FieldContact| rules.answers(contact);
         let mut swept = 0;
-        let mut written = self
-            .injector
-            .end(compiled, bodies, colliders, |book, bodies| {
+        let mut written = self.injector.end(
+            Prepared {
+                set: &self.set,
+                compiled,
+            },
+            bodies,
+            colliders,
+            |book, bodies| {
                 let samples = |bodies: &RigidBodySet, samples: &mut _| {
                     Injector::gather(book, bodies, colliders, samples);
                 };
                 swept =
                     detector.sweep(compiled, (bodies, colliders), (began, dt), samples, answers);
-            })?;
+            },
+        )?;
         written += swept;
         if !self.compiled.detectors.is_empty() {
             let moment = self.injector.moment(dt);
@@ -283,11 +312,17 @@ impl Fields {
             }
         }
         if let Some(auditor) = &mut self.auditor {
-            let (samples, moment) = self
-                .injector
-                .all_probes(&self.compiled, dt, bodies, colliders);
+            let (samples, moment) = self.injector.all_probes(
+                Prepared {
+                    set: &self.set,
+                    compiled: &self.compiled,
+                },
+                dt,
+                bodies,
+                colliders,
+            );
             let world = (&*bodies, &(&*bodies, colliders));
-            auditor.end(&self.compiled, world, &samples, moment, dt);
+            auditor.end(&self.set, world, &samples, moment, dt);
         }
         Ok(StepOutcome {
             sampled: self.injector.sampled(),
@@ -325,18 +360,26 @@ impl Fields {
     ///
     /// # Errors
     /// As [`FieldsBuilder::build`]; the old tree stays in place.
-    pub fn set_tree(&mut self, tree: impl Into<Tree>) -> Result<(), TreeError> {
+    pub fn set_tree(&mut self, tree: impl Into<Tree>) -> Result<(), BuildError> {
         let tree = tree.into();
-        tree.validate(&self.axes)?;
-        self.compile(tree);
+        if tree.field_count() == 0 {
+            return Err(BuildError::Empty);
+        }
+        let mut set = self.set.clone();
+        set.clear();
+        set.insert(tree);
+        set.validate_changes()?;
+        self.set = set;
+        self.compile();
         self.injector.forget_anchors();
         self.auditor = self.auditor.take().map(|_| Auditor::default());
         self.claimed = false;
         Ok(())
     }
 
-    fn compile(&mut self, tree: Tree) {
-        self.compiled = Compiled::new(tree, self.injector.book.overrides());
+    fn compile(&mut self) {
+        self.compiled.update(&self.set);
+        self.injector.book.update(&self.set);
         self.detector = Detector::new(&self.compiled, self.detection);
         if let Some(check) = &mut self.check {
             check.watch(&self.compiled);
@@ -360,12 +403,9 @@ impl Fields {
         if !bodies.contains(body) {
             return Err(PropertyError::NoSuchBody { body });
         }
-        self.injector.book.set_sampling(body, sampling.into())?;
-        if self.injector.book.overrides() != self.compiled.overrides {
-            let tree = std::mem::replace(&mut self.compiled.tree, Tree::empty());
-            self.compile(tree);
-            self.injector.forget_batches();
-        }
+        self.set.set_sampling(body, sampling)?;
+        self.compile();
+        self.injector.forget_batches();
         self.injector.invalidate();
         Ok(())
     }
@@ -383,7 +423,8 @@ impl Fields {
         if !colliders.contains(collider) {
             return Err(PropertyError::NoSuchCollider { collider });
         }
-        self.injector.book.set(collider, properties)?;
+        self.set.set_properties(collider, properties)?;
+        self.compile();
         self.injector.invalidate();
         Ok(())
     }
@@ -393,7 +434,8 @@ impl Fields {
     /// # Errors
     /// The axis was not declared, or the value is not finite.
     pub fn set_axis(&mut self, name: &str, value: Real) -> Result<(), PropertyError> {
-        self.injector.book.set_axis(name, value)?;
+        self.set.set_axis(name, value)?;
+        self.compile();
         self.injector.invalidate();
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::field::{
-    Anchor, ContactLaw, Field, Formula, Modifier, Node, Radial, Sampling, SamplingRule, Tree,
+    Anchor, ContactLaw, Field, FieldSet, Formula, Modifier, Node, Radial, Sampling, SamplingRule,
 };
 use crate::math::{Pose, Real, Vector, to_f64};
 
@@ -17,20 +17,28 @@ use super::{
 const MOST_COMPARED: usize = 64;
 
 impl Compiled {
-    /// Lowers a validated tree, for bodies some of which may ask for a sampling of their own.
-    pub(crate) fn new(tree: Tree, overrides: Vec<Sampling>) -> Self {
-        let mut lowering = Lowering::new(&tree);
-        lowering.compiled.overrides = overrides;
-        for term in tree.terms() {
-            lowering.term(term);
+    /// Lowers a validated set.
+    pub(crate) fn new(set: &FieldSet) -> Self {
+        let mut lowering = Lowering::new(set);
+        lowering.compiled.overrides = set.data().overrides();
+        for term in set.terms() {
+            lowering.term(term.root);
         }
-        let compiled = lowering.finish();
-        Compiled { tree, ..compiled }
+        lowering.finish()
+    }
+
+    /// Follows the changes of a set, which must be valid; whether there were any.
+    pub(crate) fn update(&mut self, set: &FieldSet) -> bool {
+        let changed = self.revision != set.revision();
+        if changed {
+            *self = Compiled::new(set);
+        }
+        changed
     }
 }
 
 struct Lowering<'a> {
-    tree: &'a Tree,
+    set: &'a FieldSet,
     compiled: Compiled,
     anchor_ids: HashMap<AnchorKey, AnchorId>,
     radial_ids: HashMap<RadialKey, usize>,
@@ -39,14 +47,14 @@ struct Lowering<'a> {
 
 /// Anchors are told apart by what they hang on and by the bits of their pose.
 type AnchorKey = (u8, (u32, u32), [u64; 7]);
-type RadialKey = ([u64; 7], Weighting, (u8, u64, bool, bool));
+type RadialKey = ([u64; 7], Weighting, (u8, u64, bool, bool), (u64, u64));
 
 impl<'a> Lowering<'a> {
-    fn new(tree: &'a Tree) -> Self {
+    fn new(set: &'a FieldSet) -> Self {
         Lowering {
-            tree,
+            set,
             compiled: Compiled {
-                tree: Tree::empty(),
+                revision: set.revision(),
                 anchors: Vec::new(),
                 constants: Vec::new(),
                 radials: Vec::new(),
@@ -54,7 +62,9 @@ impl<'a> Lowering<'a> {
                 detectors: Vec::new(),
                 overrides: Vec::new(),
                 wanted: SamplingRequirements::default(),
-                plan: Plan::default(),
+                left_out: Vec::new(),
+                reads_velocity: false,
+                torque_possible: false,
             },
             anchor_ids: HashMap::new(),
             radial_ids: HashMap::new(),
@@ -64,18 +74,16 @@ impl<'a> Lowering<'a> {
 
     /// One operand of the outermost sum of union.
     fn term(&mut self, node: u32) {
-        match &self.tree.nodes()[node as usize] {
+        match self.set.nodes().get(node) {
             Node::Leaf(field) => self.leaf(node, field, &Anchor::WORLD),
-            Node::Instances { prototype, anchors } => {
-                match &self.tree.nodes()[*prototype as usize] {
-                    Node::Leaf(field) => {
-                        for anchor in anchors.iter() {
-                            self.leaf(*prototype, field, anchor);
-                        }
+            Node::Instances { prototype, anchors } => match self.set.nodes().get(*prototype) {
+                Node::Leaf(field) => {
+                    for anchor in anchors.iter() {
+                        self.leaf(*prototype, field, anchor);
                     }
-                    _ => self.program(*prototype, anchors),
                 }
-            }
+                _ => self.program(*prototype, anchors),
+            },
             _ => self.program(node, &[Anchor::WORLD]),
         }
     }
@@ -86,29 +94,35 @@ impl<'a> Lowering<'a> {
         let everywhere = field.region.is_everywhere();
         let range = field.region.as_centred_ball();
         let bare = field.scale.is_none() && field.limit.is_none() && !field.reacts;
-        let how = self.tree.how(place);
+        let how = self.set.nodes().how(place);
         // Only programs are sampled once per body, or finer where a border passes through one.
         let in_batch = how.sampling != Sampling::Centre
             && (everywhere || !self.may_be_adaptive(how))
             && !field.coupling.reads_frame();
         match &field.formula {
-            formula if formula.is_zero() => {
+            _ if !field.enabled || field.lifetime.steps == Some(0) => {
+                self.leave_out(format!("{}: off", field.label(place as usize)));
+            }
+            formula if formula.is_zero() || field.strength == 0.0 && !field.is_contact() => {
                 self.leave_out(format!(
                     "{}: zero wherever it is defined",
                     field.label(place as usize)
                 ));
             }
-            Formula::Contact(law) if everywhere => self.detector(place, &anchor, *law, None),
+            Formula::Contact(law) if everywhere && field.lifetime.is_timeless() => {
+                self.detector(place, &anchor, *law, None)
+            }
             Formula::Uniform(law)
                 if everywhere
                     && bare
+                    && field.lifetime.is_timeless()
                     && how.sampling == Sampling::Centre
                     && field.acts_at_centre()
                     && anchor == Anchor::WORLD =>
             {
                 self.compiled.constants.push(ConstantField {
                     leaf: place,
-                    vector: law.vector,
+                    vector: law.vector * field.strength,
                     reading: field.reading,
                 });
             }
@@ -135,17 +149,28 @@ impl<'a> Lowering<'a> {
         range: Option<Real>,
         anchor: &Anchor,
     ) {
+        let radial = radial.times(field.strength);
         let (strength, law) = radial.unit();
         let weighting = Weighting {
             reading: field.reading,
             coupling: field.coupling.clone(),
             groups: field.groups,
         };
-        let key = (radial_bits(&law, range), weighting.clone(), how.key());
+        let lifetime = (
+            field.lifetime.from.to_bits(),
+            field.lifetime.until.to_bits(),
+        );
+        let key = (
+            radial_bits(&law, range),
+            weighting.clone(),
+            how.key(),
+            lifetime,
+        );
         let batches = &mut self.compiled.radials;
         let batch = *self.radial_ids.entry(key).or_insert_with(|| {
             batches.push(RadialBatch {
                 law,
+                prototype: field.clone(),
                 range,
                 weighting,
                 how,
@@ -164,6 +189,7 @@ impl<'a> Lowering<'a> {
             anchor,
             collider,
             strength,
+            strongest: radial.strongest.unwrap_or(Real::INFINITY),
             leaf,
         });
     }
@@ -176,7 +202,7 @@ impl<'a> Lowering<'a> {
             .take(MOST_COMPARED)
             .find(|(_, program)| like(program));
         let index = known.map(|(index, _)| index).unwrap_or_else(|| {
-            let (mut program, _) = Program::lower(self.tree, place);
+            let (mut program, _) = Program::lower(self.set.nodes(), place);
             program.reach = field.region.bounding_radius();
             self.compiled.programs.push(program);
             self.compiled.programs.len() - 1
@@ -186,7 +212,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn program(&mut self, node: u32, instances: &[Anchor]) {
-        let (program, places) = Program::lower(self.tree, node);
+        let (program, places) = Program::lower(self.set.nodes(), node);
         let of_leaves = program.leaves.iter().map(|leaf| Some(leaf.anchor));
         let of_modifiers = program.modifiers.iter().map(Modifier::anchor);
         let local: Vec<Option<Anchor>> = of_leaves.chain(of_modifiers).collect();
@@ -263,7 +289,9 @@ impl<'a> Lowering<'a> {
             _ => format!("{what} (×{count})"),
         });
         self.compiled.wanted = SamplingRequirements::by(&self.compiled);
-        self.compiled.plan = Plan::of(&self.compiled, self.tree, left_out.collect());
+        self.compiled.left_out = left_out.collect();
+        self.compiled.torque_possible = self.compiled.torque_possible();
+        self.compiled.reads_velocity = self.set.reads_velocity();
         self.compiled
     }
 }
@@ -288,34 +316,35 @@ fn radial_bits(law: &Radial, range: Option<Real>) -> [u64; 7] {
     [kind, a, b, c, d, e, range]
 }
 
-impl Plan {
-    fn of(compiled: &Compiled, tree: &Tree, left_out: Vec<String>) -> Plan {
+impl Compiled {
+    /// What was decided, for people.
+    pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
         let mut entries = Vec::new();
-        for constant in &compiled.constants {
-            entries.push(PlanEntry::constant(constant, tree));
+        for constant in &self.constants {
+            entries.push(PlanEntry::constant(constant, set));
         }
-        for batch in &compiled.radials {
+        for batch in &self.radials {
             entries.push(PlanEntry::radial(batch));
         }
-        for program in compiled.programs.iter().filter(|program| program.has_force) {
-            entries.push(PlanEntry::program(program));
+        for program in self.programs.iter().filter(|program| program.has_force) {
+            entries.push(PlanEntry::program(program, set));
         }
         let mut axes: Vec<String> = Vec::new();
-        for axis in tree.axes() {
+        for axis in set.named_axes() {
             if !axes.iter().any(|known| known == axis.name()) {
                 axes.push(axis.name().to_owned());
             }
         }
         Plan {
-            fields: tree.field_count(),
-            anchors: compiled.anchors.len(),
-            reads_velocity: tree.reads_velocity(),
-            samples_parts: compiled.wanted.parts,
-            torque_possible: compiled.torque_possible(),
-            detectors: compiled.detectors.len(),
+            fields: set.len(),
+            anchors: self.anchors.len(),
+            reads_velocity: self.reads_velocity,
+            samples_parts: self.wanted.parts,
+            torque_possible: self.torque_possible,
+            detectors: self.detectors.len(),
             entries,
             axes,
-            left_out,
+            left_out: self.left_out.clone(),
         }
     }
 }

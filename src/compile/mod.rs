@@ -13,7 +13,9 @@ mod plan;
 mod program;
 mod requirements;
 
-use crate::field::{Anchor, ContactLaw, Coupling, ForceMode, Radial, Sampling, SamplingRule, Tree};
+use crate::field::{
+    Anchor, ContactLaw, Coupling, Field, FieldSet, ForceMode, Radial, Sampling, SamplingRule,
+};
 use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
 
 pub(crate) use plan::FEWEST_FOR_GRID;
@@ -24,10 +26,11 @@ pub(crate) use requirements::{PartSampling, SamplingRequirements};
 /// Number of an anchor in [`Compiled::anchors`].
 pub(crate) type AnchorId = u32;
 
-/// A tree, ready for evaluation.
+/// A set of fields, ready for evaluation.
 #[derive(Debug)]
 pub(crate) struct Compiled {
-    pub tree: Tree,
+    /// The revision of the set that it was made for.
+    pub revision: u64,
     pub anchors: Vec<Anchor>,
     pub constants: Vec<ConstantField>,
     pub radials: Vec<RadialBatch>,
@@ -36,7 +39,12 @@ pub(crate) struct Compiled {
     /// What bodies ask for in place of [`Sampling::Auto`](crate::field::Sampling).
     pub overrides: Vec<Sampling>,
     pub wanted: SamplingRequirements,
-    pub plan: Plan,
+    /// Fields that can never act, for people.
+    pub left_out: Vec<String>,
+    /// Whether any field depends on velocities.
+    pub reads_velocity: bool,
+    /// Whether any field can turn a body, by its force or by the answer to a contact.
+    pub torque_possible: bool,
 }
 
 impl Compiled {
@@ -50,10 +58,20 @@ impl Compiled {
             || self.programs.iter().any(turns)
             || self.detectors.iter().any(answers)
     }
+}
 
-    /// How messages name the field at a place of the tree.
-    pub(crate) fn label(&self, place: u32) -> String {
-        self.tree.label(place)
+/// A set, and what was made of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Prepared<'a> {
+    pub set: &'a FieldSet,
+    pub compiled: &'a Compiled,
+}
+
+impl std::ops::Deref for Prepared<'_> {
+    type Target = Compiled;
+
+    fn deref(&self) -> &Compiled {
+        self.compiled
     }
 }
 
@@ -78,6 +96,8 @@ pub(crate) struct ConstantField {
 pub(crate) struct RadialBatch {
     /// The law for a strength of one.
     pub law: Radial,
+    /// One of the fields, for all that they have in common.
+    pub prototype: Field,
     /// Radius of the ball the fields act in; without one they act everywhere.
     pub range: Option<Real>,
     pub weighting: Weighting,
@@ -91,7 +111,20 @@ pub(crate) struct RadialSource {
     /// The collider whose origin it is at, if it is.
     pub collider: Option<ColliderHandle>,
     pub strength: Real,
+    /// Bound of the force's length, infinite without one.
+    pub strongest: Real,
     pub leaf: u32,
+}
+
+impl RadialSource {
+    /// The law of the source, strength and all.
+    pub(crate) fn law_in(&self, batch: &RadialBatch) -> Radial {
+        let strongest = (self.strongest < Real::INFINITY).then_some(self.strongest);
+        Radial {
+            strongest,
+            ..batch.law.times(self.strength)
+        }
+    }
 }
 
 /// A detection field.

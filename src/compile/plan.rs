@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{ConstantField, Program, RadialBatch};
-use crate::field::{Coupling, Sampling, SamplingRule, Tree};
+use crate::field::{Coupling, FieldSet, Sampling, SamplingRule};
 
 /// Radial batches of fewer sources are summed over directly: a grid would cost more.
 pub(crate) const FEWEST_FOR_GRID: usize = 64;
@@ -112,12 +112,9 @@ impl PlanEntry {
         f.write_str(balls)
     }
 
-    pub(super) fn constant(constant: &ConstantField, tree: &Tree) -> Self {
-        let label = tree
-            .field(constant.leaf)
-            .map(|f| f.label(constant.leaf as usize));
+    pub(super) fn constant(constant: &ConstantField, set: &FieldSet) -> Self {
         PlanEntry {
-            what: format!("{}, the same everywhere", label.unwrap_or_default()),
+            what: format!("{}, the same everywhere", set.label(constant.leaf)),
             count: 1,
             index: IndexKind::None,
             ..PlanEntry::sampled(Sampling::Centre, false)
@@ -141,9 +138,9 @@ impl PlanEntry {
         }
     }
 
-    pub(super) fn program(program: &Program) -> Self {
+    pub(super) fn program(program: &Program, set: &FieldSet) -> Self {
         let what = match &program.leaves[..] {
-            [leaf] => leaf.label(program.places[0] as usize),
+            [_] => set.label(program.places[0]),
             leaves => format!("composite of {} fields", leaves.len()),
         };
         PlanEntry {

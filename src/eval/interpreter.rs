@@ -144,6 +144,7 @@ impl<T: Number> Interpreter<T> {
         self.stack.clear();
         for step in &program.steps {
             match *step {
+                Step::Nowhere => self.stack.push(Value::undefined()),
                 Step::Leaf(leaf) => self.stack.push(place.leaf_value(leaf, here)),
                 Step::Apply(operator, count) => {
                     self.combine(count, |operands| {

@@ -100,12 +100,9 @@ impl Lineariser {
             if centre.distance_squared(seeded.query.world_point) > range * range {
                 continue;
             }
-            let Some(field) = compiled.tree.field(source.leaf) else {
-                continue;
-            };
-            if field.acts_on(&seeded.query, &frame) {
+            if batch.prototype.acts_on(&seeded.query, &frame) {
                 let local = LocalQuery::moving(&seeded.query, &seeded.motion, &frame);
-                sum += field.force(&local);
+                sum += batch.prototype.radial_force(&source.law_in(batch), &local);
             }
         }
         sum

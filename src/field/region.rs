@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::axis::Axis;
 use super::boundary::{Neighbourhood, Normal, Pieces};
-use super::error::{TreeError, rigid, validate_interval};
+use super::error::{BuildError, rigid, validate_interval};
 use super::number::Number;
 use super::over_axes::{OverAxes, Predicate};
 use super::query::{LocalQuery, Sample};
@@ -257,7 +257,7 @@ impl Region {
         })
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         for step in &self.steps {
             match step {
                 Step::Solid(solid, pose) => {

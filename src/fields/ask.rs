@@ -1,7 +1,7 @@
 //! What may be asked of the fields.
 
 use super::Fields;
-use crate::compile::Plan;
+use crate::compile::{Plan, Prepared};
 use crate::contact::FieldContact;
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::{EnergyAudit, Explanation, explain};
@@ -12,8 +12,8 @@ use crate::rigid::Wrench;
 
 impl Fields {
     /// What the compiler decided; prints as a short report.
-    pub fn plan(&self) -> &Plan {
-        &self.compiled.plan
+    pub fn plan(&self) -> Plan {
+        self.compiled.plan(&self.set)
     }
 
     /// Simulated time: the sum of all steps.
@@ -48,8 +48,15 @@ impl Fields {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Vec<BodySample> {
-        self.injector
-            .samples(body, &self.compiled, bodies, colliders)
+        self.injector.samples(
+            body,
+            Prepared {
+                set: &self.set,
+                compiled: &self.compiled,
+            },
+            bodies,
+            colliders,
+        )
     }
 
     /// The wrench of the fields on a body as the world is now, whether or not a step was made;
@@ -81,7 +88,15 @@ impl Fields {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
-        self.injector.sample(dt, &self.compiled, bodies, colliders)
+        self.injector.sample(
+            dt,
+            Prepared {
+                set: &self.set,
+                compiled: &self.compiled,
+            },
+            bodies,
+            colliders,
+        )
     }
 
     /// What the last step may have got wrong: fields too stiff for the scheme and the time step
@@ -116,8 +131,16 @@ impl Fields {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<Option<Stiffness>, StepError> {
-        self.injector
-            .stiffness(body, dt, &self.compiled, bodies, colliders)
+        self.injector.stiffness(
+            body,
+            dt,
+            Prepared {
+                set: &self.set,
+                compiled: &self.compiled,
+            },
+            bodies,
+            colliders,
+        )
     }
 
     /// The potential energy of all bodies in the fields, as they are now.
@@ -126,8 +149,14 @@ impl Fields {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> PotentialEnergy {
-        self.injector
-            .potential_energy(&self.compiled, bodies, colliders)
+        self.injector.potential_energy(
+            Prepared {
+                set: &self.set,
+                compiled: &self.compiled,
+            },
+            bodies,
+            colliders,
+        )
     }
 
     /// Why the fields push a body the way they do right now: what each field gives, who overrules
@@ -151,13 +180,18 @@ impl Fields {
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Option<Explanation> {
-        let (samples, moment) = self
-            .injector
-            .all_probes(&self.compiled, 1.0, bodies, colliders);
+        let (samples, moment) = self.injector.all_probes(
+            Prepared {
+                set: &self.set,
+                compiled: &self.compiled,
+            },
+            1.0,
+            bodies,
+            colliders,
+        );
         let place = samples.bodies.iter().position(|handle| *handle == body)?;
         let frames = (bodies, colliders);
-        let compiled = &self.compiled;
-        Some(explain(compiled, &frames, &samples, moment, place as u32))
+        Some(explain(&self.set, &frames, &samples, moment, place as u32))
     }
 
     /// The energy audit so far, if it is on: potential and work of each field, and the drift that

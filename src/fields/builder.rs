@@ -8,7 +8,7 @@ use crate::compile::Compiled;
 use crate::contact::{ContactEvent, Detection, Detector, Reporter, Responder, Rules};
 use crate::cross_check::{Checker, CrossCheck};
 use crate::diagnose::Auditor;
-use crate::field::{Axis, Tree, TreeError};
+use crate::field::{BuildError, FieldSet, Tree};
 use crate::inject::{Injector, Scheme, WakePolicy};
 use crate::math::{ColliderHandle, Real};
 use crate::sample::Properties;
@@ -23,7 +23,7 @@ use crate::sample::Properties;
 ///     .scheme(Scheme::Kick)
 ///     .wake(WakePolicy::Never)
 ///     .build()?;
-/// # Ok::<(), TreeError>(())
+/// # Ok::<(), BuildError>(())
 /// ```
 pub struct FieldsBuilder {
     tree: Tree,
@@ -43,7 +43,7 @@ impl Fields {
     ///
     /// # Errors
     /// As [`FieldsBuilder::build`].
-    pub fn new(tree: impl Into<Tree>) -> Result<Self, TreeError> {
+    pub fn new(tree: impl Into<Tree>) -> Result<Self, BuildError> {
         Self::builder(tree).build()
     }
 
@@ -116,7 +116,7 @@ impl FieldsBuilder {
     /// for event in events.try_iter() {
     ///     println!("{event:?}");
     /// }
-    /// # Ok::<(), TreeError>(())
+    /// # Ok::<(), BuildError>(())
     /// ```
     pub fn events(mut self, channel: Sender<ContactEvent>) -> Self {
         self.reporter = Some(Reporter::new(channel));
@@ -159,27 +159,20 @@ impl FieldsBuilder {
     /// # Errors
     /// The tree is empty or too deep, a parameter of it or of the scheme is out of its range, or
     /// an axis is unknown or declared twice.
-    pub fn build(self) -> Result<Fields, TreeError> {
-        let mut names: Vec<Arc<str>> = Vec::new();
+    pub fn build(self) -> Result<Fields, BuildError> {
+        let mut set = FieldSet::new();
         for (name, value) in &self.axes {
-            if names.contains(name) || !matches!(Axis::named(name), Axis::User(_)) {
-                let axis = name.to_string();
-                return Err(TreeError::DuplicateAxis { axis });
-            }
-            if !value.is_finite() {
-                return Err(TreeError::Parameter {
-                    field: format!("axis `{name}`"),
-                    quantity: "its value",
-                    requirement: "finite",
-                    value: crate::math::to_f64(*value),
-                });
-            }
-            names.push(name.clone());
+            set.declare_axis(name, *value)?;
         }
-        self.tree.validate(&names)?;
+        if self.tree.field_count() == 0 {
+            return Err(BuildError::Empty);
+        }
+        set.insert(self.tree);
+        set.validate_changes()?;
         self.scheme.validate()?;
-        let compiled = Compiled::new(self.tree, Vec::new());
-        let book = Properties::new(self.axes);
+        let compiled = Compiled::new(&set);
+        let mut book = Properties::default();
+        book.update(&set);
         let mut injector = Injector::new(self.scheme, self.wake, book);
         injector.substeps = self.solver_iterations as u32;
         injector.exact_turns = self.detection == Detection::Swept && !compiled.detectors.is_empty();
@@ -189,13 +182,13 @@ impl FieldsBuilder {
         Ok(Fields {
             detector: Detector::new(&compiled, self.detection),
             detection: self.detection,
+            set,
             compiled,
             injector,
             check,
             auditor: self.audit.then(Auditor::default),
             rules: self.rules,
             reporter: self.reporter,
-            axes: names,
             claimed: false,
         })
     }

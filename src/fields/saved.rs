@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use super::{Fields, FieldsBuilder};
+use crate::compile::Prepared;
 use crate::contact::{Detection, Rules};
 use crate::cross_check::CrossCheck;
-use crate::field::Tree;
+use crate::field::{Properties, Tree};
 use crate::inject::{InjectorState, Scheme, WakePolicy};
 use crate::math::{ColliderSet, Real, RigidBodySet, from_f64};
-use crate::sample::Properties;
 
 /// The settings of fields.
 pub(crate) struct Settings<'a> {
-    pub tree: &'a Tree,
+    pub tree: Tree,
     pub axes: Vec<(Arc<str>, Real)>,
     pub scheme: Scheme,
     pub wake: WakePolicy,
@@ -29,9 +29,9 @@ pub(crate) struct Settings<'a> {
 impl Fields {
     pub(crate) fn settings(&self) -> Settings<'_> {
         let injector = &self.injector;
-        let axes = injector.book.world_values();
+        let axes = self.set.data().axes().iter();
         Settings {
-            tree: &self.compiled.tree,
+            tree: self.set.tree(),
             axes: axes
                 .map(|(name, value)| (name.clone(), from_f64(*value)))
                 .collect(),
@@ -41,7 +41,7 @@ impl Fields {
             detection: self.detection,
             cross_check: self.check.as_ref().map(|check| check.settings()),
             audit: self.auditor.is_some(),
-            book: &injector.book,
+            book: self.set.data(),
             time: injector.time,
             claimed: self.claimed,
         }
@@ -67,8 +67,15 @@ impl Fields {
         colliders: &ColliderSet,
     ) {
         self.claimed = claimed;
-        self.injector
-            .resume(state, &self.compiled, bodies, colliders);
+        self.injector.resume(
+            state,
+            Prepared {
+                set: &self.set,
+                compiled: &self.compiled,
+            },
+            bodies,
+            colliders,
+        );
     }
 }
 

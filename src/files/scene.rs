@@ -109,12 +109,12 @@ impl SceneFile {
             bodies.push(doc);
         }
         for (body, sampling) in settings.book.samplings() {
-            if let Some(number) = directory.number_of_body(body) {
-                bodies[number].sampling = Some(sampling);
+            if let Some(number) = directory.number_of_body(*body) {
+                bodies[number].sampling = Some(*sampling);
             }
         }
-        for (collider, properties) in settings.book.properties() {
-            if let Some((body, part)) = directory.number_of_part(collider) {
+        for (collider, properties) in settings.book.colliders().iter() {
+            if let Some((body, part)) = directory.number_of_part(*collider) {
                 bodies[body].colliders[part].probe = Some(ProbeDoc::write(properties));
             }
         }

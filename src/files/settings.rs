@@ -122,7 +122,7 @@ impl FieldsDoc {
             cross_check: settings.cross_check.is_some(),
             audit: settings.audit,
             time: unless(settings.time, 0.0),
-            tree: TreeDoc::write(settings.tree, scene).map_err(|error| error.within("tree"))?,
+            tree: TreeDoc::write(&settings.tree, scene).map_err(|error| error.within("tree"))?,
         })
     }
 }

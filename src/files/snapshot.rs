@@ -55,13 +55,13 @@ impl FieldsSnapshot {
     /// deeply.
     pub fn new(fields: &Fields) -> Result<Self, FileError> {
         let settings = fields.settings();
-        let samples = settings.book.properties();
+        let samples = settings.book.colliders().iter();
         Ok(FieldsSnapshot {
             fields: FieldsDoc::write(&settings, None)?,
             samples: samples
-                .map(|(part, p)| (part, ProbeDoc::write(p)))
+                .map(|(part, p)| (*part, ProbeDoc::write(p)))
                 .collect(),
-            samplings: settings.book.samplings().collect(),
+            samplings: settings.book.samplings().to_vec(),
             state: fields.state(),
             claimed: settings.claimed,
         })

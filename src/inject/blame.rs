@@ -1,7 +1,7 @@
 //! Who is to blame: the field behind a value that cannot be given to Rapier.
 
 use super::error::StepError;
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::diagnose::explain;
 use crate::field::{Anchor, Frames};
 use crate::math::Vector;
@@ -9,13 +9,13 @@ use crate::sample::{Moment, Samples};
 
 /// The error for a body whose wrench is not finite. Slow: this only runs when a step has failed.
 pub(super) fn non_finite(
-    compiled: &Compiled,
+    compiled: Prepared<'_>,
     world: &impl Frames,
     samples: &Samples,
     moment: Moment,
     body: usize,
 ) -> StepError {
-    let explanation = explain(compiled, world, samples, moment, body as u32);
+    let explanation = explain(compiled.set, world, samples, moment, body as u32);
     let worst = explanation.worst();
     StepError::NonFinite {
         field: worst.map_or_else(String::new, |worst| worst.field.clone()),
@@ -28,19 +28,19 @@ pub(super) fn non_finite(
 
 /// The name of the field that gives a body the largest force.
 pub(super) fn strongest(
-    compiled: &Compiled,
+    compiled: Prepared<'_>,
     world: &impl Frames,
     samples: &Samples,
     moment: Moment,
     body: usize,
 ) -> String {
-    let explanation = explain(compiled, world, samples, moment, body as u32);
+    let explanation = explain(compiled.set, world, samples, moment, body as u32);
     let worst = explanation.worst();
     worst.map_or_else(String::new, |worst| worst.field.clone())
 }
 
 /// The error for an anchor that is not in the world.
-pub(super) fn missing_anchor(compiled: &Compiled, missing: usize) -> StepError {
+pub(super) fn missing_anchor(compiled: Prepared<'_>, missing: usize) -> StepError {
     let missing = missing as u32;
     let radials = compiled.radials.iter().flat_map(|batch| &batch.sources);
     let of_radial = radials
@@ -68,7 +68,7 @@ pub(super) fn missing_anchor(compiled: &Compiled, missing: usize) -> StepError {
         Anchor::Collider { handle, .. } => format!("collider {handle:?}"),
     };
     StepError::MissingAnchor {
-        field: leaf.map_or_else(String::new, |leaf| compiled.label(leaf)),
+        field: leaf.map_or_else(String::new, |leaf| compiled.set.label(leaf)),
         anchor,
     }
 }

@@ -3,7 +3,7 @@
 use super::error::StepError;
 use super::predicted::{PredictedFrames, PredictedMotion};
 use super::{Injector, Stiffness, WakePolicy, assign, blame};
-use crate::compile::{Compiled, SamplingRequirements};
+use crate::compile::{Prepared, SamplingRequirements};
 use crate::eval::PotentialEnergy;
 use crate::field::{Query, Sampling};
 use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, to_dvec3, to_f64};
@@ -28,7 +28,7 @@ impl Injector {
     pub(crate) fn samples(
         &mut self,
         body: RigidBodyHandle,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Vec<BodySample> {
@@ -55,7 +55,7 @@ impl Injector {
     pub(crate) fn sample(
         &mut self,
         dt: Real,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
@@ -87,7 +87,7 @@ impl Injector {
         &mut self,
         body: RigidBodyHandle,
         dt: Real,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<Option<Stiffness>, StepError> {
@@ -99,7 +99,7 @@ impl Injector {
             this.evaluate(compiled, dt, bodies, colliders, None)?;
             let place = this.place_of(body);
             Ok(place.and_then(|place| {
-                this.lineariser.prepare(compiled, &(bodies, colliders));
+                this.lineariser.prepare(&compiled, &(bodies, colliders));
                 let verdict = this.judge(compiled, place, bodies, colliders);
                 verdict.map(|verdict| verdict.rates.report(dt))
             }))
@@ -130,7 +130,7 @@ impl Injector {
     /// Fills in all samples of all bodies that the fields want, sleepers included.
     fn gather_all(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
         samples: &mut Samples,
@@ -153,7 +153,7 @@ impl Injector {
     /// length `dt`.
     pub(crate) fn all_probes(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         dt: Real,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
@@ -166,7 +166,7 @@ impl Injector {
     /// The potential energy of the bodies as they are now.
     pub(crate) fn potential_energy(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> PotentialEnergy {
@@ -176,7 +176,7 @@ impl Injector {
         let world = (bodies, colliders);
         let moment = self.moment(1.0);
         self.evaluator
-            .potential_energy(compiled, &world, &samples, moment)
+            .potential_energy(&compiled, &world, &samples, moment)
     }
 
     /// Works out the wrenches on all bodies. `pending`: for how long the last ones still act, so
@@ -184,14 +184,14 @@ impl Injector {
     /// depend on velocities at second order with one evaluation per step.
     pub(super) fn evaluate(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         dt: Real,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
         pending: Option<Real>,
     ) -> Result<(), StepError> {
         let last_bodies = std::mem::take(&mut self.samples.bodies);
-        let reads_velocity = compiled.plan.reads_velocity;
+        let reads_velocity = compiled.reads_velocity;
         let mut gathering = Gathering {
             book: &self.book,
             shapes: &mut self.shapes,
@@ -239,7 +239,7 @@ impl Injector {
             self.watch.last.clear();
         }
         let (evaluator, wrenches) = (&mut self.evaluator, &mut self.wrenches);
-        evaluator.wrenches(compiled, &world, &self.samples, moment, wrenches);
+        evaluator.wrenches(&compiled, &world, &self.samples, moment, wrenches);
         self.errors.clear();
         let handles = self.samples.bodies.iter().enumerate();
         let errors = handles.filter_map(|(n, handle)| Some((*handle, evaluator.error(n)?)));

@@ -1,6 +1,6 @@
 //! How the wrench on a body changes as it moves.
 
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::eval::Lineariser;
 use crate::field::Frames;
 use crate::math::{DVec3, Vector, to_dvec3};
@@ -26,14 +26,14 @@ pub(crate) struct Jacobian {
 /// a × F changes by dθ × a × F besides.
 pub(crate) fn of_body(
     lineariser: &mut Lineariser,
-    (compiled, world): (&Compiled, &impl Frames),
+    (compiled, world): (Prepared<'_>, &impl Frames),
     samples: &Samples,
     body: usize,
     moment: Moment,
     angvel: DVec3,
 ) -> Jacobian {
     let mut sum = Jacobian::default();
-    lineariser.of_body(compiled, world, samples, moment, body, |sample, slope| {
+    lineariser.of_body(&compiled, world, samples, moment, body, |sample, slope| {
         let (a, b) = (matrix(slope.by_position), matrix(slope.by_velocity));
         if sample.arm == Vector::ZERO {
             let mut by_place = sum.by_motion.fixed_view_mut::<3, 3>(0, 0);

@@ -7,7 +7,7 @@ use super::realise::Start;
 use super::scheme::SUZUKI_STAGES;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Injector, OpenStep, Scheme, Substeps, WakePolicy, blame, find};
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::math::{ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
@@ -36,7 +36,7 @@ impl Injector {
     /// Works out what is written before Rapier's step.
     pub(super) fn first_half(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         open: &mut OpenStep,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
@@ -51,7 +51,7 @@ impl Injector {
     /// The second half of a kick, with the wrenches after Rapier's step.
     pub(super) fn second_half(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         open: &OpenStep,
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
@@ -117,12 +117,12 @@ impl Injector {
     /// Works out `self.kicks`, and whom the inner integrator is to move.
     fn kick(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         half: Half,
         open: &mut OpenStep,
         (bodies, colliders): (&RigidBodySet, &ColliderSet),
     ) -> Result<(), StepError> {
-        let turns = (compiled.plan.torque_possible || self.exact_turns) && open.dt > 0.0;
+        let turns = (compiled.torque_possible || self.exact_turns) && open.dt > 0.0;
         let drifts = matches!(half, Half::First);
         self.kicks.clear();
         for place in 0..self.samples.bodies.len() {
@@ -243,7 +243,7 @@ impl Injector {
 
     pub(super) fn too_fast(
         &self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         world: (&RigidBodySet, &ColliderSet),
         place: usize,
         speed: Real,

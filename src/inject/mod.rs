@@ -30,7 +30,7 @@ pub use stiffness::{StepWarning, Stiffness};
 #[cfg(feature = "serde-serialize")]
 pub(crate) use saved::InjectorState;
 
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::eval::{Evaluator, Lineariser, WrenchError};
 use crate::field::{Frame, Frames};
 use crate::math::{
@@ -210,7 +210,7 @@ impl Injector {
     /// What happens before Rapier's step; returns how many bodies were written.
     pub(crate) fn begin(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         dt: Real,
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
@@ -233,7 +233,7 @@ impl Injector {
                 }
             }
         }
-        let may_change = match compiled.plan.reads_velocity {
+        let may_change = match compiled.reads_velocity {
             true => Change::Nothing,
             false => Change::Velocities,
         };
@@ -271,7 +271,7 @@ impl Injector {
     /// when the bodies have their true velocities again, before fields act at the new places.
     pub(crate) fn end(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         bodies: &mut RigidBodySet,
         colliders: &ColliderSet,
         drifted: impl FnOnce(&Properties, &mut RigidBodySet),
@@ -328,7 +328,7 @@ impl Injector {
     /// was removed, and its fields leave with it.
     fn check_anchors(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) -> Result<(), StepError> {
@@ -345,7 +345,7 @@ impl Injector {
 }
 
 /// Where all anchors of a tree are.
-fn find_frames(compiled: &Compiled, world: &impl Frames) -> Vec<Option<Frame>> {
+fn find_frames(compiled: Prepared<'_>, world: &impl Frames) -> Vec<Option<Frame>> {
     let anchors = compiled.anchors.iter();
     anchors.map(|anchor| world.frame(anchor)).collect()
 }

@@ -6,7 +6,7 @@ use super::jacobian::{self, Jacobian};
 use super::predicted::{PredictedFrames, PredictedMotion};
 use super::stiffness::{Rates, StepWarning, Treatment};
 use super::{Injector, Scheme, assign};
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::eval::Evaluator;
 use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64};
 use crate::rapier::dynamics::RigidBody;
@@ -73,7 +73,7 @@ impl Injector {
     /// want it, and prepares kicks by forces that read velocities.
     pub(super) fn predict(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         dt: Real,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
@@ -103,7 +103,7 @@ impl Injector {
     /// After the evaluation that follows Rapier's step: the same, by how the wrenches changed.
     pub(super) fn update(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         dt: Real,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
@@ -130,7 +130,7 @@ impl Injector {
     /// and not because it passed an edge.
     fn warn(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         dt: Real,
         last: &[Wrench],
         bodies: &RigidBodySet,
@@ -147,7 +147,7 @@ impl Injector {
         let Some(place) = worst.1 else {
             return;
         };
-        self.lineariser.prepare(compiled, &(bodies, colliders));
+        self.lineariser.prepare(&compiled, &(bodies, colliders));
         let Some(verdict) = self.judge(compiled, place, bodies, colliders) else {
             return;
         };
@@ -180,7 +180,7 @@ impl Injector {
     /// The wrenches where bodies would be after a step, and the changes of velocity on the way.
     fn scout(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         dt: Real,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
@@ -235,7 +235,7 @@ impl Injector {
         let moment = self.moment(dt);
         let mut wrenches = Vec::new();
         let scout = &mut self.watch.scout;
-        scout.wrenches(compiled, &trial, &samples, moment, &mut wrenches);
+        scout.wrenches(&compiled, &trial, &samples, moment, &mut wrenches);
         wrenches.into_iter().zip(changes).collect()
     }
 
@@ -262,7 +262,7 @@ impl Injector {
     /// Looks into some bodies, given in the order of their places.
     fn judge_all(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         places: impl Iterator<Item = usize>,
         dt: Real,
         bodies: &RigidBodySet,
@@ -271,7 +271,7 @@ impl Injector {
         self.watch.stiff.clear();
         let mut places = places.peekable();
         if places.peek().is_some() {
-            self.lineariser.prepare(compiled, &(bodies, colliders));
+            self.lineariser.prepare(&compiled, &(bodies, colliders));
         }
         for place in places {
             let Some(mut verdict) = self.judge(compiled, place, bodies, colliders) else {
@@ -290,7 +290,7 @@ impl Injector {
     /// Looks into a body, in the world the lineariser was prepared for.
     pub(super) fn judge(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         place: usize,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
@@ -308,7 +308,7 @@ impl Injector {
     /// In the world the lineariser was prepared for.
     fn jacobian(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         place: usize,
         body: &RigidBody,
         world: (&RigidBodySet, &ColliderSet),
@@ -331,12 +331,12 @@ impl Injector {
     }
 
     /// Takes the derivatives by velocity, for schemes whose kicks solve for it.
-    fn couple(&mut self, compiled: &Compiled, bodies: &RigidBodySet, colliders: &ColliderSet) {
-        if !compiled.plan.reads_velocity || !self.scheme.kicks_twice() {
+    fn couple(&mut self, compiled: Prepared<'_>, bodies: &RigidBodySet, colliders: &ColliderSet) {
+        if !compiled.reads_velocity || !self.scheme.kicks_twice() {
             return;
         }
         let world = (bodies, colliders);
-        self.lineariser.prepare(compiled, &world);
+        self.lineariser.prepare(&compiled, &world);
         for place in 0..self.samples.bodies.len() {
             let mut coupling = None;
             if self.wrenches[place] != Wrench::ZERO
@@ -357,7 +357,7 @@ impl Injector {
 }
 
 /// Whether any force may change from place to place.
-fn may_be_stiff(compiled: &Compiled) -> bool {
+fn may_be_stiff(compiled: Prepared<'_>) -> bool {
     !compiled.radials.is_empty() || compiled.programs.iter().any(|program| program.has_force)
 }
 

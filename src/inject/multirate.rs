@@ -8,7 +8,7 @@ use super::implicit::Coupling;
 use super::jacobian;
 use super::motion::FASTEST;
 use super::predicted::{PredictedFrames, PredictedMotion};
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::eval::{Evaluator, Lineariser};
 use crate::math::{ColliderSet, DPose3, DVec3, Real, RigidBodyHandle, RigidBodySet};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
@@ -41,7 +41,7 @@ struct Group {
 
 /// What a run needs to know.
 pub(super) struct Setting<'a> {
-    pub compiled: &'a Compiled,
+    pub compiled: Prepared<'a>,
     pub bodies: &'a RigidBodySet,
     pub colliders: &'a ColliderSet,
     pub start_time: f64,
@@ -135,7 +135,7 @@ impl<'a> Run<'a> {
         let half = |ticks: &[f64]| ticks.iter().sum::<f64>() * 0.5 * to_f64(self.setting.dt);
         let before = half(&ticks[tick.saturating_sub(stride)..tick]);
         let after = half(&ticks[tick..(tick + stride).min(ticks.len())]);
-        if !self.setting.compiled.plan.reads_velocity {
+        if !self.setting.compiled.reads_velocity {
             // The wrenches of the start are known.
             let evaluators = (tick > 0).then_some(evaluators);
             return self.kick(group, before + after, evaluators);
@@ -160,7 +160,7 @@ impl<'a> Run<'a> {
         evaluators: Option<&mut Evaluators>,
     ) -> Result<(), StepError> {
         let mut group = std::mem::take(&mut self.groups[number]);
-        let outcome = match (evaluators, self.setting.compiled.plan.reads_velocity) {
+        let outcome = match (evaluators, self.setting.compiled.reads_velocity) {
             (None, _) => self.push(&group, duration, None),
             (Some((evaluator, _)), false) => {
                 self.evaluate(&mut group, evaluator, None)?;
@@ -183,7 +183,7 @@ impl<'a> Run<'a> {
         let mut midway = Vec::with_capacity(group.states.len());
         let mut solvers = Vec::with_capacity(group.states.len());
         let trial = self.trial();
-        lineariser.prepare(self.setting.compiled, &trial);
+        lineariser.prepare(&self.setting.compiled, &trial);
         for (body, state) in group.states.iter().enumerate() {
             let state = &self.states[*state];
             let jacobian = jacobian::of_body(
@@ -297,7 +297,7 @@ impl<'a> Run<'a> {
         let (compiled, moment) = (self.setting.compiled, self.moment());
         let trial = self.trial();
         let (samples, wrenches) = (&group.samples, &mut group.wrenches);
-        evaluator.wrenches(compiled, &trial, samples, moment, wrenches);
+        evaluator.wrenches(&compiled, &trial, samples, moment, wrenches);
         let Some(body) = wrenches.iter().position(|wrench| !wrench.is_finite()) else {
             return Ok(());
         };

@@ -5,7 +5,7 @@ use super::motion::{FASTEST, Ride, Spin, Turned, Update, iterations};
 use super::multirate::{Run, Setting};
 use super::predicted::PredictedMotion;
 use super::{Injector, OpenStep, Scheme, assign};
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::math::{ColliderSet, DVec3, Real, RigidBodySet, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rigid::steady_angvel;
@@ -25,7 +25,7 @@ impl Injector {
     /// Runs the inner integrator, and adds what Rapier is to be given to `self.kicks`.
     pub(super) fn move_within(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         open: &OpenStep,
         (bodies, colliders): (&RigidBodySet, &ColliderSet),
     ) -> Result<(), StepError> {
@@ -33,7 +33,7 @@ impl Injector {
         if starts.is_empty() || open.dt == 0.0 {
             return Ok(());
         }
-        let turns = compiled.plan.torque_possible;
+        let turns = compiled.torque_possible;
         let states = starts.iter().filter_map(|start| {
             let handle = self.samples.bodies[start.place];
             let body = bodies.get(handle)?;

@@ -8,7 +8,7 @@ use super::monitor::{Verdict, Watch};
 use super::rollback::Snapshot;
 use super::stiffness::{Rates, Treatment};
 use super::{Injector, WakePolicy};
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::eval::WrenchError;
 use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::na::{Matrix6, Vector6};
@@ -167,7 +167,7 @@ impl Injector {
     pub(crate) fn resume(
         &mut self,
         state: InjectorState,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) {

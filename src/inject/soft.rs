@@ -2,7 +2,7 @@
 
 use super::error::StepError;
 use super::{Injector, Scheme, WakePolicy, blame};
-use crate::compile::Compiled;
+use crate::compile::Prepared;
 use crate::eval::Evaluator;
 use crate::math::{ColliderSet, InteractionGroups, Real, RigidBodySet, Vector, to_f64};
 use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
@@ -25,7 +25,7 @@ impl Injector {
     /// Works out the forces on all particles, `elapsed` into the step; writes nothing.
     pub(crate) fn feel_soft(
         &mut self,
-        compiled: &Compiled,
+        compiled: Prepared<'_>,
         (dt, elapsed): (Real, Real),
         softs: &SoftBodySet,
         bodies: &RigidBodySet,
@@ -53,7 +53,7 @@ impl Injector {
         let Softs {
             evaluator, forces, ..
         } = &mut self.softs;
-        evaluator.wrenches(compiled, &world, &samples, moment, forces);
+        evaluator.wrenches(&compiled, &world, &samples, moment, forces);
         let bad = forces.iter().position(|force| !force.is_finite());
         let error =
             bad.map(|particle| blame::non_finite(compiled, &world, &samples, moment, particle));

@@ -86,7 +86,7 @@ impl Gathering<'_> {
             at_origin: false,
         };
         let own = self.book.sampling(handle);
-        if !self.book.sampled.is_empty() {
+        if self.book.any_sampling {
             samples.overrides.push(own);
         }
         if !self.wanted.parts {

@@ -29,7 +29,7 @@ pub use report::{from_csv, to_csv, to_table};
 pub use table::{Row, Table};
 
 use crate::math::Real;
-use crate::{Scheme, StepError, TreeError};
+use crate::{BuildError, Scheme, StepError};
 
 /// Bits of the numbers that worlds of this build compute with: 32 or 64.
 pub const PRECISION: u32 = 8 * size_of::<Real>() as u32;
@@ -274,11 +274,11 @@ pub enum StudyError {
     },
     /// The fields of a case were not accepted.
     #[error(transparent)]
-    Tree(#[from] TreeError),
+    Tree(#[from] BuildError),
     /// The bodies of a case were not accepted.
     #[error(transparent)]
     Step(#[from] StepError),
     /// A property of a collider was refused.
     #[error(transparent)]
-    Property(#[from] crate::sample::PropertyError),
+    Property(#[from] crate::field::PropertyError),
 }

@@ -32,7 +32,7 @@ pub use velocity::{Drag, Magnetic, Wind};
 
 use super::axis::Axis;
 use super::contact::ContactLaw;
-use super::error::TreeError;
+use super::error::BuildError;
 use super::number::{Number, Vec3, constant};
 use super::query::LocalQuery;
 use crate::math::DVec3;
@@ -102,7 +102,7 @@ pub(crate) trait Law {
         &[]
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError>;
+    fn validate(&self, field: &str) -> Result<(), BuildError>;
 }
 
 /// Does the same with whatever law a formula is.
@@ -152,7 +152,7 @@ impl Formula {
         with_law!(self, law => law.kind())
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         with_law!(self, law => law.validate(field))
     }
 
@@ -196,7 +196,7 @@ impl Law for ContactLaw {
         Some(0.0.into())
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         ContactLaw::validate(self, field)
     }
 }
