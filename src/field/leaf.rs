@@ -385,13 +385,22 @@ impl Field {
 
     /// The potential energy of a sample, where the field has a potential.
     pub(crate) fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        self.potential_of(self.strength, local)
+    }
+
+    /// Like [`Self::potential`], with another strength than the field's own.
+    pub(crate) fn potential_of<T: Number>(
+        &self,
+        strength: Real,
+        local: &LocalQuery<'_, T>,
+    ) -> Option<T> {
         let bare = self.scale.is_none() && self.limit.is_none();
         let potential = bare.then(|| self.formula.potential(local)).flatten()?;
         let weight = self.weight(local);
-        if self.strength == 1.0 {
+        if strength == 1.0 {
             return Some(potential * weight);
         }
-        Some(potential * T::from(to_f64(self.strength)) * weight)
+        Some(potential * T::from(to_f64(strength)) * weight)
     }
 
     /// The number that turns the formula's vector into a force on the sample.
@@ -410,20 +419,6 @@ impl Field {
         whole * query.fraction
     }
 
-    /// Whether two fields that are on differ in name, anchor and strength at most.
-    pub(crate) fn is_like(&self, other: &Field) -> bool {
-        self.formula == other.formula
-            && self.lifetime == other.lifetime
-            && self.region == other.region
-            && self.reading == other.reading
-            && self.coupling == other.coupling
-            && self.scale == other.scale
-            && self.limit == other.limit
-            && self.groups == other.groups
-            && self.reacts == other.reacts
-            && self.sampling == other.sampling
-    }
-
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that
     /// is not coupled to what differs between its parts.
     pub(crate) fn acts_at_centre(&self) -> bool {
@@ -432,6 +427,16 @@ impl Field {
             && self.coupling == Coupling::Share
             && self.groups.is_none()
             && scale_is_uniform
+    }
+
+    /// Whether the field changes with time, in its own frame; closures may read it.
+    pub(crate) fn reads_time(&self) -> bool {
+        let by_scale = self.scale.as_ref().is_some_and(Scalar::has_code);
+        !self.lifetime.is_timeless()
+            || self.formula.reads_time()
+            || self.region.has_code()
+            || by_scale
+            || self.axes().any(|axis| *axis == Axis::Time)
     }
 
     pub(crate) fn reads_velocity(&self) -> bool {

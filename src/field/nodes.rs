@@ -140,6 +140,19 @@ impl<'a> Nodes<'a> {
         SamplingRule::of_term(below.iter().filter_map(|node| self.field(*node)), at_centre)
     }
 
+    /// What a node hangs on, or its instances.
+    pub(crate) fn anchors_at(self, node: u32) -> &'a [Anchor] {
+        match self.get(node) {
+            Node::Leaf(field) => std::slice::from_ref(&field.anchor),
+            Node::Instances { anchors, .. } => anchors,
+            Node::Modified {
+                modifier: Modifier::Scale { anchor, .. },
+                ..
+            } => std::slice::from_ref(anchor),
+            _ => &[],
+        }
+    }
+
     /// The axes that the field or scale at a node names.
     pub(crate) fn axes_at(self, node: u32) -> impl Iterator<Item = &'a Axis> {
         let of_field = self.field(node).into_iter().flat_map(Field::axes);

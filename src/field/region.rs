@@ -247,6 +247,12 @@ impl Region {
         stack.pop().flatten()
     }
 
+    /// Whether a function of the user's decides.
+    pub(crate) fn has_code(&self) -> bool {
+        let mut steps = self.steps.iter();
+        steps.any(|step| matches!(step, Step::Predicate(_)))
+    }
+
     /// The axes beyond space that the region constrains.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
         self.steps.iter().flat_map(|step| match step {

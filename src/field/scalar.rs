@@ -212,6 +212,15 @@ impl Scalar {
         !self.steps.iter().any(of_place)
     }
 
+    /// Whether a function of the user's decides.
+    pub(crate) fn has_code(&self) -> bool {
+        self.steps.iter().any(|step| match step {
+            Step::Function(_) => true,
+            Step::Depth(region) => region.has_code(),
+            _ => false,
+        })
+    }
+
     pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         for step in &self.steps {
             match step {

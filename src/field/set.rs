@@ -469,16 +469,13 @@ impl FieldSet {
         self.field(place).map(|_| self.arena.handle(place))
     }
 
-    /// The axes that fields and scales name.
+    /// The axes that fields and scales name, those of fields first.
     pub(crate) fn named_axes(&self) -> impl Iterator<Item = &Axis> {
         let nodes = self.nodes();
-        (0..nodes.0.len() as u32).flat_map(move |node| nodes.axes_at(node))
-    }
-
-    /// Whether anything depends on the velocities of samples.
-    pub(crate) fn reads_velocity(&self) -> bool {
-        let mut fields = self.nodes().leaves().map(|(_, field)| field);
-        fields.any(Field::reads_velocity) || self.named_axes().any(|axis| *axis == Axis::Speed)
+        let of_fields = nodes.leaves().flat_map(|(_, field)| field.axes());
+        let places = 0..nodes.0.len() as u32;
+        let scales = places.filter_map(move |place| nodes.scale(place));
+        of_fields.chain(scales.flat_map(|scale| scale.axes()))
     }
 
     pub(crate) fn data(&self) -> &Properties {

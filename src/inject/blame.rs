@@ -42,11 +42,12 @@ pub(super) fn strongest(
 /// The error for an anchor that is not in the world.
 pub(super) fn missing_anchor(compiled: Prepared<'_>, missing: usize) -> StepError {
     let missing = missing as u32;
-    let radials = compiled.radials.iter().flat_map(|batch| &batch.sources);
+    let radials = compiled.radials.iter().flat_map(|(_, batch)| &batch.sources);
     let of_radial = radials
         .filter(|source| source.anchor == missing)
         .map(|source| source.leaf);
-    let of_program = compiled.programs.iter().flat_map(|program| {
+    let of_program = compiled.programs.iter().flat_map(|(_, program)| {
+        let program = &program.instances;
         let anchors = program.anchors.iter().enumerate();
         let here = anchors.filter(|(_, anchor)| **anchor == missing);
         let from_leaf = here.map(|(place, _)| program.places[place]);

@@ -358,7 +358,7 @@ impl Injector {
 
 /// Whether any force may change from place to place.
 fn may_be_stiff(compiled: Prepared<'_>) -> bool {
-    !compiled.radials.is_empty() || compiled.programs.iter().any(|program| program.has_force)
+    compiled.varies()
 }
 
 /// (dt·ω)² as it shows in the wrenches at the two ends of a way: how much the acceleration

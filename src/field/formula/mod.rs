@@ -170,6 +170,16 @@ impl Formula {
         }
     }
 
+    /// Whether the vector may depend on time, beyond the axes it names.
+    pub(crate) fn reads_time(&self) -> bool {
+        match self {
+            Formula::Turbulence(law) => law.turnover != 0.0,
+            Formula::Wind(wind) => wind.flow.reads_time(),
+            Formula::Closure(_) => true,
+            _ => false,
+        }
+    }
+
     /// Whether it gives zero wherever it is defined.
     pub(crate) fn is_zero(&self) -> bool {
         use crate::math::Vector;
