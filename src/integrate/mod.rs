@@ -69,7 +69,7 @@ impl<W: Lookup> StepContext<'_, W> {
 
     /// Whether bodies of unequal inertia are turned by this crate in the step.
     fn turns(&self) -> bool {
-        (self.compiled.plan.torque_possible || self.rules.exact_turns) && self.dt > 0.0
+        (self.compiled.torque_possible || self.rules.exact_turns) && self.dt > 0.0
     }
 }
 

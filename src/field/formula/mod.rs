@@ -33,7 +33,7 @@ pub use velocity::{Drag, Magnetic, Wind};
 
 use super::axis::Axis;
 use super::contact::ContactLaw;
-use super::error::TreeError;
+use super::error::BuildError;
 use super::number::{Number, Vec3, constant};
 use super::query::LocalQuery;
 use crate::math::DVec3;
@@ -103,7 +103,7 @@ pub(crate) trait Law {
         &[]
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError>;
+    fn validate(&self, field: &str) -> Result<(), BuildError>;
 }
 
 /// Does the same with whatever law a formula is.
@@ -153,7 +153,7 @@ impl Formula {
         with_law!(self, law => law.kind())
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         with_law!(self, law => law.validate(field))
     }
 
@@ -162,20 +162,21 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
-    /// Whether the vector may depend on time without an axis that says so.
-    pub(crate) fn may_vary(&self) -> bool {
-        match self {
-            Formula::Turbulence(_) | Formula::Closure(_) => true,
-            Formula::Wind(wind) => wind.flow.may_vary(),
-            _ => false,
-        }
-    }
-
     /// Whether the vector depends on the volume of the sample.
     pub(crate) fn reads_volume(&self) -> bool {
         match self {
             Formula::Buoyancy(_) => true,
             Formula::Wind(wind) => wind.flow.reads_volume(),
+            _ => false,
+        }
+    }
+
+    /// Whether the vector may depend on time, beyond the axes it names.
+    pub(crate) fn reads_time(&self) -> bool {
+        match self {
+            Formula::Turbulence(law) => law.turnover != 0.0,
+            Formula::Wind(wind) => wind.flow.reads_time(),
+            Formula::Closure(_) => true,
             _ => false,
         }
     }
@@ -206,7 +207,7 @@ impl Law for ContactLaw {
         Some(0.0.into())
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         ContactLaw::validate(self, field)
     }
 }
