@@ -118,12 +118,8 @@
 //!
 //! # Features
 //!
-//! - `scenes`: ready-made worlds for examples, tests and benchmarks.
-//! - `study`: error against run time; implies `scenes`.
 //! - `expression`: formulas given as text, by the crate `exmex`.
-//! - `serde`: scenes as JSON files, and snapshots, by serde and `serde_json`.
-//!
-//! The first two add no dependency.
+//! - `serde-serialize`: scenes as JSON files, and snapshots, by serde and `serde_json`.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
@@ -144,8 +140,6 @@ pub extern crate rapier3d_f64 as rapier;
 // In the order in which data flows. ARCHITECTURE.md says who may use whom.
 pub mod math;
 
-pub mod random;
-
 mod neighbors;
 
 mod rigid;
@@ -160,29 +154,28 @@ mod sample;
 
 mod eval;
 
-mod diagnose;
+mod integrate;
 
-mod inject;
+mod bridge;
 
 mod contact;
 
 mod cross_check;
+
+mod diagnose;
+
+mod pipeline;
 
 mod fields;
 
 #[cfg(feature = "serde-serialize")]
 pub mod files;
 
-#[cfg(feature = "scenes")]
-pub mod scenes;
-
-#[cfg(feature = "study")]
-pub mod study;
-
 pub mod prelude;
 
+pub use bridge::{StepError, WakePolicy, WorldMut};
 pub use compile::{IndexKind, Plan, PlanEntry};
-pub use contact::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
+pub use contact::{ContactEvent, Detection, FieldContact, Responder, StepHooks};
 pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
 pub use eval::{PotentialEnergy, WrenchError};
@@ -190,8 +183,11 @@ pub use field::{
     Anchor, Axis, ContactLaw, Coupling, Field, ForceMode, Layer, Operator, Region, Sample,
     Sampling, Scalar, Tree, TreeError,
 };
-pub use fields::{Fields, FieldsBuilder, StepOutcome};
-pub use inject::{BodySample, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy};
+pub use fields::{Fields, FieldsBuilder};
+pub use integrate::{Scheme, StepWarning, Stiffness, Substeps};
+pub use pipeline::{
+    BodySample, FieldPipeline, FieldSettings, FieldState, FieldValue, OpenStep, StepOutcome,
+};
 
 pub use rigid::Wrench;
 pub use sample::{ColliderProperties, PropertyError};

@@ -22,6 +22,7 @@ use crate::math::{Real, to_f64};
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[must_use = "a law does nothing until a field has it"]
 pub enum ContactLaw {
     /// Only reports the contact.
     Observe,

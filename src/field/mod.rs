@@ -14,11 +14,13 @@ mod modifier;
 mod number;
 mod operator;
 mod over_axes;
+mod presets;
 mod query;
 mod region;
 mod sampling;
 mod scalar;
 mod solid;
+mod sum;
 mod tree;
 mod validity;
 

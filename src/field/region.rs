@@ -25,6 +25,7 @@ use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 /// # let _ = during_the_first_second;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Region {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
     pub(crate) steps: Vec<Step>,
@@ -201,6 +202,11 @@ impl Region {
     }
 
     /// Whether this is all of space: no test needed.
+    pub(crate) fn is_code(&self) -> bool {
+        let mut steps = self.steps.iter();
+        steps.any(|step| matches!(step, Step::Predicate(_)))
+    }
+
     pub(crate) fn is_everywhere(&self) -> bool {
         matches!(self.steps[..], [Step::Everywhere])
     }

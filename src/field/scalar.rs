@@ -27,6 +27,7 @@ use crate::math::{Real, from_f64, to_f64};
 /// # let _ = (gust, soft);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Scalar {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
     pub(crate) steps: Vec<Step>,
@@ -210,6 +211,14 @@ impl Scalar {
             _ => false,
         };
         !self.steps.iter().any(of_place)
+    }
+
+    pub(crate) fn is_code(&self) -> bool {
+        self.steps.iter().any(|step| match step {
+            Step::Function(_) => true,
+            Step::Depth(region) => region.is_code(),
+            _ => false,
+        })
     }
 
     pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {

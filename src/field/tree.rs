@@ -32,6 +32,7 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 /// let atom = pull.replace_union(push);
 /// ```
 #[derive(Clone, Debug, Default)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Tree {
     /// Operands stand before the operators that use them; the root is the last node. A flat
     /// list, so that neither depth nor drop can exhaust the stack.
@@ -465,6 +466,15 @@ impl Tree {
         let fields = self.leaves().flat_map(|(_, field)| field.axes());
         let scales = self.scales().flat_map(|(_, scale)| scale.axes());
         fields.chain(scales)
+    }
+
+    /// Whether a field at rest may change in time all the same.
+    pub(crate) fn may_vary(&self) -> bool {
+        let fields = self.leaves().map(|(_, field)| field);
+        let mut scales = self.scales().map(|(_, scale)| scale);
+        self.axes().any(|axis| *axis == Axis::Time)
+            || scales.any(Scalar::is_code)
+            || fields.into_iter().any(Field::may_vary)
     }
 
     /// Whether anything depends on the velocities of samples.

@@ -16,6 +16,7 @@ use crate::rapier::data::Coarena;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct ColliderProperties {
     /// Electric charge, for [`Axis::Charge`](crate::Axis::Charge). Zero by default.
     pub charge: Real,
@@ -167,6 +168,11 @@ impl Properties {
             overrides.extend(own.filter(|own| !overrides.contains(own)));
         }
         overrides
+    }
+
+    /// Whether any body asks for a sampling of its own.
+    pub(crate) fn any_sampling(&self) -> bool {
+        !self.sampled.is_empty()
     }
 
     pub(crate) fn sampling(&self, body: RigidBodyHandle) -> Option<Sampling> {

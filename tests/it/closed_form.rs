@@ -3,9 +3,9 @@
 
 use std::f64::consts::TAU;
 
+use crate::lab::scenes::ammonia::{COULOMB, Molecule, insert_molecule};
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{COULOMB, Molecule, insert_molecule};
 
 use crate::support::{
     Row, Table, ammonia, assert_at_most, assert_close, assert_order, either, insert_ball, largest,

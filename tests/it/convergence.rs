@@ -3,9 +3,9 @@
 
 use std::f64::consts::TAU;
 
+use crate::lab::scenes::ammonia::{Molecule, PRINCIPAL_INERTIA, insert_molecule};
 use rapier3d_fields::math::{DQuat, DVec3, to_dpose3, to_dvec3};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{Molecule, PRINCIPAL_INERTIA, insert_molecule};
 
 use crate::support::{Row, Table, ammonia, assert_order, insert_ball, largest, weightless};
 
@@ -361,7 +361,7 @@ fn molecules(text: &'static str, count: usize, sample: usize) -> impl Fn(Scheme,
             put(&mut world, row.pose(""), v, w)
         };
         let molecules: Vec<Molecule> = samples[0].iter().map(place).collect();
-        let tree = ammonia::tree(&molecules, rapier3d_fields::scenes::ammonia::COULOMB);
+        let tree = ammonia::tree(&molecules, lab::scenes::ammonia::COULOMB);
         let mut fields = ammonia_fields(&world, &molecules, tree, scheme);
         steps(&mut fields, &mut world, steps_per_sample * sample as u32);
         let errors = molecules

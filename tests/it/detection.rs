@@ -4,8 +4,8 @@ mod found;
 
 use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia};
-use rapier3d_fields::scenes::insert_box;
+use crate::lab::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia};
+use crate::lab::scenes::insert_box;
 
 use crate::support::collide::*;
 use crate::support::{assert_at_most, assert_close, either};

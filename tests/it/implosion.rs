@@ -4,8 +4,8 @@
 use rapier3d_fields::CrossCheck;
 use rapier3d_fields::math::{Vector, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{MASS, PRINCIPAL_INERTIA, SITES};
-use rapier3d_fields::scenes::insert_box;
+use crate::lab::scenes::ammonia::{MASS, PRINCIPAL_INERTIA, SITES};
+use crate::lab::scenes::insert_box;
 
 use crate::support::collide::*;
 use crate::support::{assert_at_most, either};

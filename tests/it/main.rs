@@ -5,6 +5,11 @@
 #[cfg(feature = "f64")]
 extern crate rapier3d_fields_f64 as rapier3d_fields;
 
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
+
 mod support;
 
 mod adversarial;

@@ -6,11 +6,11 @@
 
 use std::sync::Arc;
 
+use crate::lab::scenes::ammonia::{COULOMB, Molecule, SITES, insert_molecule};
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
-use rapier3d_fields::scenes::ammonia::{COULOMB, Molecule, SITES, insert_molecule};
 
 use crate::support::{Row, Table, ammonia, assert_at_most, either, largest};
 

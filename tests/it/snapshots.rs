@@ -1,11 +1,11 @@
 //! A run that is interrupted, saved and restored goes on as the one that was not, bit for bit: the
 //! world by Rapier's own serialisation, its fields by a snapshot.
 
+use crate::lab::scenes::ammonia::AmmoniaSettings;
+use crate::lab::scenes::flock::FlockSettings;
+use crate::lab::scenes::spheres::SpheresSettings;
 use rapier3d_fields::files::{FieldsSnapshot, FileError};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::AmmoniaSettings;
-use rapier3d_fields::scenes::flock::FlockSettings;
-use rapier3d_fields::scenes::spheres::SpheresSettings;
 
 use crate::support::bits::bits;
 

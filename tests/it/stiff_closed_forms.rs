@@ -1,9 +1,9 @@
 //! Pair forces over seven decades of distance, and charges and drag in motion, against closed
 //! forms. See `data/h_stiff`.
 
+use crate::lab::scenes::ammonia::{COULOMB, LJ_EPSILON, LJ_SIGMA, SITES};
 use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{COULOMB, LJ_EPSILON, LJ_SIGMA, SITES};
 
 use crate::support::{
     Row, Table, assert_at_most, assert_close, either, insert_ball, orders, scientific, weightless,

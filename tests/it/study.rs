@@ -1,6 +1,6 @@
 //! The study: its arithmetic on known numbers, and its cases against what theory says of them.
 
-use rapier3d_fields::study::{
+use crate::lab::study::{
     Case, Dimer, Effort, Impacts, Measured, Method, Metric, PRECISION, Run, Spring, StudyError,
     Table, Timing, compare, fit_order, from_csv, time_at_error, to_csv, to_table,
 };

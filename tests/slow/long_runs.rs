@@ -1,8 +1,8 @@
 //! Ten million steps of a bound pair of molecules.
 
+use crate::lab::scenes::ammonia::{COULOMB, Molecule, insert_molecule};
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{COULOMB, Molecule, insert_molecule};
 
 use crate::support::{Row, Table, ammonia, assert_at_most, either, weightless};
 

@@ -96,9 +96,9 @@ fn times<T: Number>(rows: &[Vector; 3], v: &Vec3<T>) -> Vec3<T> {
 fn hash(point: DVec3, time: f64) -> DVec3 {
     let mut seed = 0;
     for x in [point.x, point.y, point.z, time] {
-        seed = crate::random::Random::new(seed ^ x.to_bits()).bits();
+        seed = super::random::Random::new(seed ^ x.to_bits()).bits();
     }
-    let mut random = crate::random::Random::new(seed);
+    let mut random = super::random::Random::new(seed);
     DVec3::new(random.uniform(), random.uniform(), random.uniform())
 }
 

@@ -10,6 +10,7 @@ mod law;
 mod nearest;
 mod path;
 mod radial;
+mod random;
 mod simple;
 mod swirl;
 mod turbulence;
@@ -135,6 +136,15 @@ impl Formula {
     /// Whether the vector is the same at all points of a body.
     pub(crate) fn is_uniform(&self) -> bool {
         matches!(self, Formula::Uniform(_))
+    }
+
+    /// Whether the vector may depend on time without an axis that says so.
+    pub(crate) fn may_vary(&self) -> bool {
+        match self {
+            Formula::Turbulence(_) | Formula::Closure(_) => true,
+            Formula::Wind(wind) => wind.flow.may_vary(),
+            _ => false,
+        }
     }
 
     /// Whether the vector depends on the volume of the sample.

@@ -1,9 +1,9 @@
 //! Rigid ammonia in its own field, as the reference data have it: Lennard-Jones between nitrogens
 //! and Coulomb between all sites, without cutoff and without hard cores.
 
+use crate::lab::scenes::ammonia::{LJ_EPSILON, LJ_SIGMA, Molecule, SITES, Site};
 use rapier3d_fields::math::{Real, from_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{LJ_EPSILON, LJ_SIGMA, Molecule, SITES, Site};
 
 /// The atoms of all molecules.
 pub fn sites(molecules: &[Molecule]) -> impl Iterator<Item = (ColliderHandle, Site)> + '_ {

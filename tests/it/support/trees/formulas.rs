@@ -69,7 +69,7 @@ pub enum FormulaPlan {
     Turbulence(u8, bool),
     Path {
         closed: bool,
-        predict: i32,
+        look_ahead: i32,
         stiffness: i32,
         damping: i32,
         speed: i32,
@@ -243,13 +243,13 @@ impl FormulaPlan {
         match *self {
             FormulaPlan::Path {
                 closed,
-                predict,
+                look_ahead,
                 stiffness,
                 damping,
                 speed,
             } => {
                 let corners = [[-2, 0, 0], [2, 0, 0], [2, 0, 2], [-2, 0, 2]].map(vector);
-                let path = Path::new(corners, closed).predict(real(predict));
+                let path = Path::new(corners, closed).look_ahead(real(look_ahead));
                 Field::path(
                     path.stiffness(real(stiffness))
                         .damping(real(damping), real(speed)),
@@ -358,8 +358,8 @@ fn common() -> impl Strategy<Value = FormulaPlan> {
         1 => (triple(2), number()).prop_map(|(velocity, linear)| {
             FormulaPlan::Wind { velocity, linear, quadratic: 0, cap: None }
         }),
-        1 => path.prop_map(|(closed, predict, stiffness, damping, speed)| {
-            FormulaPlan::Path { closed, predict, stiffness, damping, speed }
+        1 => path.prop_map(|(closed, look_ahead, stiffness, damping, speed)| {
+            FormulaPlan::Path { closed, look_ahead, stiffness, damping, speed }
         }),
         1 => number().prop_map(|factor| FormulaPlan::Grid(2 * factor)),
         1 => kernel.prop_map(|(constant, target, place, velocity)| FormulaPlan::Kernel {
