@@ -203,7 +203,7 @@ impl Tree {
         let column = Region::cuboid(half_extents + Vector::Y * half_extents.y);
         let carried = Field::buoyancy(density, gravity)
             .within(column)
-            .at(frame.clone());
+            .at(frame);
         let slowed = Field::drag(drag, 0.0)
             .force_mode(ForceMode::Acceleration)
             .within(Region::cuboid(half_extents).at(down))
