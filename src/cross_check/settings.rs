@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 use std::sync::Arc;
 
-use super::Disagreement;
+use super::disagreement::Disagreement;
 use crate::math::ColliderHandle;
 
 type Listener = dyn Fn(&Disagreement) + Send + Sync;

@@ -2,8 +2,8 @@
 
 use super::fault::{Fault, FaultKind};
 use super::implicit::Coupling;
-use super::monitor::Estimate;
 use super::predicted::PredictedMotion;
+use super::stiffness::Estimate;
 use super::{Integrator, StepContext};
 use crate::eval::WrenchError;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};

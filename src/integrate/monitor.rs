@@ -4,7 +4,7 @@ use super::evaluation::{Evaluation, find};
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
 use super::predicted::PredictedMotion;
-use super::stiffness::{Rates, StepWarning, Stiffness, Treatment};
+use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
@@ -16,19 +16,6 @@ const WARNING: Real = 1.0;
 /// A body is looked into at this share of the (dt·ω)² that would change what is done with it:
 /// along its way it need not meet the stiffest direction.
 const CAUTION: f64 = 0.25;
-
-/// What was found out about a body.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub(crate) struct Estimate {
-    pub place: usize,
-    pub treatment: Treatment,
-    pub jacobian: Jacobian,
-    pub rates: Rates,
-}
 
 impl Evaluation {
     pub(super) fn treatment(&self, place: usize) -> Treatment {

@@ -3,7 +3,7 @@
 //! All bodies that are moved so drift together; each is kicked as often as it needs. The others,
 //! which Rapier moves, are taken to move on at constant velocity meanwhile.
 
-use super::StepContext;
+use super::context::StepContext;
 use super::fault::{Fault, FaultKind};
 use super::implicit::Coupling;
 use super::jacobian;

@@ -6,6 +6,7 @@ mod closure;
 mod expression;
 mod grid;
 mod kernel;
+mod law;
 mod nearest;
 mod path;
 mod radial;
@@ -23,6 +24,7 @@ pub use closure::Closure;
 pub use expression::Expression;
 pub use grid::Grid;
 pub use kernel::{Coordinates, LinearKernel};
+pub(crate) use law::Law;
 pub use nearest::Nearest;
 pub use path::Path;
 pub use radial::{Profile, Radial};
@@ -78,32 +80,6 @@ pub enum Formula {
     /// Detects who touches the collider the field is anchored to (§3.3), and answers by a law.
     /// Where nothing touches, and as a force, it is zero.
     Contact(ContactLaw),
-}
-
-/// One kind of formula.
-pub(crate) trait Law {
-    /// Its name, for messages and plans.
-    fn kind(&self) -> &'static str;
-
-    /// The vector at a sample, in the field's frame.
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
-
-    /// The potential U with F = −∇U at a sample, where there is one.
-    fn potential<T: Number>(&self, _local: &LocalQuery<'_, T>) -> Option<T> {
-        None
-    }
-
-    /// Whether the vector depends on the velocity of the sample.
-    fn reads_velocity(&self) -> bool {
-        false
-    }
-
-    /// The axes it names beyond those every formula may read.
-    fn axes(&self) -> &[Axis] {
-        &[]
-    }
-
-    fn validate(&self, field: &str) -> Result<(), BuildError>;
 }
 
 /// Does the same with whatever law a formula is.
