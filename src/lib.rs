@@ -126,6 +126,14 @@
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
 
+#[cfg(not(any(feature = "f32", feature = "f64")))]
+compile_error!(
+    "the precision is missing: with `default-features = false`, turn on the feature `f32` of \
+     `rapier3d-fields`, or `f64` of `rapier3d-fields-f64`"
+);
+#[cfg(all(feature = "f32", feature = "f64"))]
+compile_error!("a package has one precision: turn on `f32` or `f64`, not both");
+
 #[cfg(feature = "f32")]
 pub extern crate rapier3d as rapier;
 #[cfg(feature = "f64")]
@@ -148,13 +156,17 @@ mod sample;
 
 mod eval;
 
-mod diagnose;
+mod integrate;
 
-mod inject;
+mod bridge;
 
 mod contact;
 
 mod cross_check;
+
+mod diagnose;
+
+mod pipeline;
 
 mod fields;
 
@@ -166,8 +178,9 @@ pub mod prelude;
 #[doc = include_str!("recipes.md")]
 pub mod recipes {}
 
+pub use bridge::{StepError, WakePolicy, WorldMut};
 pub use compile::{IndexKind, Plan, PlanEntry};
-pub use contact::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
+pub use contact::{ContactEvent, Detection, FieldContact, Responder, StepHooks};
 pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
 pub use eval::{PotentialEnergy, WrenchError};
@@ -175,8 +188,11 @@ pub use field::{
     Anchor, Axis, ContactLaw, Coupling, Field, ForceMode, Layer, Operator, Region, Sample,
     Sampling, Scalar, Tree, TreeError,
 };
-pub use fields::{Fields, FieldsBuilder, StepOutcome};
-pub use inject::{BodySample, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy};
+pub use fields::{Fields, FieldsBuilder};
+pub use integrate::{Scheme, StepWarning, Stiffness, Substeps};
+pub use pipeline::{
+    BodySample, FieldPipeline, FieldSettings, FieldState, FieldValue, OpenStep, StepOutcome,
+};
 
 pub use rigid::Wrench;
 pub use sample::{ColliderProperties, PropertyError};

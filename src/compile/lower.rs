@@ -53,7 +53,7 @@ impl<'a> Lowering<'a> {
                 programs: Vec::new(),
                 detectors: Vec::new(),
                 overrides: Vec::new(),
-                wanted: SamplingRequirements::default(),
+                requirements: SamplingRequirements::default(),
                 plan: Plan::default(),
             },
             anchor_ids: HashMap::new(),
@@ -109,7 +109,7 @@ impl<'a> Lowering<'a> {
                 self.compiled.constants.push(ConstantField {
                     leaf: place,
                     vector: law.vector,
-                    reading: field.reading,
+                    mode: field.mode,
                 });
             }
             // A batch weighs its samples once for all its sources.
@@ -137,7 +137,7 @@ impl<'a> Lowering<'a> {
     ) {
         let (strength, law) = radial.unit();
         let weighting = Weighting {
-            reading: field.reading,
+            mode: field.mode,
             coupling: field.coupling.clone(),
             groups: field.groups,
         };
@@ -262,7 +262,7 @@ impl<'a> Lowering<'a> {
             1 => what,
             _ => format!("{what} (×{count})"),
         });
-        self.compiled.wanted = SamplingRequirements::by(&self.compiled);
+        self.compiled.requirements = SamplingRequirements::by(&self.compiled);
         self.compiled.plan = Plan::of(&self.compiled, self.tree, left_out.collect());
         self.compiled
     }
@@ -310,7 +310,8 @@ impl Plan {
             fields: tree.field_count(),
             anchors: compiled.anchors.len(),
             reads_velocity: tree.reads_velocity(),
-            samples_parts: compiled.wanted.parts,
+            varies: tree.may_vary(),
+            samples_parts: compiled.requirements.parts,
             torque_possible: compiled.torque_possible(),
             detectors: compiled.detectors.len(),
             entries,

@@ -25,7 +25,7 @@ pub(crate) use requirements::{PartSampling, SamplingRequirements};
 pub(crate) type AnchorId = u32;
 
 /// A tree, ready for evaluation.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Compiled {
     pub tree: Tree,
     pub anchors: Vec<Anchor>,
@@ -35,7 +35,7 @@ pub(crate) struct Compiled {
     pub detectors: Vec<Detector>,
     /// What bodies ask for in place of [`Sampling::Auto`](crate::field::Sampling).
     pub overrides: Vec<Sampling>,
-    pub wanted: SamplingRequirements,
+    pub requirements: SamplingRequirements,
     pub plan: Plan,
 }
 
@@ -60,21 +60,21 @@ impl Compiled {
 /// How the vector of a field becomes a force on a sample.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Weighting {
-    pub reading: ForceMode,
+    pub mode: ForceMode,
     pub coupling: Coupling,
     pub groups: Option<InteractionGroups>,
 }
 
 /// The same vector for every body, whatever its place.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ConstantField {
     pub leaf: u32,
     pub vector: Vector,
-    pub reading: ForceMode,
+    pub mode: ForceMode,
 }
 
 /// Radial fields that differ in strength and anchor only.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct RadialBatch {
     /// The law for a strength of one.
     pub law: Radial,
@@ -95,7 +95,7 @@ pub(crate) struct RadialSource {
 }
 
 /// A detection field.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Detector {
     pub leaf: u32,
     pub anchor: AnchorId,

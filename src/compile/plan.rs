@@ -21,6 +21,8 @@ pub struct Plan {
     pub anchors: usize,
     /// Whether any field depends on velocities.
     pub reads_velocity: bool,
+    /// Whether fields that stand still may change in time all the same.
+    pub varies: bool,
     /// Whether bodies are sampled part by part. If not, colliders are not looked at.
     pub samples_parts: bool,
     /// Whether any field can turn a body. If not, no lever arms are computed.

@@ -8,7 +8,7 @@ use crate::math::Real;
 use super::AnchorId;
 
 /// One prototype and its instances.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Program {
     pub steps: Vec<Step>,
     pub leaves: Vec<Field>,

@@ -4,6 +4,7 @@ mod conservative_advancement;
 mod discrete;
 mod event;
 mod field_mask;
+mod hooks;
 mod impact;
 mod lcp;
 mod respond;
@@ -16,23 +17,23 @@ mod trajectory;
 
 use std::collections::HashSet;
 
+use crate::bridge::Push;
 use crate::compile::Compiled;
-use crate::field::ContactLaw;
-use crate::math::{
-    ColliderHandle, ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector, to_f64,
-};
-use crate::rapier::geometry::{Group, InteractionGroups};
+use crate::field::{ContactLaw, Frames};
+use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, to_f64};
+use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
 pub use event::ContactEvent;
-pub use rules::ResponderHooks;
+pub use hooks::StepHooks;
 
-pub(crate) use event::Reporter;
+pub(crate) use event::report;
+pub(crate) use hooks::{Claims, Listening, holds_claimed, silent};
 pub(crate) use rules::Rules;
 
 use discrete::{Discrete, Part};
 use field_mask::FieldMasks;
-use sweep::{Scene, Sweep, Swept};
+use sweep::{Scene, Sweep};
 
 /// When fields look for contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -76,24 +77,12 @@ pub enum Responder {
     /// Rapier's solver; fields only observe.
     Rapier,
     /// The fields, by their laws. Rapier still finds and reports contacts between two colliders
-    /// that both have a detection field, but does not solve them: their `solver_groups` become
-    /// [`Responder::groups`]. Contacts with all other colliders stay Rapier's.
+    /// that both have a detection field, but is told by a [hook](crate::StepHooks) not to solve
+    /// them. Contacts with all other colliders stay Rapier's.
     #[default]
     Fields,
     /// Both, each by its own rule.
     Both,
-}
-
-impl Responder {
-    /// The solver groups of colliders whose contacts with each other the fields answer: members
-    /// of the last group, which do not meet that group.
-    pub fn groups() -> InteractionGroups {
-        InteractionGroups {
-            memberships: Group::GROUP_32,
-            filter: Group::ALL - Group::GROUP_32,
-            ..InteractionGroups::all()
-        }
-    }
 }
 
 /// A contact found by detection fields.
@@ -186,44 +175,43 @@ impl Detector {
     /// Notes how the bodies begin Rapier's step; `momenta` are those that this crate turns freely.
     pub(crate) fn begin(
         &mut self,
-        bodies: &RigidBodySet,
+        world: &impl Lookup,
         momenta: impl Iterator<Item = (RigidBodyHandle, DVec3)>,
     ) {
         if let Some(sweep) = &mut self.sweep {
-            sweep.starts.take(bodies, momenta);
+            sweep.starts.take(world, momenta);
         }
     }
 
-    /// Finds and answers what touched during Rapier's step, from a moment on; returns how many
-    /// bodies were written. Does nothing unless detection is swept.
+    /// Finds and answers what touched during Rapier's step, from a moment on; says where the bodies
+    /// that were hit end. Does nothing unless detection is swept. `samples` fills in what a
+    /// detection field under operators may ask of what approaches it.
     pub(crate) fn sweep(
         &mut self,
         compiled: &Compiled,
-        (bodies, colliders): (&mut RigidBodySet, &ColliderSet),
+        world: &(impl Lookup + Frames),
         (moment, dt): (Moment, Real),
-        samples: impl FnOnce(&RigidBodySet, &mut Samples),
+        samples: impl FnOnce(&mut Samples),
         answers: impl Fn(&FieldContact) -> bool,
-    ) -> usize {
+        pushes: &mut Vec<Push>,
+    ) {
         self.touched.clear();
         let Some(sweep) = &mut self.sweep else {
-            return 0;
+            return;
         };
         let guarded = compiled.detectors.iter().any(|d| d.mask.is_some());
         if guarded {
-            let fill = |list: &mut Samples| samples(bodies, list);
-            self.masks.refresh(compiled, bodies, colliders, fill);
+            self.masks.refresh(compiled, world, samples);
         }
         let scene = Scene {
             compiled,
             touch: &self.touch,
             masks: guarded.then_some(&mut self.masks),
-            colliders,
             moment,
             answers: &answers,
         };
-        let Swept { written, exhausted } = sweep.run(scene, bodies, to_f64(dt), &mut self.touched);
-        self.exhausted = exhausted;
-        written
+        let found = (&mut self.touched, pushes);
+        self.exhausted = sweep.run(scene, world, to_f64(dt), found);
     }
 
     /// Puts the touches of the step before the overlaps that its end has shown.
@@ -244,20 +232,19 @@ impl Detector {
     pub(crate) fn run(
         &mut self,
         compiled: &Compiled,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
+        world: &(impl Lookup + Frames),
         moment: Moment,
         samples: impl FnOnce(&mut Samples),
     ) {
         self.contacts.clear();
-        self.touch.gather(bodies, colliders);
-        self.touch.find(bodies, &mut self.contacts);
+        self.touch.gather(world);
+        self.touch.find(world, &mut self.contacts);
         if compiled
             .detectors
             .iter()
             .any(|detector| detector.mask.is_some())
         {
-            self.masks.refresh(compiled, bodies, colliders, samples);
+            self.masks.refresh(compiled, world, samples);
             let (touch, masks) = (&self.touch, &mut self.masks);
             self.contacts.retain(|contact| {
                 let [first, second] = contact.colliders;
@@ -279,38 +266,20 @@ impl Detector {
         self.contacts.sort_unstable_by_key(FieldContact::key);
     }
 
-    /// Answers the contacts by their laws; returns how many bodies were written.
+    /// Answers the contacts by their laws; says how bodies go on.
     pub(crate) fn respond(
         &mut self,
-        bodies: &mut RigidBodySet,
+        world: &impl Lookup,
         dt: Real,
         answers: impl Fn(&FieldContact) -> bool,
-    ) -> usize {
+        pushes: &mut Vec<Push>,
+    ) {
         // All but springs were answered when they happened.
         let swept = self.sweep.is_some();
         let answers = |contact: &FieldContact| {
             let late = !swept || matches!(contact.law, ContactLaw::Penalty { .. });
             late && answers(contact)
         };
-        respond::respond(&mut self.contacts, bodies, dt, answers)
-    }
-
-    /// Keeps Rapier from solving the contacts that fields answer: by the colliders' solver groups,
-    /// or where these cannot tell, by a hook.
-    pub(crate) fn claim(compiled: &Compiled, rules: &Rules, colliders: &mut ColliderSet) {
-        rules.listen(colliders);
-        if rules.everywhere != Responder::Fields {
-            return;
-        }
-        let simple = |handle: &ColliderHandle| !rules.is_exceptional(*handle);
-        let detecting = compiled.detectors.iter().map(|detector| detector.collider);
-        for handle in detecting.filter(simple) {
-            let groups = colliders.get(handle).map(|c| c.solver_groups());
-            if groups.is_some_and(|groups| groups != Responder::groups())
-                && let Some(collider) = colliders.get_mut(handle)
-            {
-                collider.set_solver_groups(Responder::groups());
-            }
-        }
+        respond::respond(&mut self.contacts, world, dt, answers, pushes);
     }
 }

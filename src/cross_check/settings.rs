@@ -27,6 +27,10 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// let fields = Fields::builder(Field::uniform(Vector::X)).cross_check(check).build()?;
 /// # Ok::<(), TreeError>(())
 /// ```
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[derive(Clone, Default)]
 #[must_use = "setters and operators take the value and return the changed one"]
 pub struct CrossCheck {
@@ -34,6 +38,7 @@ pub struct CrossCheck {
     /// In the order of their handles; all if there is no list.
     pairs: Option<HashSet<[ColliderHandle; 2]>>,
     pub(super) lets_recycle: bool,
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub(super) listener: Option<Arc<Listener>>,
 }
 
@@ -80,12 +85,16 @@ impl CrossCheck {
     }
 
     /// Whether it watches all pairs and leaves nothing to Rapier, as `true` asks for.
-    #[cfg(feature = "serde-serialize")]
-    pub(crate) fn is_plain(&self) -> bool {
+    /// Whether all pairs are compared, and contacts kept fresh.
+    pub fn is_plain(&self) -> bool {
         self.on && self.pairs.is_none() && !self.lets_recycle
     }
 
     /// Whether a pair, in the order of its handles, is watched.
+    pub(crate) fn lets_recycle(&self) -> bool {
+        self.lets_recycle
+    }
+
     pub(super) fn watches(&self, colliders: [ColliderHandle; 2]) -> bool {
         self.pairs
             .as_ref()

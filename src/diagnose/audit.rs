@@ -5,8 +5,9 @@ use std::fmt;
 use super::each_trace;
 use crate::compile::Compiled;
 use crate::field::{Anchor, Frames};
-use crate::math::{DVec3, Real, RigidBodyHandle, RigidBodySet, Vector, to_dvec3, to_f64};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::reference::Fate;
+use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
 /// Potential and work of every field, and the drift of the total energy, since the audit began.
@@ -15,6 +16,10 @@ use crate::sample::{Moment, Samples};
 /// the step. The drift is what neither potentials nor work explain: the error of the scheme, and
 /// whatever else moved the bodies (contacts, joints, damping, gravity of Rapier's own, the user).
 /// Prints as a table.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct EnergyAudit {
@@ -29,9 +34,14 @@ pub struct EnergyAudit {
     pub initial: f64,
     /// Change of kinetic energy and potentials since, less the work of all that has no potential.
     pub drift: f64,
+    began: bool,
 }
 
 /// What one field does to the energy.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct FieldEnergy {
@@ -45,34 +55,25 @@ pub struct FieldEnergy {
     pub work: f64,
 }
 
-/// Keeps the audit from step to step.
-#[derive(Debug, Default)]
-pub(crate) struct Auditor {
-    pub audit: EnergyAudit,
-    began: bool,
-    /// By place in the tree: power before the step.
-    power: Vec<f64>,
-}
-
 /// Power and potential by place in the tree.
 struct Tally {
     power: Vec<f64>,
     potential: Vec<Option<f64>>,
 }
 
-impl Auditor {
-    /// Takes up the state before a step.
+impl EnergyAudit {
+    /// Takes up the state before a step; returns the power of everything in the tree, by its place.
     pub(crate) fn begin(
         &mut self,
         compiled: &Compiled,
-        world: (&RigidBodySet, &impl Frames),
+        world: &(impl Lookup + Frames),
         samples: &Samples,
         moment: Moment,
-    ) {
-        let tally = tally(compiled, world.1, samples, moment);
+    ) -> Vec<f64> {
+        let tally = tally(compiled, world, samples, moment);
         if !self.began {
             self.began = true;
-            self.audit.fields = compiled
+            self.fields = compiled
                 .tree
                 .nodes()
                 .iter()
@@ -82,35 +83,35 @@ impl Auditor {
                     ..FieldEnergy::default()
                 })
                 .collect();
-            self.take(world.0, &tally);
-            self.audit.initial = self.audit.kinetic + self.audit.potential;
+            self.take(world, &tally);
+            self.initial = self.kinetic + self.potential;
         }
-        self.power = tally.power;
+        tally.power
     }
 
-    /// Adds the work of a step that has just ended.
+    /// Adds the work of a step that has just ended; `power`: when it began.
     pub(crate) fn end(
         &mut self,
+        power: &[f64],
         compiled: &Compiled,
-        world: (&RigidBodySet, &impl Frames),
+        world: &(impl Lookup + Frames),
         samples: &Samples,
-        moment: Moment,
-        dt: Real,
+        (moment, dt): (Moment, Real),
     ) {
-        let tally = tally(compiled, world.1, samples, moment);
-        let powers = self.power.iter().zip(&tally.power);
-        for (field, (before, after)) in self.audit.fields.iter_mut().zip(powers) {
+        let tally = tally(compiled, world, samples, moment);
+        let powers = power.iter().zip(&tally.power);
+        for (field, (before, after)) in self.fields.iter_mut().zip(powers) {
             field.work += (before + after) / 2.0 * to_f64(dt);
         }
-        self.take(world.0, &tally);
+        self.take(world, &tally);
     }
 
-    fn take(&mut self, bodies: &RigidBodySet, tally: &Tally) {
-        let audit = &mut self.audit;
+    fn take(&mut self, world: &impl Lookup, tally: &Tally) {
+        let audit = self;
         for (field, potential) in audit.fields.iter_mut().zip(&tally.potential) {
             field.potential = *potential;
         }
-        let dynamic = bodies.iter().filter(|(_, body)| body.is_dynamic());
+        let dynamic = world.bodies().filter(|(_, body)| body.is_dynamic());
         audit.kinetic = dynamic.map(|(_, body)| to_f64(body.kinetic_energy())).sum();
         audit.potential = tally.potential.iter().flatten().sum();
         let without = audit

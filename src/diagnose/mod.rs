@@ -1,11 +1,12 @@
 //! Explain: why a body is pushed the way it is, field by field.
 
 mod audit;
+mod blame;
 
 use std::fmt;
 
-pub(crate) use audit::Auditor;
 pub use audit::{EnergyAudit, FieldEnergy};
+pub(crate) use blame::{blame, missing_anchor};
 
 use crate::compile::Compiled;
 use crate::field::Frames;

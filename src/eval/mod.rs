@@ -25,6 +25,10 @@ use radial::Radials;
 
 /// A bound of how far a [`Wrench`] may be off; see [`Fields::wrench_error`](crate::Fields).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub struct WrenchError {
     /// Length of the force that is missing or too much.
     pub force: Real,
@@ -127,18 +131,18 @@ impl Evaluator {
         wrenches: &mut [Wrench],
     ) {
         use crate::field::{Coupling, ForceMode};
-        for reading in [
+        for mode in [
             ForceMode::Force,
             ForceMode::Acceleration,
             ForceMode::VelocityChange,
         ] {
-            let fields = compiled.constants.iter().filter(|c| c.reading == reading);
+            let fields = compiled.constants.iter().filter(|c| c.mode == mode);
             let vector: Vector = fields.map(|constant| constant.vector).sum();
             if vector == Vector::ZERO {
                 continue;
             }
             let weighting = crate::compile::Weighting {
-                reading,
+                mode,
                 coupling: Coupling::Share,
                 groups: None,
             };
@@ -222,7 +226,7 @@ impl Evaluator {
         let mut energy = PotentialEnergy::default();
         for constant in &compiled.constants {
             for centre in &samples.centres {
-                let mass = if constant.reading == crate::field::ForceMode::Force {
+                let mass = if constant.mode == crate::field::ForceMode::Force {
                     1.0
                 } else {
                     centre.mass

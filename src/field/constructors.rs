@@ -197,7 +197,7 @@ impl Field {
     /// ```
     /// use rapier3d_fields::{field::Path, prelude::*};
     /// let corners = [Vector::ZERO, Vector::X * 10.0, Vector::new(10.0, 0.0, 10.0)];
-    /// let lane = Path::new(corners, true).stiffness(4.0).damping(4.0, 2.0).predict(0.5);
+    /// let lane = Path::new(corners, true).stiffness(4.0).damping(4.0, 2.0).look_ahead(0.5);
     /// let field = Field::path(lane);
     /// # let _ = field;
     /// ```

@@ -31,7 +31,7 @@ pub struct Field {
     pub(crate) region: Region,
     pub(crate) formula: Formula,
     pub(crate) anchor: Anchor,
-    pub(crate) reading: ForceMode,
+    pub(crate) mode: ForceMode,
     pub(crate) coupling: Coupling,
     pub(crate) scale: Option<Scalar>,
     /// Bound of the vector's length, after scaling.
@@ -96,7 +96,7 @@ impl Field {
             region: Region::everywhere(),
             formula,
             anchor: Anchor::WORLD,
-            reading: ForceMode::Force,
+            mode: ForceMode::Force,
             coupling: Coupling::Share,
             scale: None,
             limit: None,
@@ -265,8 +265,8 @@ impl Field {
     }
 
     /// Sets how the vector is read.
-    pub fn force_mode(mut self, reading: ForceMode) -> Self {
-        self.reading = reading;
+    pub fn force_mode(mut self, mode: ForceMode) -> Self {
+        self.mode = mode;
         self
     }
 
@@ -310,12 +310,12 @@ impl Field {
     /// The number that turns the formula's vector into a force on the sample.
     fn weight<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
         let query = local.query;
-        let coupled = match (&self.coupling, self.reading) {
+        let coupled = match (&self.coupling, self.mode) {
             (Coupling::Axis(axis), _) => local.coordinate(axis).unwrap_or(f64::NAN.into()),
             (Coupling::Share, ForceMode::Force) => query.share.into(),
             (Coupling::Share | Coupling::Each, _) => 1.0.into(),
         };
-        let whole = match self.reading {
+        let whole = match self.mode {
             ForceMode::Force => coupled,
             ForceMode::Acceleration => coupled * query.mass,
             ForceMode::VelocityChange => coupled * (query.mass / query.dt),
@@ -327,7 +327,7 @@ impl Field {
     pub(crate) fn is_like(&self, other: &Field) -> bool {
         self.formula == other.formula
             && self.region == other.region
-            && self.reading == other.reading
+            && self.mode == other.mode
             && self.coupling == other.coupling
             && self.scale == other.scale
             && self.limit == other.limit
@@ -344,6 +344,12 @@ impl Field {
             && self.coupling == Coupling::Share
             && self.groups.is_none()
             && scale_is_uniform
+    }
+
+    /// Whether it may change in time without saying so: code may do anything.
+    pub(crate) fn may_vary(&self) -> bool {
+        let scale = self.scale.as_ref();
+        self.formula.may_vary() || self.region.is_code() || scale.is_some_and(Scalar::is_code)
     }
 
     pub(crate) fn reads_velocity(&self) -> bool {

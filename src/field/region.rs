@@ -202,6 +202,11 @@ impl Region {
     }
 
     /// Whether this is all of space: no test needed.
+    pub(crate) fn is_code(&self) -> bool {
+        let mut steps = self.steps.iter();
+        steps.any(|step| matches!(step, Step::Predicate(_)))
+    }
+
     pub(crate) fn is_everywhere(&self) -> bool {
         matches!(self.steps[..], [Step::Everywhere])
     }

@@ -213,6 +213,14 @@ impl Scalar {
         !self.steps.iter().any(of_place)
     }
 
+    pub(crate) fn is_code(&self) -> bool {
+        self.steps.iter().any(|step| match step {
+            Step::Function(_) => true,
+            Step::Depth(region) => region.is_code(),
+            _ => false,
+        })
+    }
+
     pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
         for step in &self.steps {
             match step {

@@ -468,6 +468,15 @@ impl Tree {
         fields.chain(scales)
     }
 
+    /// Whether a field at rest may change in time all the same.
+    pub(crate) fn may_vary(&self) -> bool {
+        let fields = self.leaves().map(|(_, field)| field);
+        let mut scales = self.scales().map(|(_, scale)| scale);
+        self.axes().any(|axis| *axis == Axis::Time)
+            || scales.any(Scalar::is_code)
+            || fields.into_iter().any(Field::may_vary)
+    }
+
     /// Whether anything depends on the velocities of samples.
     pub(crate) fn reads_velocity(&self) -> bool {
         let mut fields = self.leaves().map(|(_, field)| field);

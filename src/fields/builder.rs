@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use super::Fields;
-use crate::compile::Compiled;
-use crate::contact::{ContactEvent, Detection, Detector, Reporter, Responder, Rules};
-use crate::cross_check::{Checker, CrossCheck};
-use crate::diagnose::Auditor;
+use crate::bridge::WakePolicy;
+use crate::contact::{ContactEvent, Detection, Responder};
+use crate::cross_check::CrossCheck;
 use crate::field::{Axis, Tree, TreeError};
-use crate::inject::{Injector, Scheme, WakePolicy};
+use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real};
+use crate::pipeline::{FieldPipeline, FieldSettings, FieldState};
 use crate::sample::Properties;
 
 /// Settings of [`Fields`].
@@ -29,14 +29,8 @@ use crate::sample::Properties;
 pub struct FieldsBuilder {
     tree: Tree,
     axes: Vec<(Arc<str>, Real)>,
-    scheme: Scheme,
-    wake: WakePolicy,
-    pub(super) rules: Rules,
-    reporter: Option<Reporter>,
-    detection: Detection,
-    cross_check: CrossCheck,
-    solver_iterations: usize,
-    audit: bool,
+    settings: FieldSettings,
+    events: Option<Sender<ContactEvent>>,
 }
 
 impl Fields {
@@ -53,14 +47,8 @@ impl Fields {
         FieldsBuilder {
             tree: tree.into(),
             axes: Vec::new(),
-            scheme: Scheme::default(),
-            wake: WakePolicy::default(),
-            rules: Rules::default(),
-            reporter: None,
-            detection: Detection::default(),
-            cross_check: CrossCheck::default(),
-            solver_iterations: 4,
-            audit: false,
+            settings: FieldSettings::default(),
+            events: None,
         }
     }
 }
@@ -75,36 +63,31 @@ impl FieldsBuilder {
 
     /// Sets how wrenches become motion.
     pub fn scheme(mut self, scheme: Scheme) -> Self {
-        self.scheme = scheme;
+        self.settings.scheme = scheme;
         self
     }
 
     /// Sets when fields wake sleeping bodies.
     pub fn wake(mut self, policy: WakePolicy) -> Self {
-        self.wake = policy;
+        self.settings.wake = policy;
         self
     }
 
     /// Sets who answers contacts that fields detect.
     pub fn responder(mut self, responder: Responder) -> Self {
-        self.rules.everywhere = responder;
+        self.settings.set_responder(responder);
         self
     }
 
     /// Sets who answers contacts between any two of some colliders (of a pair, or of a group), apart
     /// from what [`FieldsBuilder::responder`] says of all others. The last such rule that fits a
     /// pair counts.
-    ///
-    /// Rapier learns of it by a hook, for which these colliders are given
-    /// `ActiveHooks::FILTER_CONTACT_PAIRS`; around a pipeline of one's own, hand it
-    /// [`Fields::hooks`].
     pub fn responder_among(
         mut self,
         colliders: impl IntoIterator<Item = ColliderHandle>,
         responder: Responder,
     ) -> Self {
-        let set = colliders.into_iter().collect();
-        self.rules.among.push((set, responder));
+        self.settings.set_responder_among(colliders, responder);
         self
     }
 
@@ -120,30 +103,20 @@ impl FieldsBuilder {
     /// # Ok::<(), TreeError>(())
     /// ```
     pub fn events(mut self, channel: Sender<ContactEvent>) -> Self {
-        self.reporter = Some(Reporter::new(channel));
+        self.events = Some(channel);
         self
     }
 
     /// Sets when fields look for contacts: at the end of each step, or over the whole of it.
     pub fn detection(mut self, detection: Detection) -> Self {
-        self.detection = detection;
-        self
-    }
-
-    /// Tells a number of solver iterations other than Rapier's default of 4, over which Rapier
-    /// turns a body; [`Fields::step`] reads it from the world, an own pipeline must tell it (or
-    /// all of [`Fields::tell`]).
-    /// Getting it wrong costs tops of unequal inertia an error of third order in their turn per
-    /// step.
-    pub fn solver_iterations(mut self, iterations: usize) -> Self {
-        self.solver_iterations = iterations;
+        self.settings.detection = detection;
         self
     }
 
     /// Compares the contacts of detection fields with Rapier's in every step: `true` for all pairs,
     /// or [settings](CrossCheck). The result is [`Fields::cross_check`].
     pub fn cross_check(mut self, settings: impl Into<CrossCheck>) -> Self {
-        self.cross_check = settings.into();
+        self.settings.cross_check = settings.into();
         self
     }
 
@@ -151,7 +124,7 @@ impl FieldsBuilder {
     /// reference over all samples and fields in each step, so it is for finding out, not for
     /// every day.
     pub fn audit(mut self, on: bool) -> Self {
-        self.audit = on;
+        self.settings.audit = on;
         self
     }
 
@@ -178,26 +151,23 @@ impl FieldsBuilder {
             names.push(name.clone());
         }
         self.tree.validate(&names)?;
-        self.scheme.validate()?;
-        let compiled = Compiled::new(self.tree, Vec::new());
-        let book = Properties::new(self.axes);
-        let mut injector = Injector::new(self.scheme, self.wake, book);
-        injector.substeps = self.solver_iterations as u32;
-        injector.exact_turns = self.detection == Detection::Swept && !compiled.detectors.is_empty();
-        let on = self.cross_check.on;
-        let mut check = on.then(|| Checker::new(self.cross_check));
-        check.iter_mut().for_each(|check| check.watch(&compiled));
+        self.settings.scheme.validate()?;
         Ok(Fields {
-            detector: Detector::new(&compiled, self.detection),
-            detection: self.detection,
-            compiled,
-            injector,
-            check,
-            auditor: self.audit.then(Auditor::default),
-            rules: self.rules,
-            reporter: self.reporter,
+            settings: self.settings,
+            state: FieldState::default(),
+            pipeline: FieldPipeline::new(),
+            tree: self.tree,
+            properties: Properties::new(self.axes),
             axes: names,
-            claimed: false,
+            revision: 0,
+            properties_revision: 0,
+            events: self.events,
         })
+    }
+
+    /// Sets how fields act, all at once.
+    pub fn settings(mut self, settings: FieldSettings) -> Self {
+        self.settings = settings;
+        self
     }
 }

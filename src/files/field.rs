@@ -25,7 +25,7 @@ pub(super) struct FieldDoc {
     #[serde(default, skip_serializing_if = "AnchorDoc::is_world")]
     at: AnchorDoc,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    force_mode: Option<ForceMode>,
+    read_as: Option<ForceMode>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     coupled_to: Option<Coupling>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -260,7 +260,7 @@ impl FieldDoc {
             field = field.within(region.read().map_err(inner("within"))?);
         }
         field = field.at(self.at.read(scene).map_err(inner("at"))?);
-        if let Some(reading) = self.force_mode {
+        if let Some(reading) = self.read_as {
             field = field.force_mode(reading);
         }
         if let Some(coupling) = &self.coupled_to {
@@ -306,7 +306,7 @@ impl FieldDoc {
             name: field.name.as_deref().map(str::to_owned),
             within: region.transpose().map_err(named)?,
             at: AnchorDoc::write(&field.anchor, scene).map_err(named)?,
-            force_mode: unless(field.reading, usual.reading),
+            read_as: unless(field.mode, usual.mode),
             coupled_to: unless(field.coupling.clone(), usual.coupling),
             scaled_by: scale.transpose().map_err(named)?,
             limited_to: field.limit.map(Num),

@@ -156,13 +156,11 @@ mod scalar;
 mod scene;
 mod settings;
 mod shape;
-mod snapshot;
 mod tree;
 
 pub use document::Document;
 pub use error::FileError;
 pub use scene::{Scene, SceneFile};
-pub use snapshot::FieldsSnapshot;
 
 /// Levels of a tree, region or scalar that are written.
 const MOST_LEVELS: usize = 64;

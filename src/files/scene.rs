@@ -91,7 +91,6 @@ impl SceneFile {
     /// thresholds of one's own.
     pub fn new(world: &PhysicsWorld, fields: &Fields) -> Result<Self, FileError> {
         refuse_what_is_missing(world)?;
-        let settings = fields.settings();
         let mut directory = Directory::default();
         let mut bodies = Vec::new();
         for (handle, body) in world.bodies.iter() {
@@ -108,17 +107,17 @@ impl SceneFile {
             directory.push(handle, body.colliders().to_vec());
             bodies.push(doc);
         }
-        for (body, sampling) in settings.book.samplings() {
+        for (body, sampling) in fields.properties.samplings() {
             if let Some(number) = directory.number_of_body(body) {
                 bodies[number].sampling = Some(sampling);
             }
         }
-        for (collider, properties) in settings.book.properties() {
+        for (collider, properties) in fields.properties.properties() {
             if let Some((body, part)) = directory.number_of_part(collider) {
                 bodies[body].colliders[part].probe = Some(ProbeDoc::write(properties));
             }
         }
-        let fields = FieldsDoc::write(&settings, Some(&directory));
+        let fields = FieldsDoc::write(fields, Some(&directory));
         Ok(SceneFile {
             version: VERSION,
             about: None,

@@ -8,11 +8,12 @@ use super::error::{FileError, content};
 use super::field::{Directory, PartDoc};
 use super::number::{Num, unless};
 use super::tree::TreeDoc;
+use crate::bridge::WakePolicy;
 use crate::contact::{Detection, Responder, Rules};
 use crate::fields::Fields;
-use crate::fields::saved::Settings;
-use crate::inject::{Scheme, WakePolicy};
+use crate::integrate::Scheme;
 use crate::math::ColliderHandle;
+use crate::pipeline::FieldSettings;
 
 /// A tree and how it acts.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -56,13 +57,14 @@ impl FieldsDoc {
             .tree
             .read(scene)
             .map_err(|error| error.within("tree"))?;
-        let mut builder = Fields::builder(tree)
-            .scheme(self.scheme.unwrap_or_default())
-            .wake(self.wake.unwrap_or_default())
-            .rules(self.rules(scene)?)
-            .detection(self.detection.unwrap_or_default())
-            .cross_check(self.cross_check)
-            .audit(self.audit);
+        let mut builder = Fields::builder(tree).settings(FieldSettings {
+            scheme: self.scheme.unwrap_or_default(),
+            wake: self.wake.unwrap_or_default(),
+            rules: self.rules(scene)?,
+            detection: self.detection.unwrap_or_default(),
+            cross_check: self.cross_check.into(),
+            audit: self.audit,
+        });
         for (name, value) in &self.axes {
             builder = builder.axis(name, value.0);
         }
@@ -72,7 +74,7 @@ impl FieldsDoc {
             let message = format!("expected a finite number, found {time}");
             return Err(content(message).within("time"));
         }
-        fields.set_time(time);
+        fields.state.set_time(time);
         Ok(fields)
     }
 
@@ -92,11 +94,9 @@ impl FieldsDoc {
         Ok(rules)
     }
 
-    pub(super) fn write(
-        settings: &Settings<'_>,
-        scene: Option<&Directory>,
-    ) -> Result<Self, FileError> {
-        if settings.cross_check.is_some_and(|check| !check.is_plain()) {
+    pub(super) fn write(fields: &Fields, scene: Option<&Directory>) -> Result<Self, FileError> {
+        let settings = &fields.settings;
+        if settings.cross_check.on && !settings.cross_check.is_plain() {
             let message = "a cross-check of some pairs only, or of recycled contacts, cannot stand \
                            in a file";
             return Err(content(message).within("cross-check"));
@@ -107,22 +107,22 @@ impl FieldsDoc {
             let message = format!("{fraction} is not finite, and cannot stand in a file");
             return Err(content(message).within("wake.on-change.fraction"));
         }
-        let axes = settings.axes.iter();
+        let axes = fields.properties.world_values();
         let among = settings.rules.among.iter();
         let among = among.map(|(set, responder)| AmongDoc::write(set, *responder, scene));
         Ok(FieldsDoc {
             axes: axes
-                .map(|(name, value)| (name.to_string(), Num(*value)))
+                .map(|(name, value)| (name.to_string(), Num(crate::math::from_f64(*value))))
                 .collect(),
             scheme: unless(settings.scheme, Scheme::default()),
             wake: unless(settings.wake, WakePolicy::default()),
             responder: unless(settings.rules.everywhere, Responder::default()),
             responder_among: among.collect::<Result<_, _>>()?,
             detection: unless(settings.detection, Detection::default()),
-            cross_check: settings.cross_check.is_some(),
+            cross_check: settings.cross_check.on,
             audit: settings.audit,
-            time: unless(settings.time, 0.0),
-            tree: TreeDoc::write(settings.tree, scene).map_err(|error| error.within("tree"))?,
+            time: unless(fields.state.time(), 0.0),
+            tree: TreeDoc::write(&fields.tree, scene).map_err(|error| error.within("tree"))?,
         })
     }
 }

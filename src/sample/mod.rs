@@ -11,7 +11,6 @@ pub use error::PropertyError;
 pub use properties::ColliderProperties;
 
 pub(crate) use cells::{Cell, Solid};
-pub(crate) use gather::{Gathering, Pending};
+pub(crate) use gather::Gatherer;
 pub(crate) use point::{Kind, Moment, SamplePoint, Samples, owner};
 pub(crate) use properties::Properties;
-pub(crate) use shapes::Shapes;

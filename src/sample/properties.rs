@@ -170,6 +170,11 @@ impl Properties {
         overrides
     }
 
+    /// Whether any body asks for a sampling of its own.
+    pub(crate) fn any_sampling(&self) -> bool {
+        !self.sampled.is_empty()
+    }
+
     pub(crate) fn sampling(&self, body: RigidBodyHandle) -> Option<Sampling> {
         *self.samplings.get(body.0)?
     }

@@ -8,7 +8,7 @@
 use super::fields;
 use fields::math::{Real, RigidBodyHandle, Vector};
 use fields::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder};
-use fields::{Axis, Field, Region, Responder, Tree};
+use fields::{Axis, Field, Region, Tree};
 
 use super::{SceneError, check_range, empty_world};
 
@@ -223,7 +223,12 @@ fn insert_ball(
 
 /// Rapier finds its contacts and leaves them alone.
 fn untouched(collider: ColliderBuilder) -> ColliderBuilder {
-    collider.solver_groups(Responder::groups())
+    use fields::rapier::geometry::{Group, InteractionGroups};
+    collider.solver_groups(InteractionGroups {
+        memberships: Group::GROUP_32,
+        filter: Group::ALL - Group::GROUP_32,
+        ..InteractionGroups::all()
+    })
 }
 
 #[cfg(test)]

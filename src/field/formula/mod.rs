@@ -162,6 +162,15 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
+    /// Whether the vector may depend on time without an axis that says so.
+    pub(crate) fn may_vary(&self) -> bool {
+        match self {
+            Formula::Turbulence(_) | Formula::Closure(_) => true,
+            Formula::Wind(wind) => wind.flow.may_vary(),
+            _ => false,
+        }
+    }
+
     /// Whether the vector depends on the volume of the sample.
     pub(crate) fn reads_volume(&self) -> bool {
         match self {

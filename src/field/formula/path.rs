@@ -7,7 +7,7 @@ use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// Towards and along a path of straight pieces: F = k (g − p) + c (speed · t − v), for the goal g
-/// on the path, `predict` beyond the point nearest to p, and the direction t of the path there.
+/// on the path, `look_ahead` beyond the point nearest to p, and the direction t of the path there.
 ///
 /// An open path ends at its last point, where t is zero. Where two points of the path are equally
 /// near, the force jumps; at corners its derivatives do.
@@ -21,7 +21,7 @@ pub struct Path {
     /// Speed along the path.
     pub speed: Real,
     /// How far ahead of the nearest point the goal lies.
-    pub predict: Real,
+    pub look_ahead: Real,
     /// k, force per length.
     pub stiffness: Real,
     /// c, force per velocity.
@@ -47,7 +47,7 @@ impl Path {
             lengths,
             closed,
             speed: 0.0,
-            predict: 0.0,
+            look_ahead: 0.0,
             stiffness: 1.0,
             damping: 0.0,
         }
@@ -67,8 +67,8 @@ impl Path {
     }
 
     /// Sets how far ahead of the nearest point the goal lies. Nothing by default.
-    pub fn predict(mut self, distance: Real) -> Self {
-        self.predict = distance;
+    pub fn look_ahead(mut self, distance: Real) -> Self {
+        self.look_ahead = distance;
         self
     }
 
@@ -121,7 +121,7 @@ impl Law for Path {
     }
 
     fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let place = self.nearest(&local.point) + to_f64(self.predict);
+        let place = self.nearest(&local.point) + to_f64(self.look_ahead);
         let (goal, direction) = self.at(place);
         let wanted = constant::<T>(direction * to_f64(self.speed));
         let (k, c) = (to_f64(self.stiffness), to_f64(self.damping));
@@ -150,7 +150,7 @@ impl Law for Path {
             field,
             &[
                 ("the speed", self.speed),
-                ("the look-ahead", self.predict),
+                ("the look-ahead", self.look_ahead),
                 ("the stiffness", self.stiffness),
                 ("the damping", self.damping),
             ],

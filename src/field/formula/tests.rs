@@ -79,7 +79,7 @@ fn fields() -> Vec<(&'static str, Field, bool)> {
         ),
         law(
             "path",
-            Field::path(Path::new(corners, true).damping(0.5, 2.0).predict(0.3)),
+            Field::path(Path::new(corners, true).damping(0.5, 2.0).look_ahead(0.3)),
         ),
         law("grid", Field::grid(grid)),
         law("kernel", kernel(Coordinates::Cartesian)),
@@ -283,7 +283,7 @@ fn buoyancy_displaces_the_cap() {
 #[test]
 fn a_path_leads_along_and_back() {
     let lane = Path::new([Vector::ZERO, Vector::X * 10.0], false);
-    let field = Field::path(lane.stiffness(2.0).damping(3.0, 1.5).predict(1.0));
+    let field = Field::path(lane.stiffness(2.0).damping(3.0, 1.5).look_ahead(1.0));
     let at = |point: DVec3, velocity: DVec3| {
         let query = Query {
             world_point: point,

@@ -41,7 +41,7 @@ pub(in crate::files) struct PathDoc {
     #[serde(default)]
     speed: Num,
     #[serde(default)]
-    predict: Num,
+    look_ahead: Num,
     #[serde(default = "one")]
     stiffness: Num,
     #[serde(default)]
@@ -140,7 +140,7 @@ impl PathDoc {
     pub(super) fn read(&self) -> Path {
         let mut path = Path::new(self.points.iter().map(|point| vector(*point)), self.closed);
         path.speed = self.speed.0;
-        path.predict = self.predict.0;
+        path.look_ahead = self.look_ahead.0;
         path.stiffness = self.stiffness.0;
         path.damping = self.damping.0;
         path
@@ -154,7 +154,7 @@ impl PathDoc {
             points: points.map(|point| triple(from_dvec3(*point))).collect(),
             closed: path.closed,
             speed: Num(path.speed),
-            predict: Num(path.predict),
+            look_ahead: Num(path.look_ahead),
             stiffness: Num(path.stiffness),
             damping: Num(path.damping),
         }

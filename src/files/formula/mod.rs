@@ -176,7 +176,7 @@ impl FormulaDoc {
                 softening,
             } = law.profile
             && strength < 0.0
-            && field.reading == ForceMode::Acceleration
+            && field.mode == ForceMode::Acceleration
         {
             let doc = PointGravityDoc::new(law, -strength, softening);
             return Ok(FormulaDoc::PointGravity(doc));

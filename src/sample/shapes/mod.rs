@@ -7,7 +7,7 @@ mod volume;
 use std::sync::Arc;
 
 use super::cells::{Cells, Content};
-use crate::math::{ColliderHandle, DMat3, DVec3, SharedShape, Vector, to_dvec3, to_f64};
+use crate::math::{ColliderHandle, DMat3, DVec3, Real, SharedShape, Vector, to_dvec3, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
 use moments::Moments;
@@ -43,6 +43,7 @@ pub(crate) struct Shapes {
 struct Known {
     /// Kept, so that whoever changes the shape gets a copy, and the collider another pointer.
     shape: SharedShape,
+    ball: (Vector, Real),
     moments: Option<Moments>,
     volume: Option<Arc<Rule>>,
     surface: Option<Arc<Rule>>,
@@ -59,6 +60,16 @@ impl Shapes {
         known
             .and_then(|known| known.moments.as_ref())
             .map_or(0.0, |moments| moments.measure)
+    }
+
+    /// A ball around a collider, in its frame; infinite around what has no bounds.
+    pub(super) fn bounding_ball(
+        &mut self,
+        handle: ColliderHandle,
+        collider: &Collider,
+    ) -> (Vector, Real) {
+        let known = self.known(handle, collider);
+        known.map_or((Vector::ZERO, Real::INFINITY), |known| known.ball)
     }
 
     /// The samples of a collider's volume; `middle` where it has none.
@@ -123,8 +134,10 @@ impl Shapes {
         let known = self.known.get(handle.0).and_then(Option::as_ref);
         let same = known.is_some_and(|known| std::ptr::addr_eq(&*known.shape.0, &*shape.0));
         if !same {
+            let bounds = shape.compute_local_bounding_sphere();
             let known = Known {
                 shape: shape.clone(),
+                ball: (bounds.center, bounds.radius),
                 moments: Moments::of(shape),
                 volume: None,
                 surface: None,
