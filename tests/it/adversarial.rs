@@ -357,7 +357,7 @@ fn a_deep_region_works() {
         // Inside, and on the surface, where the neighbourhood is looked at.
         for x in [0.0, 1.0] {
             world.bodies[body].set_translation(Vector::X * x, true);
-            let mut fields =
+            let fields =
                 Fields::new(Field::uniform(Vector::Y).within(copy.clone())).expect("valid");
             let wrench = fields
                 .sample(body, &world.bodies, &world.colliders)
@@ -393,7 +393,7 @@ fn hostile_shapes_do_not_panic() {
                     field
                 };
                 // An error or an answer, as long as it is finite.
-                let Ok(mut fields) = Fields::new(field) else {
+                let Ok(fields) = Fields::new(field) else {
                     continue;
                 };
                 let wrench = fields.sample(body, &world.bodies, &world.colliders);

@@ -78,12 +78,12 @@ fn time_steps_must_be_finite_and_not_negative() {
             let (mut world, ..) = world();
             let before = bits(&world);
             let mut fields = fields(Field::uniform(Vector::X), scheme);
-            let error = fields.begin_step(dt, &mut world.bodies, &world.colliders);
+            world.integration_parameters.dt = dt;
+            let error = fields.begin(WorldMut::from(&mut world)).err();
             assert!(
-                matches!(error, Err(StepError::TimeStep { .. })),
+                matches!(error, Some(StepError::TimeStep { .. })),
                 "{dt}: {error:?}"
             );
-            world.integration_parameters.dt = dt;
             assert!(
                 matches!(fields.step(&mut world), Err(StepError::TimeStep { .. })),
                 "{dt}"
@@ -93,35 +93,33 @@ fn time_steps_must_be_finite_and_not_negative() {
     }
 }
 
+/// A step that is dropped is taken back, and the next one says so; a step of other fields is
+/// refused.
 #[test]
-fn steps_are_begun_and_ended_in_turn() {
-    let (mut world, ..) = world();
-    let mut fields = fields(Field::uniform(Vector::X), Scheme::default());
-    let PhysicsWorld {
-        bodies,
-        colliders,
-        narrow_phase,
-        ..
-    } = &mut world;
-    let early = fields.end_step(bodies, colliders, narrow_phase);
-    assert_eq!(early, Err(StepError::OutOfTurn { called: "end_step" }));
-    fields.begin_step(0.01, bodies, colliders).expect("in turn");
-    let velocities =
-        |bodies: &RigidBodySet| bodies.iter().map(|(_, b)| b.linvel()).collect::<Vec<_>>();
-    let before = velocities(bodies);
-    let twice = fields.begin_step(0.01, bodies, colliders);
-    assert_eq!(
-        twice,
-        Err(StepError::OutOfTurn {
-            called: "begin_step"
-        })
-    );
-    assert_eq!(velocities(bodies), before, "kicked twice");
-    fields
-        .end_step(bodies, colliders, narrow_phase)
-        .expect("in turn");
-    let late = fields.end_step(bodies, colliders, narrow_phase);
-    assert_eq!(late, Err(StepError::OutOfTurn { called: "end_step" }));
+fn steps_are_finished_by_those_who_began_them() {
+    for scheme in [Scheme::default(), Scheme::ExternalForce] {
+        let (mut world, ..) = world();
+        let mut one = fields(Field::uniform(Vector::X), scheme);
+        let mut other = fields(Field::uniform(Vector::X), scheme);
+        let forces = |world: &PhysicsWorld| -> Vec<Vector> {
+            world
+                .bodies
+                .iter()
+                .map(|(_, body)| body.user_force())
+                .collect()
+        };
+        let before = forces(&world);
+        drop(
+            one.begin(WorldMut::from(&mut world))
+                .expect("a finite field"),
+        );
+        let again = one.begin(WorldMut::from(&mut world)).err();
+        assert_eq!(again, Some(StepError::Unfinished));
+        assert_eq!(forces(&world), before, "the user's own");
+        let step = one.begin(WorldMut::from(&mut world)).expect("the next one");
+        let stranger = other.finish(step, WorldMut::from(&mut world));
+        assert_eq!(stranger, Err(StepError::NotTheirs));
+    }
 }
 
 /// Handles that never existed: an error at the first step, wherever in the tree the field is.
@@ -373,7 +371,7 @@ fn regular_laws_are_regular_at_their_centre() {
                     .within(Region::ball(0.1).at(Vector::X)),
             ),
         ] {
-            let mut fields = fields(tree, Scheme::default());
+            let fields = fields(tree, Scheme::default());
             let wrench = fields.sample(bodies[0], &world.bodies, &world.colliders);
             let wrench = wrench.unwrap_or_else(|error| panic!("{what}: {error}"));
             assert_eq!(wrench.map(|w| w.force), Some(Vector::ZERO), "{what}");

@@ -3,8 +3,8 @@
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::support::collide::*;
 use crate::lab::scenes::hard_spheres::{Gas, Method, in_order};
+use crate::support::collide::*;
 use crate::support::{Table, assert_at_most, either};
 
 /// A light ball between a wall and a heavy one that comes in; all collisions, with their times,

@@ -461,7 +461,7 @@ fn spin(text: &'static str, moments: [f64; 3], scheme: Scheme) -> [f64; 3] {
 #[test]
 fn free_tops_turn_for_ten_seconds() {
     const ASYMMETRIC: [f64; 3] = [1.557596206665039, 2.5878665447235107, 1.1970621347427368];
-    let ammonia = lab::scenes::ammonia::PRINCIPAL_INERTIA;
+    let ammonia = crate::lab::scenes::ammonia::PRINCIPAL_INERTIA;
     let tops = [
         ("largest", SIDE, ASYMMETRIC),
         ("intermediate", FLIP, ASYMMETRIC),

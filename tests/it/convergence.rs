@@ -361,7 +361,7 @@ fn molecules(text: &'static str, count: usize, sample: usize) -> impl Fn(Scheme,
             put(&mut world, row.pose(""), v, w)
         };
         let molecules: Vec<Molecule> = samples[0].iter().map(place).collect();
-        let tree = ammonia::tree(&molecules, lab::scenes::ammonia::COULOMB);
+        let tree = ammonia::tree(&molecules, crate::lab::scenes::ammonia::COULOMB);
         let mut fields = ammonia_fields(&world, &molecules, tree, scheme);
         steps(&mut fields, &mut world, steps_per_sample * sample as u32);
         let errors = molecules

@@ -191,17 +191,13 @@ fn a_pipeline_of_ones_own_gets_the_same_report() {
     let (mut own, _) = spinning_pair(1.0 / 60.0, 6.0);
     let mut fields = cross_checked(&[&a, &b], ELASTIC);
     let mut explicit = cross_checked(&[&a, &b], ELASTIC);
-    explicit.claim_contacts(&mut own.colliders);
-    let dt = own.integration_parameters.dt;
     for _ in 0..100 {
         step(&mut fields, &mut world);
-        explicit
-            .begin_step(dt, &mut own.bodies, &own.colliders)
-            .expect("a beginning");
-        own.step();
-        explicit
-            .end_step(&mut own.bodies, &own.colliders, &own.narrow_phase)
-            .expect("an end");
+        let open = explicit.begin(WorldMut::from(&mut own));
+        let open = open.expect("a beginning");
+        own.step_with_events(&open.hooks(&()), &());
+        let end = explicit.finish(open, WorldMut::from(&mut own));
+        end.expect("an end");
         assert_eq!(report(&explicit), report(&fields));
     }
     assert!(report(&fields).total.both > 0);

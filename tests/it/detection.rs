@@ -2,10 +2,10 @@
 
 mod found;
 
-use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
-use rapier3d_fields::prelude::*;
 use crate::lab::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia};
 use crate::lab::scenes::insert_box;
+use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
+use rapier3d_fields::prelude::*;
 
 use crate::support::collide::*;
 use crate::support::{assert_at_most, assert_close, either};
@@ -433,6 +433,6 @@ fn only_contacts_between_fields_are_taken_from_rapier() {
     let height = to_f64(world.bodies[resting.body].translation().y);
     assert_close(height, 0.5, 0.01, "it lies on the floor");
     let groups = |part: ColliderHandle| world.colliders[part].solver_groups();
-    assert_eq!(groups(resting.parts[0]), Responder::groups());
+    assert_eq!(groups(resting.parts[0]), InteractionGroups::all());
     assert_eq!(groups(floor.parts[0]), InteractionGroups::all());
 }

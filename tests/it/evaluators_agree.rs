@@ -64,7 +64,7 @@ fn agree(world: &World, terms: &[TermPlan], numbers: Numbers) -> Result<(), Test
         Operator::SumUnion,
         terms.iter().map(|term| term.term(world)),
     );
-    let mut fields = world.fields(&tree);
+    let fields = world.fields(&tree);
     let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
     for body in &world.bodies {
         let want = expected(world, terms, *body);
@@ -309,7 +309,7 @@ fn lanes_that_do_not_act_cannot_spoil_the_others() {
                     own.sum_union(without.clone()),
                 ] {
                     let wrench = |tree: &Tree| {
-                        let mut fields = world.fields(tree);
+                        let fields = world.fields(tree);
                         let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
                         let found = fields.sample(world.bodies[0], bodies, colliders);
                         found.map(|wrench| wrench.expect("sampled").force)
@@ -355,7 +355,7 @@ fn far_sources_do_not_hide_near_ones_from_the_grid() {
         };
         let terms: Vec<Field> = places.map(field).collect();
         let tree = Tree::fold(Operator::SumUnion, terms);
-        let mut fields = world.fields(&tree);
+        let fields = world.fields(&tree);
         let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
         let found = fields.sample(world.bodies[0], bodies, colliders);
         let found = found.expect("finite").expect("sampled").force;
@@ -378,7 +378,7 @@ fn fields_that_hang_elsewhere_outlive_their_instance() {
         let near = Field::uniform(Vector::X).within(Region::ball(8.0));
         let prototype = Tree::fold(operator, [near, Field::uniform(Vector::Y).at(elsewhere)]);
         let tree = Tree::instances(prototype, [instance]);
-        let mut fields = world.fields(&tree);
+        let fields = world.fields(&tree);
         for removed in [false, true] {
             if removed {
                 world.physics.remove_body(instance);
@@ -419,7 +419,7 @@ fn batches_hold_the_boundary_of_their_range() {
                     }
                 };
                 let sources = places.iter().enumerate().map(source);
-                let mut fields = world.fields(&Tree::fold(Operator::SumUnion, sources));
+                let fields = world.fields(&Tree::fold(Operator::SumUnion, sources));
                 let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
                 let found = fields.sample(world.bodies[0], bodies, colliders);
                 let found = found.expect("finite").expect("sampled").force;

@@ -41,7 +41,7 @@ fn an_explanation_sums_to_the_wrench() {
         .sum_union(far)
         .sum_union(away)
         .sum_union(weak.strongest(strong));
-    let mut fields = Fields::new(tree).expect("a valid tree");
+    let fields = Fields::new(tree).expect("a valid tree");
     let why = fields
         .explain(body, &world.bodies, &world.colliders)
         .expect("a body in the fields");
@@ -199,7 +199,7 @@ fn reactions_are_explained_and_audited() {
         .audit(true)
         .build()
         .expect("a valid tree");
-    let mut explain = |body| {
+    let explain = |body| {
         fields
             .explain(body, &world.bodies, &world.colliders)
             .unwrap()

@@ -556,9 +556,8 @@ fn all_bits(world: &PhysicsWorld) -> Vec<[u64; 3]> {
 
 /// The explicit path: one's own pipeline between the two halves of the fields' step.
 fn explicit_step(fields: &mut Fields, pipeline: &mut PhysicsPipeline, world: &mut PhysicsWorld) {
-    let dt = world.integration_parameters.dt;
-    let begun = fields.begin_step(dt, &mut world.bodies, &world.colliders);
-    begun.expect("a finite step");
+    let open = fields.begin(WorldMut::from(&mut *world));
+    let open = open.expect("a finite step");
     pipeline.step(
         world.gravity,
         &world.integration_parameters,
@@ -571,10 +570,10 @@ fn explicit_step(fields: &mut Fields, pipeline: &mut PhysicsPipeline, world: &mu
         &mut world.multibody_joints,
         &mut world.soft_bodies,
         &mut world.ccd_solver,
-        &(),
+        &open.hooks(&()),
         &(),
     );
-    let ended = fields.end_step(&mut world.bodies, &world.colliders, &world.narrow_phase);
+    let ended = fields.finish(open, WorldMut::from(world));
     ended.expect("a finite step");
 }
 
@@ -624,20 +623,13 @@ fn sampling_between_steps_changes_nothing() {
 }
 
 #[test]
-fn steps_are_begun_and_ended_in_turn() {
-    let mut world = crowd();
-    let mut fields = build(Field::spring(3.0), Scheme::KickDriftKick);
-    let ended = fields.end_step(&mut world.bodies, &world.colliders, &world.narrow_phase);
-    assert!(matches!(ended, Err(StepError::OutOfTurn { .. })));
-    let mut begin = || fields.begin_step(0.01, &mut world.bodies, &world.colliders);
-    assert_eq!(begin(), Ok(()));
-    assert!(matches!(begin(), Err(StepError::OutOfTurn { .. })));
-}
-
-#[test]
 fn fields_may_move_between_threads() {
     fn is_send_and_sync<T: Send + Sync>() {}
     is_send_and_sync::<Fields>();
     is_send_and_sync::<Tree>();
+    is_send_and_sync::<OpenStep>();
+    is_send_and_sync::<FieldState>();
+    is_send_and_sync::<FieldSettings>();
+    is_send_and_sync::<FieldPipeline>();
     is_send_and_sync::<StepError>();
 }

@@ -1,11 +1,11 @@
 //! 216 molecules fall in on each other, and are thrown back by the walls: what fields detect, beside
 //! what Rapier finds, in every one of 10,000 steps.
 
+use crate::lab::scenes::ammonia::{MASS, PRINCIPAL_INERTIA, SITES};
+use crate::lab::scenes::insert_box;
 use rapier3d_fields::CrossCheck;
 use rapier3d_fields::math::{Vector, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use crate::lab::scenes::ammonia::{MASS, PRINCIPAL_INERTIA, SITES};
-use crate::lab::scenes::insert_box;
 
 use crate::support::collide::*;
 use crate::support::{assert_at_most, either};

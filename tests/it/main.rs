@@ -39,7 +39,7 @@ mod reference_dimers;
 mod regions_vs_parry;
 mod sampling;
 mod scene_files;
-mod snapshots;
+// mod snapshots;
 mod stiff;
 mod stiff_closed_forms;
 mod study;

@@ -65,7 +65,7 @@ fn volume_samples_have_the_moments_of_the_shape() {
         let collider = ColliderBuilder::new(shape).density(1.0);
         let (world, body) = one(Vector::ZERO, Rotation::IDENTITY, collider);
         let drag = Field::radial(1.0, 1.0).sampled(Sampling::Volume);
-        let mut fields = Fields::new(drag).expect("a sound tree");
+        let fields = Fields::new(drag).expect("a sound tree");
         let samples = fields.samples(body, &world.bodies, &world.colliders);
         let samples: Vec<_> = samples
             .iter()
@@ -124,7 +124,7 @@ fn surface_samples_have_the_area_and_moments_of_the_surface() {
             ColliderBuilder::new(shape),
         );
         let tree = Field::drag(1.0, 0.0).sampled(Sampling::Surface);
-        let mut fields = Fields::new(tree).expect("a sound tree");
+        let fields = Fields::new(tree).expect("a sound tree");
         let samples = fields.samples(body, &world.bodies, &world.colliders);
         let surface = samples.iter().filter(|s| s.sampling == Sampling::Surface);
         let found: DVec3 = surface
@@ -207,7 +207,7 @@ fn balls_are_spared_unless_asked_for() {
         ColliderBuilder::ball(1.0),
     );
     let count = |field: Field| {
-        let mut fields = Fields::new(field).expect("a sound tree");
+        let fields = Fields::new(field).expect("a sound tree");
         fields.samples(body, &world.bodies, &world.colliders).len()
     };
     let drag = || Field::drag(1.0, 0.0);
@@ -637,7 +637,7 @@ fn plans_say_how_bodies_are_sampled() {
         Rotation::IDENTITY,
         ColliderBuilder::cuboid(1.0, 1.0, 1.0),
     );
-    let mut again = fields;
+    let again = fields;
     let samples = again.samples(body, &world.bodies, &world.colliders);
     for entry in &again.plan().entries {
         let count = samples

@@ -5,13 +5,13 @@
 #[cfg(feature = "f64")]
 extern crate rapier3d_fields_f64 as rapier3d_fields;
 
-#[path = "../it/support/mod.rs"]
-#[allow(dead_code, reason = "shared with the daily tests")]
 #[cfg(feature = "f64")]
 use rapier3d_fields_lab::double as lab;
 #[cfg(feature = "f32")]
 use rapier3d_fields_lab::single as lab;
 
+#[path = "../it/support/mod.rs"]
+#[allow(dead_code, reason = "shared with the daily tests")]
 mod support;
 
 mod long_runs;

@@ -85,7 +85,7 @@ impl Atoms {
                 local_pose: Pose::from_translation(from_dvec3(*image)),
             })
         });
-        let mut fields = Fields::new(Tree::instances(field, anchors)).expect("a valid tree");
+        let fields = Fields::new(Tree::instances(field, anchors)).expect("a valid tree");
         let (energy_bound, force_bounds) = self.bounds(images, cutoff);
         let mut worst: f64 = 0.0;
         for (i, body) in bodies.iter().enumerate() {

@@ -8,10 +8,6 @@ pub mod model;
 pub mod trees;
 pub mod worlds;
 
-#[path = "../../../examples/support/hard_spheres.rs"]
-#[allow(dead_code, reason = "the example uses more of it")]
-pub mod hard_spheres;
-
 use rapier3d_fields::math::{DQuat, DVec3, Pose, Real, Rotation, from_dvec3, from_f64};
 use rapier3d_fields::prelude::*;
 
