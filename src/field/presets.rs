@@ -201,9 +201,7 @@ impl Tree {
         let down = -Vector::Y * half_extents.y;
         // What floats has its middle above the surface, and yet displaces.
         let column = Region::cuboid(half_extents + Vector::Y * half_extents.y);
-        let carried = Field::buoyancy(density, gravity)
-            .within(column)
-            .at(frame.clone());
+        let carried = Field::buoyancy(density, gravity).within(column).at(frame);
         let slowed = Field::drag(drag, 0.0)
             .force_mode(ForceMode::Acceleration)
             .within(Region::cuboid(half_extents).at(down))
