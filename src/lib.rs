@@ -110,6 +110,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! The [recipes](recipes) answer "how do I …": zones, wind, water, moving fields, sleeping bodies.
+//!
 //! # Precision
 //!
 //! `rapier3d-fields` computes in `f32` on top of `rapier3d`. Its twin `rapier3d-fields-f64` is the
@@ -172,6 +174,9 @@ mod fields;
 pub mod files;
 
 pub mod prelude;
+
+#[doc = include_str!("recipes.md")]
+pub mod recipes {}
 
 pub use bridge::{StepError, WakePolicy, WorldMut};
 pub use compile::{IndexKind, Plan, PlanEntry};
