@@ -7,6 +7,10 @@ use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
 /// The field's own frame is `local_pose` seen from the world, the body or the collider. A field
 /// anchored to a body, or to a collider of a body, never acts on that body.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub enum Anchor {
     /// At rest in the world. Inside [`Tree::instances`](crate::Tree::instances), the frame of
     /// the instance takes the world's place.

@@ -12,6 +12,10 @@ pub struct Layer {
 
 /// What a layer does to the others where it is defined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) struct Override {
     /// Drops what layers of higher priority gave.
     pub replaces: bool,

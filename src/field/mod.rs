@@ -3,6 +3,7 @@
 mod anchor;
 mod axis;
 pub mod boundary;
+mod closure;
 mod constructors;
 mod contact;
 mod error;
@@ -16,7 +17,10 @@ mod operator;
 mod over_axes;
 mod query;
 mod region;
+mod registry;
 mod sampling;
+#[cfg(feature = "serde-serialize")]
+mod saved;
 mod scalar;
 mod solid;
 mod tree;
@@ -24,13 +28,14 @@ mod validity;
 
 pub use anchor::{Anchor, Frame, Frames};
 pub use axis::Axis;
+pub use closure::Closure;
 pub use contact::ContactLaw;
 pub use error::TreeError;
 #[cfg(feature = "expression")]
 pub use formula::Expression;
 pub use formula::{
-    Buoyancy, Closure, Coordinates, Drag, Formula, Grid, LinearKernel, Magnetic, Nearest, Path,
-    Profile, Radial, Spring, Swirl, Turbulence, Uniform, Wind,
+    Buoyancy, Coordinates, Drag, Formula, Grid, LinearKernel, Magnetic, Nearest, Path, Profile,
+    Radial, Spring, Swirl, Turbulence, Uniform, Wind,
 };
 pub use layer::Layer;
 pub use leaf::{Coupling, Field, ForceMode};
@@ -38,6 +43,7 @@ pub use linearised::Linearised;
 pub use operator::Operator;
 pub use query::{Query, Sample};
 pub use region::{Placement, Region};
+pub use registry::Registry;
 pub use sampling::Sampling;
 pub use scalar::Scalar;
 pub use tree::Tree;

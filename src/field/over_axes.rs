@@ -1,16 +1,18 @@
-//! Sets over any axes: half-spaces, balls, and predicates.
-
-use std::fmt;
+//! Sets over any axes: half-spaces and balls.
 
 use super::axis::Axis;
 use super::boundary::Normal;
 use super::error::{TreeError, bad, finite, positive, rigid};
-use super::number::{Number, constant, real, root, rotate};
-use super::query::{LocalQuery, Sample};
-use crate::math::{DVec3, Pose, Real, from_f64, to_dpose3, to_f64};
+use super::number::{Number, constant, root, rotate};
+use super::query::LocalQuery;
+use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
 
 /// A half-space or a ball over several axes, in a frame at `pose` in that of the field.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) struct OverAxes {
     pub axes: Vec<Axis>,
     pub shape: Shape,
@@ -18,6 +20,10 @@ pub(crate) struct OverAxes {
 }
 
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) enum Shape {
     HalfSpace {
         coefficients: Vec<Real>,
@@ -58,6 +64,15 @@ impl OverAxes {
     }
 
     /// The coordinates along the axes; NaN where the user's axis has no value.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn has_equal_lengths(&self) -> bool {
+        let axes = self.axes.len();
+        match &self.shape {
+            Shape::HalfSpace { coefficients, .. } => coefficients.len() == axes,
+            Shape::Ball { centre, radii } => centre.len() == axes && radii.len() == axes,
+        }
+    }
+
     fn coordinates<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec<T> {
         let pose = to_dpose3(&self.pose);
         let arm = local.point - constant(pose.translation);
@@ -166,55 +181,5 @@ impl OverAxes {
                 Ok(())
             }
         }
-    }
-}
-
-type Function = dyn Fn(&Sample<'_>) -> bool + Send + Sync;
-
-/// A user's function that says where a field is defined.
-pub(crate) struct Predicate {
-    axes: Vec<Axis>,
-    function: Box<Function>,
-}
-
-impl Predicate {
-    pub fn new(
-        axes: Vec<Axis>,
-        function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
-    ) -> Self {
-        Predicate {
-            axes,
-            function: Box::new(function),
-        }
-    }
-
-    pub fn axes(&self) -> &[Axis] {
-        &self.axes
-    }
-
-    pub fn holds<T: Number>(&self, local: &LocalQuery<'_, T>) -> bool {
-        let value = |axis| local.axis(axis).map_or(Real::NAN, from_f64);
-        let axes: Vec<Real> = self.axes.iter().map(value).collect();
-        let velocity = real(&local.velocity);
-        (self.function)(&Sample::new(
-            local.query,
-            local.local_point(),
-            velocity,
-            &axes,
-        ))
-    }
-}
-
-/// Equal to itself only.
-impl PartialEq for Predicate {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self, other)
-    }
-}
-
-impl fmt::Debug for Predicate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut predicate = f.debug_struct("Predicate");
-        predicate.field("axes", &self.axes).finish_non_exhaustive()
     }
 }

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::axis::Axis;
 use super::boundary::{Neighbourhood, Normal, Pieces};
+use super::closure::Closure;
 use super::error::{TreeError, rigid, validate_interval};
 use super::number::Number;
-use super::over_axes::{OverAxes, Predicate};
+use super::over_axes::OverAxes;
 use super::query::{LocalQuery, Sample};
 use super::solid::{AnyShape, Solid};
 use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
@@ -25,18 +26,31 @@ use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 /// # let _ = during_the_first_second;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "super::saved::RegionSteps")
+)]
 pub struct Region {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
     pub(crate) steps: Vec<Step>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) enum Step {
     Everywhere,
     Solid(Solid, Pose),
-    Interval(Axis, Real, Real),
+    Interval(
+        Axis,
+        #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::lower"))] Real,
+        #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::upper"))] Real,
+    ),
     OverAxes(OverAxes),
-    Predicate(Arc<Predicate>),
+    Predicate(Arc<Closure<bool>>),
     Union,
     Intersection,
     Difference,
@@ -146,9 +160,23 @@ impl Region {
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
     ) -> Self {
-        let predicate = Predicate::new(reads.into_iter().collect(), function);
         Region {
-            steps: vec![Step::Predicate(Arc::new(predicate))],
+            steps: vec![Step::Predicate(Arc::new(Closure::new(
+                None, reads, function,
+            )))],
+        }
+    }
+
+    /// Like [`predicate`](Self::predicate), with a name under which it can be saved; see
+    /// [`Registry`](super::Registry).
+    pub fn predicate_named(
+        name: &str,
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
+    ) -> Self {
+        let closure = Closure::new(Some(name), reads, function);
+        Region {
+            steps: vec![Step::Predicate(Arc::new(closure))],
         }
     }
 
@@ -266,6 +294,7 @@ impl Region {
                 }
                 Step::Interval(_, min, max) => validate_interval(field, *min, *max)?,
                 Step::OverAxes(set) => set.validate(field)?,
+                Step::Predicate(predicate) => predicate.validate(field)?,
                 _ => {}
             }
         }
@@ -375,7 +404,7 @@ impl Step {
                     & here.behind(value - to_f64(*max), || local.normal_along(axis, 1.0))
             }
             Step::OverAxes(set) => here.behind(set.excess(local).re(), || set.outward(local)),
-            Step::Predicate(predicate) if !predicate.holds(local) => Pieces::NONE,
+            Step::Predicate(predicate) if !predicate.at(local) => Pieces::NONE,
             _ => here.all(),
         }
     }
@@ -389,7 +418,7 @@ impl Step {
                 lesser(value - to_f64(*min), -value + to_f64(*max))
             }
             Step::OverAxes(set) => -set.excess(local),
-            Step::Predicate(predicate) if !predicate.holds(local) => f64::NEG_INFINITY.into(),
+            Step::Predicate(predicate) if !predicate.at(local) => f64::NEG_INFINITY.into(),
             _ => f64::INFINITY.into(),
         }
     }

@@ -8,14 +8,39 @@ use crate::math::{
 
 /// A closed body in space, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) enum Solid {
-    Ball { radius: Real },
-    Cuboid { half_extents: Vector },
-    Cylinder { half_height: Real, radius: Real },
-    Cone { half_height: Real, radius: Real },
-    Capsule { half_height: Real, radius: Real },
-    HalfSpace { outward: Vector },
-    Slab { axis: usize, min: Real, max: Real },
+    Ball {
+        radius: Real,
+    },
+    Cuboid {
+        half_extents: Vector,
+    },
+    Cylinder {
+        half_height: Real,
+        radius: Real,
+    },
+    Cone {
+        half_height: Real,
+        radius: Real,
+    },
+    Capsule {
+        half_height: Real,
+        radius: Real,
+    },
+    HalfSpace {
+        outward: Vector,
+    },
+    Slab {
+        axis: usize,
+        #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::lower"))]
+        min: Real,
+        #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::upper"))]
+        max: Real,
+    },
     Shape(AnyShape),
 }
 

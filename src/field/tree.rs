@@ -32,6 +32,11 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 /// let atom = pull.replace_union(push);
 /// ```
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "super::saved::Nodes")
+)]
 pub struct Tree {
     /// Operands stand before the operators that use them; the root is the last node. A flat
     /// list, so that neither depth nor drop can exhaust the stack.
@@ -39,6 +44,10 @@ pub struct Tree {
 }
 
 #[derive(Clone, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) enum Node {
     Leaf(Box<Field>),
     Operation {
@@ -368,6 +377,16 @@ impl Tree {
 
     pub(crate) fn nodes(&self) -> &[Node] {
         &self.nodes
+    }
+
+    /// Of nodes that are in order.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn from_nodes(nodes: Vec<Node>) -> Self {
+        Tree { nodes }
+    }
+
+    pub(super) fn node_mut(&mut self, place: usize) -> &mut Node {
+        &mut self.nodes[place]
     }
 
     pub(crate) fn root(&self) -> u32 {

@@ -1,8 +1,6 @@
 //! What can be read from JSON and written to it.
 
-use serde::de::Error as _;
-use serde::ser::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::Serialize;
 
 use super::collider::ProbeDoc;
 use super::error::{FileError, parse};
@@ -67,22 +65,6 @@ macro_rules! documents {
 
             fn to_json(&self) -> Result<String, FileError> {
                 text(&$write(self)?)
-            }
-        }
-
-        /// As [`files`](crate::files) describes.
-        impl Serialize for $kind {
-            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                let doc: Result<$doc, FileError> = $write(self);
-                doc.map_err(S::Error::custom)?.serialize(serializer)
-            }
-        }
-
-        /// As [`files`](crate::files) describes.
-        impl<'de> Deserialize<'de> for $kind {
-            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                let doc = <$doc>::deserialize(deserializer)?;
-                $read(&doc).map_err(D::Error::custom)
             }
         }
     )*};

@@ -16,6 +16,11 @@ use crate::rapier::data::Coarena;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 pub struct ColliderProperties {
     /// Electric charge, for [`Axis::Charge`](crate::Axis::Charge). Zero by default.
     pub charge: Real,

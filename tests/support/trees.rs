@@ -8,7 +8,7 @@ pub mod formulas;
 mod scalars;
 
 use proptest::prelude::*;
-use rapier3d_fields::field::Query;
+use rapier3d_fields::field::{Query, Registry};
 use rapier3d_fields::math::{Pose, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
@@ -159,10 +159,35 @@ impl RegionPlan {
 
 fn predicate(number: u8) -> Region {
     match number {
-        0 => Region::predicate([], |s: &Sample| s.local_point.x > s.local_point.y),
-        1 => Region::predicate([Axis::Charge], |s: &Sample| s.axes[0] >= 0.0),
-        _ => Region::predicate(["delta".into()], |s: &Sample| s.axes[0] > s.local_point.z),
+        0 => Region::predicate_named("beyond", [], beyond),
+        1 => Region::predicate_named("charged", [Axis::Charge], charged),
+        _ => Region::predicate_named("below delta", ["delta".into()], below_delta),
     }
+}
+
+fn beyond(s: &Sample) -> bool {
+    s.local_point.x > s.local_point.y
+}
+
+fn charged(s: &Sample) -> bool {
+    s.axes[0] >= 0.0
+}
+
+fn below_delta(s: &Sample) -> bool {
+    s.axes[0] > s.local_point.z
+}
+
+/// The functions of all that is code in the trees.
+pub fn registry() -> Registry {
+    formulas::registry()
+        .predicate("beyond", [], beyond)
+        .predicate("charged", [Axis::Charge], charged)
+        .predicate("below delta", ["delta".into()], below_delta)
+        .scalar(
+            "height and mass",
+            [Axis::Y, Axis::Mass],
+            scalars::height_and_mass,
+        )
 }
 
 /// The anchor of a plan, its place shifted by `fraction` along all axes.
