@@ -136,7 +136,6 @@ impl Checker {
     }
 
     /// The settings it was made with.
-    #[cfg(feature = "serde-serialize")]
     pub(crate) fn settings(&self) -> &CrossCheck {
         &self.settings
     }

@@ -2,10 +2,14 @@
 
 mod ask;
 mod builder;
+mod saved;
 #[cfg(feature = "serde-serialize")]
-pub(crate) mod saved;
+mod snapshot;
 
 pub use builder::FieldsBuilder;
+pub use saved::Settings;
+#[cfg(feature = "serde-serialize")]
+pub use snapshot::{FieldsSnapshot, SnapshotError};
 
 use std::sync::Arc;
 

@@ -121,7 +121,8 @@
 //! - `scenes`: ready-made worlds for examples, tests and benchmarks.
 //! - `study`: error against run time; implies `scenes`.
 //! - `expression`: formulas given as text, by the crate `exmex`.
-//! - `serde`: scenes as JSON files, and snapshots, by serde and `serde_json`.
+//! - `serde-serialize`: trees and settings as plain data for any of serde's formats, and
+//!   snapshots. Scenes as files are a crate of their own, `rapier3d-fields-scene`.
 //!
 //! The first two add no dependency.
 
@@ -162,9 +163,6 @@ mod cross_check;
 
 mod fields;
 
-#[cfg(feature = "serde-serialize")]
-pub mod files;
-
 #[cfg(feature = "scenes")]
 pub mod scenes;
 
@@ -182,7 +180,9 @@ pub use field::{
     Anchor, Axis, ContactLaw, Coupling, Field, ForceMode, Layer, Operator, Region, Sample,
     Sampling, Scalar, Tree, TreeError,
 };
-pub use fields::{Fields, FieldsBuilder, StepOutcome};
+pub use fields::{Fields, FieldsBuilder, Settings, StepOutcome};
+#[cfg(feature = "serde-serialize")]
+pub use fields::{FieldsSnapshot, SnapshotError};
 pub use inject::{BodySample, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy};
 
 pub use rigid::Wrench;

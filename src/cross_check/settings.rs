@@ -79,8 +79,7 @@ impl CrossCheck {
     }
 
     /// Whether it watches all pairs and leaves nothing to Rapier, as `true` asks for.
-    #[cfg(feature = "serde-serialize")]
-    pub(crate) fn is_plain(&self) -> bool {
+    pub fn is_plain(&self) -> bool {
         self.on && self.pairs.is_none() && !self.lets_recycle
     }
 

@@ -16,7 +16,7 @@ pub struct Layer {
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) struct Override {
+pub struct Override {
     /// Drops what layers of higher priority gave.
     pub replaces: bool,
     /// Leaves layers of lower priority out.

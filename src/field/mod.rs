@@ -25,6 +25,7 @@ mod scalar;
 mod solid;
 mod tree;
 mod validity;
+pub mod visit;
 
 pub use anchor::{Anchor, Frame, Frames};
 pub use axis::Axis;
@@ -47,15 +48,6 @@ pub use registry::Registry;
 pub use sampling::Sampling;
 pub use scalar::Scalar;
 pub use tree::Tree;
-
-#[cfg(feature = "serde-serialize")]
-pub(crate) use over_axes::Shape as ShapeOverAxes;
-#[cfg(feature = "serde-serialize")]
-pub(crate) use region::Step as RegionStep;
-#[cfg(feature = "serde-serialize")]
-pub(crate) use scalar::{Curve, Step as ScalarStep};
-#[cfg(feature = "serde-serialize")]
-pub(crate) use solid::{AnyShape, Solid};
 
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
 pub(crate) use layer::Override;

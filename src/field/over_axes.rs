@@ -13,30 +13,44 @@ use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) struct OverAxes {
+pub struct OverAxes {
+    /// The axes.
     pub axes: Vec<Axis>,
+    /// The set.
     pub shape: Shape,
+    /// Its frame, in that of the field.
     pub pose: Pose,
 }
 
+/// A set over several axes, with as many numbers as there are axes.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) enum Shape {
+#[non_exhaustive]
+pub enum Shape {
+    /// The sum of coordinates times coefficients is at most the offset.
     HalfSpace {
+        /// One for each axis.
         coefficients: Vec<Real>,
+        /// The greatest sum.
         offset: Real,
     },
+    /// An ellipsoid.
     Ball {
+        /// One for each axis.
         centre: Vec<Real>,
+        /// One for each axis.
         radii: Vec<Real>,
     },
 }
 
 impl OverAxes {
-    pub fn half_space(coefficients: impl IntoIterator<Item = (Axis, Real)>, offset: Real) -> Self {
+    pub(crate) fn half_space(
+        coefficients: impl IntoIterator<Item = (Axis, Real)>,
+        offset: Real,
+    ) -> Self {
         let (axes, coefficients) = coefficients.into_iter().unzip();
         let shape = Shape::HalfSpace {
             coefficients,
@@ -49,7 +63,7 @@ impl OverAxes {
         }
     }
 
-    pub fn ball(ball: impl IntoIterator<Item = (Axis, Real, Real)>) -> Self {
+    pub(crate) fn ball(ball: impl IntoIterator<Item = (Axis, Real, Real)>) -> Self {
         let (mut axes, mut centre, mut radii) = (Vec::new(), Vec::new(), Vec::new());
         for (axis, middle, radius) in ball {
             axes.push(axis);
@@ -86,7 +100,7 @@ impl OverAxes {
 
     /// How far outside the sample is, negative inside and zero on the border: along the steepest
     /// direction for a half-space, in units of the smallest radius for a ball.
-    pub fn excess<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+    pub(crate) fn excess<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
         let coordinates = self.coordinates(local).into_iter();
         match &self.shape {
             Shape::HalfSpace {
@@ -115,7 +129,7 @@ impl OverAxes {
     }
 
     /// The direction of the steepest way out, in the space of all axes.
-    pub fn outward<T: Number>(&self, local: &LocalQuery<'_, T>) -> Normal {
+    pub(crate) fn outward<T: Number>(&self, local: &LocalQuery<'_, T>) -> Normal {
         let slopes: Vec<f64> = match &self.shape {
             Shape::HalfSpace { coefficients, .. } => {
                 coefficients.iter().map(|c| to_f64(*c)).collect()
@@ -145,7 +159,7 @@ impl OverAxes {
     }
 
     /// Farthest distance from the field's origin, if the set is bounded in space.
-    pub fn extent(&self) -> Option<Real> {
+    pub(crate) fn extent(&self) -> Option<Real> {
         let Shape::Ball { centre, radii } = &self.shape else {
             return None;
         };
@@ -157,7 +171,7 @@ impl OverAxes {
         Some(corner.length() + self.pose.translation.length())
     }
 
-    pub fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
         rigid(field, "the pose of the region", &self.pose)?;
         match &self.shape {
             Shape::HalfSpace {

@@ -36,24 +36,35 @@ pub struct Region {
     pub(crate) steps: Vec<Step>,
 }
 
+/// One step of a region: a set, or what combines sets before it.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) enum Step {
+#[non_exhaustive]
+pub enum Step {
+    /// All of space.
     Everywhere,
+    /// A solid, and its frame in that of the field.
     Solid(Solid, Pose),
+    /// The lower and the upper end of an axis that is not x, y or z.
     Interval(
         Axis,
         #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::lower"))] Real,
         #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::upper"))] Real,
     ),
+    /// A set over several axes.
     OverAxes(OverAxes),
+    /// Where a function says so.
     Predicate(Arc<Closure<bool>>),
+    /// Of the two sets before.
     Union,
+    /// Of the two sets before.
     Intersection,
+    /// Of the two sets before.
     Difference,
+    /// Of the set before.
     Complement,
 }
 

@@ -37,21 +37,33 @@ pub struct Scalar {
     pub(crate) steps: Vec<Step>,
 }
 
+/// One step of a scalar: a number, or what is done with numbers before it.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) enum Step {
+#[non_exhaustive]
+pub enum Step {
+    /// A number.
     Constant(Real),
+    /// The coordinate along an axis.
     Axis(Axis),
+    /// The distance from the origin.
     Distance,
+    /// How deep the sample lies in a region.
     Depth(Box<Region>),
+    /// A function of the user's.
     Function(Arc<Closure<Real>>),
+    /// A function of the number before.
     Curve(Curve),
+    /// The sum of the two numbers before.
     Plus,
+    /// Their product.
     Times,
+    /// The lesser of them.
     Lesser,
+    /// The greater of them.
     Greater,
 }
 
@@ -61,11 +73,24 @@ pub(crate) enum Step {
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) enum Curve {
-    Ramp { from: Real, to: Real, smooth: bool },
+#[non_exhaustive]
+pub enum Curve {
+    /// From zero to one.
+    Ramp {
+        /// Where it is zero.
+        from: Real,
+        /// Where it is one.
+        to: Real,
+        /// Whether its ends are level.
+        smooth: bool,
+    },
+    /// To this power.
     Power(Real),
+    /// The exponential of the number times this.
     Exponential(Real),
+    /// A bell of this width.
     Gaussian(Real),
+    /// Lines between points.
     Table(Arc<[(Real, Real)]>),
 }
 

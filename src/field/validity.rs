@@ -11,6 +11,15 @@ use super::tree::{DEPTH_LIMIT, Node, SIZE_LIMIT, Tree};
 use crate::math::Pose;
 
 impl Tree {
+    /// Whether fields can be built from it, where these axes are declared; nothing is built.
+    ///
+    /// # Errors
+    /// It cannot.
+    pub fn check(&self, axes: &[&str]) -> Result<(), TreeError> {
+        let declared: Vec<Arc<str>> = axes.iter().map(|name| Arc::from(*name)).collect();
+        self.validate(&declared)
+    }
+
     /// Checks the tree, and every field in it, against the declared user axes.
     pub(crate) fn validate(&self, declared: &[Arc<str>]) -> Result<(), TreeError> {
         if self.nodes().is_empty() {

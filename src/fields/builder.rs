@@ -30,7 +30,7 @@ pub struct FieldsBuilder {
     axes: Vec<(Arc<str>, Real)>,
     scheme: Scheme,
     wake: WakePolicy,
-    pub(super) rules: Rules,
+    rules: Rules,
     reporter: Option<Reporter>,
     detection: Detection,
     cross_check: CrossCheck,

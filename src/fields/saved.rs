@@ -2,34 +2,58 @@
 
 use std::sync::Arc;
 
-use super::{Fields, FieldsBuilder};
-use crate::contact::{Detection, Rules};
+use super::Fields;
+use crate::contact::{Detection, Responder};
 use crate::cross_check::CrossCheck;
-use crate::field::Tree;
-use crate::inject::{InjectorState, Scheme, WakePolicy};
-use crate::math::{ColliderSet, Real, RigidBodySet, from_f64};
-use crate::sample::Properties;
+use crate::field::{Sampling, Tree};
+#[cfg(feature = "serde-serialize")]
+use crate::inject::InjectorState;
+use crate::inject::{Scheme, WakePolicy};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, from_f64};
+#[cfg(feature = "serde-serialize")]
+use crate::math::{ColliderSet, RigidBodySet};
+use crate::sample::ColliderProperties;
 
-/// The settings of fields.
-pub(crate) struct Settings<'a> {
+/// The settings of fields, to read.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Settings<'a> {
+    /// The tree.
     pub tree: &'a Tree,
+    /// The user's axes, and the world's values on them.
     pub axes: Vec<(Arc<str>, Real)>,
+    /// How forces become motion.
     pub scheme: Scheme,
+    /// Which bodies are woken.
     pub wake: WakePolicy,
-    pub rules: &'a Rules,
+    /// Who answers contacts.
+    pub responder: Responder,
+    /// Who answers contacts between any two of some colliders; the last that fits counts.
+    pub responder_among: Vec<(Vec<ColliderHandle>, Responder)>,
+    /// When contacts are looked for.
     pub detection: Detection,
+    /// What is compared with Rapier's contacts.
     pub cross_check: Option<&'a CrossCheck>,
+    /// Whether energies are balanced.
     pub audit: bool,
-    pub book: &'a Properties,
+    /// The properties of colliders that have some.
+    pub properties: Vec<(ColliderHandle, &'a ColliderProperties)>,
+    /// Where bodies ask to be sampled.
+    pub samplings: Vec<(RigidBodyHandle, Sampling)>,
+    /// The simulated time.
     pub time: f64,
-    /// Whether the colliders whose contacts fields answer have been told.
-    pub claimed: bool,
 }
 
 impl Fields {
-    pub(crate) fn settings(&self) -> Settings<'_> {
+    /// Everything that was set, the tree included.
+    pub fn settings(&self) -> Settings<'_> {
         let injector = &self.injector;
         let axes = injector.book.world_values();
+        let among = self.rules.among.iter().map(|(set, responder)| {
+            let mut colliders: Vec<ColliderHandle> = set.iter().copied().collect();
+            colliders.sort_unstable_by_key(|handle| handle.into_raw_parts());
+            (colliders, *responder)
+        });
         Settings {
             tree: &self.compiled.tree,
             axes: axes
@@ -37,45 +61,40 @@ impl Fields {
                 .collect(),
             scheme: injector.scheme,
             wake: injector.wake,
-            rules: &self.rules,
+            responder: self.rules.everywhere,
+            responder_among: among.collect(),
             detection: self.detection,
             cross_check: self.check.as_ref().map(|check| check.settings()),
             audit: self.auditor.is_some(),
-            book: &injector.book,
+            properties: injector.book.properties().collect(),
+            samplings: injector.book.samplings().collect(),
             time: injector.time,
-            claimed: self.claimed,
         }
     }
 
     /// Sets the simulated time.
-    pub(crate) fn set_time(&mut self, time: f64) {
+    pub fn set_time(&mut self, time: f64) {
         self.injector.time = time;
         self.injector.invalidate();
     }
 
-    /// What the next step takes over from the last one.
-    pub(crate) fn state(&self) -> InjectorState {
-        self.injector.state()
+    /// What the next step takes over from the last one, and whether the colliders whose contacts
+    /// fields answer have been told.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn state(&self) -> (InjectorState, bool) {
+        (self.injector.state(), self.claimed)
     }
 
     /// Goes on from a state, in the world it was taken in.
-    pub(crate) fn resume(
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn resume(
         &mut self,
-        state: InjectorState,
-        claimed: bool,
+        (state, claimed): (InjectorState, bool),
         bodies: &RigidBodySet,
         colliders: &ColliderSet,
     ) {
         self.claimed = claimed;
         self.injector
             .resume(state, &self.compiled, bodies, colliders);
-    }
-}
-
-impl FieldsBuilder {
-    /// Sets who answers which contacts, all rules at once.
-    pub(crate) fn rules(mut self, rules: Rules) -> Self {
-        self.rules = rules;
-        self
     }
 }

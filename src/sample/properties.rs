@@ -179,20 +179,17 @@ impl Properties {
     }
 
     /// The user's axes, with the world's values.
-    #[cfg(feature = "serde-serialize")]
     pub(crate) fn world_values(&self) -> impl Iterator<Item = &(Arc<str>, f64)> {
         self.world.iter()
     }
 
     /// The properties of all colliders that have some.
-    #[cfg(feature = "serde-serialize")]
     pub(crate) fn properties(&self) -> impl Iterator<Item = (ColliderHandle, &ColliderProperties)> {
         let listed = self.listed.iter();
         listed.filter_map(|handle| Some((*handle, &self.get(*handle)?.properties)))
     }
 
     /// What bodies ask for, those that were removed since included.
-    #[cfg(feature = "serde-serialize")]
     pub(crate) fn samplings(&self) -> impl Iterator<Item = (RigidBodyHandle, Sampling)> {
         let sampled = self.sampled.iter();
         sampled.filter_map(|body| Some((*body, self.sampling(*body)?)))

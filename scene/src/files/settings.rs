@@ -1,18 +1,19 @@
 //! Settings of fields.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use super::error::{FileError, content};
-use super::field::{Directory, PartDoc};
+use super::field::PartDoc;
+use super::fields::Fields;
+use super::fields::math::ColliderHandle;
+use super::fields::{Detection, Responder};
+use super::fields::{Scheme, WakePolicy};
+use super::fields::{Settings, TreeError};
+use super::names::{Directory, Names};
 use super::number::{Num, unless};
 use super::tree::TreeDoc;
-use crate::contact::{Detection, Responder, Rules};
-use crate::fields::Fields;
-use crate::fields::saved::Settings;
-use crate::inject::{Scheme, WakePolicy};
-use crate::math::ColliderHandle;
 
 /// A tree and how it acts.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -21,17 +22,33 @@ pub(super) struct FieldsDoc {
     /// Declared axes, and the world's values on them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     axes: BTreeMap<String, Num>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    scheme: Option<Scheme>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub scheme: Option<Scheme>,
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     wake: Option<WakePolicy>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     responder: Option<Responder>,
     /// Who answers contacts between any two of some colliders; the last that fits counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     responder_among: Vec<AmongDoc>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    detection: Option<Detection>,
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub detection: Option<Detection>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     cross_check: bool,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -39,6 +56,9 @@ pub(super) struct FieldsDoc {
     /// The simulated time so far.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     time: Option<f64>,
+    /// Trees that others can use by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    definitions: BTreeMap<String, TreeDoc>,
     tree: TreeDoc,
 }
 
@@ -52,44 +72,47 @@ struct AmongDoc {
 impl FieldsDoc {
     /// Without a scene, bodies and colliders are Rapier's handles.
     pub(super) fn read(&self, scene: Option<&Directory>) -> Result<Fields, FileError> {
-        let tree = self
-            .tree
-            .read(scene)
-            .map_err(|error| error.within("tree"))?;
-        let mut builder = Fields::builder(tree)
-            .scheme(self.scheme.unwrap_or_default())
-            .wake(self.wake.unwrap_or_default())
-            .rules(self.rules(scene)?)
-            .detection(self.detection.unwrap_or_default())
-            .cross_check(self.cross_check)
-            .audit(self.audit);
-        for (name, value) in &self.axes {
-            builder = builder.axis(name, value.0);
+        let mut names = Names::of(scene);
+        let mut definitions = BTreeMap::new();
+        for (name, tree) in &self.definitions {
+            let here = |error: FileError| error.within(&format!("definitions.{name}"));
+            definitions.insert(name.clone(), tree.read(&names).map_err(here)?);
         }
-        let mut fields = builder.build()?;
+        names.definitions = definitions;
+        let tree = self.tree.read(&names);
+        let tree = tree.map_err(|error| error.within("tree"))?;
         let time = self.time.unwrap_or(0.0);
         if !time.is_finite() {
             let message = format!("expected a finite number, found {time}");
             return Err(content(message).within("time"));
         }
+        let axes: Vec<&str> = self.axes.keys().map(String::as_str).collect();
+        if let Err(error) = tree.check(&axes) {
+            return Err(self.tree.blame(&names, &axes, error).within("tree"));
+        }
+        let mut builder = Fields::builder(tree)
+            .scheme(self.scheme.unwrap_or_default())
+            .wake(self.wake.unwrap_or_default())
+            .responder(self.responder.unwrap_or_default())
+            .detection(self.detection.unwrap_or_default())
+            .cross_check(self.cross_check)
+            .audit(self.audit);
+        for (number, among) in self.responder_among.iter().enumerate() {
+            let colliders = among.read(&names);
+            let here = format!("responder-among[{number}]");
+            let colliders = colliders.map_err(|error| error.within(&here))?;
+            builder = builder.responder_among(colliders, among.responder);
+        }
+        for (name, value) in &self.axes {
+            builder = builder.axis(name, value.0);
+        }
+        // What can still be wrong is an axis or the scheme.
+        let mut fields = builder.build().map_err(|error| match error {
+            TreeError::DuplicateAxis { .. } => content(error.to_string()).within("axes"),
+            _ => content(error.to_string()).within("scheme"),
+        })?;
         fields.set_time(time);
         Ok(fields)
-    }
-
-    fn rules(&self, scene: Option<&Directory>) -> Result<Rules, FileError> {
-        let mut rules = Rules {
-            everywhere: self.responder.unwrap_or_default(),
-            among: Vec::new(),
-        };
-        for (number, among) in self.responder_among.iter().enumerate() {
-            let mut set: HashSet<ColliderHandle> = HashSet::new();
-            for (place, part) in among.parts.iter().enumerate() {
-                let here = format!("responder-among[{number}].parts[{place}]");
-                set.insert(part.read(scene).map_err(|error| error.within(&here))?);
-            }
-            rules.among.push((set, among.responder));
-        }
-        Ok(rules)
     }
 
     pub(super) fn write(
@@ -108,36 +131,42 @@ impl FieldsDoc {
             return Err(content(message).within("wake.on-change.fraction"));
         }
         let axes = settings.axes.iter();
-        let among = settings.rules.among.iter();
-        let among = among.map(|(set, responder)| AmongDoc::write(set, *responder, scene));
+        let among = settings.responder_among.iter();
+        let among = among.map(|(parts, responder)| AmongDoc::write(parts, *responder, scene));
         Ok(FieldsDoc {
             axes: axes
                 .map(|(name, value)| (name.to_string(), Num(*value)))
                 .collect(),
             scheme: unless(settings.scheme, Scheme::default()),
             wake: unless(settings.wake, WakePolicy::default()),
-            responder: unless(settings.rules.everywhere, Responder::default()),
+            responder: unless(settings.responder, Responder::default()),
             responder_among: among.collect::<Result<_, _>>()?,
             detection: unless(settings.detection, Detection::default()),
             cross_check: settings.cross_check.is_some(),
             audit: settings.audit,
             time: unless(settings.time, 0.0),
+            definitions: BTreeMap::new(),
             tree: TreeDoc::write(settings.tree, scene).map_err(|error| error.within("tree"))?,
         })
     }
 }
 
 impl AmongDoc {
+    fn read(&self, names: &Names<'_>) -> Result<Vec<ColliderHandle>, FileError> {
+        let numbered = self.parts.iter().enumerate();
+        let handles = numbered.map(|(place, part)| {
+            let here = |error: FileError| error.within(&format!("parts[{place}]"));
+            part.read(names).map_err(here)
+        });
+        handles.collect()
+    }
+
     fn write(
-        set: &HashSet<ColliderHandle>,
+        parts: &[ColliderHandle],
         responder: Responder,
         scene: Option<&Directory>,
     ) -> Result<Self, FileError> {
-        let mut handles: Vec<ColliderHandle> = set.iter().copied().collect();
-        handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
-        let parts = handles
-            .into_iter()
-            .map(|handle| PartDoc::write(handle, scene));
+        let parts = parts.iter().map(|handle| PartDoc::write(*handle, scene));
         let parts: Result<_, FileError> = parts.collect();
         Ok(AmongDoc {
             parts: parts.map_err(|error| error.within("responder-among"))?,

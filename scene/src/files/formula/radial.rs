@@ -2,17 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::error::{FileError, content};
 use super::super::number::Num;
 use super::FormulaDoc;
-use crate::field::{Field, Profile, Radial};
-use crate::math::Real;
+use super::fields::field::{Field, Profile, Radial};
+use super::fields::math::Real;
 
 /// A radial formula's parameters, with what all radial formulas can be given.
 macro_rules! radial {
     ($($name:ident { $($(#[$attribute:meta])* $parameter:ident),* })*) => {$(
         #[derive(Clone, Debug, Serialize, Deserialize)]
         #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-        pub(in crate::files) struct $name {
+        pub(in super::super) struct $name {
             $($(#[$attribute])* pub $parameter: Num,)*
             #[serde(default, skip_serializing_if = "Option::is_none")]
             shifted_to_zero_at: Option<Num>,
@@ -77,8 +78,8 @@ pub(super) fn is_zero(number: &Num) -> bool {
     *number == Num(0.0)
 }
 
-pub(super) fn write_radial(radial: &Radial) -> FormulaDoc {
-    match radial.profile {
+pub(super) fn write_radial(radial: &Radial) -> Result<FormulaDoc, FileError> {
+    Ok(match radial.profile {
         Profile::Power {
             strength,
             power,
@@ -103,5 +104,6 @@ pub(super) fn write_radial(radial: &Radial) -> FormulaDoc {
             stiffness,
             diameter,
         } => FormulaDoc::Hertz(HertzDoc::new(radial, stiffness, diameter)),
-    }
+        _ => return Err(content("this formula cannot stand in a file")),
+    })
 }

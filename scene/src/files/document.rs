@@ -5,13 +5,14 @@ use serde::Serialize;
 use super::collider::ProbeDoc;
 use super::error::{FileError, parse};
 use super::field::FieldDoc;
+use super::fields::ColliderProperties;
+use super::fields::field::{Field, Region, Scalar, Tree};
+use super::names::Names;
 use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};
 use super::scene::SceneFile;
 use super::tree::TreeDoc;
 use super::{MOST_BRACES, pretty};
-use crate::field::{Field, Region, Scalar, Tree};
-use crate::sample::ColliderProperties;
 
 /// What can stand in a file.
 ///
@@ -19,14 +20,14 @@ use crate::sample::ColliderProperties;
 /// are Rapier's handles, as index and generation.
 ///
 /// ```
-/// use rapier3d_fields::files::Document;
+/// use rapier3d_fields_scene::single::Document;
 /// use rapier3d_fields::prelude::*;
 /// let shell = Region::ball(3.0).difference(Region::ball(2.0));
 /// let text = shell.to_json()?;
 /// assert_eq!(Region::from_json(&text)?, shell);
 /// let error = Region::from_json(r#"{ "ball": { "radius": "two" } }"#).unwrap_err();
 /// assert!(error.to_string().starts_with("line 1, column 27, at `ball.radius`: invalid type"));
-/// # Ok::<(), rapier3d_fields::files::FileError>(())
+/// # Ok::<(), rapier3d_fields_scene::single::FileError>(())
 /// ```
 pub trait Document: Sized {
     /// Reads a JSON text.
@@ -60,7 +61,7 @@ macro_rules! documents {
         impl Document for $kind {
             fn from_json(json: &str) -> Result<Self, FileError> {
                 let doc: $doc = parse(json)?;
-                $read(&doc)
+                $read(&doc).map_err(|error: FileError| error.located(json))
             }
 
             fn to_json(&self) -> Result<String, FileError> {
@@ -73,19 +74,20 @@ macro_rules! documents {
 documents! {
     Region: RegionDoc, RegionDoc::read, RegionDoc::write;
     Scalar: ScalarDoc, scalar::read, scalar::write;
-    Field: FieldDoc, |doc: &FieldDoc| doc.read(None), |field: &Field| {
-        let name = field.name.as_deref();
+    Field: FieldDoc, |doc: &FieldDoc| doc.read(&Names::default()), |field: &Field| {
+        let name = field.view().name;
         let label = name.map_or("field".to_owned(), |name| format!("field `{name}`"));
         FieldDoc::write(field, &label, None)
     };
-    Tree: TreeDoc, |doc: &TreeDoc| doc.read(None), |tree| TreeDoc::write(tree, None);
+    Tree: TreeDoc, |doc: &TreeDoc| doc.read(&Names::default()), |tree| TreeDoc::write(tree, None);
     ColliderProperties: ProbeDoc, |doc: &ProbeDoc| Ok::<_, FileError>(doc.read()),
         |properties| Ok::<_, FileError>(ProbeDoc::write(properties));
 }
 
 impl Document for SceneFile {
     fn from_json(json: &str) -> Result<Self, FileError> {
-        parse(json)
+        let file: SceneFile = parse(json)?;
+        Ok(file.with_text(json))
     }
 
     fn to_json(&self) -> Result<String, FileError> {

@@ -4,14 +4,14 @@ use serde::{Deserialize, Serialize};
 
 use super::collider::ColliderDoc;
 use super::error::{FileError, content};
+use super::fields::field::Sampling;
+use super::fields::rapier::dynamics::{
+    LockedAxes, RigidBody, RigidBodyActivation, RigidBodyAdditionalMassProps, RigidBodyBuilder,
+    RigidBodyType,
+};
 use super::mass::MassDoc;
 use super::number::{
     Num, Quad, Triple, bounded, count, not_negative, placed, quad, unless, unless_num, unless_zero,
-};
-use crate::field::Sampling;
-use crate::rapier::dynamics::{
-    LockedAxes, RigidBody, RigidBodyActivation, RigidBodyAdditionalMassProps, RigidBodyBuilder,
-    RigidBodyType,
 };
 
 /// A rigid body, by the names of Rapier's settings.
@@ -65,7 +65,11 @@ pub(super) struct BodyDoc {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     additional_solver_iterations: Option<usize>,
     /// Where fields that leave it open sample the body.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub sampling: Option<Sampling>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub colliders: Vec<ColliderDoc>,

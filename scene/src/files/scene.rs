@@ -1,19 +1,20 @@
 //! Whole scenes.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::body::BodyDoc;
 use super::collider::{ColliderDoc, ProbeDoc};
 use super::error::{FileError, content};
-use super::field::Directory;
+use super::fields::math::{ColliderHandle, Real, RigidBodyHandle};
+use super::fields::rapier::pipeline::PhysicsWorld;
+use super::fields::{Detection, Fields, Scheme};
+use super::names::Directory;
 use super::number::{Triple, bounded, triple, unless};
 use super::parameters::ParametersDoc;
 use super::settings::FieldsDoc;
-use crate::fields::Fields;
-use crate::math::{ColliderHandle, RigidBodyHandle};
-use crate::rapier::pipeline::PhysicsWorld;
 
 /// The version of the schema that this crate writes, and the only one it reads.
 const VERSION: u32 = 1;
@@ -21,7 +22,7 @@ const VERSION: u32 = 1;
 /// A scene as it stands in a file: Rapier's settings, bodies, and a tree of fields with its own.
 ///
 /// ```
-/// use rapier3d_fields::files::{Document, SceneFile};
+/// use rapier3d_fields_scene::single::{Document, SceneFile};
 /// let text = r#"{
 ///   "version": 1,
 ///   "gravity": [0, 0, 0],
@@ -49,6 +50,9 @@ pub struct SceneFile {
     #[serde(default)]
     bodies: Vec<BodyDoc>,
     fields: FieldsDoc,
+    /// What it was read from, for messages.
+    #[serde(skip)]
+    text: Option<Arc<str>>,
 }
 
 /// Rapier's.
@@ -82,7 +86,7 @@ impl SceneFile {
     ///
     /// What Rapier remembers of the last step (contacts, impulses, islands) is no part of a scene,
     /// so a running world that is written and built again may go on differently in its contacts;
-    /// [`FieldsSnapshot`](super::FieldsSnapshot) is for that. `user_data`, events and hooks are
+    /// a snapshot of world and fields is for that. `user_data`, events and hooks are
     /// left out.
     ///
     /// # Errors
@@ -105,16 +109,16 @@ impl SceneFile {
                 doc.colliders
                     .push(written.map_err(|error| error.within(&place))?);
             }
-            directory.push(handle, body.colliders().to_vec());
+            directory.push(None, handle, body.colliders().to_vec());
             bodies.push(doc);
         }
-        for (body, sampling) in settings.book.samplings() {
-            if let Some(number) = directory.number_of_body(body) {
-                bodies[number].sampling = Some(sampling);
+        for (body, sampling) in &settings.samplings {
+            if let Some(number) = directory.number_of_body(*body) {
+                bodies[number].sampling = Some(*sampling);
             }
         }
-        for (collider, properties) in settings.book.properties() {
-            if let Some((body, part)) = directory.number_of_part(collider) {
+        for (collider, properties) in &settings.properties {
+            if let Some((body, part)) = directory.number_of_part(*collider) {
                 bodies[body].colliders[part].probe = Some(ProbeDoc::write(properties));
             }
         }
@@ -126,6 +130,7 @@ impl SceneFile {
             parameters: ParametersDoc::write(&world.integration_parameters),
             bodies,
             fields: fields.map_err(|error| error.within("fields"))?,
+            text: None,
         })
     }
 
@@ -141,6 +146,19 @@ impl SceneFile {
     /// Something in it is not possible: a body that is not there, a shape without volume, a tree
     /// that [`Fields`] refuses.
     pub fn build(&self) -> Result<Scene, FileError> {
+        let text = self.text.as_deref();
+        self.make().map_err(|error| match text {
+            Some(text) => error.located(text),
+            None => error,
+        })
+    }
+
+    pub(super) fn with_text(mut self, text: &str) -> Self {
+        self.text = Some(text.into());
+        self
+    }
+
+    fn make(&self) -> Result<Scene, FileError> {
         if self.version != VERSION {
             let message = format!("expected {VERSION}, found {}", self.version);
             return Err(content(message).within("version"));
@@ -179,7 +197,7 @@ impl SceneFile {
             }
             // Rapier would do this in its next step, and ignore impulses until then.
             world.bodies[body].recompute_mass_properties_from_colliders(&world.colliders);
-            directory.push(body, parts);
+            directory.push(doc.name.as_deref(), body, parts);
         }
         Ok(directory)
     }
@@ -206,6 +224,24 @@ impl SceneFile {
             }
         }
         Ok(())
+    }
+
+    /// With another time step.
+    pub fn dt(mut self, dt: Real) -> Self {
+        self.parameters.set_dt(dt);
+        self
+    }
+
+    /// With another scheme.
+    pub fn scheme(mut self, scheme: Scheme) -> Self {
+        self.fields.scheme = Some(scheme);
+        self
+    }
+
+    /// With another detection.
+    pub fn detection(mut self, detection: Detection) -> Self {
+        self.fields.detection = Some(detection);
+        self
     }
 
     /// How many bodies there are.

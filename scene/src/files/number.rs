@@ -7,7 +7,7 @@ use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::error::{FileError, content};
-use crate::math::{Pose, Real, Rotation, Vector, from_f64};
+use super::fields::math::{Pose, Real, Rotation, Vector, from_f64};
 
 /// A finite number. JSON has no others, and what is too large for [`Real`] is refused where it
 /// stands.
@@ -33,10 +33,10 @@ impl Serialize for Num {
 impl<'de> Deserialize<'de> for Num {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         // The reader then rounds once, to the right width.
-        #[cfg(feature = "f32")]
-        return deserializer.deserialize_f32(NumVisitor);
-        #[cfg(feature = "f64")]
-        return deserializer.deserialize_f64(NumVisitor);
+        match size_of::<Real>() {
+            4 => deserializer.deserialize_f32(NumVisitor),
+            _ => deserializer.deserialize_f64(NumVisitor),
+        }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use serde::de::DeserializeOwned;
 
-use crate::field::TreeError;
-use crate::sample::PropertyError;
+use super::fields::{PropertyError, TreeError};
+use crate::text;
 
 /// Why a file was not read, or something not written to one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -78,6 +78,21 @@ impl FileError {
         self
     }
 
+    /// Says where in the text it stands.
+    pub(super) fn located(self, text: &str) -> Self {
+        let (path, message) = match self {
+            FileError::Content { path, message } => (path, message),
+            other => return other,
+        };
+        let (line, column) = text::locate(text, &path);
+        FileError::Text {
+            line,
+            column,
+            path,
+            message,
+        }
+    }
+
     /// Names the field that holds code.
     pub(super) fn of_field(self, field: &str) -> Self {
         match self {
@@ -97,7 +112,8 @@ impl FileError {
 
 /// Reads a document.
 pub(super) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FileError> {
-    let mut reader = serde_json::Deserializer::from_str(text);
+    let text = text::without_comments(text);
+    let mut reader = serde_json::Deserializer::from_str(&text);
     let document = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
         let path = error.path().to_string();
         // Of a key that was not read to its end nothing is known.

@@ -4,15 +4,16 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::error::{FileError, content};
+use super::fields::field::visit::{Curve, ScalarStep};
+use super::fields::field::{Axis, Scalar};
 use super::number::{Num, num};
 use super::region::RegionDoc;
-use crate::field::{Axis, Curve, Scalar, ScalarStep};
 
 /// `[{"axis": "time"}, {"ramp": [0, 1]}]`.
 pub(super) type ScalarDoc = Vec<StepDoc>;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum StepDoc {
     // Sources.
     Constant(Num),
@@ -33,6 +34,8 @@ pub(super) enum StepDoc {
     Min(ScalarDoc),
     Max(ScalarDoc),
 }
+
+crate::choice::one_of!(StepDoc, "step of a scalar");
 
 pub(super) fn read(steps: &ScalarDoc) -> Result<Scalar, FileError> {
     let mut scalar: Option<Scalar> = None;
@@ -91,7 +94,7 @@ fn then(before: Scalar, step: &StepDoc) -> Result<Scalar, FileError> {
 
 pub(super) fn write(scalar: &Scalar) -> Result<ScalarDoc, FileError> {
     let mut stack: Vec<ScalarDoc> = Vec::new();
-    for step in &scalar.steps {
+    for step in scalar.steps() {
         let source = match step {
             ScalarStep::Constant(value) => StepDoc::Constant(num(value)),
             ScalarStep::Axis(axis) => StepDoc::Axis(axis.clone()),
@@ -105,7 +108,7 @@ pub(super) fn write(scalar: &Scalar) -> Result<ScalarDoc, FileError> {
             }
             ScalarStep::Curve(curve) => {
                 let mut steps = stack.pop().unwrap_or_default();
-                steps.push(write_curve(curve));
+                steps.push(write_curve(curve)?);
                 stack.push(steps);
                 continue;
             }
@@ -128,8 +131,8 @@ pub(super) fn write(scalar: &Scalar) -> Result<ScalarDoc, FileError> {
     Ok(stack.pop().unwrap_or_default())
 }
 
-fn write_curve(curve: &Curve) -> StepDoc {
-    match curve {
+fn write_curve(curve: &Curve) -> Result<StepDoc, FileError> {
+    Ok(match curve {
         Curve::Ramp { from, to, smooth } => {
             let ends = [num(from), num(to)];
             if *smooth {
@@ -144,7 +147,8 @@ fn write_curve(curve: &Curve) -> StepDoc {
         Curve::Table(points) => {
             StepDoc::Table(points.iter().map(|(x, y)| [num(x), num(y)]).collect())
         }
-    }
+        _ => return Err(content("this curve cannot stand in a file")),
+    })
 }
 
 /// How deeply scalars are nested in the last step, the only one that was not checked before.

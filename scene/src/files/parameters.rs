@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::FileError;
+use super::fields::math::Real;
+use super::fields::rapier::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
 use super::number::{Num, count, not_negative, positive, unless};
-use crate::math::Real;
-use crate::rapier::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
 
 /// A parameter as it stands in a file.
 trait Parameter: Copy + PartialEq {
@@ -109,6 +109,10 @@ macro_rules! parameters {
         )*}
 
         impl ParametersDoc {
+            pub(super) fn set_dt(&mut self, dt: Real) {
+                self.dt = Some(Num(dt));
+            }
+
             pub(super) fn read(&self) -> Result<IntegrationParameters, FileError> {
                 let mut parameters = IntegrationParameters::default();
                 $(if let Some(doc) = self.$parameter {

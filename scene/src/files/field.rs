@@ -1,17 +1,16 @@
 //! Fields, and what they are anchored to.
 
-use std::collections::HashMap;
-
 use serde::{Deserialize, Serialize};
 
 use super::error::{FileError, content};
+use super::fields::field::{Anchor, Coupling, Field, ForceMode, Sampling};
+use super::fields::math::{ColliderHandle, InteractionGroups, RigidBodyHandle};
+use super::fields::rapier::geometry::{Group, InteractionTestMode};
 use super::formula::FormulaDoc;
+use super::names::{Directory, Names, Reference};
 use super::number::{Num, Quad, Triple, pose, quad, unless, unless_zero};
 use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};
-use crate::field::{Anchor, Coupling, Field, ForceMode, Sampling};
-use crate::math::{ColliderHandle, InteractionGroups, RigidBodyHandle};
-use crate::rapier::geometry::{Group, InteractionTestMode};
 
 /// A field: a formula, and what was set on it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -24,9 +23,17 @@ pub(super) struct FieldDoc {
     within: Option<RegionDoc>,
     #[serde(default, skip_serializing_if = "AnchorDoc::is_world")]
     at: AnchorDoc,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     force_mode: Option<ForceMode>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     coupled_to: Option<Coupling>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     scaled_by: Option<ScalarDoc>,
@@ -36,7 +43,11 @@ pub(super) struct FieldDoc {
     groups: Option<GroupsDoc>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     reacting: bool,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     sampled: Option<Sampling>,
 }
 
@@ -46,7 +57,7 @@ pub(super) struct FieldDoc {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct AnchorDoc {
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    body: Option<usize>,
+    body: Option<Reference>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     part: Option<usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -91,72 +102,13 @@ impl GroupsDoc {
     }
 }
 
-/// The bodies and parts of a scene, by number and by handle.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Directory {
-    pub bodies: Vec<RigidBodyHandle>,
-    pub parts: Vec<Vec<ColliderHandle>>,
-    body_numbers: HashMap<RigidBodyHandle, usize>,
-    pub part_numbers: HashMap<ColliderHandle, (usize, usize)>,
-}
-
-impl Directory {
-    pub(super) fn push(&mut self, body: RigidBodyHandle, parts: Vec<ColliderHandle>) {
-        let number = self.bodies.len();
-        self.body_numbers.insert(body, number);
-        for (place, part) in parts.iter().enumerate() {
-            self.part_numbers.insert(*part, (number, place));
-        }
-        self.bodies.push(body);
-        self.parts.push(parts);
-    }
-
-    pub(super) fn number_of_body(&self, body: RigidBodyHandle) -> Option<usize> {
-        self.body_numbers.get(&body).copied()
-    }
-
-    /// The number of its body, and its own among the parts of that body.
-    pub(super) fn number_of_part(&self, part: ColliderHandle) -> Option<(usize, usize)> {
-        self.part_numbers.get(&part).copied()
-    }
-
-    /// The bodies with their parts.
-    pub(super) fn pairs(&self) -> impl Iterator<Item = (&RigidBodyHandle, &Vec<ColliderHandle>)> {
-        self.bodies.iter().zip(&self.parts)
-    }
-
-    fn body(&self, number: usize) -> Result<RigidBodyHandle, FileError> {
-        let count = self.bodies.len();
-        let missing = || {
-            content(format!(
-                "there is no body {number}; the scene has {count}, from 0"
-            ))
-        };
-        let body = self.bodies.get(number).copied();
-        body.ok_or_else(|| missing().within("body"))
-    }
-
-    fn part(&self, body: usize, part: usize) -> Result<ColliderHandle, FileError> {
-        self.body(body)?;
-        let parts = &self.parts[body];
-        let count = parts.len();
-        let missing = || {
-            content(format!(
-                "body {body} has no part {part}; it has {count}, from 0"
-            ))
-        };
-        let part = parts.get(part).copied();
-        part.ok_or_else(|| missing().within("part"))
-    }
-}
-
 /// A collider, as an anchor names it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(super) struct PartDoc(AnchorDoc);
 
 impl PartDoc {
-    pub(super) fn read(&self, scene: Option<&Directory>) -> Result<ColliderHandle, FileError> {
+    pub(super) fn read(&self, scene: &Names<'_>) -> Result<ColliderHandle, FileError> {
         match self.0.read(scene)? {
             Anchor::Collider { handle, .. } => Ok(handle),
             _ => Err(content("expected a collider: `body` and `part`")),
@@ -176,14 +128,14 @@ impl AnchorDoc {
         *self == AnchorDoc::default()
     }
 
-    pub(super) fn read(&self, scene: Option<&Directory>) -> Result<Anchor, FileError> {
+    pub(super) fn read(&self, scene: &Names<'_>) -> Result<Anchor, FileError> {
         let local_pose = pose(self.at, self.rotation)?;
         let anchor = match (
-            self.body,
+            &self.body,
             self.part,
             self.body_handle,
             self.collider_handle,
-            scene,
+            scene.directory,
         ) {
             (None, None, None, None, _) => Anchor::World { local_pose },
             (Some(body), None, None, None, Some(scene)) => Anchor::from(scene.body(body)?),
@@ -198,7 +150,7 @@ impl AnchorDoc {
             }
             (.., Some(_)) => {
                 return Err(content(
-                    "expected `body`, or `body` and `part`, by their numbers in the scene",
+                    "expected `body`, or `body` and `part`, by their numbers in the scene, or the body by its name",
                 ));
             }
             (.., None) => {
@@ -221,13 +173,13 @@ impl AnchorDoc {
         Ok(match (anchor, scene) {
             (Anchor::World { .. }, _) => placed,
             (Anchor::Body { handle, .. }, Some(scene)) => AnchorDoc {
-                body: Some(*scene.body_numbers.get(handle).ok_or_else(gone)?),
+                body: Some(scene.number_of_body(*handle).ok_or_else(gone)?.into()),
                 ..placed
             },
             (Anchor::Collider { handle, .. }, Some(scene)) => {
-                let (body, part) = *scene.part_numbers.get(handle).ok_or_else(gone)?;
+                let (body, part) = scene.number_of_part(*handle).ok_or_else(gone)?;
                 AnchorDoc {
-                    body: Some(body),
+                    body: Some(body.into()),
                     part: Some(part),
                     ..placed
                 }
@@ -250,7 +202,7 @@ impl FieldDoc {
         name.map_or("field".to_owned(), |name| format!("field `{name}`"))
     }
 
-    pub(super) fn read(&self, scene: Option<&Directory>) -> Result<Field, FileError> {
+    pub(super) fn read(&self, scene: &Names<'_>) -> Result<Field, FileError> {
         let inner = |name: &'static str| {
             let label = self.label();
             move |error: FileError| error.of_field(&label).within(name)
@@ -293,26 +245,28 @@ impl FieldDoc {
         scene: Option<&Directory>,
     ) -> Result<Self, FileError> {
         let named = |error: FileError| error.of_field(label).within(label);
-        if let Some(setter) = field.misfit {
+        let view = field.view();
+        if let Some(setter) = view.misfit {
             let message = format!("`{setter}` does not apply to its formula");
             return Err(named(content(message)));
         }
         let formula = FormulaDoc::of(field).map_err(named)?;
         // What the constructor sets anyway is left out.
         let usual = formula.read().map_err(named)?;
-        let region = (field.region != usual.region).then(|| RegionDoc::write(&field.region));
-        let scale = field.scale.as_ref().map(scalar::write);
+        let usual = usual.view();
+        let region = (view.region != usual.region).then(|| RegionDoc::write(view.region));
+        let scale = view.scale.map(scalar::write);
         Ok(FieldDoc {
-            name: field.name.as_deref().map(str::to_owned),
+            name: view.name.map(str::to_owned),
             within: region.transpose().map_err(named)?,
-            at: AnchorDoc::write(&field.anchor, scene).map_err(named)?,
-            force_mode: unless(field.reading, usual.reading),
-            coupled_to: unless(field.coupling.clone(), usual.coupling),
+            at: AnchorDoc::write(view.anchor, scene).map_err(named)?,
+            force_mode: unless(view.force_mode, usual.force_mode),
+            coupled_to: unless(view.coupling.clone(), usual.coupling.clone()),
             scaled_by: scale.transpose().map_err(named)?,
-            limited_to: field.limit.map(Num),
-            groups: field.groups.map(GroupsDoc::write),
-            reacting: field.reacts,
-            sampled: unless(field.sampling, usual.sampling),
+            limited_to: view.limit.map(Num),
+            groups: view.groups.map(GroupsDoc::write),
+            reacting: view.reacts,
+            sampled: unless(view.sampling, usual.sampling),
             formula,
         })
     }

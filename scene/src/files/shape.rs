@@ -3,13 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{FileError, content};
+use super::fields::math::{Real, SharedShape, Vector};
+use super::fields::rapier::parry::shape::TypedShape;
 use super::number::{Num, Quad, Triple, pose, quad, triple, unless_zero, vector};
-use crate::math::{Real, SharedShape, Vector};
-use crate::rapier::parry::shape::TypedShape;
 
 /// One of Rapier's shapes. Cylinders and cones stand around the y axis.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(
+    remote = "Self",
     rename_all = "kebab-case",
     rename_all_fields = "kebab-case",
     deny_unknown_fields
@@ -55,6 +56,8 @@ pub(super) enum ShapeDoc {
     },
     Compound(Vec<PlacedDoc>),
 }
+
+crate::choice::one_of!(ShapeDoc, "shape");
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::FileError;
+use super::fields::math::{Real, Vector};
+use super::fields::rapier::dynamics::MassProperties;
 use super::number::{
     Num, Quad, Triple, bounded, not_negative, placed, quad, triple, unless_zero, vector,
 };
-use crate::math::{Real, Vector};
-use crate::rapier::dynamics::MassProperties;
 
 /// A mass, where it is, and its principal moments of inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -4,14 +4,16 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::error::{FileError, content};
+use super::fields::field::visit::{AnyShape, RegionStep, ShapeOverAxes, Solid};
+use super::fields::field::{Axis, Region};
+use super::fields::math::{Pose, Real};
 use super::number::{Num, Quad, Triple, num, pose, quad, triple, unless_zero, vector};
 use super::shape::ShapeDoc;
-use crate::field::{AnyShape, Axis, Region, RegionStep, ShapeOverAxes, Solid};
-use crate::math::{Pose, Real};
 
 /// A region, by the names of the constructors of [`Region`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(
+    remote = "Self",
     rename_all = "kebab-case",
     rename_all_fields = "kebab-case",
     deny_unknown_fields
@@ -68,6 +70,8 @@ pub(super) enum RegionDoc {
     Difference(Vec<RegionDoc>),
     Complement(Box<RegionDoc>),
 }
+
+crate::choice::one_of!(RegionDoc, "region");
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -149,7 +153,7 @@ impl RegionDoc {
         // With each, how deeply it is nested.
         let mut stack: Vec<(RegionDoc, usize)> = Vec::new();
         let empty = (RegionDoc::Union(Vec::new()), 0);
-        for step in &region.steps {
+        for step in region.steps() {
             let next = match step {
                 RegionStep::Complement => {
                     let (region, depth) = stack.pop().unwrap_or_else(|| empty.clone());
@@ -241,6 +245,7 @@ fn write_simple(step: &RegionStep) -> Result<RegionDoc, FileError> {
                     };
                     RegionDoc::BallOver(axes.zip(numbers).map(radius).collect())
                 }
+                _ => return Err(content("this region cannot stand in a file")),
             };
             moved(doc, &set.pose)
         }
@@ -305,5 +310,6 @@ fn write_solid(solid: &Solid) -> Result<RegionDoc, FileError> {
             max: end(max, Real::INFINITY),
         },
         Solid::Shape(AnyShape(shape)) => RegionDoc::Shape(ShapeDoc::write(shape)?),
+        _ => return Err(content("this region cannot stand in a file")),
     })
 }

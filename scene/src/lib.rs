@@ -1,16 +1,19 @@
-//! Scenes as files: trees, regions, formulas, bodies and whole scenes as JSON, and snapshots.
+//! Scenes of rigid bodies in composed force fields as JSON files, for [`rapier3d_fields`], and the
+//! program `simulate` that runs them.
 //!
-//! - [`SceneFile`]: a world with its fields. `examples/simulate.rs` runs one; the scenes of this
+//! Everything is there twice: [`single`] on top of [`rapier3d_fields`], [`double`] on top of
+//! [`rapier3d_fields_f64`].
+//!
+//! - [`SceneFile`](single::SceneFile): a world with its fields. `examples/simulate.rs` runs one; the scenes of this
 //!   project are in `examples/scenes/`.
-//! - [`Document`]: a [`Tree`](crate::Tree), [`Field`](crate::Field), [`Region`](crate::Region),
-//!   [`Scalar`](crate::Scalar) or [`ColliderProperties`](crate::ColliderProperties) by itself. All of
+//! - [`Document`](single::Document): a [`Tree`](rapier3d_fields::Tree), [`Field`](rapier3d_fields::Field), [`Region`](rapier3d_fields::Region),
+//!   [`Scalar`](rapier3d_fields::Scalar) or [`ColliderProperties`](rapier3d_fields::ColliderProperties) by itself. All of
 //!   them implement serde's traits, too.
-//! - [`FieldsSnapshot`]: to interrupt a run and go on, bit for bit.
 //!
 //! # The schema, version 1
 //!
 //! ```
-//! use rapier3d_fields::files::{Document, SceneFile};
+//! use rapier3d_fields_scene::single::{Document, SceneFile};
 //! let text = r#"{
 //!   "version": 1,
 //!   "about": "A ball between a spring and a gust, above a floor.",
@@ -79,11 +82,11 @@
 //! | tree | is |
 //! |---|---|
 //! | `{"field": …}`, `"empty"` | a leaf; nothing |
-//! | `{"sum-union": [trees]}`, and `sum-intersection`, `cross-union`, `cross-intersection`, `replace-union`, `replace-intersection`, `difference`, `strongest`, `weakest`, `minimum`, `maximum` | the [operator](crate::Operator) applied to all of them, from left to right |
+//! | `{"sum-union": [trees]}`, and `sum-intersection`, `cross-union`, `cross-intersection`, `replace-union`, `replace-intersection`, `difference`, `strongest`, `weakest`, `minimum`, `maximum` | the [operator](rapier3d_fields::Operator) applied to all of them, from left to right |
 //! | `{"instances": {"prototype": tree, "at": [anchors]}}` | a copy at each anchor |
 //! | `{"scaled": {"tree": …, "by": scalar, "at": anchor}}` | times a number that depends on the sample |
 //! | `{"limited": {"tree": …, "to": length}}` | shortened |
-//! | `{"layers": [{"tree": …, "priority": 0, "replacing": false, "stopping": false}]}` | [layers](crate::Tree::layers) |
+//! | `{"layers": [{"tree": …, "priority": 0, "replacing": false, "stopping": false}]}` | [layers](rapier3d_fields::Tree::layers) |
 //!
 //! | formula | its settings |
 //! |---|---|
@@ -101,7 +104,7 @@
 //! | `turbulence` | `seed`, `speed`, `size`, `detail`, `turnover` |
 //! | `path` | `points`, `closed`, `speed`, `look-ahead`, `stiffness`, `damping` |
 //! | `grid` | `low`, `high`, `counts`, `values` |
-//! | `linear-kernel` | the fields of [`LinearKernel`](crate::field::LinearKernel) |
+//! | `linear-kernel` | the fields of [`LinearKernel`](rapier3d_fields::field::LinearKernel) |
 //! | `expression` | a list of three texts; needs the feature `expression` |
 //! | `contact` | `law`: `observe`, `paper`, `paper-relative`, `{"penalty": {"stiffness", "damping"}}`, `{"impulse": {"restitution", "friction"}}` |
 //!
@@ -141,42 +144,12 @@
 //! numbers that are not finite are refused as well. Places and velocities are at most 10¹⁵, sizes of
 //! shapes from 10⁻⁶ to 10⁶.
 
-mod body;
-mod collider;
-mod document;
-mod error;
-mod field;
-mod formula;
-mod mass;
-mod number;
-mod parameters;
-mod pretty;
-mod region;
-mod scalar;
-mod scene;
-mod settings;
-mod shape;
-mod snapshot;
-mod tree;
+#![forbid(unsafe_code)]
+#![deny(rustdoc::broken_intra_doc_links)]
 
-pub use document::Document;
-pub use error::FileError;
-pub use scene::{Scene, SceneFile};
-pub use snapshot::FieldsSnapshot;
-
-/// Levels of a tree, region or scalar that are written.
-const MOST_LEVELS: usize = 64;
-
-/// How deeply brackets are nested at most: readers of JSON take no more.
-const MOST_BRACES: usize = 127;
-
-/// Bounds what writers, which call themselves, are to do.
-fn check_depth(depth: usize) -> Result<(), FileError> {
-    if depth > MOST_LEVELS {
-        return Err(FileError::TooDeep {
-            depth,
-            limit: MOST_LEVELS,
-        });
-    }
-    Ok(())
-}
+mod choice;
+pub mod double;
+#[cfg(feature = "simulate")]
+pub mod program;
+pub mod single;
+mod text;

@@ -1,37 +1,35 @@
 //! Formulas by the names of their constructors.
 
-mod laws;
 mod radial;
-mod text;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use laws::{KernelDoc, PathDoc, SwirlDoc, TurbulenceDoc};
 use radial::{
     CoulombDoc, GaussianDoc, HertzDoc, LennardJonesDoc, MorseDoc, PointGravityDoc, PowerDoc,
-    YukawaDoc, is_zero, write_radial,
+    YukawaDoc, write_radial,
 };
-#[cfg(feature = "expression")]
-use text::check_texts;
-use text::expression;
 
 use super::error::{FileError, content};
-use super::number::{Num, Triple, triple, unless, vector};
+use super::fields;
+use super::fields::field::{
+    Buoyancy, ContactLaw, Drag, Expression, Field, ForceMode, Formula, Grid, LinearKernel,
+    Magnetic, Path, Profile, Spring, Swirl, Turbulence, Uniform,
+};
+use super::fields::math::Real;
+use super::number::{Num, unless};
 use super::shape::ShapeDoc;
-use crate::field::{ContactLaw, Field, ForceMode, Formula, Grid, Nearest, Profile};
-use crate::math::Real;
 
+/// A formula. Those of which a file says the same as the type in memory are that type.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(
+    remote = "Self",
     rename_all = "kebab-case",
     rename_all_fields = "kebab-case",
     deny_unknown_fields
 )]
 pub(super) enum FormulaDoc {
-    Uniform {
-        vector: Triple,
-    },
+    Uniform(Uniform),
     Radial(PowerDoc),
     PointGravity(PointGravityDoc),
     Coulomb(CoulombDoc),
@@ -44,19 +42,8 @@ pub(super) enum FormulaDoc {
         shape: ShapeDoc,
         formula: Box<FormulaDoc>,
     },
-    Spring {
-        stiffness: Num,
-        #[serde(default, skip_serializing_if = "is_zero")]
-        damping: Num,
-        #[serde(default, skip_serializing_if = "is_zero")]
-        rest_length: Num,
-    },
-    Drag {
-        #[serde(default)]
-        linear: Num,
-        #[serde(default)]
-        quadratic: Num,
-    },
+    Spring(Spring),
+    Drag(Drag),
     Wind {
         flow: Box<FormulaDoc>,
         #[serde(default)]
@@ -66,37 +53,28 @@ pub(super) enum FormulaDoc {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         speed_cap: Option<Num>,
     },
-    Magnetic {
-        field: Triple,
-    },
-    Swirl(SwirlDoc),
-    Buoyancy {
-        density: Num,
-        gravity: Num,
-    },
-    Turbulence(TurbulenceDoc),
-    Path(PathDoc),
-    Grid {
-        low: Triple,
-        high: Triple,
-        counts: [usize; 3],
-        values: Vec<Triple>,
-    },
-    LinearKernel(Box<KernelDoc>),
-    /// Needs the feature `expression`.
-    Expression([String; 3]),
+    Magnetic(Magnetic),
+    Swirl(Swirl),
+    Buoyancy(Buoyancy),
+    Turbulence(Turbulence),
+    Path(Path),
+    Grid(Grid),
+    LinearKernel(Box<LinearKernel>),
+    Expression(Expression),
     Contact {
         law: ContactLaw,
     },
     Closure(Value),
 }
 
+crate::choice::one_of!(FormulaDoc, "formula");
+
 impl FormulaDoc {
     /// The field that the constructor of that name makes.
     pub(super) fn read(&self) -> Result<Field, FileError> {
         let within = |name: &'static str| move |error: FileError| error.within(name);
         Ok(match self {
-            FormulaDoc::Uniform { vector: v } => Field::uniform(vector(*v)),
+            FormulaDoc::Uniform(law) => Field::uniform(law.vector),
             FormulaDoc::Radial(d) => {
                 let field = Field::radial(d.strength.0, d.power.0);
                 d.ended(field.softened(d.softening.0))
@@ -118,19 +96,16 @@ impl FormulaDoc {
             FormulaDoc::Around { shape, formula } => {
                 let shape = shape.read().map_err(within("around.shape"))?;
                 let radial = formula.read().map_err(within("around.formula"))?;
-                if !matches!(radial.formula, Formula::Radial(_)) {
-                    let message =
-                        format!("expected a radial formula, found {}", radial.formula.kind());
+                if !matches!(radial.view().formula, Formula::Radial(_)) {
+                    let message = "expected a formula of the distance, such as `radial`";
                     return Err(content(message).within("around.formula"));
                 }
                 radial.around(shape)
             }
-            FormulaDoc::Spring {
-                stiffness,
-                damping,
-                rest_length,
-            } => Field::spring_damper(stiffness.0, damping.0, rest_length.0),
-            FormulaDoc::Drag { linear, quadratic } => Field::drag(linear.0, quadratic.0),
+            FormulaDoc::Spring(law) => {
+                Field::spring_damper(law.stiffness, law.damping, law.rest_length)
+            }
+            FormulaDoc::Drag(law) => Field::drag(law.linear, law.quadratic),
             FormulaDoc::Wind {
                 flow,
                 linear,
@@ -144,24 +119,17 @@ impl FormulaDoc {
                     None => wind,
                 }
             }
-            FormulaDoc::Magnetic { field } => Field::magnetic(vector(*field)),
-            FormulaDoc::Swirl(d) => Field::swirl(d.read()),
-            FormulaDoc::Buoyancy { density, gravity } => Field::buoyancy(density.0, gravity.0),
-            FormulaDoc::Turbulence(d) => Field::turbulence(d.read()),
-            FormulaDoc::Path(d) => Field::path(d.read()),
-            FormulaDoc::Grid {
-                low,
-                high,
-                counts,
-                values,
-            } => Field::grid(Grid {
-                low: vector(*low),
-                high: vector(*high),
-                counts: *counts,
-                values: values.iter().map(|value| vector(*value)).collect(),
-            }),
-            FormulaDoc::LinearKernel(d) => Field::linear_kernel(d.read()),
-            FormulaDoc::Expression(texts) => expression(texts)?,
+            FormulaDoc::Magnetic(law) => Field::magnetic(law.field),
+            FormulaDoc::Swirl(law) => Field::swirl(*law),
+            FormulaDoc::Buoyancy(law) => Field::buoyancy(law.density, law.gravity),
+            FormulaDoc::Turbulence(law) => Field::turbulence(law.clone()),
+            FormulaDoc::Path(law) => Field::path(law.clone()),
+            FormulaDoc::Grid(law) => Field::grid(law.clone()),
+            FormulaDoc::LinearKernel(law) => Field::linear_kernel(**law),
+            FormulaDoc::Expression(law) => {
+                let [x, y, z] = law.texts();
+                Field::expression([x, y, z])
+            }
             FormulaDoc::Contact { law } => Field::contact(*law),
             FormulaDoc::Closure(_) => return Err(closure()),
         })
@@ -169,40 +137,33 @@ impl FormulaDoc {
 
     /// That of a field: a pull that is read as an acceleration is a gravity.
     pub(super) fn of(field: &Field) -> Result<Self, FileError> {
-        if let Formula::Radial(law) = &field.formula
+        let field = field.view();
+        if let Formula::Radial(law) = field.formula
             && let Profile::Power {
                 strength,
                 power: -2.0,
                 softening,
+                ..
             } = law.profile
             && strength < 0.0
-            && field.reading == ForceMode::Acceleration
+            && field.force_mode == ForceMode::Acceleration
         {
             let doc = PointGravityDoc::new(law, -strength, softening);
             return Ok(FormulaDoc::PointGravity(doc));
         }
-        Self::write(&field.formula)
+        Self::write(field.formula)
     }
 
     fn write(formula: &Formula) -> Result<Self, FileError> {
         Ok(match formula {
-            Formula::Uniform(law) => FormulaDoc::Uniform {
-                vector: triple(law.vector),
+            Formula::Uniform(law) => FormulaDoc::Uniform(*law),
+            Formula::Radial(law) => write_radial(law)?,
+            Formula::Nearest(nearest) => FormulaDoc::Around {
+                shape: ShapeDoc::write(nearest.shape())?,
+                formula: Box::new(write_radial(&nearest.radial)?),
             },
-            Formula::Radial(law) => write_radial(law),
-            Formula::Nearest(Nearest { shape, radial }) => FormulaDoc::Around {
-                shape: ShapeDoc::write(&shape.0)?,
-                formula: Box::new(write_radial(radial)),
-            },
-            Formula::Spring(law) => FormulaDoc::Spring {
-                stiffness: Num(law.stiffness),
-                damping: Num(law.damping),
-                rest_length: Num(law.rest_length),
-            },
-            Formula::Drag(law) => FormulaDoc::Drag {
-                linear: Num(law.linear),
-                quadratic: Num(law.quadratic),
-            },
+            Formula::Spring(law) => FormulaDoc::Spring(*law),
+            Formula::Drag(law) => FormulaDoc::Drag(*law),
             Formula::Wind(law) => {
                 super::check_depth(flow_depth(&law.flow))?;
                 FormulaDoc::Wind {
@@ -212,30 +173,17 @@ impl FormulaDoc {
                     speed_cap: unless(law.speed_cap, Real::INFINITY).map(Num),
                 }
             }
-            Formula::Magnetic(law) => FormulaDoc::Magnetic {
-                field: triple(law.field),
-            },
-            Formula::Swirl(law) => FormulaDoc::Swirl(SwirlDoc::write(law)),
-            Formula::Buoyancy(law) => FormulaDoc::Buoyancy {
-                density: Num(law.density),
-                gravity: Num(law.gravity),
-            },
-            Formula::Turbulence(law) => FormulaDoc::Turbulence(TurbulenceDoc::write(law)),
-            Formula::Path(law) => FormulaDoc::Path(PathDoc::write(law)),
-            Formula::Grid(law) => FormulaDoc::Grid {
-                low: triple(law.low),
-                high: triple(law.high),
-                counts: law.counts,
-                values: law.values.iter().map(|value| triple(*value)).collect(),
-            },
-            Formula::LinearKernel(law) => FormulaDoc::LinearKernel(Box::new(KernelDoc::write(law))),
-            #[cfg(feature = "expression")]
-            Formula::Expression(law) => {
-                check_texts(law.texts())?;
-                FormulaDoc::Expression(law.texts().clone())
-            }
+            Formula::Magnetic(law) => FormulaDoc::Magnetic(*law),
+            Formula::Swirl(law) => FormulaDoc::Swirl(*law),
+            Formula::Buoyancy(law) => FormulaDoc::Buoyancy(*law),
+            Formula::Turbulence(law) => FormulaDoc::Turbulence((**law).clone()),
+            Formula::Path(law) => FormulaDoc::Path((**law).clone()),
+            Formula::Grid(law) => FormulaDoc::Grid((**law).clone()),
+            Formula::LinearKernel(law) => FormulaDoc::LinearKernel(law.clone()),
+            Formula::Expression(law) => FormulaDoc::Expression((**law).clone()),
             Formula::Contact(law) => FormulaDoc::Contact { law: *law },
             Formula::Closure(_) => return Err(closure()),
+            _ => return Err(content("this formula cannot stand in a file")),
         })
     }
 }

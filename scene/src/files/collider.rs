@@ -7,13 +7,15 @@ use serde::{Deserialize, Serialize};
 use super::body::{is_yes, yes};
 use super::error::{FileError, content};
 use super::field::GroupsDoc;
+use super::fields::ColliderProperties;
+use super::fields::math::{InteractionGroups, Real};
+use super::fields::rapier::dynamics::CoefficientCombineRule;
+use super::fields::rapier::geometry::{
+    ActiveCollisionTypes, Collider, ColliderBuilder, ColliderMassProps,
+};
 use super::mass::MassDoc;
 use super::number::{Num, Quad, Triple, not_negative, placed, quad, unless_num, unless_zero};
 use super::shape::ShapeDoc;
-use crate::math::{InteractionGroups, Real};
-use crate::rapier::dynamics::CoefficientCombineRule;
-use crate::rapier::geometry::{ActiveCollisionTypes, Collider, ColliderBuilder, ColliderMassProps};
-use crate::sample::ColliderProperties;
 
 /// A collider, by the names of Rapier's settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
