@@ -1,9 +1,11 @@
 //! What can be read from JSON and written to it.
 
+use std::io;
+
 use serde::Serialize;
 
 use super::collider::ProbeDoc;
-use super::error::{FileError, parse};
+use super::error::{FileError, content, parse};
 use super::field::FieldDoc;
 use super::fields::ColliderProperties;
 use super::fields::field::{Field, Region, Scalar, Tree};
@@ -43,9 +45,24 @@ pub trait Document: Sized {
     fn to_json(&self) -> Result<String, FileError>;
 }
 
+/// Refuses what is not finite, which JSON has no word for.
+struct Finite;
+
+impl serde_json::ser::Formatter for Finite {
+    fn write_null<W: ?Sized + io::Write>(&mut self, _: &mut W) -> io::Result<()> {
+        let message = "a number is not finite, and cannot stand in a file";
+        Err(io::Error::other(message))
+    }
+}
+
 /// Writes a document, unless it is nested more deeply than is read back.
 fn text<T: Serialize>(document: &T) -> Result<String, FileError> {
-    let compact = serde_json::to_string(document).map_err(FileError::writing)?;
+    let mut bytes = Vec::new();
+    let mut writer = serde_json::Serializer::with_formatter(&mut bytes, Finite);
+    document
+        .serialize(&mut writer)
+        .map_err(FileError::writing)?;
+    let compact = String::from_utf8(bytes).map_err(|error| content(error.to_string()))?;
     let depth = pretty::depth(&compact);
     if depth > MOST_BRACES {
         return Err(FileError::TooDeep {

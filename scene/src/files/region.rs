@@ -126,7 +126,9 @@ impl RegionDoc {
             RegionDoc::Shape(shape) => {
                 Region::shape(shape.read().map_err(|error| error.within("shape"))?)
             }
-            RegionDoc::Predicate(_) => return Err(predicate("predicate")),
+            RegionDoc::Predicate(_) => {
+                return Err(content("a predicate is code, and cannot stand in a file"));
+            }
             RegionDoc::Moved {
                 region,
                 at,
@@ -170,13 +172,6 @@ impl RegionDoc {
             stack.push(next);
         }
         Ok(stack.pop().map_or(RegionDoc::Everywhere, |(doc, _)| doc))
-    }
-}
-
-fn predicate(what: &str) -> FileError {
-    FileError::Code {
-        what: what.to_owned(),
-        kind: "predicate",
     }
 }
 
@@ -249,7 +244,12 @@ fn write_simple(step: &RegionStep) -> Result<RegionDoc, FileError> {
             };
             moved(doc, &set.pose)
         }
-        RegionStep::Predicate(_) => return Err(predicate("region")),
+        RegionStep::Predicate(_) => {
+            return Err(FileError::Code {
+                what: "region".to_owned(),
+                kind: "predicate",
+            });
+        }
         _ => RegionDoc::Everywhere,
     })
 }

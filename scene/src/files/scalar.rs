@@ -56,10 +56,7 @@ fn read_step(before: Option<Scalar>, step: &StepDoc) -> Result<Scalar, FileError
             Some(Scalar::depth(region))
         }
         StepDoc::Closure(_) => {
-            return Err(FileError::Code {
-                what: "closure".to_owned(),
-                kind: "closure",
-            });
+            return Err(content("a closure is code, and cannot stand in a file"));
         }
         _ => None,
     };

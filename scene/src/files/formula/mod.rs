@@ -131,7 +131,9 @@ impl FormulaDoc {
                 Field::expression([x, y, z])
             }
             FormulaDoc::Contact { law } => Field::contact(*law),
-            FormulaDoc::Closure(_) => return Err(closure()),
+            FormulaDoc::Closure(_) => {
+                return Err(content("a closure is code, and cannot stand in a file"));
+            }
         })
     }
 

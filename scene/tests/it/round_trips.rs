@@ -1,20 +1,11 @@
 //! What is written comes back: every formula, region, scalar and operator, to the last bit of the
 //! forces; and what cannot be read, or written, is refused by name and place.
-#[cfg(feature = "f64")]
-extern crate rapier3d_fields_f64 as rapier3d_fields;
 
-#[path = "support/trees.rs"]
-#[allow(dead_code, reason = "shared with other tests")]
-mod trees;
-#[path = "support/worlds.rs"]
-#[allow(dead_code, reason = "shared with other tests")]
-mod worlds;
-
+use crate::files::{Document, FileError, SceneFile};
+use crate::trees::{FormulaPlan, Numbers, RegionPlan, ScalarPlan, TermPlan};
+use crate::worlds::{World, bodies};
 use proptest::prelude::*;
-use rapier3d_fields::files::{Document, FileError, SceneFile};
 use rapier3d_fields::prelude::*;
-use trees::{FormulaPlan, Numbers, RegionPlan, ScalarPlan, TermPlan};
-use worlds::{World, bodies};
 
 /// Whether a term holds what files cannot: closures and predicates.
 fn is_code(term: &TermPlan) -> bool {
@@ -31,7 +22,7 @@ fn is_code(term: &TermPlan) -> bool {
         ScalarPlan::Depth(region, ..) => predicate(region),
         _ => false,
     };
-    let leaf = |leaf: &trees::LeafPlan| {
+    let leaf = |leaf: &crate::trees::LeafPlan| {
         matches!(leaf.formula, FormulaPlan::Closure(_))
             || (!leaf.formula.brings_region() && predicate(&leaf.region))
     };
@@ -51,7 +42,7 @@ fn wrenches(fields: &mut Fields, world: &PhysicsWorld) -> Vec<Option<[u64; 6]>> 
     handles.into_iter().map(wrench).collect()
 }
 
-fn comes_back(plans: &[worlds::BodyPlan], terms: &[TermPlan]) -> Result<(), TestCaseError> {
+fn comes_back(plans: &[crate::worlds::BodyPlan], terms: &[TermPlan]) -> Result<(), TestCaseError> {
     let world = World::new(plans);
     let terms_of = terms.iter().map(|term| term.term(&world));
     let mut fields = world.fields(&Tree::fold(Operator::SumUnion, terms_of));
@@ -75,7 +66,7 @@ fn comes_back(plans: &[worlds::BodyPlan], terms: &[TermPlan]) -> Result<(), Test
 }
 
 fn terms(numbers: Numbers) -> impl Strategy<Value = Vec<TermPlan>> {
-    proptest::collection::vec(trees::term(numbers), 1..=3)
+    proptest::collection::vec(crate::trees::term(numbers), 1..=3)
 }
 
 proptest! {
@@ -102,7 +93,7 @@ proptest! {
 
 /// A file by hand with one of every formula, region, scalar, operator, law and setting. Written
 /// anew it is the same, to the letter: no setting is lost on the way, and none added.
-const EVERYTHING: &str = include_str!("data/everything.json");
+const EVERYTHING: &str = include_str!("../data/everything.json");
 
 #[test]
 fn one_of_everything_comes_back_to_the_letter() {

@@ -1,8 +1,5 @@
 //! Files that are wrong: the error says where, and what was expected; nothing panics.
-#[cfg(feature = "f64")]
-extern crate rapier3d_fields_f64 as rapier3d_fields;
-
-use rapier3d_fields::files::{Document, FileError, SceneFile};
+use crate::files::{Document, FileError, SceneFile};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::random::Random;
 use serde_json::{Value, json};
@@ -145,11 +142,11 @@ fn what_is_not_possible_is_named_with_its_place_and_value() {
         ),
         (
             with_tree(r#"{ "field": { "formula": { "closure": "x => 2x" } } }"#),
-            "field: a closure is code, and cannot stand in a file",
+            "at `fields.tree.field.formula`: a closure is code, and cannot stand in a file",
         ),
         (
             with_tree(r#"{ "sum-union": [] }"#),
-            "the tree is empty: it needs at least one field",
+            "at `fields.tree`: the tree is empty: it needs at least one field",
         ),
         (
             with_tree(
@@ -169,10 +166,12 @@ fn what_is_not_possible_is_named_with_its_place_and_value() {
             with_tree(
                 r#"{ "field": { "name": "pit", "formula": { "lennard-jones": { "epsilon": 1, "sigma": -1 } } } }"#,
             ),
-            "field `pit`: sigma must be positive and finite, but is -1",
+            "at `fields.tree.field`: field `pit`: sigma must be positive and finite, but is -1",
         ),
     ] {
-        assert!(found.starts_with(expected), "{found}\nis not\n{expected}");
+        let (place, _) = found.split_once(", at `").unwrap_or_default();
+        assert!(place.starts_with("line "), "{found}");
+        assert!(found.contains(expected), "{found}\nis not\n{expected}");
     }
 }
 
@@ -288,7 +287,7 @@ fn what_is_written_is_read_however_deep() {
     }
 }
 
-const EVERYTHING: &str = include_str!("data/everything.json");
+const EVERYTHING: &str = include_str!("../data/everything.json");
 
 #[test]
 fn truncated_files_are_errors() {

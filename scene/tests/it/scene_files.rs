@@ -1,14 +1,9 @@
 //! Every scene of the project is a file in `examples/scenes/`, as this crate would write it, and
 //! runs as the one built in code, bit for bit.
 //!
-//! The files are those of `f32`. `WRITE_SCENES=1 cargo test --test scene_files` writes them anew.
-#[cfg(feature = "f64")]
-extern crate rapier3d_fields_f64 as rapier3d_fields;
+//! The files are those of `f32`. `WRITE_SCENES=1 cargo test -p rapier3d-fields-scene the_files_are` writes them anew.
 
-#[path = "support/bits.rs"]
-mod bits;
-
-use rapier3d_fields::files::{Document, SceneFile};
+use crate::files::{Document, SceneFile};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::scenes::ammonia::AmmoniaSettings;
 use rapier3d_fields::scenes::figures::{Figure3Settings, Figure4Settings};
@@ -16,7 +11,7 @@ use rapier3d_fields::scenes::flock::FlockSettings;
 use rapier3d_fields::scenes::head_on::{HeadOnSettings, Meeting};
 use rapier3d_fields::scenes::spheres::SpheresSettings;
 
-use bits::bits;
+use crate::bits::bits;
 
 /// A scene as it is built in code.
 struct Built {
@@ -188,9 +183,11 @@ fn all() -> Vec<Built> {
 }
 
 #[test]
-#[cfg(feature = "f32")]
 fn the_files_are_what_the_scenes_are() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes");
+    if size_of::<Real>() != 4 {
+        return;
+    }
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
     let write = std::env::var_os("WRITE_SCENES").is_some();
     let mut names: Vec<String> = Vec::new();
     for built in all() {
@@ -238,7 +235,7 @@ fn files_run_as_the_scenes_in_code_do_bit_for_bit() {
 /// The README's example is a scene, and its moon stays in orbit.
 #[test]
 fn the_example_of_the_readme_runs() {
-    let readme = include_str!("../README.md");
+    let readme = include_str!("../../../README.md");
     let (_, rest) = readme.split_once("```json\n").expect("an example");
     let (text, _) = rest.split_once("```").expect("its end");
     let scene = SceneFile::from_json(text).and_then(|file| file.build());
