@@ -22,6 +22,7 @@ use crate::math::{Real, to_f64};
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum ContactLaw {
     /// Only reports the contact.
     Observe,

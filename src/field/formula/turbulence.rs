@@ -24,6 +24,7 @@ use crate::random::Random;
     derive(serde::Serialize, serde::Deserialize),
     serde(from = "Settings", into = "Settings")
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Turbulence {
     pub(crate) seed: u64,
     pub(crate) speed: Real,
@@ -107,6 +108,7 @@ impl Turbulence {
 #[cfg(feature = "serde-serialize")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 struct Settings {
     seed: u64,
     speed: Real,
