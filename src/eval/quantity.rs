@@ -2,7 +2,7 @@
 
 use crate::math::Real;
 
-/// A bound of how far a [`Wrench`] may be off; see [`Fields::wrench_error`](crate::Fields).
+/// A bound of how far a [`Wrench`](crate::Wrench) may be off; see [`Fields::wrench_error`](crate::Fields).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
