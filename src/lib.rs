@@ -121,7 +121,8 @@
 //! # Features
 //!
 //! - `expression`: formulas given as text, by the crate `exmex`.
-//! - `serde-serialize`: scenes as JSON files, and snapshots, by serde and `serde_json`.
+//! - `serde-serialize`: trees and settings as plain data for any of serde's formats, and
+//!   snapshots. Scenes as files are a crate of their own, `rapier3d-fields-scene`.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
@@ -169,9 +170,6 @@ mod diagnose;
 mod pipeline;
 
 mod fields;
-
-#[cfg(feature = "serde-serialize")]
-pub mod files;
 
 pub mod prelude;
 

@@ -17,6 +17,11 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 /// # let _ = field;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 pub struct Grid {
     /// The corner with the smallest coordinates.
     pub low: Vector,

@@ -13,6 +13,11 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 /// a is a vector of random numbers from 0 to 1. Here it is a hash of the sample's place and time,
 /// so that a run repeats bit by bit. Its derivatives are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields, default)
+)]
 pub struct LinearKernel {
     /// What the components mean.
     pub coordinates: Coordinates,
@@ -38,6 +43,11 @@ pub struct LinearKernel {
 /// components of p, v and f are along an orthonormal triad that turns with the point; its first
 /// direction is outward, and where that is not defined the force is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 pub enum Coordinates {
     /// x, y and z.
     #[default]
