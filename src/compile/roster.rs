@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::Program;
+use super::program::Program;
 
 /// Followers that are more changes behind than this begin anew.
 const LONGEST: usize = 4096;
