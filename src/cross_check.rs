@@ -3,8 +3,10 @@
 //! Contacts that Rapier reports after a step belong to the poses before it. So what the fields find
 //! before a step is kept, and compared after it.
 
+mod disagreement;
 mod settings;
 
+pub use disagreement::Disagreement;
 pub use settings::CrossCheck;
 
 use std::collections::HashSet;
@@ -84,28 +86,6 @@ impl ContactCounts {
         self.only_rapier += other.only_rapier;
         self.within_band += other.within_band;
     }
-}
-
-/// A contact that one side only found.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Disagreement {
-    /// The number of the step, from 1.
-    pub step: u64,
-    /// Where the side that found it did.
-    pub world_point: Vector,
-    /// The colliders, in the order of their handles.
-    pub colliders: [ColliderHandle; 2],
-    /// Overlap as the fields found it, if they did.
-    pub field_depth: Option<Real>,
-    /// Overlap as Rapier found it, if it did.
-    pub rapier_depth: Option<Real>,
-    /// The tolerance band there.
-    pub band: Real,
 }
 
 impl CrossCheckReport {

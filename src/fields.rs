@@ -5,18 +5,19 @@ mod questions;
 
 pub use builder::FieldsBuilder;
 
-use std::sync::Arc;
+use std::ops::{Index, IndexMut};
 use std::sync::mpsc::Sender;
 
 use crate::bridge::{StepError, WorldMut};
 use crate::contact::ContactEvent;
-use crate::field::{Sampling, Tree, TreeError};
+use crate::field::{
+    BuildError, ColliderProperties, Field, FieldKey, FieldSet, PropertyError, Sampling, Tree,
+};
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet};
 use crate::pipeline::{
     Definition, FieldPipeline, FieldSettings, FieldState, OpenStep, StepOutcome,
 };
 use crate::rapier::pipeline::{EventHandler, PhysicsHooks, PhysicsWorld};
-use crate::sample::{ColliderProperties, Properties, PropertyError};
 
 /// Force fields of a Rapier world: what they are, how they act, what outlives a step, and the
 /// machinery, bundled as Rapier's `PhysicsWorld` bundles its sets.
@@ -74,12 +75,9 @@ pub struct Fields {
     pub settings: FieldSettings,
     /// What the next step takes over from the last one.
     pub state: FieldState,
+    /// The fields, and what is said of colliders and axes.
+    pub set: FieldSet,
     pipeline: FieldPipeline,
-    pub(crate) tree: Tree,
-    pub(crate) properties: Properties,
-    axes: Vec<Arc<str>>,
-    revision: u64,
-    properties_revision: u64,
     events: Option<Sender<ContactEvent>>,
 }
 
@@ -142,6 +140,7 @@ impl Fields {
     /// # Errors
     /// See [`StepError`]; nothing has been written.
     pub fn begin(&mut self, world: WorldMut<'_>) -> Result<OpenStep, StepError> {
+        self.set.validate_changes()?;
         let (fields, state, pipeline) = self.parts();
         pipeline.begin(&fields, state, world)
     }
@@ -156,17 +155,18 @@ impl Fields {
         step: OpenStep,
         world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
+        self.set.validate_changes()?;
         let (fields, state, pipeline) = self.parts();
-        pipeline.finish(&fields, state, step, world)
+        let outcome = pipeline.finish(&fields, state, step, world)?;
+
+        self.set.step_done();
+        Ok(outcome)
     }
 
     fn parts(&mut self) -> (Definition<'_>, &mut FieldState, &mut FieldPipeline) {
         let definition = Definition {
-            tree: &self.tree,
-            properties: &self.properties,
+            set: &self.set,
             settings: &self.settings,
-            revision: self.revision,
-            properties_revision: self.properties_revision,
             events: self.events.as_ref(),
         };
         (definition, &mut self.state, &mut self.pipeline)
@@ -174,24 +174,26 @@ impl Fields {
 
     fn definition(&self) -> Definition<'_> {
         Definition {
-            tree: &self.tree,
-            properties: &self.properties,
+            set: &self.set,
             settings: &self.settings,
-            revision: self.revision,
-            properties_revision: self.properties_revision,
             events: self.events.as_ref(),
         }
     }
 
-    /// Replaces the tree; properties of colliders, axes, settings and time stay.
+    /// Replaces all fields; properties of colliders, axes, settings and time stay.
     ///
     /// # Errors
-    /// As [`FieldsBuilder::build`]; the old tree stays in place.
-    pub fn set_tree(&mut self, tree: impl Into<Tree>) -> Result<(), TreeError> {
+    /// As [`FieldsBuilder::build`]; the old fields stay in place.
+    pub fn set_tree(&mut self, tree: impl Into<Tree>) -> Result<(), BuildError> {
+        let mut set = self.set.clone();
+        set.clear();
         let tree = tree.into();
-        tree.validate(&self.axes)?;
-        self.tree = tree;
-        self.revision += 1;
+        if tree.field_count() == 0 {
+            return Err(BuildError::Empty);
+        }
+        set.insert(tree);
+        set.validate_changes()?;
+        self.set = set;
         self.state.audit = Default::default();
         Ok(())
     }
@@ -213,10 +215,7 @@ impl Fields {
         if !bodies.contains(body) {
             return Err(PropertyError::NoSuchBody { body });
         }
-        self.properties.set_sampling(body, sampling.into())?;
-        self.revision += 1;
-        self.properties_revision += 1;
-        Ok(())
+        self.set.set_sampling(body, sampling)
     }
 
     /// Sets what fields may ask of a collider.
@@ -232,9 +231,7 @@ impl Fields {
         if !colliders.contains(collider) {
             return Err(PropertyError::NoSuchCollider { collider });
         }
-        self.properties.set(collider, properties)?;
-        self.properties_revision += 1;
-        Ok(())
+        self.set.set_properties(collider, properties)
     }
 
     /// Sets the value along a declared axis for all samples that have none of their own.
@@ -242,8 +239,26 @@ impl Fields {
     /// # Errors
     /// The axis was not declared, or the value is not finite.
     pub fn set_axis(&mut self, name: &str, value: Real) -> Result<(), PropertyError> {
-        self.properties.set_axis(name, value)?;
-        self.properties_revision += 1;
-        Ok(())
+        self.set.set_axis(name, value)
+    }
+}
+
+/// `fields["wind"].strength = 2.0`: the fields of the [set](Fields::set), by handle or name.
+///
+/// # Panics
+/// If there is no such field, as maps do.
+impl<K: FieldKey> Index<K> for Fields {
+    type Output = Field;
+
+    fn index(&self, key: K) -> &Field {
+        &self.set[key]
+    }
+}
+
+/// # Panics
+/// If there is no such field, as maps do.
+impl<K: FieldKey> IndexMut<K> for Fields {
+    fn index_mut(&mut self, key: K) -> &mut Field {
+        &mut self.set[key]
     }
 }

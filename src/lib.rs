@@ -189,8 +189,9 @@ pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement}
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
 pub use eval::{PotentialEnergy, WrenchError};
 pub use field::{
-    Anchor, Axis, ContactLaw, Coupling, Field, ForceMode, Layer, Operator, Region, Sample,
-    Sampling, Scalar, Tree, TreeError,
+    Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Field, FieldHandle,
+    FieldRef, FieldSet, ForceMode, Layer, Lifetime, Operator, PropertyError, Region, Sample,
+    Sampling, Scalar, Tree, TreeHandle,
 };
 pub use fields::{Fields, FieldsBuilder};
 pub use integrate::{Scheme, StepWarning, Stiffness, Substeps};
@@ -199,7 +200,6 @@ pub use pipeline::{
 };
 
 pub use rigid::Wrench;
-pub use sample::{ColliderProperties, PropertyError};
 
 /// The README's programs run as tests.
 #[cfg(all(doctest, feature = "f32"))]

@@ -23,7 +23,7 @@ use crate::bridge::{Push, Reader, Rollback, SoftBodies, WakePolicy};
 use crate::compile::Compiled;
 use crate::contact::{Claims, ContactEvent, Detection, Detector, Rules};
 use crate::cross_check::Watched;
-use crate::field::Tree;
+use crate::field::FieldSet;
 use crate::integrate::{Evaluation, Integrator, Motions, StepWarning};
 use crate::math::{RigidBodyHandle, Vector};
 use crate::rigid::{Body, Wrench};
@@ -52,13 +52,8 @@ pub struct StepOutcome {
 /// The fields of a step, as data.
 #[derive(Clone, Copy)]
 pub(crate) struct Definition<'a> {
-    pub tree: &'a Tree,
-    pub properties: &'a Properties,
+    pub set: &'a FieldSet,
     pub settings: &'a FieldSettings,
-    /// Changes with every edit of the tree, and of the ways in which bodies are sampled.
-    pub revision: u64,
-    /// Changes with every edit of properties.
-    pub properties_revision: u64,
     pub events: Option<&'a Sender<ContactEvent>>,
 }
 
@@ -66,8 +61,9 @@ pub(crate) struct Definition<'a> {
 /// they change. Nothing in it shows in any result, so a fresh one goes on bit for bit.
 pub struct FieldPipeline {
     pub(crate) compiled: Compiled,
-    /// The edit that it was compiled from.
-    compiled_from: Option<u64>,
+    properties: Properties,
+    /// Counts the changes of properties.
+    properties_revision: u64,
     reader: Reader,
     gatherer: Gatherer,
     bodies: Vec<Body>,
@@ -84,10 +80,12 @@ pub struct FieldPipeline {
     links: Vec<RigidBodyHandle>,
     softs: SoftBodies,
     pub(crate) detector: Detector,
+    /// The revision of the detection fields that it was made for.
+    detectors_revision: Option<u64>,
     detection: Detection,
     pushes: Vec<Push>,
     claims: Arc<Claims>,
-    claims_for: (Option<u64>, Rules),
+    claims_for: Rules,
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
     /// Bodies sampled in the last step.
@@ -96,11 +94,13 @@ pub struct FieldPipeline {
 
 impl Default for FieldPipeline {
     fn default() -> Self {
-        let compiled = Compiled::new(Tree::empty(), Vec::new());
+        let compiled = Compiled::default();
         FieldPipeline {
             detector: Detector::new(&compiled, Detection::default()),
+            detectors_revision: None,
             compiled,
-            compiled_from: None,
+            properties: Properties::default(),
+            properties_revision: 0,
             reader: Reader::default(),
             gatherer: Gatherer::default(),
             bodies: Vec::new(),
@@ -117,7 +117,7 @@ impl Default for FieldPipeline {
             detection: Detection::default(),
             pushes: Vec::new(),
             claims: Arc::default(),
-            claims_for: (None, Rules::default()),
+            claims_for: Rules::default(),
             watched: Watched::default(),
             warnings: Vec::new(),
             sampled: 0,
@@ -133,25 +133,24 @@ impl FieldPipeline {
 
     /// Brings everything that is made of the fields up to date with them.
     pub(crate) fn follow(&mut self, fields: &Definition<'_>) {
-        let stale = self.compiled_from != Some(fields.revision);
-        if stale {
-            self.compiled_from = Some(fields.revision);
-            self.compiled = Compiled::new(fields.tree.clone(), fields.properties.overrides());
-            self.integrator = Integrator::default();
-            self.softs = SoftBodies::default();
-            let detecting = self.compiled.detectors.iter();
-            self.watched = detecting.map(|detector| detector.collider).collect();
+        self.compiled.update(fields.set);
+        if self.properties.update(fields.set) {
+            self.properties_revision += 1;
         }
-        if stale || self.detection != fields.settings.detection {
-            self.detection = fields.settings.detection;
+        let settings = fields.settings;
+        let found = Some(self.compiled.detectors_revision);
+        let stale = self.detectors_revision != found;
+        if stale || self.detection != settings.detection {
+            self.detection = settings.detection;
             self.detector = Detector::new(&self.compiled, self.detection);
         }
-        let (claimed_from, rules) = &self.claims_for;
-        if *claimed_from != Some(fields.revision) || *rules != fields.settings.rules {
-            self.claims_for = (Some(fields.revision), fields.settings.rules.clone());
+        if stale || self.claims_for != settings.rules {
+            self.detectors_revision = found;
+            self.claims_for = settings.rules.clone();
             let detecting = self.compiled.detectors.iter();
             let detecting = detecting.map(|detector| detector.collider);
-            self.claims = Arc::new(Claims::new(&fields.settings.rules, detecting));
+            self.watched = detecting.clone().collect();
+            self.claims = Arc::new(Claims::new(&settings.rules, detecting));
         }
     }
 }

@@ -2,8 +2,8 @@
 
 pub use crate::rapier::prelude::*;
 pub use crate::{
-    Anchor, Axis, ColliderProperties, ContactLaw, Coupling, Detection, Field, FieldPipeline,
-    FieldSettings, FieldState, Fields, ForceMode, Layer, OpenStep, Operator, PropertyError, Region,
-    Responder, Sample, Sampling, Scalar, Scheme, StepError, StepWarning, Stiffness, Substeps, Tree,
-    TreeError, WakePolicy, WorldMut,
+    Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Detection, Field,
+    FieldPipeline, FieldSettings, FieldState, Fields, ForceMode, Layer, OpenStep, Operator,
+    PropertyError, Region, Responder, Sample, Sampling, Scalar, Scheme, StepError, StepWarning,
+    Stiffness, Substeps, Tree, WakePolicy, WorldMut,
 };

@@ -1,6 +1,6 @@
 //! What can go wrong in a step.
 
-use crate::field::TreeError;
+use crate::field::BuildError;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
 /// Why a step was refused. The world is as it was before the step.
@@ -50,7 +50,7 @@ pub enum StepError {
     },
     /// A setting is out of its range.
     #[error(transparent)]
-    Setting(#[from] TreeError),
+    Setting(#[from] BuildError),
     /// The state of the fields is none that a step leaves behind: it was read from elsewhere, or a
     /// time that is not finite was set.
     #[error("the state of the fields is not one that a step leaves behind")]

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::FieldContact;
+use super::field_contact::{FieldContact, Part};
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, SharedShape, Vector};
@@ -27,16 +27,6 @@ pub(super) struct Discrete {
     clusters: Vec<Cluster>,
     list: VerletList,
     solids: Vec<Solid>,
-}
-
-/// What balls and other shapes have in common.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
-    pub collider: ColliderHandle,
-    pub body: Option<RigidBodyHandle>,
-    pub dynamic: bool,
-    /// Of its detection field, if it has one.
-    pub law: Option<ContactLaw>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -233,14 +223,6 @@ impl Discrete {
                 }
             }
         }
-    }
-}
-
-impl Part {
-    /// Parts of one body never touch, nor do two that cannot move.
-    fn may_touch(&self, other: &Part) -> bool {
-        let same = self.body.is_some() && self.body == other.body;
-        !same && (self.dynamic || other.dynamic)
     }
 }
 

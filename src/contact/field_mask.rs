@@ -76,7 +76,9 @@ impl FieldMasks {
         };
         let mut query = self.samples.query(&self.samples.list[*place], moment);
         query.world_point = world_point.unwrap_or(query.world_point);
-        let program = &compiled.programs[mask.program as usize];
+        let Some(program) = compiled.programs.get(mask.program) else {
+            return false;
+        };
         let instance = mask.instance as usize;
         let motion = Motion::of(&query);
         let outcome = self

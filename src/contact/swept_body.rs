@@ -1,7 +1,8 @@
 //! The bodies of a step as a swept detection sees them: where they began, how they move, and
 //! what on them can touch.
 
-use super::discrete::{Discrete, Part};
+use super::discrete::Discrete;
+use super::field_contact::Part;
 use super::solve::{ContactBody, Resistance};
 use super::trajectory::{Path, Turn};
 use crate::math::{

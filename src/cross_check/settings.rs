@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 use std::sync::Arc;
 
-use super::Disagreement;
+use super::disagreement::Disagreement;
 use crate::math::ColliderHandle;
 
 type Listener = dyn Fn(&Disagreement) + Send + Sync;
@@ -25,7 +25,7 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// use rapier3d_fields::CrossCheck;
 /// let check = CrossCheck::all().on_disagreement(|found| eprintln!("{found:?}"));
 /// let fields = Fields::builder(Field::uniform(Vector::X)).cross_check(check).build()?;
-/// # Ok::<(), TreeError>(())
+/// # Ok::<(), BuildError>(())
 /// ```
 #[cfg_attr(
     feature = "serde-serialize",

@@ -3,8 +3,7 @@
 use std::fmt;
 
 use super::each_trace;
-use crate::compile::Compiled;
-use crate::field::{Anchor, Frames};
+use crate::field::{Anchor, FieldSet, Frames};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::reference::Fate;
 use crate::rigid::Lookup;
@@ -65,21 +64,21 @@ impl EnergyAudit {
     /// Takes up the state before a step; returns the power of everything in the tree, by its place.
     pub(crate) fn begin(
         &mut self,
-        compiled: &Compiled,
+        set: &FieldSet,
         world: &(impl Lookup + Frames),
         samples: &Samples,
         moment: Moment,
     ) -> Vec<f64> {
-        let tally = tally(compiled, world, samples, moment);
+        let tally = tally(set, world, samples, moment);
         if !self.began {
             self.began = true;
-            self.fields = compiled
-                .tree
+            self.fields = set
                 .nodes()
+                .0
                 .iter()
                 .enumerate()
                 .map(|(place, _)| FieldEnergy {
-                    field: compiled.label(place as u32),
+                    field: set.label(place as u32),
                     ..FieldEnergy::default()
                 })
                 .collect();
@@ -93,12 +92,12 @@ impl EnergyAudit {
     pub(crate) fn end(
         &mut self,
         power: &[f64],
-        compiled: &Compiled,
+        set: &FieldSet,
         world: &(impl Lookup + Frames),
         samples: &Samples,
         (moment, dt): (Moment, Real),
     ) {
-        let tally = tally(compiled, world, samples, moment);
+        let tally = tally(set, world, samples, moment);
         let powers = power.iter().zip(&tally.power);
         for (field, (before, after)) in self.fields.iter_mut().zip(powers) {
             field.work += (before + after) / 2.0 * to_f64(dt);
@@ -133,54 +132,47 @@ fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector)
 }
 
 /// What all fields do to all sampled bodies right now.
-fn tally(compiled: &Compiled, frames: &impl Frames, samples: &Samples, moment: Moment) -> Tally {
-    let count = compiled.tree.nodes().len();
+fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment) -> Tally {
+    let count = set.nodes().0.len();
     let mut tally = Tally {
         power: vec![0.0; count],
         potential: vec![None; count],
     };
     for place in 0..count {
         // A field with a potential has one even where nobody is in it.
-        let field = compiled.tree.field(place as u32);
+        let field = set.field(place as u32);
         let known = field.is_some_and(|field| field.has_potential());
         tally.potential[place] = known.then_some(0.0);
     }
     for body in 0..samples.bodies.len() as u32 {
-        each_trace(
-            compiled,
-            frames,
-            samples,
-            moment,
-            body,
-            |sample, term, trace| {
-                let velocity = to_dvec3(sample.velocity);
-                let mut rest = trace.force.unwrap_or_default().dot(velocity);
-                for contribution in &trace.contributions {
-                    if contribution.fate != Fate::Counts {
-                        continue;
-                    }
-                    let place = contribution.place as usize;
-                    let force = contribution.force.unwrap_or_default();
-                    let power = force.dot(velocity);
-                    tally.power[place] += power;
-                    rest -= power;
-                    let field = compiled.tree.field(contribution.place);
-                    let carrier = contribution.carrier;
-                    if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {
-                        let point = sample.world_point;
-                        tally.power[place] -= force.dot(velocity_of(frames, carrier, point));
-                    }
-                    if let (Some(sum), Some(potential)) =
-                        (&mut tally.potential[place], contribution.potential)
-                    {
-                        let carried = carrier.is_some();
-                        *sum += potential * field.map_or(1.0, |f| f.energy_share(carried));
-                    }
+        each_trace(set, frames, samples, moment, body, |sample, term, trace| {
+            let velocity = to_dvec3(sample.velocity);
+            let mut rest = trace.force.unwrap_or_default().dot(velocity);
+            for contribution in &trace.contributions {
+                if contribution.fate != Fate::Counts {
+                    continue;
                 }
-                // What an operation makes of its fields beyond their sum.
-                tally.power[term as usize] += rest;
-            },
-        );
+                let place = contribution.place as usize;
+                let force = contribution.force.unwrap_or_default();
+                let power = force.dot(velocity);
+                tally.power[place] += power;
+                rest -= power;
+                let field = set.field(contribution.place);
+                let carrier = contribution.carrier;
+                if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {
+                    let point = sample.world_point;
+                    tally.power[place] -= force.dot(velocity_of(frames, carrier, point));
+                }
+                if let (Some(sum), Some(potential)) =
+                    (&mut tally.potential[place], contribution.potential)
+                {
+                    let carried = carrier.is_some();
+                    *sum += potential * field.map_or(1.0, |f| f.energy_share(carried));
+                }
+            }
+            // What an operation makes of its fields beyond their sum.
+            tally.power[term as usize] += rest;
+        });
     }
     tally
 }

@@ -2,16 +2,16 @@
 
 use super::explain;
 use crate::bridge::StepError;
-use crate::compile::Compiled;
-use crate::field::Anchor;
+use crate::compile::Prepared;
+use crate::field::{Anchor, FieldSet};
 use crate::integrate::{FASTEST, Fault, FaultKind};
 use crate::math::Vector;
 
 /// The error for a fault. Slow: this only runs when a step has failed.
-pub(crate) fn blame(compiled: &Compiled, fault: &Fault) -> StepError {
+pub(crate) fn blame(set: &FieldSet, fault: &Fault) -> StepError {
     let scene = &fault.scene;
     let (samples, place) = (&scene.samples, fault.place as u32);
-    let explanation = explain(compiled, &scene.frames, samples, scene.moment, place);
+    let explanation = explain(set, &scene.frames, samples, scene.moment, place);
     let worst = explanation.worst();
     let field = worst.map_or_else(String::new, |worst| worst.field.clone());
     match fault.kind {
@@ -32,13 +32,17 @@ pub(crate) fn blame(compiled: &Compiled, fault: &Fault) -> StepError {
 }
 
 /// The error for an anchor that is not in the world.
-pub(crate) fn missing_anchor(compiled: &Compiled, missing: usize) -> StepError {
+pub(crate) fn missing_anchor(compiled: Prepared<'_>, missing: usize) -> StepError {
     let missing = missing as u32;
-    let radials = compiled.radials.iter().flat_map(|batch| &batch.sources);
+    let radials = compiled
+        .radials
+        .iter()
+        .flat_map(|(_, batch)| &batch.sources);
     let of_radial = radials
         .filter(|source| source.anchor == missing)
         .map(|source| source.leaf);
-    let of_program = compiled.programs.iter().flat_map(|program| {
+    let of_program = compiled.programs.iter().flat_map(|(_, program)| {
+        let program = &program.instances;
         let anchors = program.anchors.iter().enumerate();
         let here = anchors.filter(|(_, anchor)| **anchor == missing);
         let from_leaf = here.map(|(place, _)| program.places[place]);
@@ -60,7 +64,7 @@ pub(crate) fn missing_anchor(compiled: &Compiled, missing: usize) -> StepError {
         Anchor::Collider { handle, .. } => format!("collider {handle:?}"),
     };
     StepError::MissingAnchor {
-        field: leaf.map_or_else(String::new, |leaf| compiled.label(leaf)),
+        field: leaf.map_or_else(String::new, |leaf| compiled.set.label(leaf)),
         anchor,
     }
 }

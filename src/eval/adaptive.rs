@@ -7,7 +7,8 @@
 
 use std::collections::BinaryHeap;
 
-use super::interpreter::{Interpreter, Reach, RegionOverride, boundaries_within};
+use super::index::Reach;
+use super::interpreter::{Interpreter, RegionOverride, boundaries_within};
 use super::{Wrench, WrenchError};
 use crate::compile::Program;
 use crate::field::{Frame, Motion, Query, real};

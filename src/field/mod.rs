@@ -9,16 +9,20 @@ mod error;
 mod formula;
 mod layer;
 mod leaf;
+mod lifetime;
+mod likeness;
 mod linearised;
 mod modifier;
+mod nodes;
 mod number;
 mod operator;
 mod over_axes;
-mod presets;
+mod properties;
 mod query;
 mod region;
 mod sampling;
 mod scalar;
+mod set;
 mod solid;
 mod sum;
 mod tree;
@@ -27,7 +31,7 @@ mod validity;
 pub use anchor::{Anchor, Frame, Frames};
 pub use axis::Axis;
 pub use contact::ContactLaw;
-pub use error::TreeError;
+pub use error::{BuildError, FieldRef};
 #[cfg(feature = "expression")]
 pub use formula::Expression;
 pub use formula::{
@@ -36,12 +40,15 @@ pub use formula::{
 };
 pub use layer::Layer;
 pub use leaf::{Coupling, Field, ForceMode};
+pub use lifetime::Lifetime;
 pub use linearised::Linearised;
 pub use operator::Operator;
+pub use properties::{ColliderProperties, PropertyError};
 pub use query::{Query, Sample};
 pub use region::{Placement, Region};
 pub use sampling::Sampling;
 pub use scalar::Scalar;
+pub use set::{FieldHandle, FieldKey, FieldSet, TreeHandle};
 pub use tree::Tree;
 
 #[cfg(feature = "serde-serialize")]
@@ -55,8 +62,10 @@ pub(crate) use solid::{AnyShape, Solid};
 
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
 pub(crate) use layer::Override;
+pub(crate) use likeness::Fingerprint;
 pub(crate) use modifier::Modifier;
+pub(crate) use nodes::{Node, Nodes};
 pub(crate) use number::{Dual, Number, Vec3, constant, real};
 pub(crate) use query::{LocalQuery, Motion};
 pub(crate) use sampling::SamplingRule;
-pub(crate) use tree::Node;
+pub(crate) use set::{Change, Term};

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::axis::Axis;
 use super::boundary::Normal;
-use super::error::{TreeError, bad, finite, positive, rigid};
+use super::error::{BuildError, bad, finite, positive, rigid};
 use super::number::{Number, constant, real, root, rotate};
 use super::query::{LocalQuery, Sample};
 use crate::math::{DVec3, Pose, Real, from_f64, to_dpose3, to_f64};
@@ -142,7 +142,7 @@ impl OverAxes {
         Some(corner.length() + self.pose.translation.length())
     }
 
-    pub fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub fn validate(&self, field: &str) -> Result<(), BuildError> {
         rigid(field, "the pose of the region", &self.pose)?;
         match &self.shape {
             Shape::HalfSpace {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::axis::Axis;
 use super::boundary::{Neighbourhood, Normal, Pieces};
-use super::error::{TreeError, rigid, validate_interval};
+use super::error::{BuildError, rigid, validate_interval};
 use super::number::Number;
 use super::over_axes::{OverAxes, Predicate};
 use super::query::{LocalQuery, Sample};
@@ -202,11 +202,6 @@ impl Region {
     }
 
     /// Whether this is all of space: no test needed.
-    pub(crate) fn is_code(&self) -> bool {
-        let mut steps = self.steps.iter();
-        steps.any(|step| matches!(step, Step::Predicate(_)))
-    }
-
     pub(crate) fn is_everywhere(&self) -> bool {
         matches!(self.steps[..], [Step::Everywhere])
     }
@@ -253,6 +248,12 @@ impl Region {
         stack.pop().flatten()
     }
 
+    /// Whether a function of the user's decides.
+    pub(crate) fn has_code(&self) -> bool {
+        let mut steps = self.steps.iter();
+        steps.any(|step| matches!(step, Step::Predicate(_)))
+    }
+
     /// The axes beyond space that the region constrains.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
         self.steps.iter().flat_map(|step| match step {
@@ -263,7 +264,7 @@ impl Region {
         })
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         for step in &self.steps {
             match step {
                 Step::Solid(solid, pose) => {

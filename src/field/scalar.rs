@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::axis::Axis;
-use super::error::{TreeError, bad, finite, positive};
+use super::error::{BuildError, bad, finite, positive};
 use super::number::{Number, length, real};
 use super::query::{LocalQuery, Sample};
 use super::region::Region;
@@ -213,15 +213,16 @@ impl Scalar {
         !self.steps.iter().any(of_place)
     }
 
-    pub(crate) fn is_code(&self) -> bool {
+    /// Whether a function of the user's decides.
+    pub(crate) fn has_code(&self) -> bool {
         self.steps.iter().any(|step| match step {
             Step::Function(_) => true,
-            Step::Depth(region) => region.is_code(),
+            Step::Depth(region) => region.has_code(),
             _ => false,
         })
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         for step in &self.steps {
             match step {
                 Step::Constant(value) => finite(field, "a number of the scale", *value)?,
@@ -280,7 +281,7 @@ impl Curve {
         }
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         match self {
             Curve::Ramp { from, to, .. } => {
                 let quantity = "the width of a ramp";

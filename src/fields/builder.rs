@@ -7,11 +7,10 @@ use super::Fields;
 use crate::bridge::WakePolicy;
 use crate::contact::{ContactEvent, Detection, Responder};
 use crate::cross_check::CrossCheck;
-use crate::field::{Axis, Tree, TreeError};
+use crate::field::{BuildError, FieldSet, Tree};
 use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real};
 use crate::pipeline::{FieldPipeline, FieldSettings, FieldState};
-use crate::sample::Properties;
 
 /// Settings of [`Fields`].
 ///
@@ -23,7 +22,7 @@ use crate::sample::Properties;
 ///     .scheme(Scheme::Kick)
 ///     .wake(WakePolicy::Never)
 ///     .build()?;
-/// # Ok::<(), TreeError>(())
+/// # Ok::<(), BuildError>(())
 /// ```
 #[must_use = "nothing is built before `build`"]
 pub struct FieldsBuilder {
@@ -38,7 +37,7 @@ impl Fields {
     ///
     /// # Errors
     /// As [`FieldsBuilder::build`].
-    pub fn new(tree: impl Into<Tree>) -> Result<Self, TreeError> {
+    pub fn new(tree: impl Into<Tree>) -> Result<Self, BuildError> {
         Self::builder(tree).build()
     }
 
@@ -100,7 +99,7 @@ impl FieldsBuilder {
     /// for event in events.try_iter() {
     ///     println!("{event:?}");
     /// }
-    /// # Ok::<(), TreeError>(())
+    /// # Ok::<(), BuildError>(())
     /// ```
     pub fn events(mut self, channel: Sender<ContactEvent>) -> Self {
         self.events = Some(channel);
@@ -133,34 +132,22 @@ impl FieldsBuilder {
     /// # Errors
     /// The tree is empty or too deep, a parameter of it or of the scheme is out of its range, or
     /// an axis is unknown or declared twice.
-    pub fn build(self) -> Result<Fields, TreeError> {
-        let mut names: Vec<Arc<str>> = Vec::new();
+    pub fn build(self) -> Result<Fields, BuildError> {
+        let mut set = FieldSet::new();
         for (name, value) in &self.axes {
-            if names.contains(name) || !matches!(Axis::named(name), Axis::User(_)) {
-                let axis = name.to_string();
-                return Err(TreeError::DuplicateAxis { axis });
-            }
-            if !value.is_finite() {
-                return Err(TreeError::Parameter {
-                    field: format!("axis `{name}`"),
-                    quantity: "its value",
-                    requirement: "finite",
-                    value: crate::math::to_f64(*value),
-                });
-            }
-            names.push(name.clone());
+            set.declare_axis(name, *value)?;
         }
-        self.tree.validate(&names)?;
+        if self.tree.field_count() == 0 {
+            return Err(BuildError::Empty);
+        }
+        set.insert(self.tree);
+        set.validate_changes()?;
         self.settings.scheme.validate()?;
         Ok(Fields {
             settings: self.settings,
             state: FieldState::default(),
+            set,
             pipeline: FieldPipeline::new(),
-            tree: self.tree,
-            properties: Properties::new(self.axes),
-            axes: names,
-            revision: 0,
-            properties_revision: 0,
             events: self.events,
         })
     }

@@ -15,7 +15,7 @@ use crate::rigid::Wrench;
 impl Fields {
     /// What the compiler decided; prints as a short report.
     pub fn plan(&self) -> Plan {
-        self.pipeline.plan(&self.definition())
+        self.pipeline.plan(&self.set)
     }
 
     /// Simulated time: the sum of all steps.
@@ -226,7 +226,7 @@ impl Fields {
     /// let values = fields.at(&[Vector::ZERO, Vector::X * 5.0], &world.bodies, &world.colliders);
     /// assert_eq!((values[0].force, &values[0].fields[..]), (Vector::X, &["field `wind`".into()][..]));
     /// assert!(!values[1].is_defined);
-    /// # Ok::<(), TreeError>(())
+    /// # Ok::<(), BuildError>(())
     /// ```
     pub fn at(
         &self,

@@ -10,10 +10,10 @@ use super::field::GroupsDoc;
 use super::mass::MassDoc;
 use super::number::{Num, Quad, Triple, not_negative, placed, quad, unless_num, unless_zero};
 use super::shape::ShapeDoc;
+use crate::field::ColliderProperties;
 use crate::math::{InteractionGroups, Real};
 use crate::rapier::dynamics::CoefficientCombineRule;
 use crate::rapier::geometry::{ActiveCollisionTypes, Collider, ColliderBuilder, ColliderMassProps};
-use crate::sample::ColliderProperties;
 
 /// A collider, by the names of Rapier's settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -12,8 +12,8 @@ use super::scalar::{self, ScalarDoc};
 use super::scene::SceneFile;
 use super::tree::TreeDoc;
 use super::{MOST_BRACES, pretty};
+use crate::field::ColliderProperties;
 use crate::field::{Field, Region, Scalar, Tree};
-use crate::sample::ColliderProperties;
 
 /// What can stand in a file.
 ///

@@ -2,8 +2,8 @@
 
 use serde::de::DeserializeOwned;
 
-use crate::field::TreeError;
-use crate::sample::PropertyError;
+use crate::field::BuildError;
+use crate::field::PropertyError;
 
 /// Why a file was not read, or something not written to one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -48,7 +48,7 @@ pub enum FileError {
     },
     /// The tree or a setting was refused.
     #[error(transparent)]
-    Tree(#[from] TreeError),
+    Tree(#[from] BuildError),
     /// A property of a sample was refused.
     #[error(transparent)]
     Property(#[from] PropertyError),

@@ -142,17 +142,19 @@ impl TreeDoc {
     pub(super) fn write(tree: &Tree, scene: Option<&Directory>) -> Result<Self, FileError> {
         super::check_depth(tree.depth())?;
         // Operands stand before the operators that use them, each of which is used once.
-        let mut done: Vec<TreeDoc> = Vec::with_capacity(tree.nodes().len());
-        for (place, node) in tree.nodes().iter().enumerate() {
+        let mut done: Vec<TreeDoc> = Vec::with_capacity(tree.nodes().0.len());
+        for (place, node) in tree.nodes().0.iter().enumerate() {
             let mut take =
                 |operand: &u32| std::mem::replace(&mut done[*operand as usize], TreeDoc::Empty);
             let named = |error: FileError| {
-                let label = tree.label(place as u32);
+                let label = tree.nodes().label(place as u32);
                 error.of_field(&label).within(&label)
             };
             let doc = match node {
+                // Trees of users hold none, nor do those that sets give out.
+                Node::Vacant => return Err(super::error::content("a field that was removed")),
                 Node::Leaf(field) => {
-                    let label = tree.label(place as u32);
+                    let label = tree.nodes().label(place as u32);
                     TreeDoc::Field(Box::new(FieldDoc::write(field, &label, scene)?))
                 }
                 Node::Operation { operator, operands } => {

@@ -2,8 +2,8 @@
 
 use super::fault::{Fault, FaultKind};
 use super::implicit::Coupling;
-use super::monitor::Estimate;
 use super::predicted::PredictedMotion;
+use super::stiffness::Estimate;
 use super::{Integrator, StepContext};
 use crate::eval::WrenchError;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
@@ -88,7 +88,7 @@ impl Integrator {
         evaluation.dt = context.dt;
         evaluation.bodies.extend_from_slice(&context.samples.bodies);
         self.motions.clear();
-        if context.compiled.plan.reads_velocity {
+        if context.compiled.reads_velocity {
             for (handle, (linvel, angvel)) in evaluation.bodies.iter().zip(seen) {
                 let both = six(to_dvec3(*linvel), to_dvec3(*angvel));
                 evaluation.sampled_at.push(both);

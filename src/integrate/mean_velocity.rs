@@ -21,7 +21,7 @@ impl Integrator {
         if starts.is_empty() || context.dt == 0.0 {
             return Ok(());
         }
-        let turns = context.compiled.plan.torque_possible;
+        let turns = context.compiled.torque_possible;
         let state = |start: &super::motion::Start| {
             let body = &context.bodies[start.place];
             let mut state = RigidState::new(body, turns);

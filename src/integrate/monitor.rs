@@ -4,9 +4,8 @@ use super::evaluation::{Evaluation, find};
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
 use super::predicted::PredictedMotion;
-use super::stiffness::{Rates, StepWarning, Stiffness, Treatment};
+use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
-use crate::compile::Compiled;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded};
@@ -17,19 +16,6 @@ const WARNING: Real = 1.0;
 /// A body is looked into at this share of the (dt·ω)² that would change what is done with it:
 /// along its way it need not meet the stiffest direction.
 const CAUTION: f64 = 0.25;
-
-/// What was found out about a body.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub(crate) struct Estimate {
-    pub place: usize,
-    pub treatment: Treatment,
-    pub jacobian: Jacobian,
-    pub rates: Rates,
-}
 
 impl Evaluation {
     pub(super) fn treatment(&self, place: usize) -> Treatment {
@@ -59,7 +45,7 @@ impl Integrator {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
             self.estimate_candidates(context, evaluation, stiff);
-        } else if scheme.choice().is_some() && may_be_stiff(context.compiled) {
+        } else if scheme.choice().is_some() && context.compiled.varies() {
             let ahead = self.scout(context, evaluation);
             self.find_candidates(context, evaluation, stiff, |place| {
                 let (there, change) = &ahead[place];
@@ -82,7 +68,7 @@ impl Integrator {
         stiff: &mut Vec<RigidBodyHandle>,
         warnings: &mut Vec<StepWarning>,
     ) {
-        if context.dt == 0.0 || !may_be_stiff(context.compiled) {
+        if context.dt == 0.0 || !context.compiled.varies() {
             return;
         }
         if context.rules.scheme.choice().is_some() {
@@ -285,7 +271,7 @@ impl Integrator {
 
     /// Takes the derivatives by velocity, for schemes whose kicks solve for it.
     fn couple(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &mut Evaluation) {
-        if !context.compiled.plan.reads_velocity || !context.rules.scheme.kicks_twice() {
+        if !context.compiled.reads_velocity || !context.rules.scheme.kicks_twice() {
             return;
         }
         self.prepare(context);
@@ -304,11 +290,6 @@ impl Integrator {
             evaluation.couplings.push(coupling);
         }
     }
-}
-
-/// Whether any force may change from place to place.
-fn may_be_stiff(compiled: &Compiled) -> bool {
-    !compiled.radials.is_empty() || compiled.programs.iter().any(|program| program.has_force)
 }
 
 /// (dt·ω)⁴ as it shows in how a wrench changed over the last step.

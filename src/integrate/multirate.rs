@@ -3,7 +3,7 @@
 //! All bodies that are moved so drift together; each is kicked as often as it needs. The others,
 //! which Rapier moves, are taken to move on at constant velocity meanwhile.
 
-use super::StepContext;
+use super::context::StepContext;
 use super::fault::{Fault, FaultKind};
 use super::implicit::Coupling;
 use super::jacobian;
@@ -132,7 +132,7 @@ impl<'a, W: Lookup> Multirate<'a, W> {
             |ticks: &[f64]| ticks.iter().sum::<f64>() * 0.5 * to_f64(self.setting.context.dt);
         let before = half(&ticks[tick.saturating_sub(stride)..tick]);
         let after = half(&ticks[tick..(tick + stride).min(ticks.len())]);
-        if !self.setting.context.compiled.plan.reads_velocity {
+        if !self.setting.context.compiled.reads_velocity {
             // The wrenches of the start are known.
             let evaluators = (tick > 0).then_some(evaluators);
             return self.kick(group, before + after, evaluators);
@@ -157,10 +157,7 @@ impl<'a, W: Lookup> Multirate<'a, W> {
         evaluators: Option<&mut Evaluators>,
     ) -> Result<(), Fault> {
         let mut group = std::mem::take(&mut self.groups[number]);
-        let outcome = match (
-            evaluators,
-            self.setting.context.compiled.plan.reads_velocity,
-        ) {
+        let outcome = match (evaluators, self.setting.context.compiled.reads_velocity) {
             (None, _) => self.push(&group, duration, None),
             (Some((evaluator, _)), false) => {
                 self.evaluate(&mut group, evaluator, None)?;

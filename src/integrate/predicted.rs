@@ -1,6 +1,6 @@
 //! Where bodies will be within a step, before Rapier has made it.
 
-use super::StepContext;
+use super::context::StepContext;
 use crate::field::{Anchor, Frame, Frames};
 use crate::math::{DQuat, DVec3, Pose, RigidBodyHandle, Rotation};
 use crate::math::{Vector, from_dvec3, from_f64, to_dvec3, to_f64};

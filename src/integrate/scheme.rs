@@ -1,6 +1,6 @@
 //! How wrenches become motion.
 
-use crate::field::TreeError;
+use crate::field::BuildError;
 use crate::math::{Real, to_f64};
 
 /// How the wrench of the fields becomes motion in a Rapier step.
@@ -112,9 +112,9 @@ pub(super) struct Choice {
 
 impl Scheme {
     /// Whether the numbers of the scheme are in their range.
-    pub(crate) fn validate(self) -> Result<(), TreeError> {
-        let bad = |quantity, requirement, value| TreeError::Parameter {
-            field: "the scheme".to_owned(),
+    pub(crate) fn validate(self) -> Result<(), BuildError> {
+        let bad = |quantity, requirement, value| BuildError::Parameter {
+            field: "the scheme".into(),
             quantity,
             requirement,
             value,

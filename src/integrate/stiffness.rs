@@ -158,3 +158,16 @@ pub(crate) enum Treatment {
     Substep(u32),
     Implicit,
 }
+
+/// What was found out about a body.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Estimate {
+    pub place: usize,
+    pub treatment: Treatment,
+    pub jacobian: Jacobian,
+    pub rates: Rates,
+}

@@ -9,7 +9,7 @@ use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
 use crate::contact::silent;
 use crate::diagnose::{blame, missing_anchor};
-use crate::field::{Anchor, Frames};
+use crate::field::{Anchor, FieldSet, Frames};
 use crate::integrate::{StepWarning, TurnAfter, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
@@ -39,7 +39,7 @@ impl FieldPipeline {
         }
         self.follow(fields);
         self.warnings.clear();
-        self.check_anchors(state, &world.view())?;
+        self.check_anchors(fields.set, state, &world.view())?;
         self.find_links(&world);
         let expected = self.expect(fields, state, &world);
         let power = self.begin_audit(fields, state, &world);
@@ -78,14 +78,18 @@ impl FieldPipeline {
 
     /// The first time fields meet a world, every anchor must be there; what is missing later was
     /// removed, and its fields are defined nowhere from then on.
-    fn check_anchors(&mut self, state: &mut FieldState, view: &View<'_>) -> Result<(), StepError> {
+    fn check_anchors(
+        &mut self,
+        set: &FieldSet,
+        state: &mut FieldState,
+        view: &View<'_>,
+    ) -> Result<(), StepError> {
         let counts = [view.body_count(), view.collider_count()];
-        let same = state.revision == self.compiled_from && state.anchored == Some(counts);
-        if same || self.compiled.anchors.is_empty() {
-            state.anchored = Some(counts);
+        let edited = state.mark != Some(set.mark());
+        if !edited && state.anchored == Some(counts) {
             return Ok(());
         }
-        let first = state.anchored.is_none() || state.revision != self.compiled_from;
+        let first = state.anchored.is_none() || edited;
         let anchors = self.compiled.anchors.iter().enumerate();
         let missing = anchors.filter(|(_, anchor)| view.frame(anchor).is_none());
         let missing: Vec<(usize, Anchor)> = missing.map(|(n, anchor)| (n, *anchor)).collect();
@@ -93,7 +97,7 @@ impl FieldPipeline {
             if state.removed.contains(&anchor) {
                 continue;
             }
-            let error = missing_anchor(&self.compiled, number);
+            let error = missing_anchor(self.prepared(set), number);
             let StepError::MissingAnchor { field, .. } = &error else {
                 continue;
             };
@@ -125,8 +129,9 @@ impl FieldPipeline {
             world.view(),
             moment(state.time, world.integration_parameters.dt),
         );
+        let properties = &self.properties;
         self.detector.run(&self.compiled, &view, moment, |samples| {
-            Self::sites(fields, &view, samples);
+            Self::sites(properties, &view, samples);
         });
         let contacts = &self.detector.contacts;
         Some(crate::cross_check::expect(settings, contacts, &view))
@@ -142,9 +147,10 @@ impl FieldPipeline {
             return Vec::new();
         }
         let view = world.view();
-        let (_, samples) = Self::sample_everyone(fields, &view, self.compiled.requirements);
+        let (_, samples) =
+            Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
         let moment = moment(state.time, world.integration_parameters.dt);
-        state.audit.begin(&self.compiled, &view, &samples, moment)
+        state.audit.begin(fields.set, &view, &samples, moment)
     }
 
     fn begin_soft(
@@ -160,8 +166,8 @@ impl FieldPipeline {
         let (view, policy) = (world.view(), fields.settings.wake);
         let softs = (&*world.soft_bodies, &view);
         self.softs
-            .evaluate(&self.compiled, fields.properties, softs, moment, policy)
-            .map_err(|fault| blame(&self.compiled, &fault))?;
+            .evaluate(&self.compiled, &self.properties, softs, moment, policy)
+            .map_err(|fault| blame(fields.set, &fault))?;
         Ok(true)
     }
 
@@ -175,7 +181,7 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<(bool, bool), StepError> {
         let dt = world.integration_parameters.dt;
-        let first = is_new(self.compiled_from, fields, state);
+        let first = is_new(fields, state);
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
         if !sleepers && self.is_idle(fields, world) {
             self.motions.clear();
@@ -191,12 +197,11 @@ impl FieldPipeline {
         self.read(world, (sleepers, first), &[]);
         self.weigh(state, world);
         self.see(state, None);
-        let remade = self.sample(fields, &world.view());
+        let remade = self.sample(&world.view());
         if remade || first || self.is_stale(state, &world.view(), dt) {
             self.evaluate_anew(fields, state, world)?;
         }
-        state.revision = self.compiled_from;
-        state.properties_revision = fields.properties_revision;
+        state.mark = Some(fields.set.mark());
         self.move_first(fields, state, world)?;
         Ok((false, sleepers))
     }
@@ -211,11 +216,11 @@ impl FieldPipeline {
         if fields.settings.wake == WakePolicy::Never {
             return false;
         }
-        if is_new(self.compiled_from, fields, state) || state.steps == 0 {
+        if is_new(fields, state) || state.steps == 0 {
             return true;
         }
         let moved = |(anchor, frame): &(Anchor, Option<_>)| view.frame(anchor) != *frame;
-        !state.resting.is_empty() && (self.compiled.plan.varies || state.carriers.iter().any(moved))
+        !state.resting.is_empty() && (self.compiled.reads_time || state.carriers.iter().any(moved))
     }
 
     /// Works out the masses of bodies that are new or were moved: Rapier does so in its next step
@@ -249,7 +254,7 @@ impl FieldPipeline {
         let Some(evaluation) = &state.evaluation else {
             return true;
         };
-        let reads_velocity = self.compiled.plan.reads_velocity;
+        let reads_velocity = self.compiled.reads_velocity;
         let same = |(body, was): (&crate::rigid::Body, &BodyRecord)| {
             was.pose == body.pose
                 && was.sleeping == body.sleeping
@@ -282,7 +287,7 @@ impl FieldPipeline {
             integrator.predict(&context, &mut evaluation, &mut state.stiff);
         }
         (self.integrator, self.links) = (integrator, links);
-        outcome.map_err(|fault| blame(&self.compiled, &fault))?;
+        outcome.map_err(|fault| blame(fields.set, &fault))?;
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         Ok(())
@@ -291,7 +296,7 @@ impl FieldPipeline {
     /// Takes note of where everything is that fields hang on and that is no sampled body.
     pub(super) fn note_carriers(&self, state: &mut FieldState, view: &View<'_>) {
         state.carriers.clear();
-        for anchor in &self.compiled.anchors {
+        for anchor in self.compiled.anchors.iter() {
             let carrier = match anchor {
                 Anchor::World { .. } => continue,
                 Anchor::Body { handle, .. } => Some(*handle),
@@ -340,8 +345,8 @@ impl FieldPipeline {
         }
         (self.integrator, self.links) = (integrator, links);
         (self.motions, self.warnings) = (motions, warnings);
-        outcome.map_err(|fault| blame(&self.compiled, &fault))?;
-        let all = state.steps == 0 || state.revision.is_none();
+        outcome.map_err(|fault| blame(fields.set, &fault))?;
+        let all = state.steps == 0 || state.mark.is_none();
         self.rollback.take(&view, world.islands, all);
         let open = state.open.get_or_insert_default();
         let (motions, copies) = (&self.motions, (&self.bodies[..], &wrenches[..]));
@@ -390,8 +395,8 @@ pub(super) fn moment(time: f64, dt: Real) -> Moment {
 }
 
 /// Whether fields or properties were edited since the last step.
-fn is_new(compiled_from: Option<u64>, fields: &Definition<'_>, state: &FieldState) -> bool {
-    state.revision != compiled_from || state.properties_revision != fields.properties_revision
+fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
+    state.mark != Some(fields.set.mark())
 }
 
 /// Takes back what a step that was never finished has left in a world.

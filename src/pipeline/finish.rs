@@ -85,11 +85,12 @@ impl FieldPipeline {
         written += self.touch(fields, state, dt, world);
         if fields.settings.audit {
             let view = world.view();
-            let (_, samples) = Self::sample_everyone(fields, &view, self.compiled.requirements);
+            let (_, samples) =
+                Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
             let moment = (moment(now, dt), dt);
             state
                 .audit
-                .end(&open.power, &self.compiled, &view, &samples, moment);
+                .end(&open.power, fields.set, &view, &samples, moment);
         }
         let mut particles = 0;
         if open.soft {
@@ -123,8 +124,8 @@ impl FieldPipeline {
         let softs = (&*world.soft_bodies, &view);
         let moment = moment(now, dt);
         self.softs
-            .evaluate(&self.compiled, fields.properties, softs, moment, policy)
-            .map_err(|fault| blame(&self.compiled, &fault))
+            .evaluate(&self.compiled, &self.properties, softs, moment, policy)
+            .map_err(|fault| blame(fields.set, &fault))
     }
 
     /// Finds and answers what touched during Rapier's step, if detection is swept; returns how many
@@ -138,11 +139,12 @@ impl FieldPipeline {
         let rules = &fields.settings.rules;
         self.pushes.clear();
         let view = world.view();
+        let properties = &self.properties;
         self.detector.sweep(
             &self.compiled,
             &view,
             (moment(began, dt), dt),
-            |samples| Self::sites(fields, &view, samples),
+            |samples| Self::sites(properties, &view, samples),
             |contact: &FieldContact| rules.answers(contact),
             &mut self.pushes,
         );
@@ -182,7 +184,7 @@ impl FieldPipeline {
         }
         self.read(world, (open.sleepers, false), &open.bodies);
         self.see(state, Some(dt * 0.5));
-        self.sample(fields, &world.view());
+        self.sample(&world.view());
         let mut evaluation = self.spare.take().unwrap_or_default();
         let last = state.evaluation.take();
         let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
@@ -213,7 +215,7 @@ impl FieldPipeline {
         (self.late, self.warnings) = (late, warnings);
         self.spare = last;
         if let Err(fault) = outcome {
-            return Err(blame(&self.compiled, &fault));
+            return Err(blame(fields.set, &fault));
         }
         self.sampled = self.bodies.len();
         state.evaluation = Some(evaluation);
@@ -282,8 +284,9 @@ impl FieldPipeline {
         self.pushes.clear();
         let view = world.view();
         let moment = moment(state.time, dt);
+        let properties = &self.properties;
         self.detector.run(&self.compiled, &view, moment, |samples| {
-            Self::sites(fields, &view, samples);
+            Self::sites(properties, &view, samples);
         });
         if rules.answer_any() {
             let answers = |contact: &FieldContact| rules.answers(contact);

@@ -1,19 +1,17 @@
 //! What may be asked of the fields. No question changes anything.
 
-use std::borrow::Cow;
-
 use super::begin::moment;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, View};
-use crate::compile::Compiled;
+use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy};
-use crate::field::{Frames, Query, Sampling};
+use crate::field::{FieldSet, Frames, Query, Sampling};
 use crate::integrate::{Evaluation, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::reference::{Fate, Reference};
 use crate::rigid::{Body, Wrench};
-use crate::sample::{Kind, SamplePoint, Samples, owner};
+use crate::sample::{Kind, Properties, SamplePoint, Samples, owner};
 
 /// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
 #[derive(Clone, Debug)]
@@ -37,9 +35,34 @@ pub struct FieldValue {
     pub fields: Vec<String>,
 }
 
+/// What was made of the fields: kept from the last step, or made anew.
+struct Current<'a>(MaybeOwned<'a>);
+
+enum MaybeOwned<'a> {
+    Kept(&'a Compiled, &'a Properties),
+    Made(Box<Compiled>, Properties),
+}
+
+impl Current<'_> {
+    fn compiled(&self) -> &Compiled {
+        match &self.0 {
+            MaybeOwned::Kept(compiled, _) => compiled,
+            MaybeOwned::Made(compiled, _) => compiled,
+        }
+    }
+
+    fn properties(&self) -> &Properties {
+        match &self.0 {
+            MaybeOwned::Kept(_, properties) => properties,
+            MaybeOwned::Made(_, properties) => properties,
+        }
+    }
+}
+
 /// One moment, at which questions are answered.
 struct Scene<'a> {
-    compiled: Cow<'a, Compiled>,
+    set: &'a FieldSet,
+    current: Current<'a>,
     view: View<'a>,
     bodies: Vec<Body>,
     samples: Samples,
@@ -48,30 +71,33 @@ struct Scene<'a> {
 }
 
 impl FieldPipeline {
-    /// The compiled form of the fields as they are now.
-    fn current(&self, fields: &Definition<'_>) -> Cow<'_, Compiled> {
-        if self.compiled_from == Some(fields.revision) {
-            return Cow::Borrowed(&self.compiled);
+    /// The fields as they are now, in the form in which they are evaluated.
+    fn current(&self, set: &FieldSet) -> Current<'_> {
+        if self.compiled.revision == set.revision() {
+            return Current(MaybeOwned::Kept(&self.compiled, &self.properties));
         }
-        let overrides = fields.properties.overrides();
-        Cow::Owned(Compiled::new(fields.tree.clone(), overrides))
+        let mut properties = Properties::default();
+        properties.update(set);
+        Current(MaybeOwned::Made(Compiled::new(set).into(), properties))
     }
 
     /// What was compiled.
-    pub(crate) fn plan(&self, fields: &Definition<'_>) -> crate::compile::Plan {
-        self.current(fields).plan.clone()
+    pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
+        self.current(set).compiled().plan(set)
     }
 
     fn scene<'a>(
         &'a self,
-        fields: &Definition<'_>,
+        fields: &Definition<'a>,
         (state, dt): (&FieldState, Real),
         view: View<'a>,
     ) -> Scene<'a> {
-        let compiled = self.current(fields);
-        let (bodies, samples) = Self::sample_everyone(fields, &view, compiled.requirements);
+        let current = self.current(fields.set);
+        let requirements = current.compiled().requirements;
+        let (bodies, samples) = Self::sample_everyone(current.properties(), &view, requirements);
         Scene {
-            compiled,
+            set: fields.set,
+            current,
             view,
             bodies,
             samples,
@@ -141,7 +167,12 @@ impl FieldPipeline {
         let scene = self.scene(fields, (state, 1.0), view);
         let moment = moment(scene.time, scene.dt);
         let mut evaluator = Evaluator::default();
-        evaluator.potential_energy(&scene.compiled, &scene.view, &scene.samples, moment)
+        evaluator.potential_energy(
+            scene.current.compiled(),
+            &scene.view,
+            &scene.samples,
+            moment,
+        )
     }
 
     /// Why the fields push a body the way they do.
@@ -156,13 +187,7 @@ impl FieldPipeline {
         let place = scene.samples.of_body(body)? as u32;
         let moment = moment(scene.time, scene.dt);
         let samples = &scene.samples;
-        Some(explain(
-            &scene.compiled,
-            &scene.view,
-            samples,
-            moment,
-            place,
-        ))
+        Some(explain(scene.set, &scene.view, samples, moment, place))
     }
 
     /// The fields at some points.
@@ -173,12 +198,12 @@ impl FieldPipeline {
         view: View<'_>,
         world_points: &[Vector],
     ) -> Vec<FieldValue> {
-        let compiled = self.current(fields);
+        let current = self.current(fields.set);
         let moment = moment(state.time, 1.0);
-        let samples = points(fields, world_points);
+        let samples = points(current.properties(), world_points);
         let mut forces = Vec::new();
-        Evaluator::default().wrenches(&compiled, &view, &samples, moment, &mut forces);
-        let reference = Reference::of_valid(&compiled.tree);
+        let mut evaluator = Evaluator::default();
+        evaluator.wrenches(current.compiled(), &view, &samples, moment, &mut forces);
         let value = |(centre, wrench): (&SamplePoint, &Wrench)| {
             let query = Query {
                 body: None,
@@ -189,14 +214,16 @@ impl FieldPipeline {
                 is_defined: false,
                 fields: Vec::new(),
             };
-            for term in compiled.tree.terms() {
-                let trace = reference.trace_below(term, &view, &query);
+            for term in fields.set.terms() {
+                let trace = Reference::of_term(fields.set, term.root).trace(&view, &query);
                 value.is_defined |= trace.force.is_some();
                 let counts = trace
                     .contributions
                     .iter()
                     .filter(|c| c.fate == Fate::Counts);
-                value.fields.extend(counts.map(|c| compiled.label(c.place)));
+                value
+                    .fields
+                    .extend(counts.map(|c| fields.set.label(c.place)));
             }
             value
         };
@@ -209,19 +236,30 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         view: View<'_>,
     ) -> Vec<StepError> {
-        let compiled = self.current(fields);
-        let missing = (0..compiled.anchors.len())
-            .filter(|number| view.frame(&compiled.anchors[*number]).is_none());
+        let current = self.current(fields.set);
+        let compiled = Prepared {
+            set: fields.set,
+            compiled: current.compiled(),
+        };
+        let missing = compiled.anchors.iter().enumerate();
+        let missing = missing.filter(|(_, anchor)| view.frame(anchor).is_none());
         missing
-            .map(|number| missing_anchor(&compiled, number))
+            .map(|(number, _)| missing_anchor(compiled, number))
             .collect()
     }
 }
 
 impl<'a> Scene<'a> {
+    fn prepared(&self) -> Prepared<'_> {
+        Prepared {
+            set: self.set,
+            compiled: self.current.compiled(),
+        }
+    }
+
     fn context(&'a self, fields: &Definition<'_>) -> StepContext<'a, View<'a>> {
         StepContext {
-            compiled: &self.compiled,
+            compiled: self.current.compiled(),
             world: &self.view,
             samples: &self.samples,
             bodies: &self.bodies,
@@ -246,30 +284,31 @@ impl<'a> Scene<'a> {
         if !(self.dt >= 0.0 && self.dt.is_finite()) {
             return Err(StepError::TimeStep { dt: self.dt });
         }
-        let anchors = self.compiled.anchors.iter();
+        let compiled = self.prepared();
+        let anchors = compiled.anchors.iter();
         let mut missing = anchors.enumerate().filter(|(_, anchor)| {
             self.view.frame(anchor).is_none() && !state.removed.contains(anchor)
         });
         if let Some((number, _)) = missing.next()
             && state.anchored.is_none()
         {
-            return Err(missing_anchor(&self.compiled, number));
+            return Err(missing_anchor(compiled, number));
         }
         let mut evaluation = Evaluation::default();
         let mut integrator = Integrator::default();
         let seen: Vec<_> = self.bodies.iter().map(|b| (b.linvel, b.angvel)).collect();
         integrator
             .evaluate(&self.context(fields), &seen, &mut evaluation)
-            .map_err(|fault| blame(&self.compiled, &fault))?;
+            .map_err(|fault| blame(self.set, &fault))?;
         Ok((evaluation, integrator))
     }
 }
 
 /// Points as samples of every kind, of which each field takes one.
-fn points(fields: &Definition<'_>, world_points: &[Vector]) -> Samples {
+fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
     let mut samples = Samples::default();
     samples.clear();
-    fields.properties.of_world(&mut samples);
+    properties.of_world(&mut samples);
     for (number, world_point) in world_points.iter().enumerate() {
         let mut sample = SamplePoint::at_rest(number as u32, owner(None) - 1.0);
         sample.world_point = *world_point;

@@ -13,7 +13,7 @@ use crate::math::ColliderHandle;
 /// let mut fields = Fields::new(Field::uniform(Vector::X))?;
 /// fields.settings.scheme = Scheme::Suzuki4;
 /// fields.settings.detection = Detection::Swept;
-/// # Ok::<(), TreeError>(())
+/// # Ok::<(), BuildError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(

@@ -2,17 +2,15 @@
 
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{View, Wanted, WorldMut, is_movable};
-use crate::field::Frames;
+use crate::compile::{Prepared, Reach as Box};
+use crate::field::FieldSet;
 use crate::integrate::{MotionRules, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, Lookup};
-use crate::sample::Samples;
+use crate::sample::{Properties, Samples};
 
 /// Rapier's speed limit, but for what rounding adds over the iterations of a step.
 const BEYOND_LIMIT: Real = 1.001;
-
-/// More sources and instances than this are not boxed in at every step.
-const MOST_BOXED: usize = 64;
 
 /// A part of the world, and how far beyond it a body can come into it within a step.
 pub(super) struct Reach {
@@ -38,6 +36,13 @@ impl FieldPipeline {
         }
         self.links
             .sort_unstable_by_key(|link| link.into_raw_parts().0);
+    }
+
+    pub(super) fn prepared<'a>(&'a self, set: &'a FieldSet) -> Prepared<'a> {
+        Prepared {
+            set,
+            compiled: &self.compiled,
+        }
     }
 
     /// How bodies move in this step, apart from fields.
@@ -82,10 +87,10 @@ impl FieldPipeline {
 
     /// Brings the samples up to date with the bodies that were read, with the velocities in
     /// `self.seen`; returns whether they are made of other parts than before.
-    pub(super) fn sample(&mut self, fields: &Definition<'_>, view: &View<'_>) -> bool {
+    pub(super) fn sample(&mut self, view: &View<'_>) -> bool {
         let remade = self.gatherer.gather(
             &mut self.samples,
-            (fields.properties, fields.properties_revision),
+            (&self.properties, self.properties_revision),
             self.compiled.requirements,
             &self.bodies,
             view,
@@ -130,7 +135,7 @@ impl FieldPipeline {
         };
         let view = world.view();
         let (gatherer, parts) = (&mut self.gatherer, self.compiled.requirements.parts);
-        let turns = self.compiled.plan.torque_possible && world.integration_parameters.dt > 0.0;
+        let turns = self.compiled.torque_possible && world.integration_parameters.dt > 0.0;
         let mut idle = true;
         let wanted = Wanted {
             sleepers: false,
@@ -155,45 +160,21 @@ impl FieldPipeline {
     }
 
     fn reach(&self, world: &WorldMut<'_>) -> Option<Reach> {
-        let compiled = &self.compiled;
-        let programs = || compiled.programs.iter().filter(|program| program.has_force);
-        let sources: usize = compiled.radials.iter().map(|b| b.sources.len()).sum();
-        let instances: usize = programs().map(|program| program.centres.len()).sum();
-        if !compiled.constants.is_empty() || sources + instances > MOST_BOXED {
-            return None;
-        }
-        let view = world.view();
-        let infinity = Vector::splat(Real::INFINITY);
-        let mut reach = Reach {
-            low: infinity,
-            high: -infinity,
-        };
-        let mut add = |anchor: u32, radius: Real| {
-            if let Some(frame) = view.frame(&compiled.anchors[anchor as usize]) {
-                let centre = frame.pose.translation;
-                reach.low = reach.low.min(centre - Vector::splat(radius));
-                reach.high = reach.high.max(centre + Vector::splat(radius));
-            }
-        };
-        for batch in &compiled.radials {
-            let range = batch.range?;
-            batch
-                .sources
-                .iter()
-                .for_each(|source| add(source.anchor, range));
-        }
-        for program in programs() {
-            let radius = program.reach?;
-            program
-                .centres
-                .iter()
-                .for_each(|centre| add(*centre, radius));
-        }
         let parameters = world.integration_parameters;
         // The carriers of fields move as well.
         let way = parameters.max_linear_velocity() * parameters.dt * BEYOND_LIMIT * 2.0;
-        reach.low -= Vector::splat(way);
-        reach.high += Vector::splat(way);
+        let way = Vector::splat(way);
+        let reach = match self.compiled.reach(&world.view()) {
+            Box::Everywhere => return None,
+            Box::Nowhere => Reach {
+                low: Vector::splat(Real::INFINITY),
+                high: Vector::splat(-Real::INFINITY),
+            },
+            Box::Within(bounds) => Reach {
+                low: bounds.mins - way,
+                high: bounds.maxs + way,
+            },
+        };
         (way.is_finite() && !reach.low.is_nan() && !reach.high.is_nan()).then_some(reach)
     }
 
@@ -201,7 +182,7 @@ impl FieldPipeline {
     /// some more time under the wrenches of the last evaluation, will make of them.
     pub(super) fn see(&mut self, state: &FieldState, pending: Option<Real>) {
         let last = state.evaluation.as_ref();
-        let pending = pending.filter(|_| self.compiled.plan.reads_velocity);
+        let pending = pending.filter(|_| self.compiled.reads_velocity);
         self.seen.clear();
         self.seen.extend(self.bodies.iter().map(|body| {
             let wrench = pending.zip(last).and_then(|(duration, last)| {
@@ -219,7 +200,7 @@ impl FieldPipeline {
 
     /// All samples of all bodies that fields can move, sleepers included.
     pub(super) fn sample_everyone(
-        fields: &Definition<'_>,
+        properties: &Properties,
         view: &View<'_>,
         mut requirements: crate::compile::SamplingRequirements,
     ) -> (Vec<Body>, Samples) {
@@ -229,10 +210,9 @@ impl FieldPipeline {
             .map(|(handle, body)| Body::of(handle, body))
             .collect();
         let mut samples = Samples::default();
-        let properties = (fields.properties, fields.properties_revision);
         crate::sample::Gatherer::default().gather(
             &mut samples,
-            properties,
+            (properties, 0),
             requirements,
             &bodies,
             view,
@@ -242,8 +222,8 @@ impl FieldPipeline {
     }
 
     /// Fills in the sites of all bodies, for detection fields under operators.
-    pub(super) fn sites(fields: &Definition<'_>, view: &View<'_>, samples: &mut Samples) {
+    pub(super) fn sites(properties: &Properties, view: &View<'_>, samples: &mut Samples) {
         let only_sites = crate::compile::SamplingRequirements::default();
-        *samples = Self::sample_everyone(fields, view, only_sites).1;
+        *samples = Self::sample_everyone(properties, view, only_sites).1;
     }
 }

@@ -22,10 +22,10 @@ use crate::rigid::Body;
 pub struct FieldState {
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub(crate) time: f64,
-    /// Steps finished so far, and of the fields' edits the last that one has seen.
+    /// Steps finished so far.
     pub(crate) steps: u64,
-    pub(crate) revision: Option<u64>,
-    pub(crate) properties_revision: u64,
+    /// The mark of the set as the last step has seen it.
+    pub(crate) mark: Option<u64>,
     /// The evaluation that the next step begins with, unless something changed.
     pub(crate) evaluation: Option<Evaluation>,
     /// The bodies it was made for, as the step left them.

@@ -13,11 +13,10 @@ impl FieldPipeline {
         let compiled = &self.compiled;
         let settings = fields.settings;
         let kicks = matches!(settings.scheme, Scheme::KickDriftKick | Scheme::Kick);
-        let only_constants = !compiled.constants.is_empty()
-            && compiled.radials.is_empty()
+        let only_constants = compiled.only_constants
+            && !compiled.constants.is_empty()
             && compiled.detectors.is_empty()
-            && compiled.overrides.is_empty()
-            && !compiled.programs.iter().any(|program| program.has_force);
+            && compiled.overrides.is_empty();
         let watched = settings.audit || settings.cross_check.on;
         let limit = world.integration_parameters.max_linear_velocity();
         kicks

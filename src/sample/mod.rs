@@ -1,14 +1,10 @@
 //! Sample: bodies → the points at which fields are sampled, with the properties they may ask for.
 
 mod cells;
-mod error;
 mod gather;
 mod point;
 mod properties;
 mod shapes;
-
-pub use error::PropertyError;
-pub use properties::ColliderProperties;
 
 pub(crate) use cells::{Cell, Solid};
 pub(crate) use gather::Gatherer;

@@ -18,14 +18,14 @@ fn nobody() -> ColliderHandle {
 const NOT_FINITE: [Real; 3] = [NAN, INFINITY, -INFINITY];
 
 /// The tree is refused everywhere, and the message tells field, quantity and value.
-fn refused(tree: impl Into<Tree>, what: &str) -> TreeError {
+fn refused(tree: impl Into<Tree>, what: &str) -> BuildError {
     let tree: Tree = tree.into();
     let error = Fields::new(tree.clone())
         .err()
         .unwrap_or_else(|| panic!("{what}: accepted"));
     let of_reference = Reference::new(&tree).err();
     // The reference lets any user axis pass, and takes empty trees no more than `Fields` does.
-    if !matches!(error, TreeError::UnknownAxis { .. }) {
+    if !matches!(error, BuildError::UnknownAxis { .. }) {
         assert_eq!(
             of_reference.map(|e| e.to_string()),
             Some(error.to_string()),
@@ -42,7 +42,7 @@ fn refuses_parameter(culprit: Field, what: &str) {
         .sum_union(culprit.named("culprit"));
     let error = refused(tree, what);
     assert!(
-        matches!(error, TreeError::Parameter { .. }),
+        matches!(error, BuildError::Parameter { .. }),
         "{what}: {error:?}"
     );
     assert!(error.to_string().contains("`culprit`"), "{what}: {error}");
@@ -181,7 +181,7 @@ fn axes_must_be_declared_once() {
         let tree: Tree = field.clone().named("culprit").into();
         let error = refused(tree.clone(), "an unknown axis");
         assert!(
-            matches!(&error, TreeError::UnknownAxis { axis, .. } if axis == "warmth"),
+            matches!(&error, BuildError::UnknownAxis { axis, .. } if axis == "warmth"),
             "{error:?}"
         );
         assert!(error.to_string().contains("`culprit`"), "{error}");
@@ -196,14 +196,14 @@ fn axes_must_be_declared_once() {
         let again = with(&["warmth", "warmth"]).err();
         assert_eq!(
             again,
-            Some(TreeError::DuplicateAxis {
+            Some(BuildError::DuplicateAxis {
                 axis: "warmth".into()
             })
         );
         let built_in = with(&["warmth", "time"]).err();
         assert_eq!(
             built_in,
-            Some(TreeError::DuplicateAxis {
+            Some(BuildError::DuplicateAxis {
                 axis: "time".into()
             })
         );
@@ -211,7 +211,7 @@ fn axes_must_be_declared_once() {
         let mut fields = Fields::new(Field::uniform(Vector::X)).expect("valid");
         assert!(matches!(
             fields.set_tree(tree.clone()),
-            Err(TreeError::UnknownAxis { .. })
+            Err(BuildError::UnknownAxis { .. })
         ));
         assert_eq!(fields.plan().fields, 1);
     }
@@ -236,7 +236,7 @@ fn detection_fields_stand_where_they_can_answer() {
     ] {
         let error = refused(field, "no collider");
         assert!(
-            matches!(error, TreeError::DetectionAnchor { .. }),
+            matches!(error, BuildError::DetectionAnchor { .. }),
             "{error:?}"
         );
         assert!(error.to_string().contains("`culprit`"), "{error}");
@@ -259,7 +259,7 @@ fn detection_fields_stand_where_they_can_answer() {
             if mixing.contains(&operator) {
                 let error = refused(tree, operator.symbol());
                 assert!(
-                    matches!(error, TreeError::DetectionOperand { .. }),
+                    matches!(error, BuildError::DetectionOperand { .. }),
                     "{error:?}"
                 );
                 assert!(error.to_string().contains("`culprit`"), "{error}");
@@ -272,11 +272,11 @@ fn detection_fields_stand_where_they_can_answer() {
 
 #[test]
 fn an_empty_tree_is_refused() {
-    assert_eq!(refused(Tree::empty(), "nothing"), TreeError::Empty);
+    assert_eq!(refused(Tree::empty(), "nothing"), BuildError::Empty);
     let nothing = Tree::fold(Operator::SumUnion, Vec::<Tree>::new());
-    assert_eq!(refused(nothing, "no operands"), TreeError::Empty);
+    assert_eq!(refused(nothing, "no operands"), BuildError::Empty);
     let instances = Tree::instances(Field::uniform(Vector::X), Vec::<Anchor>::new());
-    assert_eq!(refused(instances, "no instances"), TreeError::Empty);
+    assert_eq!(refused(instances, "no instances"), BuildError::Empty);
 }
 
 /// Neither build nor clone, print, use or drop may recurse as deep as the tree.
@@ -302,7 +302,7 @@ fn depth_cannot_exhaust_the_stack() {
     for (what, tree) in [("left", left), ("right", right), ("instances", instances)] {
         let copy = tree.clone();
         assert!(
-            matches!(refused(tree, what), TreeError::TooDeep { depth: DEEP, .. }),
+            matches!(refused(tree, what), BuildError::TooDeep { depth: DEEP, .. }),
             "{what}"
         );
         assert!(format!("{copy:?}").len() > DEEP, "{what}");

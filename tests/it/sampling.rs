@@ -582,7 +582,7 @@ fn bad_requests_are_refused() {
         let sampling = Sampling::Adaptive { tolerance };
         let field = Field::uniform(Vector::X).sampled(sampling);
         assert!(
-            matches!(Fields::new(field), Err(TreeError::Parameter { .. })),
+            matches!(Fields::new(field), Err(BuildError::Parameter { .. })),
             "{tolerance}"
         );
         let mut fields = Fields::new(Field::uniform(Vector::X)).expect("a sound tree");

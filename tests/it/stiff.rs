@@ -360,7 +360,7 @@ fn schemes_with_numbers_out_of_range_are_refused() {
     for scheme in bad {
         let built = Fields::builder(Field::spring(1.0)).scheme(scheme).build();
         assert!(
-            matches!(built, Err(TreeError::Parameter { .. })),
+            matches!(built, Err(BuildError::Parameter { .. })),
             "{scheme:?}"
         );
     }

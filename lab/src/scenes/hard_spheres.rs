@@ -80,7 +80,7 @@ impl Gas {
     }
 
     /// A world of the spheres and six walls, and the fields that answer, if they do.
-    pub fn build(&self, method: Method, dt: f64) -> Result<Run, TreeError> {
+    pub fn build(&self, method: Method, dt: f64) -> Result<Run, BuildError> {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;
         world.integration_parameters.dt = from_f64(dt);

@@ -30,7 +30,7 @@ pub use table::{Row, Table};
 
 use super::fields;
 use fields::math::Real;
-use fields::{Scheme, StepError, TreeError};
+use fields::{BuildError, Scheme, StepError};
 
 /// Bits of the numbers that worlds of this build compute with: 32 or 64.
 pub const PRECISION: u32 = 8 * size_of::<Real>() as u32;
@@ -275,7 +275,7 @@ pub enum StudyError {
     },
     /// The fields of a case were not accepted.
     #[error(transparent)]
-    Tree(#[from] TreeError),
+    Tree(#[from] BuildError),
     /// The bodies of a case were not accepted.
     #[error(transparent)]
     Step(#[from] StepError),

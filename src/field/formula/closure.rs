@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::Law;
 use crate::field::axis::Axis;
-use crate::field::error::TreeError;
+use crate::field::error::BuildError;
 use crate::field::number::{Number, Vec3, chain, differences, real};
 use crate::field::query::{LocalQuery, Sample};
 use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
@@ -78,7 +78,7 @@ impl Law for Closure {
         &self.axes
     }
 
-    fn validate(&self, _: &str) -> Result<(), TreeError> {
+    fn validate(&self, _: &str) -> Result<(), BuildError> {
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! The linear kernel of PhysX 2.8.
 
 use super::Law;
-use crate::field::error::{TreeError, all_finite, finite_vector};
+use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Number, Vec3, constant, direction, length};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
@@ -135,7 +135,7 @@ impl Law for LinearKernel {
         self.velocity_multiplier != [Vector::ZERO; 3]
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         if let Coordinates::Toroidal { radius } = self.coordinates {
             all_finite(field, &[("the radius of the ring", radius)])?;
         }

@@ -6,6 +6,7 @@ mod closure;
 mod expression;
 mod grid;
 mod kernel;
+mod law;
 mod nearest;
 mod path;
 mod radial;
@@ -23,6 +24,7 @@ pub use closure::Closure;
 pub use expression::Expression;
 pub use grid::Grid;
 pub use kernel::{Coordinates, LinearKernel};
+pub(crate) use law::Law;
 pub use nearest::Nearest;
 pub use path::Path;
 pub use radial::{Profile, Radial};
@@ -33,7 +35,7 @@ pub use velocity::{Drag, Magnetic, Wind};
 
 use super::axis::Axis;
 use super::contact::ContactLaw;
-use super::error::TreeError;
+use super::error::BuildError;
 use super::number::{Number, Vec3, constant};
 use super::query::LocalQuery;
 use crate::math::DVec3;
@@ -78,32 +80,6 @@ pub enum Formula {
     /// Detects who touches the collider the field is anchored to (§3.3), and answers by a law.
     /// Where nothing touches, and as a force, it is zero.
     Contact(ContactLaw),
-}
-
-/// One kind of formula.
-pub(crate) trait Law {
-    /// Its name, for messages and plans.
-    fn kind(&self) -> &'static str;
-
-    /// The vector at a sample, in the field's frame.
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
-
-    /// The potential U with F = −∇U at a sample, where there is one.
-    fn potential<T: Number>(&self, _local: &LocalQuery<'_, T>) -> Option<T> {
-        None
-    }
-
-    /// Whether the vector depends on the velocity of the sample.
-    fn reads_velocity(&self) -> bool {
-        false
-    }
-
-    /// The axes it names beyond those every formula may read.
-    fn axes(&self) -> &[Axis] {
-        &[]
-    }
-
-    fn validate(&self, field: &str) -> Result<(), TreeError>;
 }
 
 /// Does the same with whatever law a formula is.
@@ -153,7 +129,7 @@ impl Formula {
         with_law!(self, law => law.kind())
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         with_law!(self, law => law.validate(field))
     }
 
@@ -162,20 +138,21 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
-    /// Whether the vector may depend on time without an axis that says so.
-    pub(crate) fn may_vary(&self) -> bool {
-        match self {
-            Formula::Turbulence(_) | Formula::Closure(_) => true,
-            Formula::Wind(wind) => wind.flow.may_vary(),
-            _ => false,
-        }
-    }
-
     /// Whether the vector depends on the volume of the sample.
     pub(crate) fn reads_volume(&self) -> bool {
         match self {
             Formula::Buoyancy(_) => true,
             Formula::Wind(wind) => wind.flow.reads_volume(),
+            _ => false,
+        }
+    }
+
+    /// Whether the vector may depend on time, beyond the axes it names.
+    pub(crate) fn reads_time(&self) -> bool {
+        match self {
+            Formula::Turbulence(law) => law.turnover != 0.0,
+            Formula::Wind(wind) => wind.flow.reads_time(),
+            Formula::Closure(_) => true,
             _ => false,
         }
     }
@@ -206,7 +183,7 @@ impl Law for ContactLaw {
         Some(0.0.into())
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         ContactLaw::validate(self, field)
     }
 }

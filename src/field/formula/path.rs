@@ -1,7 +1,7 @@
 //! Following a path.
 
 use super::Law;
-use crate::field::error::{TreeError, all_finite, bad, finite_vector};
+use crate::field::error::{BuildError, all_finite, bad, finite_vector};
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
@@ -132,7 +132,7 @@ impl Law for Path {
         self.damping != 0.0
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         let count = self.points.len();
         if count < 2 {
             let quantity = "the number of points of the path";

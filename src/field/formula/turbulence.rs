@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::Law;
 use super::random::Random;
-use crate::field::error::{TreeError, all_finite, bad, positive};
+use crate::field::error::{BuildError, all_finite, bad, positive};
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, to_f64};
@@ -114,7 +114,7 @@ impl Law for Turbulence {
         sum
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         all_finite(
             field,
             &[

@@ -1,34 +1,18 @@
 //! At which points the shapes of colliders are sampled: worked out once per shape, and kept.
 
 mod moments;
+mod rule;
 mod surface;
 mod volume;
 
 use std::sync::Arc;
 
 use super::cells::{Cells, Content};
-use crate::math::{ColliderHandle, DMat3, DVec3, Real, SharedShape, Vector, to_dvec3, to_f64};
+use crate::math::{ColliderHandle, DVec3, Real, SharedShape, Vector, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
 use moments::Moments;
-
-/// Samples of a shape, in its frame; their fractions sum to one.
-#[derive(Debug)]
-pub(super) struct Rule {
-    pub samples: Vec<(Vector, f64)>,
-    /// Second moments, about its sample, of what each stands for.
-    pub spread: DMat3,
-}
-
-impl Rule {
-    /// Where a shape gives no better ones.
-    fn single(local_point: Vector) -> Self {
-        Rule {
-            samples: vec![(local_point, 1.0)],
-            spread: DMat3::ZERO,
-        }
-    }
-}
+pub(super) use rule::Rule;
 
 /// The samples of all shapes met so far.
 #[derive(Debug, Default)]
@@ -147,12 +131,4 @@ impl Shapes {
         }
         self.known.get_mut(handle.0)?.as_mut()
     }
-}
-
-/// The local bounds of a shape, if they are finite and not empty.
-fn bounds(shape: &SharedShape) -> Option<(DVec3, DVec3)> {
-    let bounds = shape.compute_local_aabb();
-    let (low, high) = (to_dvec3(bounds.mins), to_dvec3(bounds.maxs));
-    let sound = low.is_finite() && high.is_finite() && (high - low).max_element() > 0.0;
-    sound.then_some((low, high))
 }

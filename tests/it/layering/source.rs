@@ -35,6 +35,7 @@ impl Source {
         let mut tokens = tokens(text);
         let tests = remove_tests(&mut tokens);
         let imports = remove_imports(&mut tokens);
+        remove_modules(&mut tokens);
         Source {
             file: file.to_owned(),
             module,
@@ -190,6 +191,18 @@ fn remove_imports(tokens: &mut Vec<String>) -> Vec<Import> {
         tokens.drain(at..end);
     }
     imports
+}
+
+/// Takes out all `mod …;`: a module that is declared is not needed for that.
+fn remove_modules(tokens: &mut Vec<String>) {
+    let mut at = 0;
+    while at + 2 < tokens.len() {
+        if tokens[at] == "mod" && tokens[at + 2] == ";" {
+            tokens.drain(at..at + 3);
+        } else {
+            at += 1;
+        }
+    }
 }
 
 /// A tree of imports below a prefix; returns how many tokens it had.
