@@ -17,6 +17,7 @@ mod nodes;
 mod number;
 mod operator;
 mod over_axes;
+mod presets;
 mod properties;
 mod query;
 mod region;
