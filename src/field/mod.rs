@@ -18,6 +18,7 @@ mod nodes;
 mod number;
 mod operator;
 mod over_axes;
+mod presets;
 mod properties;
 mod query;
 mod region;
