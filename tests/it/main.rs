@@ -35,6 +35,7 @@ mod modes_of_others;
 mod modifier_laws;
 mod reference_dimers;
 mod regions_vs_parry;
+mod routes;
 mod sampling;
 mod saved_trees;
 mod snapshots;
