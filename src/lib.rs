@@ -60,8 +60,12 @@
 //!
 //! # Around a pipeline of your own
 //!
-//! [`Fields::begin_step`] and [`Fields::end_step`] take the sets they need, before and after your
-//! own call of `PhysicsPipeline::step`.
+//! [`Fields::begin`] and [`Fields::finish`] borrow the sets they need, before and after your own call
+//! of `PhysicsPipeline::step`. The [`recipes`] have it in full.
+//!
+//! # Formulas
+//!
+#![doc = include_str!("formulas.md")]
 //!
 //! # Detecting collisions
 //!
@@ -110,7 +114,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The [recipes](recipes) answer "how do I …": zones, wind, water, moving fields, sleeping bodies.
+//! The [`recipes`] answer "how do I …": zones, wind, water, moving fields, sleeping bodies, rollback.
 //!
 //! # Precision
 //!

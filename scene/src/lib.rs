@@ -57,6 +57,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Comments (`// …` and `/* … */`) may stand wherever blanks may. `schema.json` beside this crate is
+//! the JSON Schema, for editors.
+//!
 //! Names are those of the constructors and setters of this crate and of Rapier, with hyphens. What
 //! is left out is as it is there without; names that are not known are refused. A choice is an
 //! object with one key, `{ "ball": { "radius": 2 } }`, or just its name where it has no settings,
@@ -72,16 +75,17 @@
 //! | mass properties | `mass`, `centre`, `inertia` (three principal moments), `axes` (their rotation) |
 //! | groups | `memberships`, `filter`: 32 bits each; `either`: one side's consent is enough |
 //! | probe | `charge`, `mass`, `axes` (values on the user's axes) |
-//! | fields | `axes` (declared, with the world's values), `scheme`, `wake`, `responder` (`rapier`, `fields`, `both`), `responder-among` (a list of `parts` and `responder`), `detection` (`discrete`, `swept`), `cross-check`, `audit`, `time`, `tree` |
+//! | fields | `axes` (declared, with the world's values), `scheme`, `wake`, `responder` (`rapier`, `fields`, `both`), `responder-among` (a list of `parts` and `responder`), `detection` (`discrete`, `swept`), `cross-check`, `audit`, `time`, `definitions` (trees by name), `tree` |
 //! | scheme | `kick-drift-kick`, `kick`, `external-force`, `linearly-implicit`, `suzuki4`, `{"substep": {"fixed": n}}`, `{"substep": {"per-body": {"tolerance": t}}}`, `{"auto": {"tolerance": t}}` |
 //! | wake | `never`, `always`, `{"on-change": {"fraction": f}}` |
-//! | field | `name`, `formula`, `within` (a region), `at` (an anchor), `read-as` (`force`, `acceleration`, `velocity-change`), `coupled-to` (`share`, `each`, `{"axis": a}`), `scaled-by` (a scalar), `limited-to`, `groups`, `reacting`, `sampled` |
+//! | field | `name`, `formula`, `within` (a region), `at` (an anchor), `force-mode` (also `read-as`; `force`, `acceleration`, `velocity-change`), `coupled-to` (`share`, `each`, `{"axis": a}`), `scaled-by` (a scalar), `limited-to`, `groups`, `reacting`, `sampled` |
 //! | sampling | `auto`, `centre`, `parts`, `volume`, `surface`, `{"adaptive": {"tolerance": t}}` |
-//! | anchor | `body`, `part`: numbers from 0, in the order of the file; neither is the world; `at`, `rotation`: the pose there. In a tree by itself `body-handle` and `collider-handle`, each `[index, generation]` |
+//! | anchor | `body`: its number from 0, in the order of the file, or its name; `part`: the number of its collider, from 0; neither is the world; `at`, `rotation`: the pose there. In a tree by itself `body-handle` and `collider-handle`, each `[index, generation]` |
 //!
 //! | tree | is |
 //! |---|---|
 //! | `{"field": …}`, `"empty"` | a leaf; nothing |
+//! | `{"use": name}` | the tree of that name in `definitions`; definitions use none |
 //! | `{"sum-union": [trees]}`, and `sum-intersection`, `cross-union`, `cross-intersection`, `replace-union`, `replace-intersection`, `difference`, `strongest`, `weakest`, `minimum`, `maximum` | the [operator](rapier3d_fields::Operator) applied to all of them, from left to right |
 //! | `{"instances": {"prototype": tree, "at": [anchors]}}` | a copy at each anchor |
 //! | `{"scaled": {"tree": …, "by": scalar, "at": anchor}}` | times a number that depends on the sample |
@@ -102,7 +106,7 @@
 //! | `magnetic`, `buoyancy` | `field`; `density`, `gravity` |
 //! | `swirl` | `around`, `inward`, `along`, `power`, `core`: spin, vortex and updraft |
 //! | `turbulence` | `seed`, `speed`, `size`, `detail`, `turnover` |
-//! | `path` | `points`, `closed`, `speed`, `look-ahead`, `stiffness`, `damping` |
+//! | `path` | `points`, `closed`, `speed`, `look_ahead`, `stiffness`, `damping` |
 //! | `grid` | `low`, `high`, `counts`, `values` |
 //! | `linear-kernel` | the fields of [`LinearKernel`](rapier3d_fields::field::LinearKernel) |
 //! | `expression` | a list of three texts; needs the feature `expression` |
@@ -138,7 +142,7 @@
 //!
 //! # What cannot stand in a file
 //!
-//! Closures and predicates are code: writing them is a [`FileError::Code`] that names the field.
+//! Closures and predicates are code: writing them is a [`FileError::Code`](single::FileError::Code) that names the field.
 //! An expression can often take their place. Joints, soft bodies, colliders without a body, height
 //! fields, voxels and rounded shapes, sleeping thresholds, cross-checks of some pairs only, and
 //! numbers that are not finite are refused as well. Places and velocities are at most 10¹⁵, sizes of

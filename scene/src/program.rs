@@ -34,7 +34,7 @@ usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detect
   --contacts    who touches whom: for each the number of its body and of the collider on it, normal
                 from the first to the second, point, depth, and whether the fields found it or
                 Rapier (at the same step, both are for the same poses); how fast they approached
-                along the normal, the impulses on the first and on the second by who found it
+                along the normal (for Rapier, when its next step begins), the impulses on the first and on the second by who found it
                 (Rapier's along its normals), and who answered the contact
   --energies    of motion, in the scene's gravity, and in the fields that have a potential; their
                 sum; and how many terms of the fields have none

@@ -17,8 +17,8 @@ use super::region::Region;
 use crate::math::{Real, Vector};
 
 /// Fields of each formula. In each, `d` is the distance vector from the origin of the field's
-/// frame, `r` its length. `assets/formulas.svg` in the repository shows them all, and the README
-/// has them in a table.
+/// frame, `r` its length. `assets/formulas.svg` in the repository shows them all, and the crate
+/// page has them in a table.
 impl Field {
     /// The same vector everywhere, in the field's frame: a force, unless read otherwise.
     pub fn uniform(vector: Vector) -> Self {

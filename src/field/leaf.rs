@@ -67,6 +67,7 @@ pub struct Field {
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum ForceMode {
     /// A force (N).
     Force,
@@ -84,6 +85,7 @@ pub enum ForceMode {
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Coupling {
     /// Each sample takes its share of the body's mass of the vector: a body of four colliders in
     /// a uniform force of 1 N feels 1 N. The default.

@@ -19,6 +19,7 @@ mod nodes;
 mod number;
 mod operator;
 mod over_axes;
+mod presets;
 mod priority;
 mod properties;
 mod query;

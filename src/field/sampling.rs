@@ -21,13 +21,14 @@ use crate::math::Real;
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Sampling {
     /// As the field asks for:
     ///
     /// - [`Centre`](Self::Centre) for a uniform vector that is shared out by mass, on whatever
     ///   region;
-    /// - [`Parts`](Self::Parts) for what is coupled to [each](Coupling::Each) part or to an
-    ///   [axis](Coupling::Axis): laws between sites, such as Lennard-Jones and Coulomb;
+    /// - [`Parts`](Self::Parts) for what is coupled to [each](crate::Coupling::Each) part or to an
+    ///   [axis](crate::Coupling::Axis): laws between sites, such as Lennard-Jones and Coulomb;
     /// - [`Surface`](Self::Surface) for drag and wind;
     /// - [`Volume`](Self::Volume) for everything else, and for buoyancy.
     ///
@@ -52,7 +53,7 @@ pub enum Sampling {
     /// body is cut into cells, finer at the border, until the error that the border leaves is at
     /// most this part of the wrench (its torque measured by the body's radius), or 4,096 cells
     /// are used up. [`Fields::wrench_error`](crate::Fields::wrench_error) has the bound that was
-    /// reached, and says what it covers. Terms with a [reacting](Field::reacting) field are
+    /// reached, and says what it covers. Terms with a [reacting](crate::Field::reacting) field are
     /// sampled at their volume instead.
     Adaptive {
         /// More than zero.

@@ -16,6 +16,7 @@ use super::number::{
 
 /// A rigid body, by the names of Rapier's settings.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct BodyDoc {
     /// For readers; the world does not know it.
@@ -85,6 +86,7 @@ pub(super) fn is_yes(value: &bool) -> bool {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum TypeDoc {
     #[default]
@@ -120,6 +122,7 @@ impl TypeDoc {
 
 /// Mass on top of that of the colliders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 enum AddedMassDoc {
     /// Scales the inertia of the colliders up.
@@ -129,6 +132,7 @@ enum AddedMassDoc {
 
 /// An axis of the world along, or about, which a body does not move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum LockDoc {
     X,

@@ -19,6 +19,7 @@ use super::shape::ShapeDoc;
 
 /// A collider, by the names of Rapier's settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct ColliderDoc {
     shape: ShapeDoc,
@@ -58,6 +59,7 @@ pub(super) struct ColliderDoc {
 
 /// What fields may ask of a collider, beyond its shape and place.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct ProbeDoc {
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -70,6 +72,7 @@ pub(super) struct ProbeDoc {
 
 /// How the coefficients of two colliders become one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum RuleDoc {
     #[default]

@@ -8,7 +8,7 @@ use super::collider::ProbeDoc;
 use super::error::{FileError, content, parse};
 use super::field::FieldDoc;
 use super::fields::ColliderProperties;
-use super::fields::field::{Field, Region, Scalar, Tree};
+use super::fields::field::{BuildError, Field, Region, Scalar, Tree};
 use super::names::Names;
 use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};
@@ -88,15 +88,33 @@ macro_rules! documents {
     )*};
 }
 
+fn read_field(doc: &FieldDoc) -> Result<Field, FileError> {
+    let field = doc.read(&Names::default())?;
+    match Tree::from(field.clone()).check(&[]) {
+        // Which axes there are is for whoever uses it to say.
+        Ok(()) | Err(BuildError::UnknownAxis { .. }) => Ok(field),
+        Err(error) => Err(content(error.to_string())),
+    }
+}
+
+fn read_tree(doc: &TreeDoc) -> Result<Tree, FileError> {
+    let names = Names::default();
+    let tree = doc.read(&names)?;
+    match tree.check(&[]) {
+        Ok(()) | Err(BuildError::UnknownAxis { .. } | BuildError::Empty) => Ok(tree),
+        Err(error) => Err(doc.blame(&names, &[], error)),
+    }
+}
+
 documents! {
     Region: RegionDoc, RegionDoc::read, RegionDoc::write;
     Scalar: ScalarDoc, scalar::read, scalar::write;
-    Field: FieldDoc, |doc: &FieldDoc| doc.read(&Names::default()), |field: &Field| {
+    Field: FieldDoc, read_field, |field: &Field| {
         let name = field.view().name;
         let label = name.map_or("field".to_owned(), |name| format!("field `{name}`"));
         FieldDoc::write(field, &label, None)
     };
-    Tree: TreeDoc, |doc: &TreeDoc| doc.read(&Names::default()), |tree| TreeDoc::write(tree, None);
+    Tree: TreeDoc, read_tree, |tree| TreeDoc::write(tree, None);
     ColliderProperties: ProbeDoc, |doc: &ProbeDoc| Ok::<_, FileError>(doc.read()),
         |properties| Ok::<_, FileError>(ProbeDoc::write(properties));
 }

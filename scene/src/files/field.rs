@@ -14,6 +14,7 @@ use super::scalar::{self, ScalarDoc};
 
 /// A field: a formula, and what was set on it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct FieldDoc {
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -24,6 +25,7 @@ pub(super) struct FieldDoc {
     #[serde(default, skip_serializing_if = "AnchorDoc::is_world")]
     at: AnchorDoc,
     #[serde(
+        alias = "read-as",
         default,
         deserialize_with = "crate::choice::optional",
         skip_serializing_if = "Option::is_none"
@@ -54,6 +56,7 @@ pub(super) struct FieldDoc {
 /// What a field moves with. In a scene bodies and parts have numbers; a tree alone holds Rapier's
 /// handles, as index and generation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct AnchorDoc {
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -72,6 +75,7 @@ pub(super) struct AnchorDoc {
 
 /// Collision groups, as bits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct GroupsDoc {
     memberships: u32,
@@ -104,6 +108,7 @@ impl GroupsDoc {
 
 /// A collider, as an anchor names it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub(super) struct PartDoc(AnchorDoc);
 

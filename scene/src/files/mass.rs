@@ -11,6 +11,7 @@ use super::number::{
 
 /// A mass, where it is, and its principal moments of inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct MassDoc {
     mass: Num,

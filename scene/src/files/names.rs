@@ -13,6 +13,7 @@ use super::fields::math::{ColliderHandle, RigidBodyHandle};
 
 /// A body of the scene, by its number or its name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub(super) enum Reference {
     Number(usize),

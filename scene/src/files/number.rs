@@ -40,6 +40,21 @@ impl<'de> Deserialize<'de> for Num {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Num {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Number".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "type": "number" })
+    }
+}
+
 struct NumVisitor;
 
 impl Visitor<'_> for NumVisitor {

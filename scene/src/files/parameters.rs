@@ -49,6 +49,7 @@ impl Parameter for usize {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct SpringDoc {
     natural_frequency: Num,
@@ -75,6 +76,7 @@ impl Parameter for SpringCoefficients<Real> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum FrictionDoc {
     Simplified,
@@ -102,6 +104,7 @@ impl Parameter for FrictionModel {
 macro_rules! parameters {
     ($($parameter:ident: $kind:ty,)*) => {
         #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(rename_all = "kebab-case", deny_unknown_fields)]
         pub(super) struct ParametersDoc {$(
             #[serde(default, skip_serializing_if = "Option::is_none")]

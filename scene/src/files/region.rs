@@ -12,6 +12,7 @@ use super::shape::ShapeDoc;
 
 /// A region, by the names of the constructors of [`Region`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     remote = "Self",
     rename_all = "kebab-case",
@@ -57,6 +58,7 @@ pub(super) enum RegionDoc {
     },
     BallOver(Vec<RadiusDoc>),
     Shape(ShapeDoc),
+    #[cfg_attr(feature = "schema", schemars(skip))]
     Predicate(Value),
     Moved {
         region: Box<RegionDoc>,
@@ -74,6 +76,7 @@ pub(super) enum RegionDoc {
 crate::choice::one_of!(RegionDoc, "region");
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct RadiusDoc {
     axis: Axis,

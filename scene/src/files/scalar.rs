@@ -13,6 +13,7 @@ use super::region::RegionDoc;
 pub(super) type ScalarDoc = Vec<StepDoc>;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(remote = "Self", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum StepDoc {
     // Sources.
@@ -20,6 +21,7 @@ pub(super) enum StepDoc {
     Axis(Axis),
     Distance,
     Depth(Box<RegionDoc>),
+    #[cfg_attr(feature = "schema", schemars(skip))]
     Closure(Value),
     // Curves.
     Ramp([Num; 2]),

@@ -38,6 +38,7 @@ const VERSION: u32 = 1;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SceneFile {
     version: u32,
@@ -241,6 +242,14 @@ impl SceneFile {
     pub fn detection(mut self, detection: Detection) -> Self {
         self.fields.detection = Some(detection);
         self
+    }
+
+    /// The JSON Schema of such files.
+    #[cfg(feature = "schema")]
+    pub fn schema() -> schemars::Schema {
+        let mut schema = schemars::schema_for!(SceneFile);
+        schema.insert("title".to_owned(), "Scene of rapier3d-fields".into());
+        schema
     }
 
     /// How many bodies there are.

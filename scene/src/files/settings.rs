@@ -17,6 +17,7 @@ use super::tree::TreeDoc;
 
 /// A tree and how it acts.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct FieldsDoc {
     /// Declared axes, and the world's values on them.
@@ -63,6 +64,7 @@ pub(super) struct FieldsDoc {
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct AmongDoc {
     parts: Vec<PartDoc>,

@@ -9,6 +9,7 @@ use super::number::{Num, Quad, Triple, pose, quad, triple, unless_zero, vector};
 
 /// One of Rapier's shapes. Cylinders and cones stand around the y axis.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     remote = "Self",
     rename_all = "kebab-case",
@@ -60,6 +61,7 @@ pub(super) enum ShapeDoc {
 crate::choice::one_of!(ShapeDoc, "shape");
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct PlacedDoc {
     pub shape: ShapeDoc,

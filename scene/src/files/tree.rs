@@ -12,6 +12,7 @@ use super::number::Num;
 use super::scalar::{self, ScalarDoc};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     remote = "Self",
     rename_all = "kebab-case",
@@ -53,6 +54,7 @@ pub(super) enum TreeDoc {
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct LayerDoc {
     tree: TreeDoc,

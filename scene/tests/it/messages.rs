@@ -123,7 +123,7 @@ fn bodies_have_names_and_files_comments() {
     }
     let found = error(&fields.replace("\"stiffness\"", "\"softness\""));
     let expected =
-        "line 7, column 49, at `fields.tree.field.formula.spring.softness`: unknown field";
+        "line 7, column 47, at `fields.tree.field.formula.spring.softness`: unknown field";
     assert!(found.starts_with(expected), "{found}");
 }
 

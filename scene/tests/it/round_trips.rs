@@ -95,6 +95,17 @@ proptest! {
 /// anew it is the same, to the letter: no setting is lost on the way, and none added.
 const EVERYTHING: &str = include_str!("../data/everything.json");
 
+/// The same file as the first program that wrote such files did.
+#[test]
+fn what_earlier_versions_wrote_is_read() {
+    let file = SceneFile::from_json(include_str!("../data/version_1.json"));
+    let scene = file.expect("a file of version 1").build();
+    let scene = scene.expect("a possible scene");
+    let again = SceneFile::new(&scene.world, &scene.fields).expect("a scene without code");
+    let again = again.about("One of everything.").name_body(0, "floor");
+    assert_eq!(again.to_json().expect("a scene without code"), EVERYTHING);
+}
+
 #[test]
 fn one_of_everything_comes_back_to_the_letter() {
     let file = SceneFile::from_json(EVERYTHING).expect("a file as documented");

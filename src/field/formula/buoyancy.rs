@@ -23,6 +23,7 @@ use crate::math::{DVec3, Real, to_f64};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Buoyancy {
     /// Mass per volume of the fluid.
     pub density: Real,

@@ -22,6 +22,7 @@ use crate::math::DVec3;
     derive(serde::Serialize, serde::Deserialize),
     serde(from = "[String; 3]", into = "[String; 3]")
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Expression {
     texts: [String; 3],
     parsed: Result<Vec<Component>, String>,

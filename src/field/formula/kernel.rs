@@ -18,24 +18,33 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields, default)
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct LinearKernel {
     /// What the components mean.
     pub coordinates: Coordinates,
     /// K.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub constant: Vector,
     /// P.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub position_target: Vector,
     /// M_p, by rows.
+    #[cfg_attr(feature = "schemars", schemars(with = "[[f64; 3]; 3]"))]
     pub position_multiplier: [Vector; 3],
     /// V.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub velocity_target: Vector,
     /// M_v, by rows.
+    #[cfg_attr(feature = "schemars", schemars(with = "[[f64; 3]; 3]"))]
     pub velocity_multiplier: [Vector; 3],
     /// N.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub noise: Vector,
     /// l.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub falloff_linear: Vector,
     /// q.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub falloff_quadratic: Vector,
 }
 
@@ -48,6 +57,7 @@ pub struct LinearKernel {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Coordinates {
     /// x, y and z.
     #[default]

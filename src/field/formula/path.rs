@@ -18,6 +18,7 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
     derive(serde::Serialize, serde::Deserialize),
     serde(from = "Settings", into = "Settings")
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Path {
     pub(crate) points: Vec<DVec3>,
     /// Length of the path up to each point.
@@ -124,7 +125,9 @@ impl Path {
 #[cfg(feature = "serde-serialize")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 struct Settings {
+    #[cfg_attr(feature = "schemars", schemars(with = "Vec<[f64; 3]>"))]
     points: Vec<Vector>,
     #[serde(default)]
     closed: bool,

@@ -13,8 +13,10 @@ use crate::math::{Real, Vector, to_dvec3, to_f64};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Uniform {
     /// The vector, in the field's frame.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub vector: Vector,
 }
 
@@ -46,6 +48,7 @@ impl Law for Uniform {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Spring {
     /// k, force per length.
     pub stiffness: Real,

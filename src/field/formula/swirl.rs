@@ -19,6 +19,7 @@ use crate::math::{Real, to_f64};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Swirl {
     /// Strength around the axis, right-handed about +y.
     #[cfg_attr(feature = "serde-serialize", serde(default))]

@@ -25,6 +25,7 @@ use crate::math::{DVec3, Real, to_f64};
     derive(serde::Serialize, serde::Deserialize),
     serde(from = "Settings", into = "Settings")
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Turbulence {
     pub(crate) seed: u64,
     pub(crate) speed: Real,
@@ -108,6 +109,7 @@ impl Turbulence {
 #[cfg(feature = "serde-serialize")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 struct Settings {
     seed: u64,
     speed: Real,

@@ -13,6 +13,7 @@ use crate::math::{Real, Vector, to_dvec3, to_f64};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Drag {
     /// c₁, force per velocity.
     #[cfg_attr(feature = "serde-serialize", serde(default))]
@@ -62,8 +63,10 @@ impl Law for Drag {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Magnetic {
     /// B, in the field's frame.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub field: Vector,
 }
 

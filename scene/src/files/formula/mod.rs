@@ -22,6 +22,7 @@ use super::shape::ShapeDoc;
 
 /// A formula. Those of which a file says the same as the type in memory are that type.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     remote = "Self",
     rename_all = "kebab-case",
@@ -64,6 +65,7 @@ pub(super) enum FormulaDoc {
     Contact {
         law: ContactLaw,
     },
+    #[cfg_attr(feature = "schema", schemars(skip))]
     Closure(Value),
 }
 

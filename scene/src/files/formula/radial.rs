@@ -12,6 +12,7 @@ use super::fields::math::Real;
 macro_rules! radial {
     ($($name:ident { $($(#[$attribute:meta])* $parameter:ident),* })*) => {$(
         #[derive(Clone, Debug, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(rename_all = "kebab-case", deny_unknown_fields)]
         pub(in super::super) struct $name {
             $($(#[$attribute])* pub $parameter: Num,)*
