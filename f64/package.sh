@@ -17,9 +17,9 @@ fi
 rm -rf "$folder"
 mkdir -p "$folder"
 cp -R "$root"/{src,README.md,ARCHITECTURE.md,CHANGELOG.md,LICENSE-APACHE,LICENSE-MIT,Cargo.lock} "$folder"
-# Its own paths instead of those above it; without the tests, which are not part of it.
+# Its own paths instead of those above it; without the tests, and what they need.
 awk '
-    /^\[/ { skip = ($0 == "[[test]]") }
+    /^\[/ { skip = ($0 == "[[test]]" || $0 == "[dev-dependencies]") }
     skip || /^#/ { next }
     { gsub(/"\.\.\//, "\"") }
     /^\[package\]/ { print "[workspace]\n" }

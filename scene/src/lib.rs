@@ -142,7 +142,7 @@
 //!
 //! # What cannot stand in a file
 //!
-//! Closures and predicates are code: writing them is a [`FileError::Code`] that names the field.
+//! Closures and predicates are code: writing them is a [`FileError::Code`](single::FileError::Code) that names the field.
 //! An expression can often take their place. Joints, soft bodies, colliders without a body, height
 //! fields, voxels and rounded shapes, sleeping thresholds, cross-checks of some pairs only, and
 //! numbers that are not finite are refused as well. Places and velocities are at most 10¹⁵, sizes of

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::set::FieldHandle;
+use super::handle::FieldHandle;
 use crate::math::{Pose, Real, Vector, to_f64};
 
 /// The field that an error is about.

@@ -1,5 +1,7 @@
 //! Layers of different priority.
 
+use super::nodes::Node;
+use super::priority::Override;
 use super::tree::Tree;
 
 /// One operand of [`Tree::layers`].
@@ -9,19 +11,6 @@ pub struct Layer {
     pub(crate) tree: Tree,
     pub(crate) priority: i32,
     pub(crate) mode: Override,
-}
-
-/// What a layer does to the others where it is defined.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub struct Override {
-    /// Drops what layers of higher priority gave.
-    pub replaces: bool,
-    /// Leaves layers of lower priority out.
-    pub stops: bool,
 }
 
 impl Layer {
@@ -50,5 +39,41 @@ impl Layer {
     pub fn stopping(mut self) -> Self {
         self.mode.stops = true;
         self
+    }
+}
+
+impl Tree {
+    /// Layers of different priority, with the rules of other engines' zones.
+    ///
+    /// At each sample the layers that are defined there are gone through from the highest
+    /// [priority](Layer::priority) to the lowest (in their order, where priorities are equal). Each
+    /// adds its force; one that [replaces](Layer::replacing) first drops what was gathered; after
+    /// one that [stops](Layer::stopping), the rest is left out. These are glTF's `OMI_physics_gravity`
+    /// booleans; with them, Godot's modes are *combine* (neither), *combine-replace* (stop),
+    /// *replace* (both) and *replace-combine* (replace).
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let world = Layer::new(Field::uniform(Vector::Y * -9.81).force_mode(ForceMode::Acceleration));
+    /// let lift = Field::uniform(Vector::Y).force_mode(ForceMode::Acceleration);
+    /// let shaft = lift.within(Region::cylinder(10.0, 1.0));
+    /// let tree = Tree::layers([world, Layer::new(shaft).priority(1).replacing().stopping()]);
+    /// # let _ = tree;
+    /// ```
+    pub fn layers(layers: impl IntoIterator<Item = Layer>) -> Self {
+        let filled = |layer: &Layer| !layer.tree.nodes.is_empty();
+        let mut layers: Vec<Layer> = layers.into_iter().filter(filled).collect();
+        layers.sort_by_key(|layer| std::cmp::Reverse(layer.priority));
+        let modes = layers.iter().map(|layer| layer.mode).collect();
+        let mut tree = Tree::empty();
+        let mut operands = Vec::new();
+        for layer in layers {
+            tree.append(layer.tree);
+            operands.push(tree.root());
+        }
+        if !operands.is_empty() {
+            tree.nodes.push(Node::Layers { operands, modes });
+        }
+        tree
     }
 }

@@ -7,7 +7,7 @@ use super::axis::Axis;
 use super::error::{BuildError, finite, not_negative, rigid};
 use super::formula::{Drag, Formula, Law, Nearest, Profile, Radial, Uniform, Wind};
 use super::lifetime::Lifetime;
-use super::number::{Number, Vec3, length, rotate};
+use super::number::{Number, Vec3, limited, rotate};
 use super::query::{LocalQuery, Query};
 use super::region::Region;
 use super::sampling::Sampling;
@@ -516,15 +516,5 @@ impl Field {
         self.region.validate(label)?;
         self.sampling.validate(label)?;
         self.formula.validate(label)
-    }
-}
-
-/// The vector, no longer than `limit`.
-pub(crate) fn limited<T: Number>(vector: Vec3<T>, limit: f64) -> Vec3<T> {
-    let size = length(&vector);
-    if size.re() > limit {
-        vector * (size.recip() * limit)
-    } else {
-        vector
     }
 }

@@ -8,6 +8,7 @@ mod constructors;
 mod contact;
 mod error;
 mod formula;
+mod handle;
 mod layer;
 mod leaf;
 mod lifetime;
@@ -19,16 +20,19 @@ mod number;
 mod operator;
 mod over_axes;
 mod presets;
+mod priority;
 mod properties;
 mod query;
 mod region;
 mod registry;
+mod sampled;
 mod sampling;
 #[cfg(feature = "serde-serialize")]
 mod saved;
 mod scalar;
 mod set;
 mod solid;
+mod subtree;
 mod sum;
 mod tree;
 mod validity;
@@ -45,6 +49,7 @@ pub use formula::{
     Buoyancy, Coordinates, Drag, Formula, Grid, LinearKernel, Magnetic, Nearest, Path, Profile,
     Radial, Spring, Swirl, Turbulence, Uniform, Wind,
 };
+pub use handle::{FieldHandle, TreeHandle};
 pub use layer::Layer;
 pub use leaf::{Coupling, Field, ForceMode};
 pub use lifetime::Lifetime;
@@ -56,15 +61,15 @@ pub use region::{Placement, Region};
 pub use registry::Registry;
 pub use sampling::Sampling;
 pub use scalar::Scalar;
-pub use set::{FieldHandle, FieldKey, FieldSet, TreeHandle};
+pub use set::{FieldKey, FieldSet};
 pub use tree::Tree;
 
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
-pub(crate) use layer::Override;
 pub(crate) use likeness::Fingerprint;
 pub(crate) use modifier::Modifier;
 pub(crate) use nodes::{Node, Nodes};
 pub(crate) use number::{Dual, Number, Vec3, constant, real};
+pub(crate) use priority::Override;
 pub(crate) use query::{LocalQuery, Motion};
 pub(crate) use sampling::SamplingRule;
 pub(crate) use set::{Change, Term};

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use super::anchor::Anchor;
-use super::leaf::limited;
-use super::number::{Number, Vec3};
+use super::number::{Number, Vec3, limited};
 use super::query::LocalQuery;
 use super::scalar::Scalar;
 use crate::math::{Real, to_f64};

@@ -92,3 +92,13 @@ pub(crate) fn differences<const N: usize>(
         (moved(steps[k]) - moved(-steps[k])) / (2.0 * steps[k])
     })
 }
+
+/// The vector, no longer than `limit`.
+pub(crate) fn limited<T: Number>(vector: Vec3<T>, limit: f64) -> Vec3<T> {
+    let size = length(&vector);
+    if size.re() > limit {
+        vector * (size.recip() * limit)
+    } else {
+        vector
+    }
+}

@@ -72,7 +72,7 @@ pub enum PropertyError {
 )]
 #[non_exhaustive]
 pub struct ColliderProperties {
-    /// Electric charge, for [`Axis::Charge`](crate::Axis::Charge). Zero by default.
+    /// Electric charge, for [`Axis::Charge`]. Zero by default.
     pub charge: Real,
     /// Mass of this part of the body, if it is not the collider's own: colliders of density zero
     /// have none. Only the ratio between the parts of a body counts.

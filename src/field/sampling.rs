@@ -1,8 +1,6 @@
 //! Where on a body a field is sampled.
 
 use super::error::{BuildError, positive};
-use super::formula::Formula;
-use super::leaf::{Coupling, Field};
 use crate::math::Real;
 
 /// Where on a body fields are sampled, and so what of their variation over the body is seen.
@@ -29,8 +27,8 @@ pub enum Sampling {
     ///
     /// - [`Centre`](Self::Centre) for a uniform vector that is shared out by mass, on whatever
     ///   region;
-    /// - [`Parts`](Self::Parts) for what is coupled to [each](Coupling::Each) part or to an
-    ///   [axis](Coupling::Axis): laws between sites, such as Lennard-Jones and Coulomb;
+    /// - [`Parts`](Self::Parts) for what is coupled to [each](crate::Coupling::Each) part or to an
+    ///   [axis](crate::Coupling::Axis): laws between sites, such as Lennard-Jones and Coulomb;
     /// - [`Surface`](Self::Surface) for drag and wind;
     /// - [`Volume`](Self::Volume) for everything else, and for buoyancy.
     ///
@@ -55,7 +53,7 @@ pub enum Sampling {
     /// body is cut into cells, finer at the border, until the error that the border leaves is at
     /// most this part of the wrench (its torque measured by the body's radius), or 4,096 cells
     /// are used up. [`Fields::wrench_error`](crate::Fields::wrench_error) has the bound that was
-    /// reached, and says what it covers. Terms with a [reacting](Field::reacting) field are
+    /// reached, and says what it covers. Terms with a [reacting](crate::Field::reacting) field are
     /// sampled at their volume instead.
     Adaptive {
         /// More than zero.
@@ -109,14 +107,14 @@ pub(crate) struct SamplingRule {
 
 impl SamplingRule {
     /// That of a term of which nothing is known.
-    const CENTRE: SamplingRule = SamplingRule {
+    pub(super) const CENTRE: SamplingRule = SamplingRule {
         sampling: Sampling::Centre,
         auto: true,
         overridable: true,
     };
 
     /// The finer of two.
-    fn finer(self, other: SamplingRule) -> SamplingRule {
+    pub(super) fn finer(self, other: SamplingRule) -> SamplingRule {
         let (a, b) = (self.sampling, other.sampling);
         let overridable = self.overridable && other.overridable;
         let finest = match a.rank().cmp(&b.rank()) {
@@ -134,64 +132,9 @@ impl SamplingRule {
         }
     }
 
-    /// That of a term made of fields; `at_centre`: whether it acts on a body as a whole.
-    pub(super) fn of_term<'a>(
-        fields: impl Iterator<Item = &'a Field>,
-        at_centre: bool,
-    ) -> SamplingRule {
-        let mut reacts = false;
-        let fields = fields.inspect(|field| reacts |= field.reacts);
-        let finest = fields.map(Field::how).reduce(SamplingRule::finer);
-        let mut finest = finest.unwrap_or(SamplingRule::CENTRE);
-        if reacts {
-            // Reactions are kept sample by sample, which cells have not.
-            finest.overridable = false;
-            if finest.sampling.tolerance().is_some() {
-                finest.sampling = Sampling::Volume;
-            }
-        }
-        // A scale over several fields may vary where they do not.
-        if finest.sampling == Sampling::Centre && finest.auto && !at_centre {
-            return SamplingRule {
-                sampling: Sampling::Volume,
-                ..finest
-            };
-        }
-        finest
-    }
-
     /// Tells apart those that are not sampled alike.
     pub(crate) fn key(self) -> (u8, u64, bool, bool) {
         let (rank, tolerance) = self.sampling.key();
         (rank, tolerance, self.auto, self.overridable)
-    }
-}
-
-impl Field {
-    /// Sets where on bodies the field is sampled. A term of the tree (an operand of the outermost
-    /// sum of union) is sampled as its field of the finest sampling asks for, in the order of
-    /// [`Sampling`]'s variants.
-    pub fn sampled(mut self, sampling: Sampling) -> Self {
-        self.sampling = sampling;
-        self
-    }
-
-    /// How the field by itself is sampled.
-    fn how(&self) -> SamplingRule {
-        let of_sites = self.coupling != Coupling::Share && !self.formula.reads_volume();
-        let auto = self.sampling == Sampling::Auto;
-        let sampling = match (&self.formula, self.sampling) {
-            (_, asked) if !auto => asked,
-            (Formula::Contact(_), _) => Sampling::Parts,
-            _ if self.acts_at_centre() => Sampling::Centre,
-            _ if of_sites => Sampling::Parts,
-            (Formula::Drag(_) | Formula::Wind(_), _) => Sampling::Surface,
-            _ => Sampling::Volume,
-        };
-        SamplingRule {
-            sampling,
-            auto,
-            overridable: auto && !of_sites && !self.is_contact(),
-        }
     }
 }

@@ -5,10 +5,12 @@ mod changes;
 mod names;
 #[cfg(feature = "serde-serialize")]
 mod saved;
+mod unchecked;
 mod validity;
 
 use std::ops::{Index, IndexMut};
 
+use super::handle::{FieldHandle, TreeHandle};
 use super::leaf::Field;
 use super::nodes::{Node, Nodes};
 use super::operator::Operator;
@@ -22,30 +24,7 @@ use arena::{Arena, NONE};
 pub(crate) use changes::Change;
 use changes::Changes;
 use names::Names;
-use validity::Unchecked;
-
-/// A field in a [`FieldSet`]. When the field is gone, no other is found by its handle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub struct FieldHandle {
-    pub(crate) index: u32,
-    generation: u32,
-}
-
-/// A tree that was inserted into a [`FieldSet`]. When the tree is gone, no other is found by its
-/// handle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub struct TreeHandle {
-    index: u32,
-    generation: u32,
-}
+use unchecked::Unchecked;
 
 /// An operand of the outermost sum of union of a set: what all terms give simply adds up, in
 /// their order.

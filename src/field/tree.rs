@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::anchor::Anchor;
-use super::layer::Layer;
 use super::leaf::Field;
 use super::modifier::Modifier;
 use super::nodes::{Node, Nodes};
@@ -40,7 +39,7 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 pub struct Tree {
     /// Operands stand before the operators that use them; the root is the last node. A flat
     /// list, so that neither depth nor drop can exhaust the stack.
-    nodes: Vec<Node>,
+    pub(super) nodes: Vec<Node>,
 }
 
 impl From<Field> for Tree {
@@ -200,40 +199,6 @@ impl Tree {
         self
     }
 
-    /// Layers of different priority, with the rules of other engines' zones.
-    ///
-    /// At each sample the layers that are defined there are gone through from the highest
-    /// [priority](Layer::priority) to the lowest (in their order, where priorities are equal). Each
-    /// adds its force; one that [replaces](Layer::replacing) first drops what was gathered; after
-    /// one that [stops](Layer::stopping), the rest is left out. These are glTF's `OMI_physics_gravity`
-    /// booleans; with them, Godot's modes are *combine* (neither), *combine-replace* (stop),
-    /// *replace* (both) and *replace-combine* (replace).
-    ///
-    /// ```
-    /// use rapier3d_fields::prelude::*;
-    /// let world = Layer::new(Field::uniform(Vector::Y * -9.81).force_mode(ForceMode::Acceleration));
-    /// let lift = Field::uniform(Vector::Y).force_mode(ForceMode::Acceleration);
-    /// let shaft = lift.within(Region::cylinder(10.0, 1.0));
-    /// let tree = Tree::layers([world, Layer::new(shaft).priority(1).replacing().stopping()]);
-    /// # let _ = tree;
-    /// ```
-    pub fn layers(layers: impl IntoIterator<Item = Layer>) -> Self {
-        let filled = |layer: &Layer| !layer.tree.nodes.is_empty();
-        let mut layers: Vec<Layer> = layers.into_iter().filter(filled).collect();
-        layers.sort_by_key(|layer| std::cmp::Reverse(layer.priority));
-        let modes = layers.iter().map(|layer| layer.mode).collect();
-        let mut tree = Tree::empty();
-        let mut operands = Vec::new();
-        for layer in layers {
-            tree.append(layer.tree);
-            operands.push(tree.root());
-        }
-        if !operands.is_empty() {
-            tree.nodes.push(Node::Layers { operands, modes });
-        }
-        tree
-    }
-
     fn combine(mut left: Tree, operator: Operator, mut right: Tree) -> Tree {
         match (left.nodes.is_empty(), right.nodes.is_empty()) {
             (false, false) => {}
@@ -278,7 +243,7 @@ impl Tree {
     }
 
     /// Adds another list of nodes behind this one; returns by how much its numbers grew.
-    fn append(&mut self, other: Tree) -> u32 {
+    pub(super) fn append(&mut self, other: Tree) -> u32 {
         let offset = self.nodes.len() as u32;
         self.nodes.extend(other.nodes.into_iter().map(|mut node| {
             let operands = node.operands_mut().iter_mut();

@@ -79,7 +79,7 @@ pub enum NodeView<'a> {
     Removed,
 }
 
-pub use super::layer::Override;
+pub use super::priority::Override;
 
 /// What a field is made of.
 #[derive(Clone, Copy, Debug)]

@@ -40,21 +40,21 @@ struct Current<'a>(MaybeOwned<'a>);
 
 enum MaybeOwned<'a> {
     Kept(&'a Compiled, &'a Properties),
-    Made(Box<Compiled>, Properties),
+    Made(Box<(Compiled, Properties)>),
 }
 
 impl Current<'_> {
     fn compiled(&self) -> &Compiled {
         match &self.0 {
             MaybeOwned::Kept(compiled, _) => compiled,
-            MaybeOwned::Made(compiled, _) => compiled,
+            MaybeOwned::Made(made) => &made.0,
         }
     }
 
     fn properties(&self) -> &Properties {
         match &self.0 {
             MaybeOwned::Kept(_, properties) => properties,
-            MaybeOwned::Made(_, properties) => properties,
+            MaybeOwned::Made(made) => &made.1,
         }
     }
 }
@@ -78,7 +78,7 @@ impl FieldPipeline {
         }
         let mut properties = Properties::default();
         properties.update(set);
-        Current(MaybeOwned::Made(Compiled::new(set).into(), properties))
+        Current(MaybeOwned::Made(Box::new((Compiled::new(set), properties))))
     }
 
     /// What was compiled.

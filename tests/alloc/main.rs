@@ -28,7 +28,7 @@ fn count() {
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
     if TRACED.try_with(|traced| traced.replace(false)) == Ok(true) {
         let trace = Backtrace::force_capture().to_string();
-        *CALLERS.with_borrow_mut(|callers| callers.entry(caller(&trace)).or_default()) += 1;
+        CALLERS.with_borrow_mut(|callers| *callers.entry(caller(&trace)).or_default() += 1);
         TRACED.set(true);
     }
 }

@@ -29,15 +29,15 @@ pub use radial::{Profile, Radial};
 pub use simple::{Spring, Uniform};
 pub use swirl::Swirl;
 pub use turbulence::Turbulence;
-pub use velocity::{Drag, Magnetic, Wind};
+pub use velocity::{Drag, Magnetic};
 
 use super::axis::Axis;
 use super::closure::Closure;
 use super::contact::ContactLaw;
-use super::error::BuildError;
-use super::number::{Number, Vec3, constant};
+use super::error::{BuildError, bad};
+use super::number::{Number, Vec3, constant, length};
 use super::query::LocalQuery;
-use crate::math::DVec3;
+use crate::math::{DVec3, Real, to_f64};
 
 /// What a field does where it is defined. Made by the constructors of [`Field`](crate::Field).
 ///
@@ -171,6 +171,62 @@ impl Formula {
             Formula::Magnetic(law) => law.field == Vector::ZERO,
             _ => false,
         }
+    }
+}
+
+/// Drag relative to a flow: F = (c₁ + c₂ |w|) w for the velocity w = u − v of the flow u past the
+/// sample. Where |w| is above the cap, w is shortened to it, so that the force has a bound.
+///
+/// The flow is another formula's vector, read as a velocity in the field's frame.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct Wind {
+    /// u.
+    #[cfg_attr(feature = "serde-serialize", serde(with = "crate::field::saved::flow"))]
+    pub flow: Box<Formula>,
+    /// c₁ and c₂.
+    pub drag: Drag,
+    /// The largest |w| that counts; may be infinite.
+    #[cfg_attr(
+        feature = "serde-serialize",
+        serde(with = "crate::field::saved::upper")
+    )]
+    pub speed_cap: Real,
+}
+
+impl Law for Wind {
+    fn kind(&self) -> &'static str {
+        "wind"
+    }
+
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let past = local.velocity - self.flow.vector(local);
+        let speed = length(&past);
+        let cap = to_f64(self.speed_cap);
+        if speed.re() <= cap {
+            return self.drag.force(&past);
+        }
+        self.drag.force(&(past * (speed.recip() * cap)))
+    }
+
+    fn reads_velocity(&self) -> bool {
+        true
+    }
+
+    fn axes(&self) -> &[Axis] {
+        self.flow.axes()
+    }
+
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
+        if self.speed_cap.is_nan() || self.speed_cap < 0.0 {
+            let value = to_f64(self.speed_cap);
+            return Err(bad(field, "the speed cap", "zero or more", value));
+        }
+        self.flow.validate(field)?;
+        self.drag.validate(field)
     }
 }
 

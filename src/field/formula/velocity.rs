@@ -1,8 +1,7 @@
 //! Forces that depend on the velocity.
 
-use super::{Formula, Law};
-use crate::field::axis::Axis;
-use crate::field::error::{BuildError, all_finite, bad, finite_vector};
+use super::law::Law;
+use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Number, Vec3, constant, length};
 use crate::field::query::LocalQuery;
 use crate::math::{Real, Vector, to_dvec3, to_f64};
@@ -27,7 +26,7 @@ pub struct Drag {
 
 impl Drag {
     /// The force on what moves with `velocity` through the medium.
-    fn force<T: Number>(&self, velocity: &Vec3<T>) -> Vec3<T> {
+    pub(super) fn force<T: Number>(&self, velocity: &Vec3<T>) -> Vec3<T> {
         let rate = length(velocity) * to_f64(self.quadratic) + to_f64(self.linear);
         velocity * -rate
     }
@@ -54,62 +53,6 @@ impl Law for Drag {
                 ("the quadratic drag coefficient", self.quadratic),
             ],
         )
-    }
-}
-
-/// Drag relative to a flow: F = (c₁ + c₂ |w|) w for the velocity w = u − v of the flow u past the
-/// sample. Where |w| is above the cap, w is shortened to it, so that the force has a bound.
-///
-/// The flow is another formula's vector, read as a velocity in the field's frame.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub struct Wind {
-    /// u.
-    #[cfg_attr(feature = "serde-serialize", serde(with = "crate::field::saved::flow"))]
-    pub flow: Box<Formula>,
-    /// c₁ and c₂.
-    pub drag: Drag,
-    /// The largest |w| that counts; may be infinite.
-    #[cfg_attr(
-        feature = "serde-serialize",
-        serde(with = "crate::field::saved::upper")
-    )]
-    pub speed_cap: Real,
-}
-
-impl Law for Wind {
-    fn kind(&self) -> &'static str {
-        "wind"
-    }
-
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let past = local.velocity - self.flow.vector(local);
-        let speed = length(&past);
-        let cap = to_f64(self.speed_cap);
-        if speed.re() <= cap {
-            return self.drag.force(&past);
-        }
-        self.drag.force(&(past * (speed.recip() * cap)))
-    }
-
-    fn reads_velocity(&self) -> bool {
-        true
-    }
-
-    fn axes(&self) -> &[Axis] {
-        self.flow.axes()
-    }
-
-    fn validate(&self, field: &str) -> Result<(), BuildError> {
-        if self.speed_cap.is_nan() || self.speed_cap < 0.0 {
-            let value = to_f64(self.speed_cap);
-            return Err(bad(field, "the speed cap", "zero or more", value));
-        }
-        self.flow.validate(field)?;
-        self.drag.validate(field)
     }
 }
 

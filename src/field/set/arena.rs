@@ -1,6 +1,6 @@
 //! The nodes of a set.
 
-use super::FieldHandle;
+use crate::field::handle::FieldHandle;
 use crate::field::leaf::Field;
 use crate::field::nodes::Node;
 

@@ -5,25 +5,6 @@ use std::sync::Arc;
 use super::FieldSet;
 use crate::field::BuildError;
 
-/// What has not been looked at since it changed.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Unchecked {
-    /// Terms, by serial.
-    pub terms: Vec<u64>,
-    leaves: Vec<u32>,
-    /// The leaf that was last given out to be changed.
-    pub open: Option<u32>,
-}
-
-impl Unchecked {
-    /// Notes a leaf.
-    pub(super) fn leaf(&mut self, place: u32) {
-        if self.leaves.last() != Some(&place) {
-            self.leaves.push(place);
-        }
-    }
-}
-
 impl FieldSet {
     /// Checks what has been inserted or changed since the last time that all was well. Costs as
     /// much as there is of that. Every step does it by itself, before anything else.

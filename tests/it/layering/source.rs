@@ -34,6 +34,7 @@ impl Source {
     pub fn new(file: &Path, module: Vec<String>, text: &str) -> Self {
         let mut tokens = tokens(text);
         let tests = remove_tests(&mut tokens);
+        lift_modules(&mut tokens);
         let imports = remove_imports(&mut tokens);
         remove_modules(&mut tokens);
         Source {
@@ -174,6 +175,27 @@ fn remove_tests(tokens: &mut Vec<String>) -> Vec<String> {
     modules
 }
 
+/// Writes paths in `mod … { … }` as from the file: there, one `super` is the file itself.
+fn lift_modules(tokens: &mut Vec<String>) {
+    let mut at = 0;
+    while at + 2 < tokens.len() {
+        if tokens[at] == "mod" && tokens[at + 2] == "{" {
+            let mut inner = at + 3;
+            while inner + 2 < after_closing(tokens, at + 2) {
+                if tokens[inner] != "super" || tokens[inner - 1] == "::" {
+                    inner += 1;
+                } else if tokens[inner + 2] == "super" {
+                    tokens.drain(inner..inner + 2);
+                    inner += 1;
+                } else {
+                    tokens[inner] = "self".to_owned();
+                }
+            }
+        }
+        at += 1;
+    }
+}
+
 /// Takes out all `use …;`.
 fn remove_imports(tokens: &mut Vec<String>) -> Vec<Import> {
     let mut imports = Vec::new();
@@ -250,8 +272,8 @@ fn tree(tokens: &[String], prefix: &[String], public: bool, out: &mut Vec<Import
 
 /// The names of the items outside of all brackets.
 fn defines(tokens: &[String]) -> Vec<String> {
-    const KINDS: [&str; 8] = [
-        "fn", "struct", "enum", "trait", "type", "const", "static", "union",
+    const KINDS: [&str; 9] = [
+        "fn", "struct", "enum", "trait", "type", "const", "static", "union", "mod",
     ];
     let mut found = Vec::new();
     let mut at = 0;
@@ -318,6 +340,15 @@ mod tests {
             "super::x x false",
         ];
         assert_eq!(found.collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn paths_in_inner_modules_are_as_from_the_file() {
+        let source =
+            read("mod inner { use super::A; mod more { fn f() { super::super::super::b::C } } }");
+        assert_eq!(source.imports[0].path, ["self", "A"]);
+        assert_eq!(source.paths, [["super", "b", "C"]]);
+        assert_eq!(source.defines, ["inner"]);
     }
 
     #[test]

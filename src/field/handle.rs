@@ -1,0 +1,24 @@
+//! Handles of what is in a set.
+
+/// A field in a [`FieldSet`](crate::FieldSet). When the field is gone, no other is found by its handle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct FieldHandle {
+    pub(crate) index: u32,
+    pub(super) generation: u32,
+}
+
+/// A tree that was inserted into a [`FieldSet`](crate::FieldSet). When the tree is gone, no other is found by its
+/// handle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct TreeHandle {
+    pub(super) index: u32,
+    pub(super) generation: u32,
+}

@@ -1,0 +1,77 @@
+//! A part of a tree as a tree of its own.
+
+use std::collections::HashMap;
+
+use super::nodes::{Node, Nodes};
+use super::operator::Operator;
+use super::tree::Tree;
+
+impl Nodes<'_> {
+    /// What is at and below a node as a tree of its own. Fields that are gone leave their
+    /// operations as sets do that are empty.
+    pub(super) fn subtree(self, root: u32) -> Tree {
+        let mut nodes: Vec<Node> = Vec::new();
+        let mut place_of: HashMap<u32, Option<u32>> = HashMap::new();
+        for place in self.postorder(root) {
+            let kept = match self.get(place) {
+                Node::Vacant => None,
+                node => with_operands(node, |operand| place_of[&operand], &mut nodes),
+            };
+            place_of.insert(place, kept);
+        }
+        // What an empty operand took with it may be left behind the root.
+        match place_of[&root] {
+            Some(root) if root as usize + 1 == nodes.len() => Tree::of_nodes(nodes),
+            Some(root) => Nodes(&nodes).subtree(root),
+            None => Tree::empty(),
+        }
+    }
+}
+
+/// Adds a node whose operands have moved, or are gone; returns its place, if it is defined
+/// anywhere.
+fn with_operands(
+    node: &Node,
+    place_of: impl Fn(u32) -> Option<u32>,
+    nodes: &mut Vec<Node>,
+) -> Option<u32> {
+    let mut node = node.clone();
+    let found: Vec<Option<u32>> = node.operands().iter().map(|o| place_of(*o)).collect();
+    let there: Vec<u32> = found.iter().flatten().copied().collect();
+    match &mut node {
+        Node::Leaf(_) => {}
+        Node::Operation { operator, operands } => {
+            let first_is_gone = found.first().is_none_or(Option::is_none);
+            let none_left = match operator {
+                Operator::Difference => first_is_gone,
+                operator if operator.is_intersection() => there.len() < found.len(),
+                _ => there.is_empty(),
+            };
+            if none_left {
+                return None;
+            }
+            if let [only] = there[..] {
+                return Some(only);
+            }
+            *operands = there;
+        }
+        Node::Layers { operands, modes } => {
+            let kept = modes
+                .iter()
+                .zip(&found)
+                .filter(|(_, found)| found.is_some());
+            *modes = kept.map(|(mode, _)| *mode).collect();
+            if there.is_empty() {
+                return None;
+            }
+            *operands = there;
+        }
+        Node::Modified { operand, .. }
+        | Node::Instances {
+            prototype: operand, ..
+        } => *operand = *there.first()?,
+        Node::Vacant => return None,
+    }
+    nodes.push(node);
+    Some(nodes.len() as u32 - 1)
+}
