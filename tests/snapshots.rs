@@ -6,7 +6,7 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 #[path = "support/bits.rs"]
 mod bits;
 
-use rapier3d_fields::files::{FieldsSnapshot, FileError};
+use rapier3d_fields::FieldsSnapshot;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::scenes::ammonia::AmmoniaSettings;
 use rapier3d_fields::scenes::flock::FlockSettings;
@@ -18,7 +18,7 @@ type Run = (PhysicsWorld, Fields);
 
 /// As bytes and back.
 fn restored((world, fields): &Run) -> Run {
-    let snapshot = FieldsSnapshot::new(fields).expect("fields without code");
+    let snapshot = FieldsSnapshot::new(fields);
     let mut saved = Vec::new();
     ciborium::into_writer(&snapshot, &mut saved).expect("what can be written");
     let world = postcard::to_allocvec(world).expect("what can be written");
@@ -250,12 +250,21 @@ fn handles_of_any_generation() {
 fn code_is_refused_by_name() {
     let field = Field::closure([], |_: &rapier3d_fields::Sample| Vector::X).named("mine");
     let fields = Fields::new(field).expect("a valid tree");
-    let error = FieldsSnapshot::new(&fields).expect_err("a closure");
-    assert!(matches!(error, FileError::Code { .. }), "{error:?}");
+    let error = serde_json::to_string(&FieldsSnapshot::new(&fields)).expect_err("a closure");
     assert_eq!(
         error.to_string(),
-        "field `mine`: a closure is code, and cannot stand in a file"
+        "a formula is a closure without a name, and cannot be saved"
     );
+    let named = Field::closure_named("push", [], |_: &rapier3d_fields::Sample| Vector::X);
+    let fields = Fields::new(named).expect("a valid tree");
+    let saved = serde_json::to_string(&FieldsSnapshot::new(&fields)).expect("a name");
+    let mut read: FieldsSnapshot = serde_json::from_str(&saved).expect("what was written");
+    let world = PhysicsWorld::new();
+    assert!(read.clone().restore(&world).is_err(), "which `push`?");
+    let registry = rapier3d_fields::field::Registry::new();
+    let registry = registry.formula("push", [], |_: &rapier3d_fields::Sample| Vector::X);
+    read.resolve(&registry).expect("a known name");
+    read.restore(&world).expect("the fields of this world");
 }
 
 #[test]
@@ -264,7 +273,7 @@ fn a_damaged_snapshot_is_an_error_or_runs() {
     let mut run = run;
     step(&mut run);
     let mut saved = Vec::new();
-    let snapshot = FieldsSnapshot::new(&run.1).expect("fields without code");
+    let snapshot = FieldsSnapshot::new(&run.1);
     ciborium::into_writer(&snapshot, &mut saved).expect("what can be written");
     for cut in [0, 1, saved.len() / 2, saved.len() - 1] {
         let read: Result<FieldsSnapshot, _> = ciborium::from_reader(&saved[..cut]);

@@ -132,7 +132,7 @@ struct Settings {
     closed: bool,
     #[serde(default)]
     speed: Real,
-    #[serde(default, alias = "look-ahead")]
+    #[serde(default, rename = "look-ahead", alias = "predict")]
     predict: Real,
     #[serde(default = "usual_stiffness")]
     stiffness: Real,
