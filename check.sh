@@ -1,24 +1,86 @@
 #!/usr/bin/env bash
-# What CI runs. Each step says which failure it is there for.
+# What CI runs, whole. Each step says which failure it is there for.
 set -euo pipefail
 cd "$(dirname "$0")"
 
-step() { printf '\n== %s\n' "$1"; }
+# The same random cases each time, so that what fails is what was changed.
+export PROPTEST_RNG_SEED=20250
+export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
+
+step() { printf '\n== %s (%d s)\n' "$1" "$SECONDS"; }
 
 step "formatting"
 cargo fmt --all --check
 
-step "the library alone, as users build it, in both precisions"
-cargo build --release --workspace --lib
-
 step "lints, on every target"
-cargo clippy --release --workspace --all-targets -- -D warnings
+cargo clippy --workspace --all-targets -- -D warnings
 
-step "tests of both precisions, and every program in the documentation"
-cargo test --release --workspace
+step "each combination of features that Rapier allows"
+# In vain with a precision missing: then the first error must say so.
+missing=$(cargo check --quiet --package rapier3d-fields --lib --no-default-features 2>&1 || true)
+grep -q 'the precision is missing' <<< "$missing"
+features() { # PACKAGE, FEATURES
+    echo "$1: $2"
+    cargo clippy --quiet --package "$1" --lib --no-default-features --features "$2" -- -D warnings
+}
+for each in "" parallel enhanced-determinism debug-render serde-serialize expression \
+    parallel,serde-serialize,expression \
+    parallel,enhanced-determinism,debug-render,serde-serialize,expression; do
+    features rapier3d-fields "f32,$each"
+    features rapier3d-fields-f64 "f64,$each"
+done
+for each in simd8 simd8,parallel,debug-render,serde-serialize,expression; do
+    features rapier3d-fields "f32,$each"
+done
 
 step "documentation without broken links, private items included"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
 
+step "tests of both precisions, and every program in the documentation"
+cargo test --release --workspace
+
+step "packages, from a clean checkout, each built as users build it"
+clean=$(mktemp -d)
+trap 'rm -rf "$clean"' EXIT
+now=$(git stash create)
+git archive "${now:-HEAD}" | tar -x -C "$clean"
+(
+    cd "$clean"
+    # By itself, then in place of the folder that is no package, so that satellites find it.
+    f64/package.sh "$clean/alone" -- --quiet --no-verify
+    rm -r f64
+    mv alone f64
+    sed -i '/^\[workspace\]$/d' f64/Cargo.toml
+    packages=(--package rapier3d-fields --package rapier3d-fields-f64)
+    [ ! -e scene/Cargo.toml ] || packages+=(--package rapier3d-fields-scene)
+    cargo package --quiet --allow-dirty "${packages[@]}"
+)
+
 step "the main job, briefly"
 cargo run --release --example ammonia -- --steps 500
+
+step "a scene file, and the columns of its tables"
+simulate() { cargo run --release --quiet --example simulate -- "$@"; }
+tables=$clean/tables
+mkdir "$tables"
+simulate examples/scenes/spheres.json --steps 200 --every 100 \
+    --trajectory "$tables/trajectory.csv" --wrenches "$tables/wrenches.csv" \
+    --contacts "$tables/contacts.csv"
+# Columns may be added at the end.
+columns() { # TABLE, FIRST COLUMNS
+    local found
+    found=$(head -n 1 "$tables/$1.csv")
+    if [[ "$found," != "$2,"* ]]; then
+        echo "$1.csv begins with the columns $found, not with $2"
+        exit 1
+    fi
+}
+columns trajectory step,time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz
+columns wrenches step,time,body,fx,fy,fz,tx,ty,tz
+columns contacts step,time,body1,part1,body2,part2,nx,ny,nz,px,py,pz,depth,source,approach_speed,jx1,jy1,jz1,jx2,jy2,jz2,answered_by
+grep -Eq '^([^,]*,){13}field(,|$)' "$tables/contacts.csv"
+if simulate nowhere.json; then
+    echo "a scene that is not there was simulated"
+    exit 1
+fi
+step "all is well"

@@ -5,14 +5,12 @@
 //! are measured in one run. The rivals do less: they neither detect contacts themselves nor keep
 //! the energy (see the README).
 
-mod support;
-
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia, interaction};
-use support::cell_list::CellList;
-use support::vectorised::Vectorised;
+use rapier3d_fields_lab::single::rivals::cell_list::CellList;
+use rapier3d_fields_lab::single::rivals::vectorised::Vectorised;
+use rapier3d_fields_lab::single::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia, interaction};
 
 const CUTOFF: Real = 10.0;
 

@@ -12,19 +12,22 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use rapier3d_fields::math::{DVec3, to_dpose3, to_f64};
+use rapier3d_fields::math::{DVec3, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::{AmmoniaSettings, BOLTZMANN, BoxOfAmmonia, SITES};
+use rapier3d_fields_lab::single::scenes::ammonia::{
+    AmmoniaSettings, BOLTZMANN, BoxOfAmmonia, SITES,
+};
 
 #[path = "support/mod.rs"]
 mod support;
 
+use rapier3d_fields_lab::drawing::picture::{self, Scene};
+use rapier3d_fields_lab::drawing::plot::Units;
+use rapier3d_fields_lab::drawing::projection::{Ball, Rgb};
+use rapier3d_fields_lab::record::{Record, Totals};
+use rapier3d_fields_lab::single::watch::{self, momentum_scales, print_cross_check};
+use rapier3d_fields_lab::xyz::Trajectory;
 use support::args::Args;
-use support::picture::{self, Scene};
-use support::plot::Units;
-use support::projection::{Ball, Rgb};
-use support::record::{Record, Totals, momentum_scales, print_cross_check};
-use support::xyz::Trajectory;
 use support::{AnyError, exit, progress_bar};
 
 const USAGE: &str = "\
@@ -65,13 +68,13 @@ fn run() -> Result<(), AnyError> {
     let mut fields = scene.fields(Fields::builder(tree).cross_check(true))?;
     println!("{}", fields.plan());
 
-    let mut trajectory = Trajectory::create(Path::new(TRAJECTORY), scene.half_extents)?;
+    let mut trajectory = Trajectory::create(Path::new(TRAJECTORY), to_dvec3(scene.half_extents))?;
     let mut record = Record::begin(totals(&scene, &mut fields), to_f64(settings.dt), steps);
     write_frame(&mut trajectory, &scene, &record)?;
     let bar = progress_bar(steps);
     for step in 1..=steps {
         fields.step(&mut scene.world)?;
-        record.step(&fields, &scene.world);
+        record.step(&watch::contacts(&fields, &scene.world));
         if step % STEPS_PER_SAMPLE == 0 || step == steps {
             record.sample(&totals(&scene, &mut fields));
         }
@@ -183,7 +186,7 @@ fn draw(path: &Path, scene: &BoxOfAmmonia, record: &Record) -> Result<(), AnyErr
         subtitle: "an electric field and a collision field on every atom, in one tree",
         balls: balls.collect(),
         colors: &COLORS,
-        half_extents: scene.half_extents,
+        half_extents: to_dvec3(scene.half_extents),
     };
     let units = Units {
         time: "ps",

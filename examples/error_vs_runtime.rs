@@ -8,7 +8,7 @@ use std::error::Error;
 
 use indicatif::ProgressBar;
 use plotters::prelude::*;
-use rapier3d_fields::study::{
+use rapier3d_fields_lab::single::study::{
     Case, Dimer, Effort, Impacts, Method, Metric, PRECISION, Run, Spring, compare, to_csv, to_table,
 };
 

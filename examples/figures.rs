@@ -13,13 +13,13 @@ use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
-use rapier3d_fields::scenes::figures::{Figure, Figure3Settings, Figure4Settings};
+use rapier3d_fields_lab::single::scenes::figures::{Figure, Figure3Settings, Figure4Settings};
 
 #[path = "support/mod.rs"]
 mod support;
 
+use rapier3d_fields_lab::drawing::arrows::{FAINT, INK, Panel, document, legend, text};
 use support::args::Args;
-use support::arrows::{FAINT, INK, Panel, document, legend, text};
 use support::{AnyError, exit, make_folder_of};
 
 const USAGE: &str = "\
@@ -126,9 +126,12 @@ fn draw_field(svg: &mut String, figure: &Figure, panel: &Panel) -> Result<(), An
     }
     let reference = Reference::new(&figure.tree)?;
     let frames = (&figure.world.bodies, &figure.world.colliders);
-    let arrows = panel.sample(&reference, &frames, 29, |point| Query {
-        world_point: point,
-        ..Query::default()
+    let arrows = panel.sample(29, |point| {
+        let query = Query {
+            world_point: point,
+            ..Query::default()
+        };
+        reference.force(&frames, &query)
     });
     // Both fields are of constant strength: the repulsion is to stand out.
     let strengths = arrows.iter().map(|arrow| arrow.vector.length());

@@ -13,13 +13,13 @@ use std::process::ExitCode;
 
 use rapier3d_fields::math::{DVec3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::flock::{Flock, FlockSettings, RADIUS};
+use rapier3d_fields_lab::single::scenes::flock::{Flock, FlockSettings, RADIUS};
 
 #[path = "support/mod.rs"]
 mod support;
 
+use rapier3d_fields_lab::drawing::arrows::{FAINT, INK, Panel, document, text};
 use support::args::Args;
-use support::arrows::{FAINT, INK, Panel, document, text};
 use support::{AnyError, exit, make_folder_of, progress_bar};
 
 const USAGE: &str = "\

@@ -6,12 +6,10 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
-#[path = "support/hard_spheres.rs"]
-mod hard_spheres;
 #[path = "support/mod.rs"]
 mod support;
 
-use hard_spheres::{Gas, Method, in_order};
+use rapier3d_fields_lab::single::scenes::hard_spheres::{Gas, Method, in_order};
 use support::args::Args;
 use support::{AnyError, exit};
 

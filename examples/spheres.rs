@@ -13,17 +13,18 @@ use std::str::FromStr;
 
 use rapier3d_fields::math::{DVec3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::spheres::{BoxOfSpheres, SpheresSettings};
+use rapier3d_fields_lab::single::scenes::spheres::{BoxOfSpheres, SpheresSettings};
 
 #[path = "support/mod.rs"]
 mod support;
 
+use rapier3d_fields_lab::drawing::picture::{self, Scene};
+use rapier3d_fields_lab::drawing::plot::Units;
+use rapier3d_fields_lab::drawing::projection::{Ball, Rgb};
+use rapier3d_fields_lab::record::{Record, Totals};
+use rapier3d_fields_lab::single::watch::{self, momentum_scales, print_cross_check};
+use rapier3d_fields_lab::xyz::Trajectory;
 use support::args::Args;
-use support::picture::{self, Scene};
-use support::plot::Units;
-use support::projection::{Ball, Rgb};
-use support::record::{Record, Totals, momentum_scales, print_cross_check};
-use support::xyz::Trajectory;
 use support::{AnyError, exit, progress_bar};
 
 const USAGE: &str = "\
@@ -121,13 +122,13 @@ fn simulate(
     let tree = scene.tree(law.contact_law());
     let mut fields = Fields::builder(tree).cross_check(true).build()?;
     let mut trajectory = (law == chosen)
-        .then(|| Trajectory::create(Path::new(TRAJECTORY), scene.half_extents))
+        .then(|| Trajectory::create(Path::new(TRAJECTORY), to_dvec3(scene.half_extents)))
         .transpose()?;
     let mut record = Record::begin(totals(&scene), to_f64(settings.dt), steps);
     let bar = progress_bar(steps).with_message(law.name());
     for step in 1..=steps {
         fields.step(&mut scene.world)?;
-        record.step(&fields, &scene.world);
+        record.step(&watch::contacts(&fields, &scene.world));
         if step % STEPS_PER_SAMPLE == 0 || step == steps {
             record.sample(&totals(&scene));
             if let Some(trajectory) = &mut trajectory {
@@ -222,7 +223,7 @@ impl Run {
             subtitle: "a collision field around every sphere",
             balls: balls.collect(),
             colors: &COLORS,
-            half_extents: scene.half_extents,
+            half_extents: to_dvec3(scene.half_extents),
         };
         let units = Units {
             time: "s",

@@ -3,18 +3,19 @@
 //! Contacts that Rapier reports after a step belong to the poses before it. So what the fields find
 //! before a step is kept, and compared after it.
 
+mod disagreement;
 mod settings;
 
+pub use disagreement::Disagreement;
 pub use settings::CrossCheck;
 
 use std::collections::HashSet;
 
-use crate::compile::Compiled;
 use crate::contact::FieldContact;
-use crate::math::{ColliderHandle, ColliderSet, Pose, Real, Vector, to_f64};
+use crate::math::{ColliderHandle, Pose, Real, Vector, to_f64};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
-use crate::rapier::pipeline::ActiveHooks;
+use crate::rigid::Lookup;
 
 /// How many roundings of a coordinate stand between the poses and a gap, at most, on both sides
 /// together: positions of two bodies, their rotations and those of the parts' places in them, the
@@ -22,6 +23,10 @@ use crate::rapier::pipeline::ActiveHooks;
 const ROUNDINGS: Real = 32.0;
 
 /// Counts and errors of a [cross-check](crate::FieldsBuilder::cross_check), since it began.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CrossCheckReport {
@@ -38,12 +43,11 @@ pub struct CrossCheckReport {
     /// Largest distance between the points of contact.
     pub point_error: Real,
     /// Whether Rapier's contacts were being recycled, and so up to 0.05 length units stale, which
-    /// is only so if [the check was told to let it](CrossCheck::let_recycle). Only known to
-    /// [`Fields::step`](crate::Fields::step).
+    /// is only so if [the check was told to let it](CrossCheck::let_recycle).
     pub recycling: bool,
     /// Whether Rapier may have made more than one pass of continuous detection
     /// (`max_ccd_substeps` above 1): its contacts then belong to poses within the step, and
-    /// disagreements mean little. Only known to [`Fields::step`](crate::Fields::step).
+    /// disagreements mean little.
     pub ccd_substeps: bool,
     /// The disagreements of the last step, those within the band left out.
     pub disagreements: Vec<Disagreement>,
@@ -52,6 +56,10 @@ pub struct CrossCheckReport {
 }
 
 /// Contacts by who found them.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ContactCounts {
@@ -80,24 +88,6 @@ impl ContactCounts {
     }
 }
 
-/// A contact that one side only found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Disagreement {
-    /// The number of the step, from 1.
-    pub step: u64,
-    /// Where the side that found it did.
-    pub world_point: Vector,
-    /// The colliders, in the order of their handles.
-    pub colliders: [ColliderHandle; 2],
-    /// Overlap as the fields found it, if they did.
-    pub field_depth: Option<Real>,
-    /// Overlap as Rapier found it, if it did.
-    pub rapier_depth: Option<Real>,
-    /// The tolerance band there.
-    pub band: Real,
-}
-
 impl CrossCheckReport {
     /// Overlaps shallower than this are not told from rounding: 32 half units in the last place
     /// of a length as large as the contact's distance from the origin and the parts together.
@@ -107,8 +97,8 @@ impl CrossCheckReport {
 }
 
 /// A contact of one side, at the poses compared.
-#[derive(Clone, Copy)]
-struct Sighting {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting {
     colliders: [ColliderHandle; 2],
     world_point: Vector,
     /// From the first to the second.
@@ -117,96 +107,55 @@ struct Sighting {
     band: Real,
 }
 
-/// The check of one world.
-#[derive(Default)]
-pub(crate) struct Checker {
-    pub report: CrossCheckReport,
-    settings: CrossCheck,
-    watched: HashSet<ColliderHandle>,
-    /// What the fields found at the poses the next step starts from.
-    expected: Option<Vec<Sighting>>,
+/// Colliders with a detection field: only their pairs are compared.
+pub(crate) type Watched = HashSet<ColliderHandle>;
+
+/// What the fields found, for comparison after the next step.
+pub(crate) fn expect(
+    settings: &CrossCheck,
+    contacts: &[FieldContact],
+    world: &impl Lookup,
+) -> Vec<Sighting> {
+    let watched = contacts
+        .iter()
+        .filter(|contact| settings.watches(contact.colliders));
+    let sightings = watched.map(|contact| Sighting {
+        colliders: contact.colliders,
+        world_point: contact.world_point,
+        world_normal: contact.world_normal,
+        depth: contact.depth,
+        band: band(world, contact.colliders, contact.world_point),
+    });
+    sightings.collect()
 }
 
-impl Checker {
-    pub(crate) fn new(settings: CrossCheck) -> Self {
-        Checker {
-            settings,
-            ..Checker::default()
-        }
-    }
-
-    /// The settings it was made with.
-    pub(crate) fn settings(&self) -> &CrossCheck {
-        &self.settings
-    }
-
-    /// Keeps Rapier from recycling the contacts of the colliders watched: a collider with any
-    /// active hook is exempt. The hook asked for is called for every pair, and by default allows
-    /// it.
-    pub(crate) fn keep_fresh(&mut self, colliders: &mut ColliderSet) {
-        if self.settings.lets_recycle {
-            return;
-        }
-        for handle in &self.watched {
-            let hooks = colliders.get(*handle).map(|c| c.active_hooks());
-            if hooks.is_some_and(|hooks| hooks.is_empty())
-                && let Some(collider) = colliders.get_mut(*handle)
-            {
-                collider.set_active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS);
-            }
-        }
-    }
-
+impl CrossCheckReport {
     /// Takes note of settings of Rapier under which its contacts are not those of the poses before
     /// the step.
-    pub(crate) fn note(&mut self, parameters: &IntegrationParameters) {
-        let recycles = self.settings.lets_recycle && parameters.contact_recycling;
-        self.report.recycling |= recycles;
-        self.report.ccd_substeps |= parameters.max_ccd_substeps > 1;
-    }
-
-    /// Watches the colliders of all detection fields of a tree.
-    pub(crate) fn watch(&mut self, compiled: &Compiled) {
-        self.watched = compiled.detectors.iter().map(|d| d.collider).collect();
-        self.expected = None;
-    }
-
-    /// Keeps what the fields found, for comparison after the next step.
-    pub(crate) fn expect(&mut self, contacts: &[FieldContact], colliders: &ColliderSet) {
-        let watched = contacts
-            .iter()
-            .filter(|c| self.settings.watches(c.colliders));
-        let sightings = watched.map(|contact| Sighting {
-            colliders: contact.colliders,
-            world_point: contact.world_point,
-            world_normal: contact.world_normal,
-            depth: contact.depth,
-            band: band(colliders, contact.colliders, contact.world_point),
-        });
-        self.expected = Some(sightings.collect());
+    pub(crate) fn note(&mut self, settings: &CrossCheck, parameters: &IntegrationParameters) {
+        self.recycling |= settings.lets_recycle && parameters.contact_recycling;
+        self.ccd_substeps |= parameters.max_ccd_substeps > 1;
     }
 
     /// Compares with what Rapier found in the step since. `pose_before` gives the world poses
     /// that colliders had when that step began.
     pub(crate) fn compare(
         &mut self,
-        colliders: &ColliderSet,
-        narrow_phase: &NarrowPhase,
+        (settings, watched): (&CrossCheck, &Watched),
+        expected: &[Sighting],
+        (world, narrow_phase): (&impl Lookup, &NarrowPhase),
         pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
     ) {
-        let Some(expected) = self.expected.take() else {
-            return;
-        };
         let mut theirs: Vec<Sighting> = narrow_phase
             .contact_pairs()
-            .filter(|pair| self.compares(pair, colliders))
-            .filter_map(|pair| sighting(pair, colliders, &pose_before))
+            .filter(|pair| compares(pair, (settings, watched), world))
+            .filter_map(|pair| sighting(pair, world, &pose_before))
             .collect();
         let key = |sighting: &Sighting| sighting.colliders.map(|c| c.into_raw_parts());
         theirs.sort_unstable_by_key(key);
-        self.report.steps += 1;
-        self.report.disagreements.clear();
-        self.report.last_step = ContactCounts::default();
+        self.steps += 1;
+        self.disagreements.clear();
+        self.last_step = ContactCounts::default();
         let (mut ours, mut theirs) = (expected.iter().peekable(), theirs.iter().peekable());
         while let Some(next) = ours
             .peek()
@@ -217,28 +166,32 @@ impl Checker {
         {
             let our = ours.next_if(|sighting| key(sighting) == next);
             let their = theirs.next_if(|sighting| key(sighting) == next);
-            let new = self.report.record(our, their);
-            if let (Some(new), Some(tell)) = (new, &self.settings.listener) {
+            let new = self.record(our, their);
+            if let (Some(new), Some(tell)) = (new, &settings.listener) {
                 tell(&new);
             }
         }
-        self.report.total.add(self.report.last_step);
+        self.total.add(self.last_step);
     }
+}
 
-    /// Whether fields could have found what a pair of Rapier's may hold: one side has a detection
-    /// field, and one is a ball.
-    fn compares(&self, pair: &ContactPair, colliders: &ColliderSet) -> bool {
-        let mut handles = [pair.collider1, pair.collider2];
-        handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
-        if !self.settings.watches(handles) {
-            return false;
-        }
-        let is_ball = |handle: &ColliderHandle| {
-            let collider = colliders.get(*handle);
-            collider.is_some_and(|collider| collider.shape().as_ball().is_some())
-        };
-        handles.iter().any(|handle| self.watched.contains(handle)) && handles.iter().any(is_ball)
+/// Whether fields could have found what a pair of Rapier's may hold: one side has a detection
+/// field, and one is a ball.
+fn compares(
+    pair: &ContactPair,
+    (settings, watched): (&CrossCheck, &Watched),
+    world: &impl Lookup,
+) -> bool {
+    let mut handles = [pair.collider1, pair.collider2];
+    handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
+    if !settings.watches(handles) {
+        return false;
     }
+    let is_ball = |handle: &ColliderHandle| {
+        let collider = world.collider(*handle);
+        collider.is_some_and(|collider| collider.shape().as_ball().is_some())
+    };
+    handles.iter().any(|handle| watched.contains(handle)) && handles.iter().any(is_ball)
 }
 
 impl CrossCheckReport {
@@ -287,7 +240,7 @@ impl CrossCheckReport {
 /// The deepest overlap of a pair of Rapier's, if it overlaps.
 fn sighting(
     pair: &ContactPair,
-    colliders: &ColliderSet,
+    world: &impl Lookup,
     pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
 ) -> Option<Sighting> {
     let points = pair.manifolds().iter().flat_map(|manifold| {
@@ -310,15 +263,15 @@ fn sighting(
         world_point,
         world_normal,
         depth: -point.dist,
-        band: band(colliders, handles, world_point),
+        band: band(world, handles, world_point),
     })
 }
 
 /// The tolerance band of a pair: half-spaces and other unbounded shapes have no size.
-fn band(colliders: &ColliderSet, handles: [ColliderHandle; 2], world_point: Vector) -> Real {
+fn band(world: &impl Lookup, handles: [ColliderHandle; 2], world_point: Vector) -> Real {
     let size = |handle: ColliderHandle| {
-        let ball = colliders
-            .get(handle)
+        let ball = world
+            .collider(handle)
             .and_then(|collider| collider.shape().as_ball());
         ball.map_or(0.0, |ball| ball.radius)
     };

@@ -1,36 +1,30 @@
 //! The façade: everything a world needs to have fields.
 
-mod ask;
 mod builder;
-mod saved;
-#[cfg(feature = "serde-serialize")]
-mod snapshot;
+mod questions;
 
 pub use builder::FieldsBuilder;
-pub use saved::Settings;
-#[cfg(feature = "serde-serialize")]
-pub use snapshot::{FieldsSnapshot, SnapshotError};
 
-use std::sync::Arc;
+use std::ops::{Index, IndexMut};
+use std::sync::mpsc::Sender;
 
-use crate::compile::Compiled;
-use crate::contact::{
-    Detection, Detector, FieldContact, Reporter, Responder, ResponderHooks, Rules,
+use crate::bridge::{StepError, WorldMut};
+use crate::contact::ContactEvent;
+use crate::field::{
+    BuildError, ColliderProperties, Field, FieldKey, FieldSet, PropertyError, Sampling, Tree,
 };
-use crate::cross_check::Checker;
-use crate::diagnose::Auditor;
-use crate::field::{Sampling, Tree, TreeError};
-use crate::inject::{Injector, StepError};
-use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
-use crate::rapier::dynamics::{IntegrationParameters, MultibodyJointSet};
-use crate::rapier::geometry::NarrowPhase;
-use crate::rapier::pipeline::PhysicsWorld;
-use crate::sample::{ColliderProperties, PropertyError};
+use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodyHandle, RigidBodySet};
+use crate::pipeline::{
+    Definition, FieldPipeline, FieldSettings, FieldState, OpenStep, StepOutcome,
+};
+use crate::rapier::pipeline::{EventHandler, PhysicsHooks, PhysicsWorld};
 
-/// Force fields of a Rapier world.
+/// Force fields of a Rapier world: what they are, how they act, what outlives a step, and the
+/// machinery, bundled as Rapier's `PhysicsWorld` bundles its sets.
 ///
-/// The easy path is [`Fields::step`] in place of `world.step()`. The explicit one is
-/// [`Fields::begin_step`] and [`Fields::end_step`] around a step of one's own pipeline.
+/// [`Fields::step`] stands in place of `world.step()`, and [`Fields::step_with`] in place of
+/// `world.step_with_events(…)`. Around a pipeline of your own, [`Fields::begin`] and
+/// [`Fields::finish`] do the same, bit for bit.
 ///
 /// What a step does to bodies:
 ///
@@ -39,7 +33,8 @@ use crate::sample::{ColliderProperties, PropertyError};
 /// - Bodies of unequal inertia turn freely by this crate's own rotation step, which conserves
 ///   angular momentum to rounding, wherever fields can turn bodies at all; Rapier carries it out,
 ///   so that contacts act on it. Bodies whose `gyroscopic_forces_enabled` is off are left alone.
-/// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them.
+/// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them. They are looked at when a
+///   field changed, moved, or depends on time.
 /// - Fixed and kinematic bodies carry fields but feel none. Locked axes do not move. Bodies
 ///   without mass, or without inertia, are not moved, or not turned; disabled bodies and colliders
 ///   are not sampled.
@@ -48,8 +43,11 @@ use crate::sample::{ColliderProperties, PropertyError};
 /// - The particles of soft bodies are samples of the particle's mass, without charge. They take
 ///   half an impulse before and half after Rapier's step (with `Kick` and `ExternalForce` the
 ///   whole before), for two evaluations. A soft body that sleeps is left asleep, but by
-///   [`WakePolicy::Always`]. Only [`Fields::step`] does this, not `begin_step` and `end_step`.
+///   [`WakePolicy::Always`].
 /// - Only bodies that feel something are written to, once before and once after Rapier's step.
+///
+/// Who is awake is asked of Rapier's islands. Where more than half of the bodies and 256 sleep, a
+/// body that you wake without moving the time forward is felt from the second half of the step on.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -73,278 +71,172 @@ use crate::sample::{ColliderProperties, PropertyError};
 /// [`WakePolicy`]: crate::WakePolicy
 /// [`WakePolicy::Always`]: crate::WakePolicy::Always
 pub struct Fields {
-    compiled: Compiled,
-    injector: Injector,
-    detector: Detector,
-    detection: Detection,
-    check: Option<Checker>,
-    auditor: Option<Auditor>,
-    rules: Rules,
-    reporter: Option<Reporter>,
-    axes: Vec<Arc<str>>,
-    claimed: bool,
-}
-
-/// What a step did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct StepOutcome {
-    /// Bodies on which fields were sampled.
-    pub sampled: usize,
-    /// Contacts detected: overlaps at the end of the step, and touches within it.
-    pub contacts: usize,
-    /// Bodies written to after Rapier's step, by the scheme and by responses.
-    pub written: usize,
-    /// Particles of soft bodies that took an impulse after Rapier's step.
-    pub particles: usize,
-    /// What Rapier or the scheme will get wrong without a word; see [`Fields::warnings`].
-    pub warnings: usize,
-    /// Whether swept detection gave up on this step, after more impacts than bodies that can come
-    /// to rest have (10,000, and 256 per body); the rest is answered in the next.
-    pub exhausted: bool,
+    /// How fields act.
+    pub settings: FieldSettings,
+    /// What the next step takes over from the last one.
+    pub state: FieldState,
+    /// The fields, and what is said of colliders and axes.
+    pub set: FieldSet,
+    pipeline: FieldPipeline,
+    events: Option<Sender<ContactEvent>>,
 }
 
 impl Fields {
-    /// One step of a world with its fields: [`begin_step`](Self::begin_step), `world.step()`,
-    /// [`end_step`](Self::end_step). If fields are to answer contacts, the first step also
-    /// [claims](Self::claim_contacts) them.
+    /// Fields of their parts, which may be those that were saved: the next step goes on from them,
+    /// bit for bit, with a fresh pipeline.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let mut world = PhysicsWorld::new();
+    /// world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+    /// let mut fields = Fields::new(Field::spring(4.0))?;
+    /// fields.step(&mut world)?;
+    /// let (set, settings, state) = (&fields.set, &fields.settings, &fields.state);
+    /// let again = Fields::from_parts(set.clone(), settings.clone(), state.clone())?;
+    /// assert_eq!(again.time(), fields.time());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A field or a setting is out of its range, or the state is not one that a step leaves behind.
+    pub fn from_parts(
+        mut set: FieldSet,
+        settings: FieldSettings,
+        state: FieldState,
+    ) -> Result<Self, StepError> {
+        set.validate_changes()?;
+        settings.scheme.validate()?;
+        if !state.is_sound() {
+            return Err(StepError::State);
+        }
+        Ok(Fields {
+            settings,
+            state,
+            set,
+            pipeline: FieldPipeline::new(),
+            events: None,
+        })
+    }
+
+    /// Sends contacts that begin and end, as events, into a channel; `None` ends that.
+    pub fn set_events(&mut self, channel: impl Into<Option<Sender<ContactEvent>>>) {
+        self.events = channel.into();
+    }
+
+    /// One step of a world with its fields, in place of `world.step()`.
     ///
     /// # Errors
     /// See [`StepError`]; poses, velocities and forces of all bodies are as they were before.
     pub fn step(&mut self, world: &mut PhysicsWorld) -> Result<StepOutcome, StepError> {
-        let parameters = &world.integration_parameters;
-        let dt = parameters.dt;
-        self.tell(parameters, world.gravity, &world.multibody_joints);
-        if let Some(check) = &mut self.check {
-            check.note(parameters);
-        }
-        let soft = !world.soft_bodies.is_empty();
-        if soft {
-            let (bodies, colliders) = (&world.bodies, &world.colliders);
-            self.injector.feel_soft(
-                &self.compiled,
-                (dt, 0.0),
-                &world.soft_bodies,
-                bodies,
-                colliders,
-            )?;
-        }
-        self.begin_step(dt, &mut world.bodies, &world.colliders)?;
-        if soft {
-            self.injector.kick_soft(dt, &mut world.soft_bodies);
-        }
-        if !self.claimed {
-            self.claim_contacts(&mut world.colliders);
-        }
-        if self.rules.among.is_empty() {
-            world.step();
-        } else {
-            world.step_with_events(&self.hooks(), &());
-        }
-        if !soft {
-            return self.end_step(&mut world.bodies, &world.colliders, &world.narrow_phase);
-        }
-        self.end_with_soft_bodies(dt, world)
+        self.step_with(world, &(), &())
     }
 
-    /// The end of a step of a world with soft bodies.
-    fn end_with_soft_bodies(
+    /// One step of a world with its fields, with hooks and events of your own, in place of
+    /// `world.step_with_events(hooks, events)`.
+    ///
+    /// # Errors
+    /// As [`Fields::step`].
+    pub fn step_with(
         &mut self,
-        dt: Real,
         world: &mut PhysicsWorld,
+        hooks: &dyn PhysicsHooks,
+        events: &dyn EventHandler,
     ) -> Result<StepOutcome, StepError> {
-        let (bodies, colliders) = (&mut world.bodies, &world.colliders);
-        let softs = &mut world.soft_bodies;
-        let injector = &mut self.injector;
-        if let Err(error) = injector.feel_soft(&self.compiled, (dt, dt), softs, bodies, colliders) {
-            injector.abort(bodies, colliders);
-            injector.restore_soft(softs);
-            return Err(error);
-        }
-        let outcome = self.end_step(bodies, colliders, &world.narrow_phase);
-        match outcome {
-            Ok(outcome) => Ok(StepOutcome {
-                particles: self.injector.end_soft(dt, softs),
-                ..outcome
-            }),
-            Err(error) => {
-                self.injector.restore_soft(softs);
-                Err(error)
-            }
-        }
+        let open = self.begin(WorldMut::from(&mut *world))?;
+        world.step_with_events(&open.hooks(hooks), events);
+        self.finish(open, WorldMut::from(world))
     }
 
-    /// Tells what else is at work in a world: [`Fields::step`] does so by itself, around a
-    /// pipeline of one's own it is to be called whenever one of these changes.
+    /// What happens before Rapier's step, around a pipeline of your own: hand the
+    /// [hooks](OpenStep::hooks) of the open step to `PhysicsPipeline::step`, with the same gravity
+    /// and parameters, then [finish](Fields::finish) it.
     ///
-    /// - The number of solver iterations: see [`FieldsBuilder::solver_iterations`].
-    /// - The largest speed Rapier allows, for [`warnings`](Self::warnings).
-    /// - Gravity, which the schemes that make substeps follow as well. Untold, it is added once
-    ///   a step.
-    /// - The links of multibodies, which are pushed by [`Scheme::ExternalForce`] whatever the
-    ///   scheme. Untold, fields do not move them under the others.
-    ///
-    /// [`Scheme::ExternalForce`]: crate::Scheme::ExternalForce
-    pub fn tell(
-        &mut self,
-        parameters: &IntegrationParameters,
-        gravity: Vector,
-        multibodies: &MultibodyJointSet,
-    ) {
-        let injector = &mut self.injector;
-        injector.substeps = u32::try_from(parameters.num_solver_iterations).unwrap_or(u32::MAX);
-        injector.max_speed = Some(parameters.max_linear_velocity());
-        injector.gravity = gravity;
-        injector.links.clear();
-        for multibody in multibodies.multibodies() {
-            let links = multibody.links();
-            let handles = links.map(|link| link.rigid_body_handle());
-            injector.links.extend(handles);
-        }
-        injector
-            .links
-            .sort_unstable_by_key(|link| link.into_raw_parts().0);
-    }
-
-    /// What happens before Rapier's step of length `dt`.
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// # let mut world = PhysicsWorld::new();
+    /// # world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+    /// # let mut fields = Fields::new(Field::uniform(Vector::X))?;
+    /// # let my_hooks = ();
+    /// let step = fields.begin(WorldMut::from(&mut world))?;
+    /// world.physics_pipeline.step(
+    ///     world.gravity,
+    ///     &world.integration_parameters,
+    ///     &mut world.islands,
+    ///     &mut world.broad_phase,
+    ///     &mut world.narrow_phase,
+    ///     &mut world.bodies,
+    ///     &mut world.colliders,
+    ///     &mut world.impulse_joints,
+    ///     &mut world.multibody_joints,
+    ///     &mut world.soft_bodies,
+    ///     &mut world.ccd_solver,
+    ///     &step.hooks(&my_hooks),
+    ///     &(),
+    /// );
+    /// let outcome = fields.finish(step, WorldMut::from(&mut world))?;
+    /// assert_eq!(outcome.sampled, 1);
+    /// # Ok::<(), StepError>(())
+    /// ```
     ///
     /// # Errors
     /// See [`StepError`]; nothing has been written.
-    pub fn begin_step(
-        &mut self,
-        dt: Real,
-        bodies: &mut RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Result<(), StepError> {
-        // Anew, and not from the end of the last step: users may have changed bodies and colliders.
-        if let Some(check) = &mut self.check {
-            let moment = self.injector.moment(dt);
-            let book = &self.injector.book;
-            self.detector
-                .run(&self.compiled, bodies, colliders, moment, |samples| {
-                    Injector::gather(book, bodies, colliders, samples);
-                });
-            check.expect(&self.detector.contacts, colliders);
-        }
-        if let Some(auditor) = &mut self.auditor {
-            let (samples, moment) = self
-                .injector
-                .all_probes(&self.compiled, dt, bodies, colliders);
-            let world = (&*bodies, &(&*bodies, colliders));
-            auditor.begin(&self.compiled, world, &samples, moment);
-        }
-        self.injector.begin(&self.compiled, dt, bodies, colliders)?;
-        self.detector.begin(bodies, self.injector.free_turns());
-        Ok(())
+    pub fn begin(&mut self, world: WorldMut<'_>) -> Result<OpenStep, StepError> {
+        self.set.validate_changes()?;
+        let (fields, state, pipeline) = self.parts();
+        pipeline.begin(&fields, state, world)
     }
 
     /// What happens after Rapier's step.
     ///
     /// # Errors
     /// See [`StepError`]; poses, velocities and forces of all bodies are as they were before
-    /// [`begin_step`](Self::begin_step).
-    pub fn end_step(
+    /// [`begin`](Self::begin).
+    pub fn finish(
         &mut self,
-        bodies: &mut RigidBodySet,
-        colliders: &ColliderSet,
-        narrow_phase: &NarrowPhase,
+        step: OpenStep,
+        world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
-        let dt = self.injector.open_dt();
-        if let Some(check) = &mut self.check {
-            let injector = &self.injector;
-            check.compare(colliders, narrow_phase, |handle| {
-                injector.pose_before(handle, colliders)
-            });
-        }
-        let began = self.injector.moment(dt);
-        let (compiled, detector) = (&self.compiled, &mut self.detector);
-        let rules = &self.rules;
-        let answers = |contact: &FieldContact| rules.answers(contact);
-        let mut swept = 0;
-        let mut written = self
-            .injector
-            .end(compiled, bodies, colliders, |book, bodies| {
-                let samples = |bodies: &RigidBodySet, samples: &mut _| {
-                    Injector::gather(book, bodies, colliders, samples);
-                };
-                swept =
-                    detector.sweep(compiled, (bodies, colliders), (began, dt), samples, answers);
-            })?;
-        written += swept;
-        if !self.compiled.detectors.is_empty() {
-            let moment = self.injector.moment(dt);
-            let book = &self.injector.book;
-            self.detector
-                .run(&self.compiled, bodies, colliders, moment, |samples| {
-                    Injector::gather(book, bodies, colliders, samples);
-                });
-            if rules.everywhere != Responder::Rapier || !rules.among.is_empty() {
-                written += self.detector.respond(bodies, dt, answers);
-            }
-            self.detector.add_touches();
-            if let Some(reporter) = &mut self.reporter {
-                reporter.report(&self.detector.contacts, self.injector.time);
-            }
-        }
-        if let Some(auditor) = &mut self.auditor {
-            let (samples, moment) = self
-                .injector
-                .all_probes(&self.compiled, dt, bodies, colliders);
-            let world = (&*bodies, &(&*bodies, colliders));
-            auditor.end(&self.compiled, world, &samples, moment, dt);
-        }
-        Ok(StepOutcome {
-            sampled: self.injector.sampled(),
-            contacts: self.detector.contacts.len(),
-            written,
-            warnings: self.injector.warnings.len(),
-            particles: 0,
-            exhausted: self.detector.exhausted,
-        })
+        self.set.validate_changes()?;
+        let (fields, state, pipeline) = self.parts();
+        let outcome = pipeline.finish(&fields, state, step, world)?;
+
+        self.set.step_done();
+        Ok(outcome)
     }
 
-    /// Keeps Rapier from solving the contacts that the fields answer, by the colliders' solver
-    /// groups; see [`Responder::Fields`]. Keeps Rapier from recycling the contacts that a
-    /// cross-check watches. Only needed around a pipeline of one's own, once per
-    /// tree.
-    pub fn claim_contacts(&mut self, colliders: &mut ColliderSet) {
-        Detector::claim(&self.compiled, &self.rules, colliders);
-        if let Some(check) = &mut self.check {
-            check.keep_fresh(colliders);
-        }
-        self.claimed = true;
+    fn parts(&mut self) -> (Definition<'_>, &mut FieldState, &mut FieldPipeline) {
+        let definition = Definition {
+            set: &self.set,
+            settings: &self.settings,
+            events: self.events.as_ref(),
+        };
+        (definition, &mut self.state, &mut self.pipeline)
     }
 
-    /// The hooks by which Rapier learns which contacts are not its own, if there are
-    /// [rules](FieldsBuilder::responder_among) for some: for a pipeline of one's own.
-    pub fn hooks(&self) -> ResponderHooks {
-        let detectors = self.compiled.detectors.iter();
-        ResponderHooks {
-            rules: self.rules.clone(),
-            detecting: detectors.map(|detector| detector.collider).collect(),
+    fn definition(&self) -> Definition<'_> {
+        Definition {
+            set: &self.set,
+            settings: &self.settings,
+            events: self.events.as_ref(),
         }
     }
 
-    /// Replaces the tree; properties of samples, axes, settings and time stay.
+    /// Replaces all fields; properties of colliders, axes, settings and time stay.
     ///
     /// # Errors
-    /// As [`FieldsBuilder::build`]; the old tree stays in place.
-    pub fn set_tree(&mut self, tree: impl Into<Tree>) -> Result<(), TreeError> {
+    /// As [`FieldsBuilder::build`]; the old fields stay in place.
+    pub fn set_tree(&mut self, tree: impl Into<Tree>) -> Result<(), BuildError> {
+        let mut set = self.set.clone();
+        set.clear();
         let tree = tree.into();
-        tree.validate(&self.axes)?;
-        self.compile(tree);
-        self.injector.forget_anchors();
-        self.auditor = self.auditor.take().map(|_| Auditor::default());
-        self.claimed = false;
-        Ok(())
-    }
-
-    fn compile(&mut self, tree: Tree) {
-        self.compiled = Compiled::new(tree, self.injector.book.overrides());
-        self.detector = Detector::new(&self.compiled, self.detection);
-        if let Some(check) = &mut self.check {
-            check.watch(&self.compiled);
+        if tree.field_count() == 0 {
+            return Err(BuildError::Empty);
         }
+        set.insert(tree);
+        set.validate_changes()?;
+        self.set = set;
+        self.state.audit = Default::default();
+        Ok(())
     }
 
     /// Sets where a body is sampled by all fields that leave it to [`Sampling::Auto`], laws
@@ -364,14 +256,7 @@ impl Fields {
         if !bodies.contains(body) {
             return Err(PropertyError::NoSuchBody { body });
         }
-        self.injector.book.set_sampling(body, sampling.into())?;
-        if self.injector.book.overrides() != self.compiled.overrides {
-            let tree = std::mem::replace(&mut self.compiled.tree, Tree::empty());
-            self.compile(tree);
-            self.injector.forget_batches();
-        }
-        self.injector.invalidate();
-        Ok(())
+        self.set.set_sampling(body, sampling)
     }
 
     /// Sets what fields may ask of a collider.
@@ -387,9 +272,7 @@ impl Fields {
         if !colliders.contains(collider) {
             return Err(PropertyError::NoSuchCollider { collider });
         }
-        self.injector.book.set(collider, properties)?;
-        self.injector.invalidate();
-        Ok(())
+        self.set.set_properties(collider, properties)
     }
 
     /// Sets the value along a declared axis for all samples that have none of their own.
@@ -397,8 +280,26 @@ impl Fields {
     /// # Errors
     /// The axis was not declared, or the value is not finite.
     pub fn set_axis(&mut self, name: &str, value: Real) -> Result<(), PropertyError> {
-        self.injector.book.set_axis(name, value)?;
-        self.injector.invalidate();
-        Ok(())
+        self.set.set_axis(name, value)
+    }
+}
+
+/// `fields["wind"].strength = 2.0`: the fields of the [set](Fields::set), by handle or name.
+///
+/// # Panics
+/// If there is no such field, as maps do.
+impl<K: FieldKey> Index<K> for Fields {
+    type Output = Field;
+
+    fn index(&self, key: K) -> &Field {
+        &self.set[key]
+    }
+}
+
+/// # Panics
+/// If there is no such field, as maps do.
+impl<K: FieldKey> IndexMut<K> for Fields {
+    fn index_mut(&mut self, key: K) -> &mut Field {
+        &mut self.set[key]
     }
 }

@@ -60,8 +60,12 @@
 //!
 //! # Around a pipeline of your own
 //!
-//! [`Fields::begin_step`] and [`Fields::end_step`] take the sets they need, before and after your
-//! own call of `PhysicsPipeline::step`.
+//! [`Fields::begin`] and [`Fields::finish`] borrow the sets they need, before and after your own call
+//! of `PhysicsPipeline::step`. The [`recipes`] have it in full.
+//!
+//! # Formulas
+//!
+#![doc = include_str!("formulas.md")]
 //!
 //! # Detecting collisions
 //!
@@ -110,6 +114,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! The [`recipes`] answer "how do I …": zones, wind, water, moving fields, sleeping bodies, rollback.
+//!
 //! # Precision
 //!
 //! `rapier3d-fields` computes in `f32` on top of `rapier3d`. Its twin `rapier3d-fields-f64` is the
@@ -118,16 +124,20 @@
 //!
 //! # Features
 //!
-//! - `scenes`: ready-made worlds for examples, tests and benchmarks.
-//! - `study`: error against run time; implies `scenes`.
 //! - `expression`: formulas given as text, by the crate `exmex`.
 //! - `serde-serialize`: trees and settings as plain data for any of serde's formats, and
 //!   snapshots. Scenes as files are a crate of their own, `rapier3d-fields-scene`.
-//!
-//! The first two add no dependency.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
+
+#[cfg(not(any(feature = "f32", feature = "f64")))]
+compile_error!(
+    "the precision is missing: with `default-features = false`, turn on the feature `f32` of \
+     `rapier3d-fields`, or `f64` of `rapier3d-fields-f64`"
+);
+#[cfg(all(feature = "f32", feature = "f64"))]
+compile_error!("a package has one precision: turn on `f32` or `f64`, not both");
 
 #[cfg(feature = "f32")]
 pub extern crate rapier3d as rapier;
@@ -136,8 +146,6 @@ pub extern crate rapier3d_f64 as rapier;
 
 // In the order in which data flows. ARCHITECTURE.md says who may use whom.
 pub mod math;
-
-pub mod random;
 
 mod neighbors;
 
@@ -153,40 +161,43 @@ mod sample;
 
 mod eval;
 
-mod diagnose;
+mod integrate;
 
-mod inject;
+mod bridge;
 
 mod contact;
 
 mod cross_check;
 
+mod diagnose;
+
+mod pipeline;
+
 mod fields;
-
-#[cfg(feature = "scenes")]
-pub mod scenes;
-
-#[cfg(feature = "study")]
-pub mod study;
 
 pub mod prelude;
 
+#[doc = include_str!("recipes.md")]
+pub mod recipes {}
+
+pub use bridge::{StepError, WakePolicy, WorldMut};
 pub use compile::{IndexKind, Plan, PlanEntry};
-pub use contact::{ContactEvent, Detection, FieldContact, Responder, ResponderHooks};
+pub use contact::{ContactEvent, Detection, FieldContact, Responder, StepHooks};
 pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
 pub use eval::{PotentialEnergy, WrenchError};
 pub use field::{
-    Anchor, Axis, ContactLaw, Coupling, Field, ForceMode, Layer, Operator, Region, Sample,
-    Sampling, Scalar, Tree, TreeError,
+    Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Field, FieldHandle,
+    FieldRef, FieldSet, ForceMode, Layer, Lifetime, Operator, PropertyError, Region, Sample,
+    Sampling, Scalar, Tree, TreeHandle,
 };
-pub use fields::{Fields, FieldsBuilder, Settings, StepOutcome};
-#[cfg(feature = "serde-serialize")]
-pub use fields::{FieldsSnapshot, SnapshotError};
-pub use inject::{BodySample, Scheme, StepError, StepWarning, Stiffness, Substeps, WakePolicy};
+pub use fields::{Fields, FieldsBuilder};
+pub use integrate::{Scheme, StepWarning, Stiffness, Substeps};
+pub use pipeline::{
+    BodySample, FieldPipeline, FieldSettings, FieldState, FieldValue, OpenStep, StepOutcome,
+};
 
 pub use rigid::Wrench;
-pub use sample::{ColliderProperties, PropertyError};
 
 /// The README's programs run as tests.
 #[cfg(all(doctest, feature = "f32"))]

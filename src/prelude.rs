@@ -2,7 +2,8 @@
 
 pub use crate::rapier::prelude::*;
 pub use crate::{
-    Anchor, Axis, ColliderProperties, ContactLaw, Coupling, Detection, Field, Fields, ForceMode,
-    Layer, Operator, PropertyError, Region, Responder, Sample, Sampling, Scalar, Scheme, StepError,
-    StepWarning, Stiffness, Substeps, Tree, TreeError, WakePolicy,
+    Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Detection, Field,
+    FieldHandle, FieldPipeline, FieldSet, FieldSettings, FieldState, Fields, ForceMode, Layer,
+    Lifetime, OpenStep, Operator, PropertyError, Region, Responder, Sample, Sampling, Scalar,
+    Scheme, StepError, StepWarning, Stiffness, Substeps, Tree, TreeHandle, WakePolicy, WorldMut,
 };

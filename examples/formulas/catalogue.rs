@@ -228,7 +228,7 @@ fn flows() -> Vec<Entry> {
 fn data() -> Vec<Entry> {
     let lane: [(Real, Real); 4] = [(-1.5, -1.2), (-0.6, 1.0), (0.7, 1.0), (1.5, -1.2)];
     let corners = lane.map(|(x, y)| Vector::new(x, y, 0.0));
-    let path = Path::new(corners, false).damping(1.0, 1.0).predict(0.3);
+    let path = Path::new(corners, false).damping(1.0, 1.0).look_ahead(0.3);
     let drawn = lane
         .map(|(x, y)| DVec3::new(x.into(), y.into(), 0.0))
         .to_vec();

@@ -4,8 +4,8 @@
 use rapier3d_fields::prelude::*;
 
 use super::support::AnyError;
-use super::support::arrows::{Arrow, Panel};
 use super::{PALE, caption, point};
+use rapier3d_fields_lab::drawing::arrows::{Arrow, Panel};
 
 const RADIUS: Real = 0.5;
 

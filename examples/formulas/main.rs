@@ -19,8 +19,8 @@ mod contact;
 mod support;
 
 use catalogue::{Entry, Mark, Slice};
+use rapier3d_fields_lab::drawing::arrows::{Arrow, FAINT, INK, Panel, document, legend, text};
 use support::args::Args;
-use support::arrows::{Arrow, FAINT, INK, Panel, document, legend, text};
 use support::{AnyError, exit, make_folder_of};
 
 const USAGE: &str = "\
@@ -155,7 +155,7 @@ fn draw(svg: &mut String, entry: &Entry, panel: &Panel) -> Result<(), AnyError> 
             .collect();
         panel.draw_pale(svg, &arrows, longest, PALE);
     }
-    let arrows = panel.sample(&reference, &frames, count, query);
+    let arrows = panel.sample(count, |point| reference.force(&frames, &query(point)));
     panel.draw_arrows(svg, &arrows, longest, None);
     Ok(())
 }

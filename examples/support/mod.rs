@@ -1,24 +1,16 @@
-//! What the examples share: arguments, bookkeeping, trajectory and pictures.
+//! What the examples share: arguments, errors and a progress bar. All else is in `lab/`.
 
 #![allow(dead_code, reason = "each example uses a part")]
 
 pub mod args;
-pub mod arrows;
-pub mod picture;
-pub mod plot;
-pub mod projection;
 pub mod record;
-pub mod xyz;
 
-use std::error::Error;
 use std::fmt;
-use std::path::Path;
 use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
-
-/// Whatever stops an example.
-pub type AnyError = Box<dyn Error + Send + Sync>;
+#[allow(unused_imports, reason = "each example uses a part")]
+pub use rapier3d_fields_lab::{AnyError, make_folder_of};
 
 /// The end of `main`: an error is printed as a sentence, not as `Debug` would have it.
 pub fn exit(result: Result<(), AnyError>) -> ExitCode {
@@ -44,13 +36,4 @@ pub fn progress_bar(steps: usize) -> ProgressBar {
     let bar = ProgressBar::new(steps as u64);
     bar.set_style(style);
     bar
-}
-
-/// Makes the folder that a file is to be written in.
-pub fn make_folder_of(file: &Path) -> Result<(), AnyError> {
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
-    }
-    Ok(())
 }

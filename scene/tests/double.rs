@@ -2,9 +2,10 @@
 
 extern crate rapier3d_fields_f64 as rapier3d_fields;
 
+use rapier3d_fields_lab::double as lab;
 use rapier3d_fields_scene::double as files;
 
-#[path = "../../tests/support/bits.rs"]
+#[path = "../../tests/it/support/bits.rs"]
 mod bits;
 #[path = "it/hostile_files.rs"]
 mod hostile_files;
@@ -14,9 +15,9 @@ mod messages;
 mod round_trips;
 #[path = "it/scene_files.rs"]
 mod scene_files;
-#[path = "../../tests/support/trees.rs"]
+#[path = "../../tests/it/support/trees/mod.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod trees;
-#[path = "../../tests/support/worlds.rs"]
+#[path = "../../tests/it/support/worlds.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod worlds;

@@ -1,8 +1,9 @@
 //! Files in 32 bits.
 
+use rapier3d_fields_lab::single as lab;
 use rapier3d_fields_scene::single as files;
 
-#[path = "../../tests/support/bits.rs"]
+#[path = "../../tests/it/support/bits.rs"]
 mod bits;
 #[path = "it/hostile_files.rs"]
 mod hostile_files;
@@ -12,9 +13,9 @@ mod messages;
 mod round_trips;
 #[path = "it/scene_files.rs"]
 mod scene_files;
-#[path = "../../tests/support/trees.rs"]
+#[path = "../../tests/it/support/trees/mod.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod trees;
-#[path = "../../tests/support/worlds.rs"]
+#[path = "../../tests/it/support/worlds.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod worlds;

@@ -1,130 +1,133 @@
-//! From the tree to batches.
+//! From one term to what is evaluated of it.
 
-use std::collections::HashMap;
-
+use super::anchors::{Anchors, NO_ANCHOR};
+use super::entries::{
+    ConstantField, Detector, FieldMask, RadialBatch, RadialKey, RadialSource, Weighting,
+};
+use super::facts::Facts;
+use super::program::Program;
+use super::requirements::SamplingRequirements;
 use crate::field::{
-    Anchor, ContactLaw, Field, Formula, Modifier, Node, Radial, Sampling, SamplingRule, Tree,
+    Anchor, ContactLaw, Field, Formula, Modifier, Node, Nodes, Radial, Sampling, SamplingRule,
 };
-use crate::math::{Pose, Real, Vector, to_f64};
+use crate::math::{Real, Vector, to_f64};
 
-use super::{
-    AnchorId, Compiled, ConstantField, Detector, FieldMask, Plan, PlanEntry, Program, RadialBatch,
-    RadialSource, SamplingRequirements, Weighting, program::NO_ANCHOR,
-};
-
-/// A field is looked for among this many of the last programs: a tree of fields that are all
-/// different should not be compared with itself.
-const MOST_COMPARED: usize = 64;
-
-impl Compiled {
-    /// Lowers a validated tree, for bodies some of which may ask for a sampling of their own.
-    pub(crate) fn new(tree: Tree, overrides: Vec<Sampling>) -> Self {
-        let mut lowering = Lowering::new(&tree);
-        lowering.compiled.overrides = overrides;
-        for term in tree.terms() {
-            lowering.term(term);
-        }
-        let compiled = lowering.finish();
-        Compiled { tree, ..compiled }
-    }
+/// What a term becomes. Its sources go into one batch at most, its instances into one program.
+#[derive(Debug, Default)]
+pub(super) struct Lowered {
+    pub facts: Facts,
+    pub constants: Vec<ConstantField>,
+    pub radial: Option<RadialBatch>,
+    pub program: Option<Program>,
+    pub detectors: Vec<Detector>,
 }
 
-struct Lowering<'a> {
-    tree: &'a Tree,
-    compiled: Compiled,
-    anchor_ids: HashMap<AnchorKey, AnchorId>,
-    radial_ids: HashMap<RadialKey, usize>,
-    left_out: Vec<(String, usize)>,
+/// Lowers terms of one set.
+pub(super) struct Lowering<'a> {
+    pub nodes: Nodes<'a>,
+    pub anchors: &'a mut Anchors,
+    /// Whether any body asks for adaptive sampling.
+    pub adaptive_bodies: bool,
+    pub serial: u64,
+    pub lowered: Lowered,
 }
 
-/// Anchors are told apart by what they hang on and by the bits of their pose.
-type AnchorKey = (u8, (u32, u32), [u64; 7]);
-type RadialKey = ([u64; 7], Weighting, (u8, u64, bool, bool));
-
-impl<'a> Lowering<'a> {
-    fn new(tree: &'a Tree) -> Self {
-        Lowering {
-            tree,
-            compiled: Compiled {
-                tree: Tree::empty(),
-                anchors: Vec::new(),
-                constants: Vec::new(),
-                radials: Vec::new(),
-                programs: Vec::new(),
-                detectors: Vec::new(),
-                overrides: Vec::new(),
-                wanted: SamplingRequirements::default(),
-                plan: Plan::default(),
-            },
-            anchor_ids: HashMap::new(),
-            radial_ids: HashMap::new(),
-            left_out: Vec::new(),
-        }
-    }
-
+impl Lowering<'_> {
     /// One operand of the outermost sum of union.
-    fn term(&mut self, node: u32) {
-        match &self.tree.nodes()[node as usize] {
-            Node::Leaf(field) => self.leaf(node, field, &Anchor::WORLD),
-            Node::Instances { prototype, anchors } => {
-                match &self.tree.nodes()[*prototype as usize] {
-                    Node::Leaf(field) => {
-                        for anchor in anchors.iter() {
-                            self.leaf(*prototype, field, anchor);
-                        }
+    pub(super) fn term(mut self, root: u32) -> Lowered {
+        let below = match self.nodes.get(root) {
+            Node::Leaf(_) => vec![root],
+            _ => self.nodes.below(root),
+        };
+        self.lowered.facts = Facts::of_nodes(self.nodes, &below);
+        match self.nodes.get(root) {
+            Node::Leaf(field) => self.leaf(root, field, &Anchor::WORLD),
+            Node::Instances { prototype, anchors } => match self.nodes.get(*prototype) {
+                Node::Leaf(field) => {
+                    for anchor in anchors.iter() {
+                        self.leaf(*prototype, field, anchor);
                     }
-                    _ => self.program(*prototype, anchors),
                 }
-            }
-            _ => self.program(node, &[Anchor::WORLD]),
+                _ => self.composite(*prototype, anchors),
+            },
+            _ => self.composite(root, &[Anchor::WORLD]),
         }
+        self.finish()
     }
 
-    /// A field that is a term by itself.
+    fn finish(mut self) -> Lowered {
+        let lowered = &mut self.lowered;
+        if let Some(batch) = &lowered.radial {
+            let facts = &mut lowered.facts;
+            facts.require(&SamplingRequirements::of_batch(batch));
+            facts.set(Facts::TURNS);
+            facts.set(Facts::VARIES);
+            facts.set_if(Facts::UNBOUNDED, batch.range.is_none());
+        }
+        if let Some(program) = lowered.program.as_ref().filter(|program| program.has_force) {
+            let facts = &mut lowered.facts;
+            facts.require(&SamplingRequirements::of_program(program));
+            facts.set_if(Facts::TURNS, program.how.sampling != Sampling::Centre);
+            facts.set(Facts::VARIES);
+            facts.set_if(Facts::UNBOUNDED, program.reach.is_none());
+        }
+        let mut answers = lowered.detectors.iter();
+        let answers = answers.any(|detector| detector.law != ContactLaw::Observe);
+        lowered.facts.set_if(Facts::TURNS, answers);
+        lowered
+            .facts
+            .set_if(Facts::UNBOUNDED, !lowered.constants.is_empty());
+        self.lowered
+    }
+
+    /// A field that is a term by itself, or an instance of one that is.
     fn leaf(&mut self, place: u32, field: &Field, instance: &Anchor) {
+        if !field.enabled || field.lifetime.steps == Some(0) {
+            self.lowered.facts.set(Facts::LEFT_OUT);
+            return;
+        }
         let anchor = field.anchor.within(instance);
         let everywhere = field.region.is_everywhere();
         let range = field.region.as_centred_ball();
         let bare = field.scale.is_none() && field.limit.is_none() && !field.reacts;
-        let how = self.tree.how(place);
+        let how = self.nodes.how(place);
         // Only programs are sampled once per body, or finer where a border passes through one.
         let in_batch = how.sampling != Sampling::Centre
             && (everywhere || !self.may_be_adaptive(how))
             && !field.coupling.reads_frame();
         match &field.formula {
-            formula if formula.is_zero() => {
-                self.leave_out(format!(
-                    "{}: zero wherever it is defined",
-                    field.label(place as usize)
-                ));
+            Formula::Contact(law) if everywhere && field.lifetime.is_timeless() => {
+                self.detector((place, 0), &anchor, *law, None);
             }
-            Formula::Contact(law) if everywhere => self.detector(place, &anchor, *law, None),
+            formula if formula.is_zero() || field.strength == 0.0 && !field.is_contact() => {
+                self.lowered.facts.set(Facts::LEFT_OUT);
+            }
             Formula::Uniform(law)
                 if everywhere
+                    && field.lifetime.is_timeless()
                     && bare
                     && how.sampling == Sampling::Centre
                     && field.acts_at_centre()
                     && anchor == Anchor::WORLD =>
             {
-                self.compiled.constants.push(ConstantField {
+                self.lowered.constants.push(ConstantField {
+                    serial: self.serial,
                     leaf: place,
-                    vector: law.vector,
-                    reading: field.reading,
+                    vector: law.vector * field.strength,
+                    mode: field.mode,
                 });
             }
             // A batch weighs its samples once for all its sources.
             Formula::Radial(radial) if (everywhere || range.is_some()) && bare && in_batch => {
                 self.radial((place, how), field, radial, range, &anchor);
             }
-            _ => self.program_of_leaf(place, field, instance),
+            _ => self.instance_of_leaf(place, field, &anchor),
         }
     }
 
     /// Whether the term may be sampled adaptively, on some bodies at least.
     fn may_be_adaptive(&self, how: SamplingRule) -> bool {
-        let mut overrides = self.compiled.overrides.iter();
-        let by_body = overrides.any(|own| own.tolerance().is_some());
-        how.sampling.tolerance().is_some() || how.overridable && by_body
+        how.sampling.tolerance().is_some() || how.overridable && self.adaptive_bodies
     }
 
     fn radial(
@@ -135,23 +138,34 @@ impl<'a> Lowering<'a> {
         range: Option<Real>,
         anchor: &Anchor,
     ) {
+        let radial = radial.times(field.strength);
         let (strength, law) = radial.unit();
-        let weighting = Weighting {
-            reading: field.reading,
-            coupling: field.coupling.clone(),
-            groups: field.groups,
-        };
-        let key = (radial_bits(&law, range), weighting.clone(), how.key());
-        let batches = &mut self.compiled.radials;
-        let batch = *self.radial_ids.entry(key).or_insert_with(|| {
-            batches.push(RadialBatch {
+        let batch = self.lowered.radial.get_or_insert_with(|| {
+            let weighting = Weighting {
+                mode: field.mode,
+                coupling: field.coupling.clone(),
+                groups: field.groups,
+            };
+            let life = (field.lifetime.from, field.lifetime.until);
+            let key = RadialKey {
+                law: law.bits(),
+                range: range.map_or(u64::MAX, |range| to_f64(range).to_bits()),
+                weighting: weighting.clone(),
+                how: how.key(),
+                lifetime: (life.0.to_bits(), life.1.to_bits()),
+            };
+            RadialBatch {
+                key,
                 law,
+                prototype: field.clone(),
                 range,
                 weighting,
                 how,
                 sources: Vec::new(),
-            });
-            batches.len() - 1
+                serials: Vec::new(),
+                on_colliders: 0,
+                moving: 0,
+            }
         });
         let collider = match anchor {
             Anchor::Collider { handle, local_pose } if local_pose.translation == Vector::ZERO => {
@@ -159,163 +173,98 @@ impl<'a> Lowering<'a> {
             }
             _ => None,
         };
-        let anchor = self.anchor(anchor);
-        self.compiled.radials[batch].sources.push(RadialSource {
-            anchor,
+        batch.on_colliders += usize::from(collider.is_some());
+        batch.moving += usize::from(!matches!(anchor, Anchor::World { .. }));
+        batch.serials.push(self.serial);
+        batch.sources.push(RadialSource {
+            anchor: self.anchors.hold(anchor),
             collider,
             strength,
+            strongest: radial.strongest.unwrap_or(Real::INFINITY),
             leaf,
         });
     }
 
     /// Fields that are alike but for their anchor become instances of one program.
-    fn program_of_leaf(&mut self, place: u32, field: &Field, instance: &Anchor) {
-        let programs = self.compiled.programs.iter().enumerate().rev();
-        let like = |program: &Program| matches!(&program.leaves[..], [leaf] if leaf.is_like(field));
-        let known = programs
-            .take(MOST_COMPARED)
-            .find(|(_, program)| like(program));
-        let index = known.map(|(index, _)| index).unwrap_or_else(|| {
-            let (mut program, _) = Program::lower(self.tree, place);
+    fn instance_of_leaf(&mut self, place: u32, field: &Field, anchor: &Anchor) {
+        let nodes = self.nodes;
+        let program = self.lowered.program.get_or_insert_with(|| {
+            let (mut program, _) = Program::lower(nodes, place);
             program.reach = field.region.bounding_radius();
-            self.compiled.programs.push(program);
-            self.compiled.programs.len() - 1
+            program.likeness = Some(field.likeness());
+            program
         });
-        let anchor = field.anchor.within(instance);
-        self.instance(index, &anchor, &[(place, Some(anchor))]);
+        program.instances.strengths.push(field.strength);
+        self.instance(anchor, &[(place, Some(*anchor))]);
     }
 
-    fn program(&mut self, node: u32, instances: &[Anchor]) {
-        let (program, places) = Program::lower(self.tree, node);
+    fn composite(&mut self, node: u32, instances: &[Anchor]) {
+        let (program, places) = Program::lower(self.nodes, node);
         let of_leaves = program.leaves.iter().map(|leaf| Some(leaf.anchor));
         let of_modifiers = program.modifiers.iter().map(Modifier::anchor);
         let local: Vec<Option<Anchor>> = of_leaves.chain(of_modifiers).collect();
-        self.compiled.programs.push(program);
-        let index = self.compiled.programs.len() - 1;
+        self.lowered.program = Some(program);
         for instance in instances {
             let within = |anchor: &Option<Anchor>| anchor.map(|anchor| anchor.within(instance));
             let anchors = local.iter().map(within);
             let anchored: Vec<_> = places.iter().copied().zip(anchors).collect();
-            self.instance(index, instance, &anchored);
+            self.instance(instance, &anchored);
         }
     }
 
-    /// Adds an instance to a program: its centre, and for each leaf and modifier its place in the
-    /// tree and its anchor. Detection fields among them are registered.
-    fn instance(&mut self, index: usize, centre: &Anchor, anchored: &[(u32, Option<Anchor>)]) {
-        let centre = self.anchor(centre);
-        let number = self.compiled.programs[index].centres.len() as u32;
-        self.compiled.programs[index].centres.push(centre);
+    /// Adds an instance to the program: its centre, and for each leaf and modifier its place in
+    /// the set and its anchor. Detection fields among them are registered.
+    fn instance(&mut self, centre: &Anchor, anchored: &[(u32, Option<Anchor>)]) {
+        let Some(program) = &mut self.lowered.program else {
+            return;
+        };
+        let number = program.instances.len() as u32;
+        let mut moves = !matches!(centre, Anchor::World { .. });
+        let mut found = Vec::new();
+        program.instances.centres.push(self.anchors.hold(centre));
+        program.instances.serials.push(self.serial);
         for (leaf, (place, anchor)) in anchored.iter().enumerate() {
-            let id = anchor.map_or(NO_ANCHOR, |anchor| self.anchor(&anchor));
-            let program = &mut self.compiled.programs[index];
-            program.anchors.push(id);
-            program.places.push(*place);
+            let id = anchor.map_or(NO_ANCHOR, |anchor| self.anchors.hold(&anchor));
+            moves |= anchor.is_some_and(|anchor| !matches!(anchor, Anchor::World { .. }));
+            program.instances.anchors.push(id);
+            program.instances.places.push(*place);
             let field = program.leaves.get(leaf);
             if let (Some(Formula::Contact(law)), Some(anchor)) =
-                (field.map(|field| field.formula.clone()), anchor)
+                (field.map(|field| &field.formula), anchor)
             {
                 let mask = FieldMask {
-                    program: index as u32,
-                    instance: number,
+                    program: 0,
+                    instance: 0,
                     leaf: leaf as u32,
                 };
-                self.detector(*place, anchor, law, Some(mask));
+                found.push(((*place, number), *anchor, *law, mask));
             }
+        }
+        program.instances.moving += usize::from(moves);
+        for (of, anchor, law, mask) in found {
+            self.detector(of, &anchor, law, Some(mask));
         }
     }
 
-    fn detector(&mut self, leaf: u32, anchor: &Anchor, law: ContactLaw, mask: Option<FieldMask>) {
+    /// A detection field, given by its place and the number of the instance within the term.
+    fn detector(
+        &mut self,
+        (leaf, instance): (u32, u32),
+        anchor: &Anchor,
+        law: ContactLaw,
+        mask: Option<FieldMask>,
+    ) {
         // Validation has refused detection fields that are anchored to anything else.
         if let Anchor::Collider { handle, .. } = anchor {
-            let anchor = self.anchor(anchor);
-            self.compiled.detectors.push(Detector {
+            self.lowered.detectors.push(Detector {
+                serial: self.serial,
+                instance,
                 leaf,
-                anchor,
+                anchor: self.anchors.hold(anchor),
                 collider: *handle,
                 law,
                 mask,
             });
-        }
-    }
-
-    fn anchor(&mut self, anchor: &Anchor) -> AnchorId {
-        let anchors = &mut self.compiled.anchors;
-        *self
-            .anchor_ids
-            .entry(anchor_key(anchor))
-            .or_insert_with(|| {
-                anchors.push(*anchor);
-                anchors.len() as AnchorId - 1
-            })
-    }
-
-    fn leave_out(&mut self, what: String) {
-        match self.left_out.last_mut() {
-            Some((last, count)) if *last == what => *count += 1,
-            _ => self.left_out.push((what, 1)),
-        }
-    }
-
-    fn finish(mut self) -> Compiled {
-        let left_out = self.left_out.into_iter().map(|(what, count)| match count {
-            1 => what,
-            _ => format!("{what} (×{count})"),
-        });
-        self.compiled.wanted = SamplingRequirements::by(&self.compiled);
-        self.compiled.plan = Plan::of(&self.compiled, self.tree, left_out.collect());
-        self.compiled
-    }
-}
-
-fn anchor_key(anchor: &Anchor) -> AnchorKey {
-    let (kind, handle) = match anchor {
-        Anchor::World { .. } => (0, (0, 0)),
-        Anchor::Body { handle, .. } => (1, handle.into_raw_parts()),
-        Anchor::Collider { handle, .. } => (2, handle.into_raw_parts()),
-    };
-    (kind, handle, pose_bits(anchor.local_pose()))
-}
-
-fn pose_bits(pose: &Pose) -> [u64; 7] {
-    let (t, r) = (pose.translation, pose.rotation);
-    [t.x, t.y, t.z, r.x, r.y, r.z, r.w].map(|x| to_f64(x).to_bits())
-}
-
-fn radial_bits(law: &Radial, range: Option<Real>) -> [u64; 7] {
-    let [kind, a, b, c, d, e] = law.bits();
-    let range = range.map_or(u64::MAX, |range| to_f64(range).to_bits());
-    [kind, a, b, c, d, e, range]
-}
-
-impl Plan {
-    fn of(compiled: &Compiled, tree: &Tree, left_out: Vec<String>) -> Plan {
-        let mut entries = Vec::new();
-        for constant in &compiled.constants {
-            entries.push(PlanEntry::constant(constant, tree));
-        }
-        for batch in &compiled.radials {
-            entries.push(PlanEntry::radial(batch));
-        }
-        for program in compiled.programs.iter().filter(|program| program.has_force) {
-            entries.push(PlanEntry::program(program));
-        }
-        let mut axes: Vec<String> = Vec::new();
-        for axis in tree.axes() {
-            if !axes.iter().any(|known| known == axis.name()) {
-                axes.push(axis.name().to_owned());
-            }
-        }
-        Plan {
-            fields: tree.field_count(),
-            anchors: compiled.anchors.len(),
-            reads_velocity: tree.reads_velocity(),
-            samples_parts: compiled.wanted.parts,
-            torque_possible: compiled.torque_possible(),
-            detectors: compiled.detectors.len(),
-            entries,
-            axes,
-            left_out,
         }
     }
 }

@@ -2,11 +2,12 @@
 
 use std::fmt;
 
-use super::{ConstantField, Program, RadialBatch};
-use crate::field::{Coupling, Sampling, SamplingRule, Tree};
-
-/// Radial batches of fewer sources are summed over directly: a grid would cost more.
-pub(crate) const FEWEST_FOR_GRID: usize = 64;
+use super::compiled::Compiled;
+use super::entries::{ConstantField, RadialBatch};
+use super::facts::Facts;
+use super::program::Program;
+use crate::field::{Coupling, Field, FieldSet, Node, Sampling, SamplingRule, Term};
+use crate::neighbors::FEWEST_FOR_GRID;
 
 /// Bounded programs of fewer instances are each tested against every sample.
 pub(crate) const FEWEST_FOR_TREE: usize = 16;
@@ -21,6 +22,8 @@ pub struct Plan {
     pub anchors: usize,
     /// Whether any field depends on velocities.
     pub reads_velocity: bool,
+    /// Whether fields that stand still may change in time all the same.
+    pub varies: bool,
     /// Whether bodies are sampled part by part. If not, colliders are not looked at.
     pub samples_parts: bool,
     /// Whether any field can turn a body. If not, no lever arms are computed.
@@ -112,12 +115,9 @@ impl PlanEntry {
         f.write_str(balls)
     }
 
-    pub(super) fn constant(constant: &ConstantField, tree: &Tree) -> Self {
-        let label = tree
-            .field(constant.leaf)
-            .map(|f| f.label(constant.leaf as usize));
+    pub(super) fn constant(constant: &ConstantField, set: &FieldSet) -> Self {
         PlanEntry {
-            what: format!("{}, the same everywhere", label.unwrap_or_default()),
+            what: format!("{}, the same everywhere", set.label(constant.leaf)),
             count: 1,
             index: IndexKind::None,
             ..PlanEntry::sampled(Sampling::Centre, false)
@@ -141,14 +141,14 @@ impl PlanEntry {
         }
     }
 
-    pub(super) fn program(program: &Program) -> Self {
+    pub(super) fn program(program: &Program, set: &FieldSet) -> Self {
         let what = match &program.leaves[..] {
-            [leaf] => leaf.label(program.places[0] as usize),
+            [_] => set.label(program.instances.places[0]),
             leaves => format!("composite of {} fields", leaves.len()),
         };
         PlanEntry {
             what,
-            count: program.centres.len(),
+            count: program.instances.len(),
             index: program.index_kind(),
             ..PlanEntry::of(program.how)
         }
@@ -157,11 +157,7 @@ impl PlanEntry {
 
 impl RadialBatch {
     pub(crate) fn index_kind(&self) -> IndexKind {
-        let on_colliders = self
-            .sources
-            .iter()
-            .filter(|source| source.collider.is_some());
-        if on_colliders.count() * 2 > self.sources.len() {
+        if self.on_colliders * 2 > self.sources.len() {
             IndexKind::Neighbours
         } else if self.range.is_some() && self.sources.len() >= FEWEST_FOR_GRID {
             IndexKind::Grid
@@ -173,7 +169,7 @@ impl RadialBatch {
 
 impl Program {
     pub(crate) fn index_kind(&self) -> IndexKind {
-        if self.reach.is_some() && self.centres.len() >= FEWEST_FOR_TREE {
+        if self.reach.is_some() && self.instances.len() >= FEWEST_FOR_TREE {
             IndexKind::Bvh
         } else {
             IndexKind::None
@@ -225,4 +221,74 @@ impl fmt::Display for Plan {
         }
         Ok(())
     }
+}
+
+impl Compiled {
+    /// What was decided, for people.
+    pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
+        let constants = self.constants.iter();
+        let mut entries: Vec<PlanEntry> = constants
+            .map(|constant| PlanEntry::constant(constant, set))
+            .collect();
+        let radials = self.radials.iter();
+        entries.extend(radials.map(|(_, batch)| PlanEntry::radial(batch)));
+        let programs = self
+            .programs
+            .iter()
+            .filter(|(_, program)| program.has_force);
+        entries.extend(programs.map(|(_, program)| PlanEntry::program(program, set)));
+        let mut axes: Vec<String> = Vec::new();
+        for axis in set.named_axes() {
+            if !axes.iter().any(|known| known == axis.name()) {
+                axes.push(axis.name().to_owned());
+            }
+        }
+        Plan {
+            fields: set.len(),
+            anchors: self.anchors.count(),
+            varies: self.reads_time,
+            reads_velocity: self.reads_velocity,
+            samples_parts: self.requirements.parts,
+            torque_possible: self.torque_possible,
+            detectors: self.detectors.len(),
+            entries,
+            axes,
+            left_out: self.left_out(set),
+        }
+    }
+
+    /// Fields that can never act, alike ones one behind the other told once.
+    fn left_out(&self, set: &FieldSet) -> Vec<String> {
+        let mut told: Vec<(String, usize)> = Vec::new();
+        for term in set.terms() {
+            let record = self.terms.get(&term.serial);
+            if !record.is_some_and(|record| record.facts.holds(Facts::LEFT_OUT)) {
+                continue;
+            }
+            let (what, count) = left_out(set, *term);
+            match told.last_mut() {
+                Some((last, known)) if *last == what => *known += count,
+                _ => told.push((what, count)),
+            }
+        }
+        let in_words = |(what, count)| match count {
+            1 => what,
+            _ => format!("{what} (×{count})"),
+        };
+        told.into_iter().map(in_words).collect()
+    }
+}
+
+/// Why a term of one field, or its instances, is left out, and how often.
+fn left_out(set: &FieldSet, term: Term) -> (String, usize) {
+    let (place, count) = match set.nodes().get(term.root) {
+        Node::Instances { prototype, anchors } => (*prototype, anchors.len()),
+        _ => (term.root, 1),
+    };
+    let off = |field: &Field| !field.enabled || field.lifetime.steps == Some(0);
+    let why = match set.field(place).is_some_and(off) {
+        true => "off",
+        false => "zero wherever it is defined",
+    };
+    (format!("{}: {why}", set.label(place)), count)
 }

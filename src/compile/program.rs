@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::field::{Anchor, Field, Modifier, Node, Operator, Override, SamplingRule, Tree};
+use crate::field::{Anchor, Field, Modifier, Node, Nodes, Operator, Override, SamplingRule};
 use crate::math::Real;
 
-use super::AnchorId;
+use super::instances::Instances;
 
 /// One prototype and its instances.
 #[derive(Debug)]
@@ -13,14 +13,10 @@ pub(crate) struct Program {
     pub steps: Vec<Step>,
     pub leaves: Vec<Field>,
     pub modes: Vec<Arc<[Override]>>,
-    /// The place in the tree of whatever has an anchor, for messages; as `anchors`.
-    pub places: Vec<u32>,
     pub modifiers: Vec<Modifier>,
-    /// The anchor of each leaf, then of each modifier (or [`NO_ANCHOR`]), of each instance:
-    /// [`Program::stride`] of them per instance.
-    pub anchors: Vec<AnchorId>,
-    /// The anchor of each instance, around which `reach` is measured.
-    pub centres: Vec<AnchorId>,
+    pub instances: Instances,
+    /// Of a program of one field, which fields like it may join.
+    pub likeness: Option<u64>,
     /// No instance acts farther than this from its anchor.
     pub reach: Option<Real>,
     pub how: SamplingRule,
@@ -32,6 +28,8 @@ pub(crate) struct Program {
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Step {
+    /// Push what is not defined anywhere.
+    Nowhere,
     /// Push leaf number n.
     Leaf(u32),
     /// Combine the last n values.
@@ -42,10 +40,20 @@ pub(crate) enum Step {
     Layers(u32, u32),
 }
 
-/// In place of the anchor of a modifier that has none.
-pub(crate) const NO_ANCHOR: AnchorId = AnchorId::MAX;
+/// Where leaves and modifiers of a program come from.
+#[derive(Default)]
+struct Places {
+    leaves: Vec<u32>,
+    modifiers: Vec<u32>,
+}
 
 impl Program {
+    /// The strength of a leaf of an instance.
+    pub(crate) fn strength(&self, instance: usize, leaf: usize) -> Real {
+        let own = self.instances.strengths.get(instance);
+        own.copied().unwrap_or(self.leaves[leaf].strength)
+    }
+
     /// Anchors, and places, per instance.
     pub(crate) fn stride(&self) -> usize {
         self.leaves.len() + self.modifiers.len()
@@ -53,59 +61,61 @@ impl Program {
 
     /// Lowers the subtree at `root`, seen as the prototype of instances that come later; also
     /// returns the place of each leaf and then of each modifier.
-    pub(crate) fn lower(tree: &Tree, root: u32) -> (Self, Vec<u32>) {
+    pub(crate) fn lower(nodes: Nodes<'_>, root: u32) -> (Self, Vec<u32>) {
         let mut program = Program {
             steps: Vec::new(),
             leaves: Vec::new(),
             modifiers: Vec::new(),
             modes: Vec::new(),
-            places: Vec::new(),
-            anchors: Vec::new(),
-            centres: Vec::new(),
-            reach: reach(tree, root, true),
-            how: tree.how(root),
+            instances: Instances::default(),
+            likeness: None,
+            reach: reach(nodes, root, true),
+            how: nodes.how(root),
             has_force: false,
             reacts: false,
         };
-        let mut modifier_places = Vec::new();
-        program.push(tree, root, &Anchor::WORLD, &mut modifier_places);
+        let mut places = Places::default();
+        program.push(nodes, root, &Anchor::WORLD, &mut places);
         program.reacts = program.leaves.iter().any(|leaf| leaf.reacts);
-        program.has_force = program.leaves.iter().any(|leaf| !leaf.is_contact());
-        let mut places = std::mem::take(&mut program.places);
-        places.extend(modifier_places);
-        (program, places)
+        program.has_force = program
+            .leaves
+            .iter()
+            .any(|leaf| leaf.enabled && !leaf.is_contact());
+        places.leaves.extend(places.modifiers);
+        (program, places.leaves)
     }
 
     /// The depth of a tree is limited, so recursion is safe.
-    fn push(&mut self, tree: &Tree, node: u32, instance: &Anchor, modifier_places: &mut Vec<u32>) {
-        match &tree.nodes()[node as usize] {
+    fn push(&mut self, nodes: Nodes<'_>, node: u32, instance: &Anchor, places: &mut Places) {
+        match nodes.get(node) {
             Node::Leaf(field) => {
                 let mut field = (**field).clone();
                 field.anchor = field.anchor.within(instance);
                 self.steps.push(Step::Leaf(self.leaves.len() as u32));
                 self.leaves.push(field);
-                self.places.push(node);
+                places.leaves.push(node);
             }
+            Node::Vacant => self.steps.push(Step::Nowhere),
             Node::Operation { operator, operands } => {
                 for operand in operands {
-                    self.push(tree, *operand, instance, modifier_places);
+                    self.push(nodes, *operand, instance, places);
                 }
                 self.steps
                     .push(Step::Apply(*operator, operands.len() as u32));
             }
             Node::Modified { operand, modifier } => {
-                self.push(tree, *operand, instance, modifier_places);
+                self.push(nodes, *operand, instance, places);
                 self.steps.push(Step::Modify(self.modifiers.len() as u32));
                 let mut modifier = modifier.clone();
                 if let Modifier::Scale { anchor, .. } = &mut modifier {
                     *anchor = anchor.within(instance);
                 }
                 self.modifiers.push(modifier);
-                modifier_places.push(node);
+                places.modifiers.push(node);
             }
             Node::Layers { operands, modes } => {
                 for operand in operands {
-                    self.push(tree, *operand, instance, modifier_places);
+                    self.push(nodes, *operand, instance, places);
                 }
                 self.steps
                     .push(Step::Layers(operands.len() as u32, self.modes.len() as u32));
@@ -113,7 +123,7 @@ impl Program {
             }
             Node::Instances { prototype, anchors } => {
                 for anchor in anchors.iter() {
-                    self.push(tree, *prototype, &anchor.within(instance), modifier_places);
+                    self.push(nodes, *prototype, &anchor.within(instance), places);
                 }
                 let count = anchors.len() as u32;
                 self.steps.push(Step::Apply(Operator::SumUnion, count));
@@ -126,8 +136,8 @@ impl Program {
 ///
 /// Fields anchored elsewhere than to the instance (`relative` says whether world anchors mean
 /// the instance) make it unbounded.
-fn reach(tree: &Tree, node: u32, relative: bool) -> Option<Real> {
-    match &tree.nodes()[node as usize] {
+fn reach(nodes: Nodes<'_>, node: u32, relative: bool) -> Option<Real> {
+    match nodes.get(node) {
         Node::Leaf(field) => match field.anchor {
             Anchor::World { local_pose } if relative => {
                 let radius = field.region.bounding_radius()?;
@@ -135,8 +145,9 @@ fn reach(tree: &Tree, node: u32, relative: bool) -> Option<Real> {
             }
             _ => None,
         },
+        Node::Vacant => Some(0.0),
         Node::Operation { operator, operands } => {
-            let mut reaches = operands.iter().map(|o| reach(tree, *o, relative));
+            let mut reaches = operands.iter().map(|o| reach(nodes, *o, relative));
             match operator {
                 Operator::Difference => reaches.next().flatten(),
                 _ if operator.is_intersection() => reaches.flatten().reduce(Real::min),
@@ -144,11 +155,11 @@ fn reach(tree: &Tree, node: u32, relative: bool) -> Option<Real> {
             }
         }
         Node::Modified { .. } | Node::Layers { .. } => {
-            let operands = tree.nodes()[node as usize].operands();
-            most(operands.iter().map(|o| reach(tree, *o, relative)))
+            let operands = nodes.get(node).operands();
+            most(operands.iter().map(|o| reach(nodes, *o, relative)))
         }
         Node::Instances { prototype, anchors } => {
-            let below = reach(tree, *prototype, relative)?;
+            let below = reach(nodes, *prototype, relative)?;
             anchors
                 .iter()
                 .try_fold(0.0, |most: Real, anchor| match anchor {

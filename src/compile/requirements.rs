@@ -1,6 +1,7 @@
 //! Which samples of bodies a tree wants.
 
-use super::{Compiled, Program};
+use super::entries::RadialBatch;
+use super::program::Program;
 use crate::field::{Axis, Sampling, SamplingRule};
 
 /// What is to be gathered of bodies.
@@ -27,15 +28,15 @@ pub(crate) enum PartSampling {
 }
 
 impl SamplingRequirements {
-    pub(super) fn by(compiled: &Compiled) -> Self {
-        let mut wanted = SamplingRequirements {
-            parts: !compiled.overrides.is_empty(),
-            ..SamplingRequirements::default()
-        };
-        for batch in &compiled.radials {
-            wanted.add(batch.how);
-        }
-        for program in compiled.programs.iter().filter(|program| program.has_force) {
+    pub(super) fn of_batch(batch: &RadialBatch) -> Self {
+        let mut wanted = SamplingRequirements::default();
+        wanted.add(batch.how);
+        wanted
+    }
+
+    pub(super) fn of_program(program: &Program) -> Self {
+        let mut wanted = SamplingRequirements::default();
+        if program.has_force {
             wanted.add(program.how);
             wanted.parts |= reads_parts(program);
             let mut formulas = program.leaves.iter().map(|leaf| &leaf.formula);

@@ -2,14 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::FieldContact;
+use super::field_contact::{FieldContact, Part};
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
-use crate::math::{
-    ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, SharedShape, Vector,
-};
+use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, SharedShape, Vector};
 use crate::neighbors::{Cluster, VerletList};
 use crate::rapier::geometry::{Aabb, Collider};
+use crate::rigid::Lookup;
 
 /// Laws of colliders are kept in a table up to this index, and beyond it in a map: a handle that
 /// no world gave out may hold any number.
@@ -28,16 +27,6 @@ pub(super) struct Discrete {
     clusters: Vec<Cluster>,
     list: VerletList,
     solids: Vec<Solid>,
-}
-
-/// What balls and other shapes have in common.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
-    pub collider: ColliderHandle,
-    pub body: Option<RigidBodyHandle>,
-    pub dynamic: bool,
-    /// Of its detection field, if it has one.
-    pub law: Option<ContactLaw>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -120,11 +109,11 @@ impl Discrete {
     }
 
     /// Takes up all colliders that can touch or be touched.
-    pub(super) fn gather(&mut self, bodies: &RigidBodySet, colliders: &ColliderSet) {
+    pub(super) fn gather(&mut self, world: &impl Lookup) {
         self.balls.clear();
         self.clusters.clear();
         self.solids.clear();
-        for (handle, body) in bodies.iter() {
+        for (handle, body) in world.bodies() {
             let start = self.balls.len() as u32;
             let part = Part {
                 collider: ColliderHandle::invalid(),
@@ -133,7 +122,7 @@ impl Discrete {
                 law: None,
             };
             for handle in body.colliders() {
-                if let Some(collider) = colliders.get(*handle) {
+                if let Some(collider) = world.collider(*handle) {
                     let local_pose = collider.position_wrt_parent();
                     let pose = *body.position() * local_pose.copied().unwrap_or(Pose::IDENTITY);
                     let collider_part = Part {
@@ -145,10 +134,7 @@ impl Discrete {
             }
             self.cluster(start);
         }
-        let free = colliders
-            .iter()
-            .filter(|(_, collider)| collider.parent().is_none());
-        for (handle, collider) in free {
+        for (handle, collider) in world.free_colliders() {
             let start = self.balls.len() as u32;
             let part = Part {
                 collider: handle,
@@ -200,21 +186,21 @@ impl Discrete {
     }
 
     /// Adds all contacts in which at least one side has a detection field.
-    pub(super) fn find(&mut self, bodies: &RigidBodySet, contacts: &mut Vec<FieldContact>) {
+    pub(super) fn find(&mut self, world: &impl Lookup, contacts: &mut Vec<FieldContact>) {
         self.list.refresh(&self.clusters, 0.0);
         for (i, cluster) in self.clusters.iter().enumerate() {
             for j in self.list.later(i) {
                 let other = &self.clusters[*j as usize];
                 let reach = cluster.radius + other.radius;
                 if (cluster.centre - other.centre).length_squared() <= reach * reach * 1.0001 {
-                    self.between(cluster, other, bodies, contacts);
+                    self.between(cluster, other, world, contacts);
                 }
             }
         }
         for solid in &self.solids {
             for ball in self.balls.iter().filter(|ball| solid.is_near(ball)) {
                 if solid.part.may_touch(&ball.part) {
-                    contacts.extend(solid.touches(ball).map(|touch| touch.contact(bodies)));
+                    contacts.extend(solid.touches(ball).map(|touch| touch.contact(world)));
                 }
             }
         }
@@ -225,7 +211,7 @@ impl Discrete {
         &self,
         cluster: &Cluster,
         other: &Cluster,
-        bodies: &RigidBodySet,
+        world: &impl Lookup,
         contacts: &mut Vec<FieldContact>,
     ) {
         let balls = |cluster: &Cluster| &self.balls[cluster.start as usize..cluster.end as usize];
@@ -233,18 +219,10 @@ impl Discrete {
             for other in balls(other) {
                 let detects = ball.part.law.is_some() || other.part.law.is_some();
                 if detects && ball.part.may_touch(&other.part) {
-                    contacts.extend(ball.touches(other).map(|touch| touch.contact(bodies)));
+                    contacts.extend(ball.touches(other).map(|touch| touch.contact(world)));
                 }
             }
         }
-    }
-}
-
-impl Part {
-    /// Parts of one body never touch, nor do two that cannot move.
-    fn may_touch(&self, other: &Part) -> bool {
-        let same = self.body.is_some() && self.body == other.body;
-        !same && (self.dynamic || other.dynamic)
     }
 }
 
@@ -337,10 +315,10 @@ fn outward_at(shape: &SharedShape, local: Vector, radius: Real) -> Vector {
 }
 
 impl Overlap<'_> {
-    fn contact(self, bodies: &RigidBodySet) -> FieldContact {
+    fn contact(self, world: &impl Lookup) -> FieldContact {
         let [first, second] = self.parts;
         let velocity = |part: &Part| {
-            let body = part.body.and_then(|body| bodies.get(body));
+            let body = part.body.and_then(|body| world.body(body));
             body.map_or(Vector::ZERO, |body| {
                 body.velocity_at_point(self.world_point)
             })

@@ -1,6 +1,5 @@
 //! Contacts of fields as events, in the shape of Rapier's.
 
-use std::collections::BTreeMap;
 use std::sync::mpsc::Sender;
 
 use super::FieldContact;
@@ -29,48 +28,41 @@ pub enum ContactEvent {
     },
 }
 
-type Key = [(u32, u32); 2];
-
-/// Sends events to whoever listens.
-#[derive(Debug)]
-pub(crate) struct Reporter {
-    channel: Sender<ContactEvent>,
-    touching: BTreeMap<Key, [ColliderHandle; 2]>,
-}
-
-impl Reporter {
-    pub(crate) fn new(channel: Sender<ContactEvent>) -> Self {
-        Reporter {
-            channel,
-            touching: BTreeMap::new(),
+/// Compares the contacts at the end of a step with those `touching` before, and tells a channel what
+/// began and ended; `time` is the end of the step.
+pub(crate) fn report(
+    channel: &Sender<ContactEvent>,
+    touching: &mut Vec<[ColliderHandle; 2]>,
+    contacts: &[FieldContact],
+    time: f64,
+) {
+    // A channel whose other end is gone is no error: nobody listens any more.
+    let send = |event| {
+        let _ = channel.send(event);
+    };
+    let key = |colliders: &[ColliderHandle; 2]| colliders.map(ColliderHandle::into_raw_parts);
+    let mut now: Vec<[ColliderHandle; 2]> = Vec::with_capacity(contacts.len());
+    for contact in contacts {
+        let colliders = contact.colliders;
+        let touched = touching.binary_search_by_key(&key(&colliders), key).is_ok();
+        // What swept detection found has touched anew.
+        if contact.time_of_impact.is_some() || !touched {
+            send(ContactEvent::Started {
+                colliders,
+                time: contact.time_of_impact.unwrap_or(time),
+                impulse: contact.impulses[1],
+            });
         }
+        now.push(colliders);
     }
-
-    /// Compares the contacts at the end of a step with those before; `time` is its end.
-    pub(crate) fn report(&mut self, contacts: &[FieldContact], time: f64) {
-        let mut now = BTreeMap::new();
-        for contact in contacts {
-            let (key, colliders) = (contact.key(), contact.colliders);
-            let again = contact.time_of_impact.is_some();
-            if again || !self.touching.contains_key(&key) {
-                self.send(ContactEvent::Started {
-                    colliders,
-                    time: contact.time_of_impact.unwrap_or(time),
-                    impulse: contact.impulses[1],
-                });
-            }
-            now.insert(key, colliders);
+    now.sort_unstable_by_key(key);
+    now.dedup();
+    for colliders in std::mem::replace(touching, now) {
+        if touching
+            .binary_search_by_key(&key(&colliders), key)
+            .is_err()
+        {
+            send(ContactEvent::Stopped { colliders, time });
         }
-        let before = std::mem::replace(&mut self.touching, now);
-        for (key, colliders) in before {
-            if !self.touching.contains_key(&key) {
-                self.send(ContactEvent::Stopped { colliders, time });
-            }
-        }
-    }
-
-    /// A channel whose other end is gone is no error: nobody listens any more.
-    fn send(&self, event: ContactEvent) {
-        let _ = self.channel.send(event);
     }
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::compile::{Compiled, Detector};
 use crate::eval::Interpreter;
 use crate::field::{Frame, Frames, Motion};
-use crate::math::{ColliderHandle, ColliderSet, DVec3, RigidBodySet};
+use crate::math::{ColliderHandle, DVec3};
 use crate::sample::{Moment, Samples};
 
 /// The present state of what masks may ask.
@@ -21,8 +21,7 @@ impl FieldMasks {
     pub(super) fn refresh(
         &mut self,
         compiled: &Compiled,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
+        frames: &impl Frames,
         samples: impl FnOnce(&mut Samples),
     ) {
         samples(&mut self.samples);
@@ -32,9 +31,8 @@ impl FieldMasks {
                 .extend(sample.collider.map(|collider| (collider, place)));
         }
         self.frames.clear();
-        let world = (bodies, colliders);
         self.frames
-            .extend(compiled.anchors.iter().map(|anchor| world.frame(anchor)));
+            .extend(compiled.anchors.iter().map(|anchor| frames.frame(anchor)));
     }
 
     /// Whether a detection field is still there, where `other` is sampled, after its operators:
@@ -78,7 +76,9 @@ impl FieldMasks {
         };
         let mut query = self.samples.query(&self.samples.list[*place], moment);
         query.world_point = world_point.unwrap_or(query.world_point);
-        let program = &compiled.programs[mask.program as usize];
+        let Some(program) = compiled.programs.get(mask.program) else {
+            return false;
+        };
         let instance = mask.instance as usize;
         let motion = Motion::of(&query);
         let outcome = self

@@ -5,7 +5,8 @@ use super::solve::{ContactBody, Meeting, resolve};
 use super::sweep::{Event, Scene, Sweep};
 use super::time_of_impact::{ContactPoint, spot};
 use crate::field::ContactLaw;
-use crate::math::{DVec3, Real, RigidBodySet, from_dvec3, from_f64, to_f64};
+use crate::math::{DVec3, Real, from_dvec3, from_f64, to_f64};
+use crate::rigid::Lookup;
 
 impl Sweep {
     /// Lets touches of one moment happen.
@@ -13,7 +14,7 @@ impl Sweep {
         &mut self,
         batch: &[Event],
         scene: &mut Scene<'_>,
-        bodies: &RigidBodySet,
+        world: &impl Lookup,
         dt: f64,
         contacts: &mut Vec<FieldContact>,
     ) {
@@ -60,7 +61,7 @@ impl Sweep {
             }
         }
         contacts.extend(found.into_iter().map(|(contact, _)| contact));
-        self.go_on(&numbers, &movers, batch, bodies, [time, dt]);
+        self.go_on(&numbers, &movers, batch, world, [time, dt]);
     }
 
     fn spot(&self, event: &Event, time: f64) -> Option<ContactPoint> {
@@ -157,7 +158,7 @@ impl Sweep {
         numbers: &[usize],
         movers: &[ContactBody],
         batch: &[Event],
-        bodies: &RigidBodySet,
+        world: &impl Lookup,
         [time, dt]: [f64; 2],
     ) {
         let mut pushed = Vec::new();
@@ -167,7 +168,7 @@ impl Sweep {
                 continue;
             }
             let track = &mut self.tracks.list[*number];
-            let body = track.body.and_then(|body| bodies.get(body));
+            let body = track.body.and_then(|body| world.body(body));
             let free =
                 body.is_some_and(|body| body.is_dynamic() && body.gyroscopic_forces_enabled());
             track.redirect(mover, free, [time, dt]);
@@ -193,7 +194,7 @@ impl Sweep {
         pairs.sort_unstable();
         pairs.dedup();
         for pair in pairs {
-            self.foresee(pair, time, bodies, dt);
+            self.foresee(pair, time, world, dt);
         }
     }
 }

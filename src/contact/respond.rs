@@ -2,25 +2,26 @@
 
 use super::FieldContact;
 use super::solve::{ContactBody, Meeting, resolve};
+use crate::bridge::Push;
 use crate::field::ContactLaw;
-use crate::math::{DVec3, Real, RigidBodyHandle, RigidBodySet, from_dvec3, to_dvec3, to_f64};
+use crate::math::{DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
+use crate::rigid::Lookup;
 
-/// Answers contacts by their laws and notes the impulses; returns the bodies written.
+/// Answers contacts by their laws, notes the impulses, and says how bodies go on.
 pub(super) fn respond(
     contacts: &mut [FieldContact],
-    bodies: &mut RigidBodySet,
+    world: &impl Lookup,
     dt: Real,
     answers: impl Fn(&FieldContact) -> bool,
-) -> usize {
+    pushes: &mut Vec<Push>,
+) {
     let mut handles: Vec<RigidBodyHandle> =
         contacts.iter().flat_map(|c| c.bodies).flatten().collect();
     handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
     handles.dedup();
-    handles.retain(|handle| bodies.contains(*handle));
-    let mut movers: Vec<ContactBody> = handles
-        .iter()
-        .map(|h| ContactBody::of(&bodies[*h]))
-        .collect();
+    handles.retain(|handle| world.body(*handle).is_some());
+    let bodies = handles.iter().filter_map(|handle| world.body(*handle));
+    let mut movers: Vec<ContactBody> = bodies.map(ContactBody::of).collect();
     let place = |body: Option<RigidBodyHandle>| {
         let key = body?.into_raw_parts();
         handles
@@ -47,17 +48,15 @@ pub(super) fn respond(
     for (contact, meeting) in contacts.iter_mut().zip(&meetings) {
         contact.impulses = meeting.impulses.map(from_dvec3);
     }
-    let mut written = 0;
-    for (handle, mover) in handles.iter().zip(movers).filter(|(_, mover)| mover.pushed) {
-        if !(mover.linvel.is_finite() && mover.angvel.is_finite()) {
-            continue;
-        }
-        if let Some(body) = bodies.get_mut(*handle) {
-            // A contact wakes whom it hits, as Rapier's do.
-            body.set_linvel(from_dvec3(mover.linvel), true);
-            body.set_angvel(from_dvec3(mover.angvel), true);
-            written += 1;
+    for (body, mover) in handles.iter().zip(movers).filter(|(_, mover)| mover.pushed) {
+        let (linvel, angvel) = (from_dvec3(mover.linvel), from_dvec3(mover.angvel));
+        if mover.linvel.is_finite() && mover.angvel.is_finite() {
+            pushes.push(Push {
+                body: *body,
+                pose: None,
+                linvel,
+                angvel,
+            });
         }
     }
-    written
 }

@@ -15,11 +15,13 @@ use super::discrete::Discrete;
 use super::field_mask::FieldMasks;
 use super::swept_body::{Starts, SweptBodies, near_each_other};
 use super::time_of_impact::{MovingShape, time_of_impact};
+use crate::bridge::Push;
 use crate::compile::Compiled;
-use crate::math::{ColliderSet, DPose3, Pose, RigidBodySet, Rotation, from_dvec3, from_f64};
+use crate::math::{DPose3, Pose, Rotation, from_dvec3, from_f64};
 use crate::neighbors::hierarchy;
 use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
+use crate::rigid::Lookup;
 use crate::sample::Moment;
 
 /// Impacts of one step, at most: so many, and so many per body. A billiard of mass ratio 10⁴ has
@@ -91,34 +93,25 @@ pub(super) struct Scene<'a> {
     pub compiled: &'a Compiled,
     pub touch: &'a Discrete,
     pub masks: Option<&'a mut FieldMasks>,
-    pub colliders: &'a ColliderSet,
     /// The moment when the step began.
     pub moment: Moment,
     /// Whether the fields answer a contact.
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
 }
 
-/// What a sweep did.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Swept {
-    pub written: usize,
-    /// Whether there were more impacts than one step may have.
-    pub exhausted: bool,
-}
-
 impl Sweep {
     /// Finds and answers all touches of a step of length `dt`, and moves the bodies to where they
-    /// lead. Adds them to `contacts`, in the order of time.
+    /// lead. Adds them to `contacts`, in the order of time; `pushes` are where bodies that were hit
+    /// end. Returns whether there were more impacts than one step may have.
     pub(super) fn run(
         &mut self,
         mut scene: Scene<'_>,
-        bodies: &mut RigidBodySet,
+        world: &impl Lookup,
         dt: f64,
-        contacts: &mut Vec<FieldContact>,
-    ) -> Swept {
-        let world = (&*bodies, scene.colliders);
+        (contacts, pushes): (&mut Vec<FieldContact>, &mut Vec<Push>),
+    ) -> bool {
         self.tracks.gather(scene.touch, &self.starts, world, dt);
-        self.foresee_all(bodies, dt);
+        self.foresee_all(world, dt);
         let mut left = MOST_IMPACTS + MOST_PER_BODY * self.tracks.list.len();
         while let Some(batch) = self.next_batch(dt) {
             if left < batch.len() {
@@ -126,16 +119,14 @@ impl Sweep {
                 break;
             }
             left -= batch.len();
-            self.happen(&batch, &mut scene, bodies, dt, contacts);
+            self.happen(&batch, &mut scene, world, dt, contacts);
         }
-        Swept {
-            written: self.write(bodies, dt),
-            exhausted: left == 0,
-        }
+        self.push(dt, pushes);
+        left == 0
     }
 
     /// Queues the first touch of every pair that may meet.
-    fn foresee_all(&mut self, bodies: &RigidBodySet, dt: f64) {
+    fn foresee_all(&mut self, world: &impl Lookup, dt: f64) {
         self.queue.clear();
         self.settled.clear();
         self.lasting.clear();
@@ -165,18 +156,12 @@ impl Sweep {
         // The tree's order depends on its history.
         pairs.sort_unstable();
         for [a, b] in pairs {
-            self.foresee([a, b], 0.0, bodies, dt);
+            self.foresee([a, b], 0.0, world, dt);
         }
     }
 
     /// Queues the first touch of two tracks from a moment on.
-    pub(super) fn foresee(
-        &mut self,
-        tracks: [usize; 2],
-        from: f64,
-        bodies: &RigidBodySet,
-        dt: f64,
-    ) {
+    pub(super) fn foresee(&mut self, tracks: [usize; 2], from: f64, world: &impl Lookup, dt: f64) {
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         if !(a.dynamic || b.dynamic) || !(a.detects || b.detects) {
             return;
@@ -185,7 +170,7 @@ impl Sweep {
             return;
         };
         for number in tracks {
-            self.tracks.list[number].prepare(bodies, dt);
+            self.tracks.list[number].prepare(world, dt);
         }
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         let (mut first, mut end) = (None, span[1]);
@@ -301,24 +286,22 @@ impl Sweep {
         pairs.extend(others.map(|other| [number.min(other), number.max(other)]));
     }
 
-    /// Writes the bodies that were pushed; returns how many.
-    fn write(&self, bodies: &mut RigidBodySet, dt: f64) -> usize {
-        let mut written = 0;
+    /// Says where the bodies that were hit end.
+    fn push(&self, dt: f64, pushes: &mut Vec<Push>) {
         for (number, _) in &self.redirected {
             let track = &self.tracks.list[*number];
             let (pose, linvel, angvel) = track.finish(dt);
-            let body = track.body.and_then(|body| bodies.get_mut(body));
-            let rounded = (rounded(&pose), from_dvec3(linvel), from_dvec3(angvel));
-            let sound = rounded.0.is_some() && rounded.1.is_finite() && rounded.2.is_finite();
-            if let (Some(body), Some(pose), true) = (body, rounded.0, sound) {
-                // A contact wakes whom it hits, as Rapier's do.
-                body.set_position(pose, true);
-                body.set_linvel(rounded.1, true);
-                body.set_angvel(rounded.2, true);
-                written += 1;
+            let (linvel, angvel) = (from_dvec3(linvel), from_dvec3(angvel));
+            let sound = linvel.is_finite() && angvel.is_finite();
+            if let (Some(body), Some(pose), true) = (track.body, rounded(&pose), sound) {
+                pushes.push(Push {
+                    body,
+                    pose: Some(pose),
+                    linvel,
+                    angvel,
+                });
             }
         }
-        written
     }
 }
 

@@ -1,15 +1,17 @@
 //! The bodies of a step as a swept detection sees them: where they began, how they move, and
 //! what on them can touch.
 
-use super::discrete::{Discrete, Part};
+use super::discrete::Discrete;
+use super::field_contact::Part;
 use super::solve::{ContactBody, Resistance};
 use super::trajectory::{Path, Turn};
 use crate::math::{
-    ColliderSet, DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, SharedShape,
-    Vector, from_dvec3, to_dpose3, to_dvec3, to_f64,
+    DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, SharedShape, Vector, from_dvec3, to_dpose3,
+    to_dvec3, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::{Aabb, Collider};
+use crate::rigid::Lookup;
 
 /// Roundings between where a body stood, how fast it was, and where Rapier put it: one for each
 /// substep, and a few for the frame.
@@ -34,11 +36,11 @@ impl Starts {
     /// Takes the present state; `momenta` are those of the bodies that this crate turns.
     pub(super) fn take(
         &mut self,
-        bodies: &RigidBodySet,
+        world: &impl Lookup,
         momenta: impl Iterator<Item = (RigidBodyHandle, DVec3)>,
     ) {
         self.0.clear();
-        for (handle, body) in bodies.iter() {
+        for (handle, body) in world.bodies() {
             let index = handle.into_raw_parts().0 as usize;
             self.0.resize(self.0.len().max(index + 1), None);
             self.0[index] = Some(Start {
@@ -135,12 +137,12 @@ impl SweptBodies {
         &mut self,
         touch: &Discrete,
         starts: &Starts,
-        (bodies, colliders): (&RigidBodySet, &ColliderSet),
+        world: &impl Lookup,
         dt: f64,
     ) {
         self.list.clear();
         self.parts.clear();
-        for (handle, body) in bodies.iter() {
+        for (handle, body) in world.bodies() {
             if !body.is_enabled() || body.is_soft_frame() {
                 continue;
             }
@@ -148,7 +150,7 @@ impl SweptBodies {
             let local_com = to_dvec3(body.local_center_of_mass());
             for collider in body.colliders() {
                 let part = touch.part_of(*collider, Some(handle), body.is_dynamic());
-                if let Some(found) = colliders.get(*collider) {
+                if let Some(found) = world.collider(*collider) {
                     let local = found.position_wrt_parent().copied();
                     self.add_part(part, found, &local.unwrap_or(Pose::IDENTITY), local_com);
                 }
@@ -159,7 +161,7 @@ impl SweptBodies {
                 self.add_track(track, first);
             }
         }
-        for (handle, collider) in colliders.iter().filter(|(_, c)| c.parent().is_none()) {
+        for (handle, collider) in world.free_colliders() {
             let first = self.parts.len();
             let part = touch.part_of(handle, None, false);
             self.add_part(part, collider, collider.position(), DVec3::ZERO);
@@ -296,8 +298,8 @@ impl SweptBody {
     }
 
     /// Works out the rotation, which only bodies that may meet another need.
-    pub(super) fn prepare(&mut self, bodies: &RigidBodySet, dt: f64) {
-        let body = self.body.and_then(|body| bodies.get(body));
+    pub(super) fn prepare(&mut self, world: &impl Lookup, dt: f64) {
+        let body = self.body.and_then(|body| world.body(body));
         let (None, Some(body)) = (self.resistance, body) else {
             return;
         };

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 use std::sync::Arc;
 
-use super::Disagreement;
+use super::disagreement::Disagreement;
 use crate::math::ColliderHandle;
 
 type Listener = dyn Fn(&Disagreement) + Send + Sync;
@@ -25,14 +25,20 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// use rapier3d_fields::CrossCheck;
 /// let check = CrossCheck::all().on_disagreement(|found| eprintln!("{found:?}"));
 /// let fields = Fields::builder(Field::uniform(Vector::X)).cross_check(check).build()?;
-/// # Ok::<(), TreeError>(())
+/// # Ok::<(), BuildError>(())
 /// ```
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[derive(Clone, Default)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct CrossCheck {
     pub(crate) on: bool,
     /// In the order of their handles; all if there is no list.
     pairs: Option<HashSet<[ColliderHandle; 2]>>,
     pub(super) lets_recycle: bool,
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub(super) listener: Option<Arc<Listener>>,
 }
 
@@ -79,11 +85,21 @@ impl CrossCheck {
     }
 
     /// Whether it watches all pairs and leaves nothing to Rapier, as `true` asks for.
+    /// Whether all pairs are compared, and contacts kept fresh.
     pub fn is_plain(&self) -> bool {
         self.on && self.pairs.is_none() && !self.lets_recycle
     }
 
     /// Whether a pair, in the order of its handles, is watched.
+    /// Whether there is a cross-check at all.
+    pub fn is_on(&self) -> bool {
+        self.on
+    }
+
+    pub(crate) fn lets_recycle(&self) -> bool {
+        self.lets_recycle
+    }
+
     pub(super) fn watches(&self, colliders: [ColliderHandle; 2]) -> bool {
         self.pairs
             .as_ref()

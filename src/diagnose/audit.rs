@@ -3,10 +3,10 @@
 use std::fmt;
 
 use super::each_trace;
-use crate::compile::Compiled;
-use crate::field::{Anchor, Frames};
-use crate::math::{DVec3, Real, RigidBodyHandle, RigidBodySet, Vector, to_dvec3, to_f64};
+use crate::field::{Anchor, FieldSet, Frames};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::reference::Fate;
+use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
 /// Potential and work of every field, and the drift of the total energy, since the audit began.
@@ -15,6 +15,10 @@ use crate::sample::{Moment, Samples};
 /// the step. The drift is what neither potentials nor work explain: the error of the scheme, and
 /// whatever else moved the bodies (contacts, joints, damping, gravity of Rapier's own, the user).
 /// Prints as a table.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct EnergyAudit {
@@ -29,9 +33,14 @@ pub struct EnergyAudit {
     pub initial: f64,
     /// Change of kinetic energy and potentials since, less the work of all that has no potential.
     pub drift: f64,
+    began: bool,
 }
 
 /// What one field does to the energy.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct FieldEnergy {
@@ -45,72 +54,63 @@ pub struct FieldEnergy {
     pub work: f64,
 }
 
-/// Keeps the audit from step to step.
-#[derive(Debug, Default)]
-pub(crate) struct Auditor {
-    pub audit: EnergyAudit,
-    began: bool,
-    /// By place in the tree: power before the step.
-    power: Vec<f64>,
-}
-
 /// Power and potential by place in the tree.
 struct Tally {
     power: Vec<f64>,
     potential: Vec<Option<f64>>,
 }
 
-impl Auditor {
-    /// Takes up the state before a step.
+impl EnergyAudit {
+    /// Takes up the state before a step; returns the power of everything in the tree, by its place.
     pub(crate) fn begin(
         &mut self,
-        compiled: &Compiled,
-        world: (&RigidBodySet, &impl Frames),
+        set: &FieldSet,
+        world: &(impl Lookup + Frames),
         samples: &Samples,
         moment: Moment,
-    ) {
-        let tally = tally(compiled, world.1, samples, moment);
+    ) -> Vec<f64> {
+        let tally = tally(set, world, samples, moment);
         if !self.began {
             self.began = true;
-            self.audit.fields = compiled
-                .tree
+            self.fields = set
                 .nodes()
+                .0
                 .iter()
                 .enumerate()
                 .map(|(place, _)| FieldEnergy {
-                    field: compiled.label(place as u32),
+                    field: set.label(place as u32),
                     ..FieldEnergy::default()
                 })
                 .collect();
-            self.take(world.0, &tally);
-            self.audit.initial = self.audit.kinetic + self.audit.potential;
+            self.take(world, &tally);
+            self.initial = self.kinetic + self.potential;
         }
-        self.power = tally.power;
+        tally.power
     }
 
-    /// Adds the work of a step that has just ended.
+    /// Adds the work of a step that has just ended; `power`: when it began.
     pub(crate) fn end(
         &mut self,
-        compiled: &Compiled,
-        world: (&RigidBodySet, &impl Frames),
+        power: &[f64],
+        set: &FieldSet,
+        world: &(impl Lookup + Frames),
         samples: &Samples,
-        moment: Moment,
-        dt: Real,
+        (moment, dt): (Moment, Real),
     ) {
-        let tally = tally(compiled, world.1, samples, moment);
-        let powers = self.power.iter().zip(&tally.power);
-        for (field, (before, after)) in self.audit.fields.iter_mut().zip(powers) {
+        let tally = tally(set, world, samples, moment);
+        let powers = power.iter().zip(&tally.power);
+        for (field, (before, after)) in self.fields.iter_mut().zip(powers) {
             field.work += (before + after) / 2.0 * to_f64(dt);
         }
-        self.take(world.0, &tally);
+        self.take(world, &tally);
     }
 
-    fn take(&mut self, bodies: &RigidBodySet, tally: &Tally) {
-        let audit = &mut self.audit;
+    fn take(&mut self, world: &impl Lookup, tally: &Tally) {
+        let audit = self;
         for (field, potential) in audit.fields.iter_mut().zip(&tally.potential) {
             field.potential = *potential;
         }
-        let dynamic = bodies.iter().filter(|(_, body)| body.is_dynamic());
+        let dynamic = world.bodies().filter(|(_, body)| body.is_dynamic());
         audit.kinetic = dynamic.map(|(_, body)| to_f64(body.kinetic_energy())).sum();
         audit.potential = tally.potential.iter().flatten().sum();
         let without = audit
@@ -132,54 +132,47 @@ fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector)
 }
 
 /// What all fields do to all sampled bodies right now.
-fn tally(compiled: &Compiled, frames: &impl Frames, samples: &Samples, moment: Moment) -> Tally {
-    let count = compiled.tree.nodes().len();
+fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment) -> Tally {
+    let count = set.nodes().0.len();
     let mut tally = Tally {
         power: vec![0.0; count],
         potential: vec![None; count],
     };
     for place in 0..count {
         // A field with a potential has one even where nobody is in it.
-        let field = compiled.tree.field(place as u32);
+        let field = set.field(place as u32);
         let known = field.is_some_and(|field| field.has_potential());
         tally.potential[place] = known.then_some(0.0);
     }
     for body in 0..samples.bodies.len() as u32 {
-        each_trace(
-            compiled,
-            frames,
-            samples,
-            moment,
-            body,
-            |sample, term, trace| {
-                let velocity = to_dvec3(sample.velocity);
-                let mut rest = trace.force.unwrap_or_default().dot(velocity);
-                for contribution in &trace.contributions {
-                    if contribution.fate != Fate::Counts {
-                        continue;
-                    }
-                    let place = contribution.place as usize;
-                    let force = contribution.force.unwrap_or_default();
-                    let power = force.dot(velocity);
-                    tally.power[place] += power;
-                    rest -= power;
-                    let field = compiled.tree.field(contribution.place);
-                    let carrier = contribution.carrier;
-                    if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {
-                        let point = sample.world_point;
-                        tally.power[place] -= force.dot(velocity_of(frames, carrier, point));
-                    }
-                    if let (Some(sum), Some(potential)) =
-                        (&mut tally.potential[place], contribution.potential)
-                    {
-                        let carried = carrier.is_some();
-                        *sum += potential * field.map_or(1.0, |f| f.energy_share(carried));
-                    }
+        each_trace(set, frames, samples, moment, body, |sample, term, trace| {
+            let velocity = to_dvec3(sample.velocity);
+            let mut rest = trace.force.unwrap_or_default().dot(velocity);
+            for contribution in &trace.contributions {
+                if contribution.fate != Fate::Counts {
+                    continue;
                 }
-                // What an operation makes of its fields beyond their sum.
-                tally.power[term as usize] += rest;
-            },
-        );
+                let place = contribution.place as usize;
+                let force = contribution.force.unwrap_or_default();
+                let power = force.dot(velocity);
+                tally.power[place] += power;
+                rest -= power;
+                let field = set.field(contribution.place);
+                let carrier = contribution.carrier;
+                if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {
+                    let point = sample.world_point;
+                    tally.power[place] -= force.dot(velocity_of(frames, carrier, point));
+                }
+                if let (Some(sum), Some(potential)) =
+                    (&mut tally.potential[place], contribution.potential)
+                {
+                    let carried = carrier.is_some();
+                    *sum += potential * field.map_or(1.0, |f| f.energy_share(carried));
+                }
+            }
+            // What an operation makes of its fields beyond their sum.
+            tally.power[term as usize] += rest;
+        });
     }
     tally
 }

@@ -1,14 +1,14 @@
 //! Explain: why a body is pushed the way it is, field by field.
 
 mod audit;
+mod blame;
 
 use std::fmt;
 
-pub(crate) use audit::Auditor;
 pub use audit::{EnergyAudit, FieldEnergy};
+pub(crate) use blame::{blame, missing_anchor};
 
-use crate::compile::Compiled;
-use crate::field::Frames;
+use crate::field::{FieldSet, Frames};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
 use crate::reference::{Contribution, Fate, Reference};
 use crate::rigid::Wrench;
@@ -57,28 +57,28 @@ pub struct ExplainedField {
 /// All traces of one body: for each term of the tree and each sample, the force and what the
 /// fields contribute.
 pub(crate) fn each_trace<'a>(
-    compiled: &Compiled,
+    set: &FieldSet,
     frames: &impl Frames,
     samples: &'a Samples,
     moment: Moment,
     body: u32,
     mut visit: impl FnMut(&'a SamplePoint, u32, crate::reference::Trace),
 ) {
-    let reference = Reference::of_valid(&compiled.tree);
-    for term in compiled.tree.terms() {
-        let how = compiled.tree.how(term);
+    for term in set.terms() {
+        let (term, how) = (term.root, set.nodes().how(term.root));
+        let reference = Reference::of_term(set, term);
         let list = samples.samples_for(how).map(|(_, sample)| sample);
         let all = samples.centres_for(how).chain(list);
         for sample in all.filter(|sample| sample.body == body) {
             let query = samples.query(sample, moment);
-            visit(sample, term, reference.trace_below(term, frames, &query));
+            visit(sample, term, reference.trace(frames, &query));
         }
     }
 }
 
 /// Explains the wrench on a body, given by its number among the sampled ones.
 pub(crate) fn explain(
-    compiled: &Compiled,
+    set: &FieldSet,
     frames: &impl Frames,
     samples: &Samples,
     moment: Moment,
@@ -89,83 +89,69 @@ pub(crate) fn explain(
         wrench: Wrench::ZERO,
         contributions: Vec::new(),
         outside: 0,
-        reaction: reaction(compiled, frames, samples, moment, body),
+        reaction: reaction(set, frames, samples, moment, body),
     };
     explanation.wrench = explanation.reaction;
-    each_trace(
-        compiled,
-        frames,
-        samples,
-        moment,
-        body,
-        |sample, _, trace| {
-            if let Some(force) = trace.force {
-                explanation.wrench.force += from_dvec3(force);
-                explanation.wrench.torque += from_dvec3(to_dvec3(sample.arm).cross(force));
+    each_trace(set, frames, samples, moment, body, |sample, _, trace| {
+        if let Some(force) = trace.force {
+            explanation.wrench.force += from_dvec3(force);
+            explanation.wrench.torque += from_dvec3(to_dvec3(sample.arm).cross(force));
+        }
+        for contribution in trace.contributions {
+            if contribution.fate == Fate::OutsideRegion {
+                explanation.outside += 1;
+            } else if !is_contact(set, contribution.place) {
+                let explained = ExplainedField::new(set, sample, contribution);
+                explanation.contributions.push(explained);
             }
-            for contribution in trace.contributions {
-                if contribution.fate == Fate::OutsideRegion {
-                    explanation.outside += 1;
-                } else if !is_contact(compiled, contribution.place) {
-                    let explained = ExplainedField::new(compiled, sample, contribution);
-                    explanation.contributions.push(explained);
-                }
-            }
-        },
-    );
+        }
+    });
     explanation
 }
 
 /// The opposite of the forces that a body's reacting fields have on all others.
 fn reaction(
-    compiled: &Compiled,
+    set: &FieldSet,
     frames: &impl Frames,
     samples: &Samples,
     moment: Moment,
     body: u32,
 ) -> Wrench {
     let mut wrench = Wrench::ZERO;
-    let reacts = |place: u32| compiled.tree.field(place).is_some_and(|field| field.reacts);
-    if !compiled.tree.leaves().any(|(_, field)| field.reacts) {
+    let reacts = |place: u32| set.field(place).is_some_and(|field| field.reacts);
+    if !set.nodes().leaves().any(|(_, field)| field.reacts) {
         return wrench;
     }
     let carrier = Some(samples.bodies[body as usize]);
     let centre = samples.centres[body as usize].world_point;
     for other in (0..samples.bodies.len() as u32).filter(|other| *other != body) {
-        each_trace(
-            compiled,
-            frames,
-            samples,
-            moment,
-            other,
-            |sample, _, trace| {
-                let counts = |c: &&Contribution| c.fate == Fate::Counts && c.carrier == carrier;
-                for contribution in trace.contributions.iter().filter(counts) {
-                    if reacts(contribution.place) {
-                        let force = from_dvec3(contribution.force.unwrap_or_default());
-                        wrench.force -= force;
-                        wrench.torque -= (sample.world_point - centre).cross(force);
-                    }
+        each_trace(set, frames, samples, moment, other, |sample, _, trace| {
+            let counts = |c: &&Contribution| c.fate == Fate::Counts && c.carrier == carrier;
+            for contribution in trace.contributions.iter().filter(counts) {
+                if reacts(contribution.place) {
+                    let force = from_dvec3(contribution.force.unwrap_or_default());
+                    wrench.force -= force;
+                    wrench.torque -= (sample.world_point - centre).cross(force);
                 }
-            },
-        );
+            }
+        });
     }
     wrench
 }
 
-fn is_contact(compiled: &Compiled, place: u32) -> bool {
-    let field = compiled.tree.field(place);
+fn is_contact(set: &FieldSet, place: u32) -> bool {
+    let field = set.field(place);
     field.is_some_and(|field| field.is_contact())
 }
 
 impl ExplainedField {
-    fn new(compiled: &Compiled, sample: &SamplePoint, contribution: Contribution) -> Self {
+    fn new(set: &FieldSet, sample: &SamplePoint, contribution: Contribution) -> Self {
         let overruled_by = match &contribution.fate {
-            Fate::Overruled { by, .. } => by.iter().map(|place| compiled.label(*place)).collect(),
+            Fate::Overruled { by, .. } => by.iter().map(|place| set.label(*place)).collect(),
             _ => Vec::new(),
         };
         ExplainedField {
-            field: compiled.label(contribution.place),
+            field: set.label(contribution.place),
             collider: sample.collider,
             world_point: sample.world_point,
             force: contribution.force.map(from_dvec3),
@@ -235,6 +221,7 @@ impl fmt::Display for ExplainedField {
             Fate::OutsideRegion => write!(f, ": outside its region"),
             Fate::OwnBody => write!(f, ": not on the body that carries it"),
             Fate::OtherGroups => write!(f, ": its groups leave this collider out"),
+            Fate::Off => write!(f, ": it is off"),
             Fate::AnchorGone => write!(f, ": what it was anchored to is gone"),
             Fate::Overruled { operator, .. } => {
                 let by = self.overruled_by.join(", ");

@@ -1,4 +1,4 @@
-//! Where the anchors of a tree are, looked up when first asked for.
+//! Where the anchors of fields are, looked up when first asked for.
 
 use crate::compile::{AnchorId, Compiled, NO_ANCHOR, Program};
 use crate::field::{Frame, Frames};
@@ -7,16 +7,24 @@ use crate::field::{Frame, Frames};
 #[derive(Debug, Default)]
 pub(super) struct FrameCache {
     frames: Vec<Option<Frame>>,
-    known: Vec<bool>,
+    /// By anchor: the evaluation it was looked up in.
+    known: Vec<u32>,
+    evaluation: u32,
 }
 
 impl FrameCache {
-    /// Forgets where everything was.
+    /// Forgets where everything was. Costs nothing, however many anchors there are.
     pub(super) fn clear(&mut self, compiled: &Compiled) {
-        self.frames.clear();
-        self.frames.resize(compiled.anchors.len(), None);
-        self.known.clear();
-        self.known.resize(compiled.anchors.len(), false);
+        let count = compiled.anchors.len();
+        if self.frames.len() < count {
+            self.frames.resize(count, None);
+            self.known.resize(count, 0);
+        }
+        if self.evaluation == u32::MAX {
+            self.known.fill(0);
+            self.evaluation = 0;
+        }
+        self.evaluation += 1;
     }
 
     /// The frame of an anchor, if it is there.
@@ -27,22 +35,38 @@ impl FrameCache {
         anchor: AnchorId,
     ) -> Option<Frame> {
         let place = anchor as usize;
-        if !self.known[place] {
-            self.known[place] = true;
+        if self.known[place] != self.evaluation {
+            self.known[place] = self.evaluation;
             self.frames[place] = world.frame(&compiled.anchors[place]);
         }
         self.frames[place]
     }
 
-    /// Looks up all anchors of a program.
-    pub(super) fn fill(&mut self, compiled: &Compiled, world: &impl Frames, program: &Program) {
-        let anchors = program.anchors.iter().chain(&program.centres);
-        for anchor in anchors.filter(|anchor| **anchor != NO_ANCHOR) {
-            self.get(compiled, world, *anchor);
+    /// Looks up what the leaves and modifiers of an instance hang on.
+    pub(super) fn fill_instance(
+        &mut self,
+        compiled: &Compiled,
+        world: &impl Frames,
+        program: &Program,
+        instance: u32,
+    ) {
+        let stride = program.stride();
+        let first = instance as usize * stride;
+        for anchor in &program.instances.anchors[first..first + stride] {
+            if *anchor != NO_ANCHOR {
+                self.get(compiled, world, *anchor);
+            }
         }
     }
 
-    /// By anchor: its frame, if it was looked up and is there.
+    /// Looks up all anchors of a program.
+    pub(super) fn fill(&mut self, compiled: &Compiled, world: &impl Frames, program: &Program) {
+        for anchor in program.instances.anchors() {
+            self.get(compiled, world, anchor);
+        }
+    }
+
+    /// By anchor: its frame, if it was looked up in this evaluation and is there.
     pub(super) fn all(&self) -> &[Option<Frame>] {
         &self.frames
     }

@@ -1,14 +1,11 @@
 //! Programs: composite terms, evaluated at one sample at a time.
 
-use crate::compile::{AnchorId, IndexKind, NO_ANCHOR, Program, Step};
+use crate::compile::{NO_ANCHOR, Program, Step};
 use crate::field::{
     Axis, Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces,
     Query, Vec3, constant,
 };
-use crate::math::{DVec3, Real, Vector, to_dvec3};
-use crate::neighbors::hierarchy;
-use crate::rapier::parry::bounding_volume::Aabb;
-use crate::rapier::parry::partitioning::Bvh;
+use crate::math::{DVec3, to_dvec3};
 
 /// A composite at a sample.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +61,7 @@ impl Program {
         anchored: usize,
         frames: &'a [Option<Frame>],
     ) -> Option<&'a Frame> {
-        let anchor = self.anchors[instance * self.stride() + anchored];
+        let anchor = self.instances.anchors[instance * self.stride() + anchored];
         let there = anchor != NO_ANCHOR;
         there.then(|| frames[anchor as usize].as_ref()).flatten()
     }
@@ -144,6 +141,7 @@ impl<T: Number> Interpreter<T> {
         self.stack.clear();
         for step in &program.steps {
             match *step {
+                Step::Nowhere => self.stack.push(Value::undefined()),
                 Step::Leaf(leaf) => self.stack.push(place.leaf_value(leaf, here)),
                 Step::Apply(operator, count) => {
                     self.combine(count, |operands| {
@@ -206,7 +204,7 @@ impl<'a, T: Number> SampleContext<'a, T> {
         }
         Value {
             defined,
-            vector: field.force(&local),
+            vector: field.force_of(self.program.strength(self.instance, leaf as usize), &local),
             leaves: bit,
         }
     }
@@ -312,101 +310,4 @@ fn layers<T: Number>(operands: &[Value<T>], modes: &[Override]) -> Value<T> {
         stopped = mode.stops;
     }
     gathered
-}
-
-/// Which instances of a program may act at a point.
-#[derive(Debug, Default)]
-pub(super) struct Reach {
-    /// Holds all that any instance can reach.
-    low: Vector,
-    high: Vector,
-    balls: Vec<Option<(Vector, Real)>>,
-    bvh: Option<Bvh>,
-    found: Vec<u32>,
-}
-
-impl Reach {
-    /// Takes up where the instances are now.
-    pub(super) fn refresh(&mut self, program: &Program, frames: &[Option<Frame>]) {
-        let reach = program.reach.unwrap_or(Real::INFINITY);
-        let ball = |centre: &AnchorId| match (&frames[*centre as usize], program.reach) {
-            (Some(frame), _) => Some((frame.pose.translation, reach)),
-            // Some field hangs elsewhere, and may be there still.
-            (None, None) => Some((Vector::ZERO, reach)),
-            (None, Some(_)) => None,
-        };
-        let balls = program.centres.iter().map(ball);
-        // Zones that stand still keep their hierarchy.
-        if balls.clone().eq(self.balls.iter().copied()) {
-            return;
-        }
-        self.balls.clear();
-        self.balls.extend(balls);
-        let bounds = self
-            .balls
-            .iter()
-            .enumerate()
-            .filter_map(|(instance, ball)| {
-                let (centre, radius) = (*ball)?;
-                let extent = Vector::splat(radius);
-                Some((instance, Aabb::from_half_extents(centre, extent)))
-            });
-        let infinity = Vector::splat(Real::INFINITY);
-        (self.low, self.high) = bounds
-            .clone()
-            .fold((infinity, -infinity), |(low, high), (_, bounds)| {
-                (low.min(bounds.mins), high.max(bounds.maxs))
-            });
-        self.bvh = (program.index_kind() == IndexKind::Bvh).then(|| hierarchy(bounds.collect()));
-    }
-
-    /// Puts into `found` the instances that may act within a distance of a point, in their order.
-    pub(super) fn near(&self, point: Vector, distance: Real, found: &mut Vec<u32>) {
-        found.clear();
-        let reaches = |ball: &Option<(Vector, Real)>| {
-            ball.is_some_and(|(centre, radius)| {
-                (point - centre).abs().max_element() <= radius + distance
-            })
-        };
-        match &self.bvh {
-            Some(bvh) => {
-                let here = Aabb::from_half_extents(point, Vector::splat(distance));
-                found.extend(bvh.intersect_aabb(&here));
-                found.sort_unstable();
-            }
-            None => {
-                let instances = self.balls.iter().enumerate();
-                let near = instances.filter(|(_, ball)| reaches(ball));
-                found.extend(near.map(|(instance, _)| instance as u32));
-            }
-        }
-    }
-
-    /// The instances that may act at a point, in their order.
-    pub(super) fn at(&mut self, point: Vector) -> &[u32] {
-        self.found.clear();
-        if point.cmplt(self.low).any() || point.cmpgt(self.high).any() {
-            return &self.found;
-        }
-        match &self.bvh {
-            Some(bvh) => {
-                let here = Aabb::new(point, point);
-                self.found.extend(bvh.intersect_aabb(&here));
-                // Sums must not depend on how the hierarchy was built.
-                self.found.sort_unstable();
-            }
-            None => {
-                let acts = |ball: &Option<(Vector, Real)>| {
-                    ball.is_some_and(|(centre, radius)| {
-                        (point - centre).abs().max_element() <= radius
-                    })
-                };
-                let instances = self.balls.iter().enumerate();
-                let acting = instances.filter(|(_, ball)| acts(ball));
-                self.found
-                    .extend(acting.map(|(instance, _)| instance as u32));
-            }
-        }
-        &self.found
-    }
 }

@@ -1,8 +1,9 @@
 //! The forces on bodies with their derivatives.
 
 use super::frames::FrameCache;
-use super::interpreter::{Interpreter, Reach};
-use crate::compile::{Compiled, Program, RadialBatch};
+use super::index::ProgramIndex;
+use super::interpreter::Interpreter;
+use crate::compile::{Compiled, Key, Program, RadialBatch};
 use crate::field::{
     Dual, Frames, Linearised, LocalQuery, Motion, Query, Sampling, SamplingRule, Vec3, constant,
 };
@@ -29,22 +30,16 @@ impl Seeded {
 #[derive(Debug, Default)]
 pub(crate) struct Lineariser {
     frames: FrameCache,
-    reaches: Vec<Reach>,
+    index: ProgramIndex,
     machine: Interpreter<Dual>,
+    found: Vec<(Key, u32)>,
 }
 
 impl Lineariser {
     /// Takes up where all anchors are.
     pub(crate) fn prepare(&mut self, compiled: &Compiled, world: &impl Frames) {
         self.frames.clear(compiled);
-        self.reaches
-            .resize_with(compiled.programs.len(), Reach::default);
-        for (number, program) in compiled.programs.iter().enumerate() {
-            if program.has_force {
-                self.frames.fill(compiled, world, program);
-                self.reaches[number].refresh(program, self.frames.all());
-            }
-        }
+        self.index.refresh(compiled, &mut self.frames, world);
     }
 
     /// Visits the samples of one body with the force there and its derivatives by the place and
@@ -74,11 +69,11 @@ impl Lineariser {
             };
             let seeded = Seeded::new(samples, sample, moment);
             let mut force = constant(DVec3::ZERO);
-            let batches = compiled.radials.iter();
+            let batches = compiled.radials.iter().map(|(_, batch)| batch);
             for batch in batches.filter(|batch| wanted(batch.how)) {
                 force += self.batch_on(compiled, world, batch, &seeded);
             }
-            force += self.programs_on(compiled, sample, &seeded, |p| wanted(p.how));
+            force += self.programs_on((compiled, world), sample, &seeded, |p| wanted(p.how));
             visit(sample, &Linearised::new(&force));
         }
     }
@@ -100,12 +95,9 @@ impl Lineariser {
             if centre.distance_squared(seeded.query.world_point) > range * range {
                 continue;
             }
-            let Some(field) = compiled.tree.field(source.leaf) else {
-                continue;
-            };
-            if field.acts_on(&seeded.query, &frame) {
+            if batch.prototype.acts_on(&seeded.query, &frame) {
                 let local = LocalQuery::moving(&seeded.query, &seeded.motion, &frame);
-                sum += field.force(&local);
+                sum += batch.prototype.radial_force(&source.law_in(batch), &local);
             }
         }
         sum
@@ -113,18 +105,23 @@ impl Lineariser {
 
     fn programs_on(
         &mut self,
-        compiled: &Compiled,
+        (compiled, world): (&Compiled, &impl Frames),
         sample: &SamplePoint,
         seeded: &Seeded,
         wanted: impl Fn(&Program) -> bool,
     ) -> Vec3<Dual> {
         let mut sum = constant(DVec3::ZERO);
-        let frames = self.frames.all();
-        let programs = compiled.programs.iter().enumerate();
-        for (number, program) in programs.filter(|(_, p)| p.has_force && wanted(p)) {
-            for instance in self.reaches[number].at(sample.world_point) {
+        self.index.at(compiled, sample.world_point, &mut self.found);
+        for (_, number) in &self.found {
+            let program = compiled.programs.get(*number);
+            let Some(program) = program.filter(|program| wanted(program)) else {
+                continue;
+            };
+            for instance in self.index.reach(*number).at(sample.world_point) {
+                self.frames
+                    .fill_instance(compiled, world, program, *instance);
                 let Seeded { query, motion } = seeded;
-                let instance = *instance as usize;
+                let (instance, frames) = (*instance as usize, self.frames.all());
                 let machine = &mut self.machine;
                 if let Some(outcome) = machine.run(program, instance, frames, query, motion) {
                     sum += outcome.force;

@@ -2,65 +2,39 @@
 
 mod adaptive;
 mod frames;
+mod index;
 mod interpreter;
 mod kernel;
 mod lanes;
 mod linearise;
 mod pairwise;
+mod quantity;
 mod radial;
 
-use crate::compile::{Compiled, Program};
-use crate::field::{Frame, Frames, LocalQuery, Motion, real};
-use crate::math::{Real, Vector, from_dvec3, to_f64};
+use crate::compile::{Compiled, Key, Program, RadialBatch};
+use crate::field::{Frame, Frames, LocalQuery, Motion, Sampling, SamplingRule, real};
+use crate::math::{Vector, from_dvec3, to_f64};
 use crate::rigid::Wrench;
-use crate::sample::{Moment, SamplePoint, Samples};
+use crate::sample::{Kind, Moment, SamplePoint, Samples};
 
 pub(crate) use interpreter::Interpreter;
 pub(crate) use linearise::Lineariser;
+pub use quantity::{PotentialEnergy, WrenchError};
 
 use adaptive::{Bordered, Refiner};
 use frames::FrameCache;
-use interpreter::Reach;
+use index::ProgramIndex;
+use quantity::Quantity;
 use radial::Radials;
-
-/// A bound of how far a [`Wrench`] may be off; see [`Fields::wrench_error`](crate::Fields).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WrenchError {
-    /// Length of the force that is missing or too much.
-    pub force: Real,
-    /// Length of the torque that is missing or too much.
-    pub torque: Real,
-}
-
-/// The potential energy of bodies in fields.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct PotentialEnergy {
-    /// The sum over all fields that have a potential. A field anchored to a body counts half,
-    /// because the field of the body it acts on acts back; so it is exact where fields of bodies
-    /// come in such pairs.
-    pub total: f64,
-    /// Terms without a potential: drag, closures, and operators other than the sum of union.
-    pub without: usize,
-}
-
-/// What is summed over sources.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Quantity {
-    Force,
-    /// The potential, in x; half of it where the source belongs to a body, because the body it
-    /// acts on has a field that acts back.
-    Potential,
-}
 
 /// Evaluates a compiled tree; keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(crate) struct Evaluator {
     radials: Radials,
-    /// One per program, because each keeps its hierarchy while nothing moves.
-    reaches: Vec<Reach>,
+    index: ProgramIndex,
     machine: Interpreter,
-
+    jobs: Vec<Job>,
+    reactions: Vec<(usize, Vector, Vector)>,
     frames: FrameCache,
     forces: Vec<Vector>,
     refiner: Refiner,
@@ -82,14 +56,7 @@ impl Evaluator {
         self.refiner.forget(samples);
         self.constants(compiled, samples, moment, wrenches);
         self.radials(compiled, world, samples, moment, Quantity::Force);
-        self.reaches
-            .resize_with(compiled.programs.len(), Reach::default);
-        for (number, program) in compiled.programs.iter().enumerate() {
-            if program.has_force {
-                self.frames.fill(compiled, world, program);
-                self.program(number, program, samples, moment, wrenches);
-            }
-        }
+        self.programs(compiled, world, samples, moment, wrenches);
         for (sample, force) in samples.list.iter().zip(&self.forces) {
             let wrench = &mut wrenches[sample.body as usize];
             wrench.force += *force;
@@ -108,14 +75,21 @@ impl Evaluator {
     ) {
         self.forces.clear();
         self.forces.resize(samples.list.len(), Vector::ZERO);
-        for (number, batch) in compiled.radials.iter().enumerate() {
-            if quantity == Quantity::Potential && !batch.law.has_potential() {
+        for (number, batch) in compiled.radials.iter() {
+            let unknown = quantity == Quantity::Potential && !batch.law.has_potential();
+            if unknown || !batch.prototype.is_on(moment.time) {
                 continue;
             }
             let (frames, forces) = (&mut self.frames, &mut self.forces);
             let frame = |anchor| frames.get(compiled, world, anchor);
-            self.radials
-                .add((number, batch), frame, samples, moment, quantity, forces);
+            self.radials.add(
+                (number as usize, batch),
+                frame,
+                samples,
+                moment,
+                quantity,
+                forces,
+            );
         }
     }
 
@@ -127,18 +101,18 @@ impl Evaluator {
         wrenches: &mut [Wrench],
     ) {
         use crate::field::{Coupling, ForceMode};
-        for reading in [
+        for mode in [
             ForceMode::Force,
             ForceMode::Acceleration,
             ForceMode::VelocityChange,
         ] {
-            let fields = compiled.constants.iter().filter(|c| c.reading == reading);
+            let fields = compiled.constants.iter().filter(|c| c.mode == mode);
             let vector: Vector = fields.map(|constant| constant.vector).sum();
             if vector == Vector::ZERO {
                 continue;
             }
             let weighting = crate::compile::Weighting {
-                reading,
+                mode,
                 coupling: Coupling::Share,
                 groups: None,
             };
@@ -148,26 +122,94 @@ impl Evaluator {
         }
     }
 
-    fn program(
+    /// Adds what all programs give.
+    fn programs(
         &mut self,
-        number: usize,
-        program: &Program,
+        compiled: &Compiled,
+        world: &impl Frames,
         samples: &Samples,
         moment: Moment,
         wrenches: &mut [Wrench],
     ) {
-        let frames = self.frames.all();
-        let reach = &mut self.reaches[number];
-        reach.refresh(program, frames);
-        let field = Bordered {
-            program,
-            frames,
+        self.index.refresh(compiled, &mut self.frames, world);
+        let scene = Scene {
+            compiled,
+            world,
             samples,
             moment,
         };
-        self.refiner.run(&field, reach, &mut self.machine, wrenches);
-        let machine = &mut self.machine;
-        let mut reactions = Vec::new();
+        // Cells are sampled all over a body, not at its samples.
+        if !self.index.is_in_use() || !samples.solids.is_empty() {
+            for (number, program) in compiled.programs.iter().filter(|(_, p)| p.has_force) {
+                self.program(number, program, &scene, None, wrenches);
+            }
+            return;
+        }
+        let jobs = self.find_jobs(compiled, samples);
+        for jobs in jobs.chunk_by(|a, b| a.key == b.key) {
+            let number = jobs[0].number;
+            if let Some(program) = compiled.programs.get(number) {
+                let these = jobs.iter().all(|job| job.sample != ALL).then_some(jobs);
+                self.program(number, program, &scene, these, wrenches);
+            }
+        }
+        self.jobs = jobs;
+    }
+
+    /// Which programs may act on which samples, program by program in their order.
+    fn find_jobs(&mut self, compiled: &Compiled, samples: &Samples) -> Vec<Job> {
+        let mut jobs = std::mem::take(&mut self.jobs);
+        jobs.clear();
+        let mut add = |number: u32, sample: u32| {
+            let key = compiled.programs.get(number).map(Program::key);
+            jobs.extend(key.map(|key| Job {
+                key,
+                number,
+                sample,
+            }));
+        };
+        let all = samples.centres.iter().chain(&samples.list);
+        for (place, sample) in all.enumerate() {
+            self.index
+                .bounded_at(sample.world_point, |number| add(number, place as u32));
+        }
+        for number in compiled.roster.unbounded() {
+            add(*number, ALL);
+        }
+        jobs.sort_unstable();
+        jobs
+    }
+
+    /// Adds what a program gives on all samples, or on some.
+    fn program(
+        &mut self,
+        number: u32,
+        program: &Program,
+        scene: &Scene<'_, impl Frames>,
+        these: Option<&[Job]>,
+        wrenches: &mut [Wrench],
+    ) {
+        let Scene {
+            compiled,
+            world,
+            samples,
+            moment,
+        } = *scene;
+        if !samples.solids.is_empty() {
+            self.frames.fill(compiled, world, program);
+            let field = Bordered {
+                program,
+                frames: self.frames.all(),
+                samples,
+                moment,
+            };
+            let reach = self.index.reach(number);
+            self.refiner.run(&field, reach, &mut self.machine, wrenches);
+        }
+        let (frames, machine) = (&mut self.frames, &mut self.machine);
+        let reach = self.index.reach(number);
+        let reactions = &mut self.reactions;
+        reactions.clear();
         let mut force_at = |sample: &SamplePoint| {
             let instances = reach.at(sample.world_point);
             if instances.is_empty() {
@@ -177,7 +219,8 @@ impl Evaluator {
             let motion = Motion::of(&query);
             let mut force = Vector::ZERO;
             for instance in instances {
-                let instance = *instance as usize;
+                frames.fill_instance(compiled, world, program, *instance);
+                let (instance, frames) = (*instance as usize, frames.all());
                 let outcome = machine.run(program, instance, frames, &query, &motion);
                 let Some(outcome) = outcome else { continue };
                 let one = from_dvec3(real(&outcome.force));
@@ -190,15 +233,29 @@ impl Evaluator {
             }
             force
         };
-        for centre in samples.centres_for(program.how) {
-            wrenches[centre.body as usize].force += force_at(centre);
-        }
-        for (index, sample) in samples.samples_for(program.how) {
-            if !self.refiner.has_done(sample.body) {
-                self.forces[index] += force_at(sample);
+        let how = program.how;
+        let count = samples.centres.len();
+        if let Some(these) = these {
+            for place in these.iter().map(|job| job.sample as usize) {
+                if let Some(centre) = samples.centres.get(place) {
+                    if how.sampling == Sampling::Centre && samples.takes(how, centre) {
+                        wrenches[centre.body as usize].force += force_at(centre);
+                    }
+                } else if takes(samples, how, &samples.list[place - count]) {
+                    self.forces[place - count] += force_at(&samples.list[place - count]);
+                }
+            }
+        } else {
+            for centre in samples.centres_for(how) {
+                wrenches[centre.body as usize].force += force_at(centre);
+            }
+            for (index, sample) in samples.samples_for(how) {
+                if !self.refiner.has_done(sample.body) {
+                    self.forces[index] += force_at(sample);
+                }
             }
         }
-        for (place, force, world_point) in reactions {
+        for (place, force, world_point) in self.reactions.drain(..) {
             let arm = world_point - samples.centres[place].world_point;
             wrenches[place].force -= force;
             wrenches[place].torque -= arm.cross(force);
@@ -222,7 +279,7 @@ impl Evaluator {
         let mut energy = PotentialEnergy::default();
         for constant in &compiled.constants {
             for centre in &samples.centres {
-                let mass = if constant.reading == crate::field::ForceMode::Force {
+                let mass = if constant.mode == crate::field::ForceMode::Force {
                     1.0
                 } else {
                     centre.mass
@@ -231,10 +288,13 @@ impl Evaluator {
             }
         }
         self.radials(compiled, world, samples, moment, Quantity::Potential);
-        let without = compiled.radials.iter();
-        energy.without = without.filter(|batch| !batch.law.has_potential()).count();
+        let on = |batch: &RadialBatch| batch.prototype.is_on(moment.time);
+        let batches = compiled.radials.iter().map(|(_, batch)| batch);
+        let without = batches.filter(|batch| !batch.law.has_potential() && on(batch));
+        energy.without = without.count();
         energy.total += self.forces.iter().map(|sum| to_f64(sum.x)).sum::<f64>();
-        for program in compiled.programs.iter().filter(|program| program.has_force) {
+        let programs = compiled.programs.iter().map(|(_, program)| program);
+        for program in programs.filter(|program| program.has_force) {
             self.frames.fill(compiled, world, program);
             match program_energy(program, self.frames.all(), samples, moment) {
                 Some(potential) => energy.total += potential,
@@ -243,6 +303,34 @@ impl Evaluator {
         }
         energy
     }
+}
+
+/// One program on one sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Job {
+    /// Of the program.
+    key: Key,
+    number: u32,
+    /// Its place among the centres and then the list of samples, or [`ALL`].
+    sample: u32,
+}
+
+/// In place of a sample.
+const ALL: u32 = u32::MAX;
+
+/// What programs are evaluated on.
+struct Scene<'a, F> {
+    compiled: &'a Compiled,
+    world: &'a F,
+    samples: &'a Samples,
+    moment: Moment,
+}
+
+/// Whether a program that is sampled like this takes a sample of the list.
+fn takes(samples: &Samples, how: SamplingRule, sample: &SamplePoint) -> bool {
+    let at_centre = how.sampling == Sampling::Centre;
+    let in_list = !(at_centre && samples.overrides.is_empty());
+    in_list && samples.takes(how, sample) && !(at_centre && sample.kind == Kind::Centre)
 }
 
 /// The potential of a program of one field, if that has one.
@@ -259,11 +347,11 @@ fn program_energy(
     let list = samples.samples_for(program.how).map(|(_, sample)| sample);
     for sample in samples.centres_for(program.how).chain(list) {
         let query = samples.query(sample, moment);
-        for frame in program
-            .anchors
-            .iter()
-            .filter_map(|anchor| frames[*anchor as usize].as_ref())
-        {
+        let anchors = program.instances.anchors.iter().enumerate();
+        for (instance, anchor) in anchors {
+            let Some(frame) = frames[*anchor as usize].as_ref() else {
+                continue;
+            };
             if !field.acts_on(&query, frame) {
                 continue;
             }
@@ -271,7 +359,8 @@ fn program_energy(
             let here = crate::field::Neighbourhood::open();
             if field.region.pieces(&local, &here).any() {
                 let share = field.energy_share(frame.body.is_some());
-                total += field.potential(&local)? * share;
+                let strength = program.strength(instance, 0);
+                total += field.potential_of(strength, &local)? * share;
             }
         }
     }

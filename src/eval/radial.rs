@@ -1,13 +1,13 @@
 //! Batches of radial fields: every sample against every source in range, several at a time.
 
-use super::Quantity;
 use super::kernel::{Kernel, Law};
 use super::lanes::{Lanes, WIDTH, counting, load};
 use super::pairwise::{Pairs, Pairwise};
-use crate::compile::{AnchorId, FEWEST_FOR_GRID, RadialBatch, RadialSource};
+use super::quantity::Quantity;
+use crate::compile::{AnchorId, RadialBatch, RadialSource};
 use crate::field::Frame;
 use crate::math::{Real, Vector};
-use crate::neighbors::Grid;
+use crate::neighbors::{FEWEST_FOR_GRID, Grid};
 use crate::sample::{Moment, SamplePoint, Samples, owner};
 
 /// Evaluates radial batches; keeps its buffers between calls.

@@ -108,6 +108,10 @@ impl From<Vector> for Anchor {
 
 /// Where an anchor is and how it moves, right now.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub struct Frame {
     /// The frame in the world.
     pub pose: Pose,
@@ -146,33 +150,4 @@ impl Frame {
 pub trait Frames {
     /// The frame of `anchor`, or `None` where its body or collider is not (or no longer) there.
     fn frame(&self, anchor: &Anchor) -> Option<Frame>;
-}
-
-impl Frames for (&crate::math::RigidBodySet, &crate::math::ColliderSet) {
-    fn frame(&self, anchor: &Anchor) -> Option<Frame> {
-        let (bodies, colliders) = *self;
-        let of_body = |handle: RigidBodyHandle| {
-            let body = bodies.get(handle)?;
-            let arm = body.translation() - body.center_of_mass();
-            Some(Frame {
-                pose: *body.position(),
-                velocity: body.linvel() + body.angvel().cross(arm),
-                angvel: body.angvel(),
-                body: Some(handle),
-            })
-        };
-        let base = match anchor {
-            Anchor::World { .. } => Frame::at_rest(Pose::IDENTITY),
-            Anchor::Body { handle, .. } => of_body(*handle)?,
-            Anchor::Collider { handle, .. } => {
-                let collider = colliders.get(*handle)?;
-                match (collider.parent(), collider.position_wrt_parent()) {
-                    // A collider's own world pose lags behind a body that was just teleported.
-                    (Some(parent), Some(local_pose)) => of_body(parent)?.then(local_pose),
-                    _ => Frame::at_rest(*collider.position()),
-                }
-            }
-        };
-        Some(base.then(anchor.local_pose()))
-    }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::axis::Axis;
-use super::error::TreeError;
+use super::error::BuildError;
 use super::formula::Law;
 use super::number::{Number, Vec3, chain, differences, real};
 use super::query::{LocalQuery, Sample};
@@ -114,11 +114,11 @@ impl<R: Output> Closure<R> {
         function(&Sample::new(local.query, point, velocity, &axes))
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         if self.is_resolved() {
             return Ok(());
         }
-        Err(TreeError::Unresolved {
+        Err(BuildError::Unresolved {
             field: field.to_owned(),
             kind: R::KIND,
             closure: self.name.as_deref().unwrap_or_default().to_owned(),
@@ -158,7 +158,7 @@ impl Law for Closure {
         &self.axes
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         Closure::validate(self, field)
     }
 }

@@ -17,8 +17,8 @@ use super::region::Region;
 use crate::math::{Real, Vector};
 
 /// Fields of each formula. In each, `d` is the distance vector from the origin of the field's
-/// frame, `r` its length. `assets/formulas.svg` in the repository shows them all, and the README
-/// has them in a table.
+/// frame, `r` its length. `assets/formulas.svg` in the repository shows them all, and the crate
+/// page has them in a table.
 impl Field {
     /// The same vector everywhere, in the field's frame: a force, unless read otherwise.
     pub fn uniform(vector: Vector) -> Self {
@@ -210,7 +210,7 @@ impl Field {
     /// ```
     /// use rapier3d_fields::{field::Path, prelude::*};
     /// let corners = [Vector::ZERO, Vector::X * 10.0, Vector::new(10.0, 0.0, 10.0)];
-    /// let lane = Path::new(corners, true).stiffness(4.0).damping(4.0, 2.0).predict(0.5);
+    /// let lane = Path::new(corners, true).stiffness(4.0).damping(4.0, 2.0).look_ahead(0.5);
     /// let field = Field::path(lane);
     /// # let _ = field;
     /// ```

@@ -1,6 +1,6 @@
 //! How a detection field answers a touch (§3.3).
 
-use super::error::{TreeError, bad};
+use super::error::{BuildError, bad};
 use crate::math::{Real, to_f64};
 
 /// The law by which a detection field answers two touching, approaching parts.
@@ -22,6 +22,7 @@ use crate::math::{Real, to_f64};
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[must_use = "a law does nothing until a field has it"]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum ContactLaw {
     /// Only reports the contact.
@@ -130,7 +131,7 @@ impl ContactLaw {
         }
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         let not_negative = |quantity: &'static str, value: Real| {
             if value >= 0.0 && value.is_finite() {
                 return Ok(());

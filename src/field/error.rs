@@ -1,11 +1,45 @@
-//! What can be wrong with a tree.
+//! What can be wrong with fields and trees.
 
+use std::fmt;
+
+use super::set::FieldHandle;
 use crate::math::{Pose, Real, Vector, to_f64};
 
-/// Why a tree was refused. Fields are named by their own name, or by their place in the tree.
+/// The field that an error is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FieldRef {
+    /// Its handle, if it is in a [`FieldSet`](crate::FieldSet).
+    pub handle: Option<FieldHandle>,
+    /// Its own name, or its place and formula.
+    pub label: Box<str>,
+}
+
+impl From<&str> for FieldRef {
+    fn from(label: &str) -> Self {
+        FieldRef {
+            handle: None,
+            label: label.into(),
+        }
+    }
+}
+
+impl From<String> for FieldRef {
+    fn from(label: String) -> Self {
+        FieldRef::from(label.as_str())
+    }
+}
+
+/// Its label.
+impl fmt::Display for FieldRef {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.label)
+    }
+}
+
+/// Why fields were refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum TreeError {
+pub enum BuildError {
     /// A closure was read by its name, and its function not looked up.
     #[error(
         "{field}: the {kind} `{closure}` is a closure that was read by name: give its function in a \
@@ -52,7 +86,7 @@ pub enum TreeError {
     #[error("{field}: `{setter}` does not apply to a {formula} formula")]
     Misfit {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The setter.
         setter: &'static str,
         /// The formula.
@@ -62,7 +96,7 @@ pub enum TreeError {
     #[error("{field}: {message}")]
     Expression {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The text, and what is wrong with it.
         message: String,
     },
@@ -70,7 +104,7 @@ pub enum TreeError {
     #[error("{field}: {quantity} must be {requirement}, but is {value}")]
     Parameter {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The parameter.
         quantity: &'static str,
         /// Its range.
@@ -82,7 +116,7 @@ pub enum TreeError {
     #[error("{field}: there is no axis `{axis}`; declared are: {declared}")]
     UnknownAxis {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The axis it names.
         axis: String,
         /// The axes that exist.
@@ -102,14 +136,14 @@ pub enum TreeError {
     )]
     Reaction {
         /// The field.
-        field: String,
+        field: FieldRef,
     },
     /// A detection field stands where its vector would be changed, which says nothing about
     /// contacts.
     #[error("{field}: a detection field cannot be an operand of {operator}")]
     DetectionOperand {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The operator.
         operator: &'static str,
     },
@@ -117,12 +151,29 @@ pub enum TreeError {
     #[error("{field}: a detection field must be anchored to a collider")]
     DetectionAnchor {
         /// The field.
-        field: String,
+        field: FieldRef,
     },
 }
 
+impl BuildError {
+    /// The same, about a field of a set.
+    pub(super) fn of(mut self, field: Option<FieldHandle>) -> Self {
+        match &mut self {
+            BuildError::Misfit { field: culprit, .. }
+            | BuildError::Expression { field: culprit, .. }
+            | BuildError::Parameter { field: culprit, .. }
+            | BuildError::UnknownAxis { field: culprit, .. }
+            | BuildError::Reaction { field: culprit }
+            | BuildError::DetectionOperand { field: culprit, .. }
+            | BuildError::DetectionAnchor { field: culprit } => culprit.handle = field,
+            _ => {}
+        }
+        self
+    }
+}
+
 const POSITIVE: &str = "positive and finite";
-const FINITE: &str = "finite";
+pub(super) const FINITE: &str = "finite";
 
 /// The error for a parameter out of range.
 pub(crate) fn bad(
@@ -130,9 +181,9 @@ pub(crate) fn bad(
     quantity: &'static str,
     requirement: &'static str,
     value: f64,
-) -> TreeError {
-    TreeError::Parameter {
-        field: field.to_owned(),
+) -> BuildError {
+    BuildError::Parameter {
+        field: field.into(),
         quantity,
         requirement,
         value,
@@ -140,7 +191,7 @@ pub(crate) fn bad(
 }
 
 /// Checks that a parameter is positive and finite.
-pub(crate) fn positive(field: &str, quantity: &'static str, value: Real) -> Result<(), TreeError> {
+pub(crate) fn positive(field: &str, quantity: &'static str, value: Real) -> Result<(), BuildError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
@@ -148,7 +199,7 @@ pub(crate) fn positive(field: &str, quantity: &'static str, value: Real) -> Resu
 }
 
 /// Checks that a parameter is finite.
-pub(crate) fn finite(field: &str, quantity: &'static str, value: Real) -> Result<(), TreeError> {
+pub(crate) fn finite(field: &str, quantity: &'static str, value: Real) -> Result<(), BuildError> {
     if value.is_finite() {
         return Ok(());
     }
@@ -156,7 +207,7 @@ pub(crate) fn finite(field: &str, quantity: &'static str, value: Real) -> Result
 }
 
 /// Checks that a pose is finite and turns without stretching.
-pub(crate) fn rigid(field: &str, quantity: &'static str, pose: &Pose) -> Result<(), TreeError> {
+pub(crate) fn rigid(field: &str, quantity: &'static str, pose: &Pose) -> Result<(), BuildError> {
     if !pose.is_finite() {
         return Err(bad(field, quantity, FINITE, f64::NAN));
     }
@@ -168,7 +219,7 @@ pub(crate) fn rigid(field: &str, quantity: &'static str, pose: &Pose) -> Result<
     Err(bad(field, quantity, unit, to_f64(length)))
 }
 
-pub(crate) fn validate_interval(field: &str, min: Real, max: Real) -> Result<(), TreeError> {
+pub(crate) fn validate_interval(field: &str, min: Real, max: Real) -> Result<(), BuildError> {
     if min < max {
         return Ok(());
     }
@@ -182,7 +233,7 @@ pub(crate) fn validate_interval(field: &str, min: Real, max: Real) -> Result<(),
 }
 
 /// Checks that parameters are finite.
-pub(crate) fn all_finite(field: &str, values: &[(&'static str, Real)]) -> Result<(), TreeError> {
+pub(crate) fn all_finite(field: &str, values: &[(&'static str, Real)]) -> Result<(), BuildError> {
     values
         .iter()
         .try_for_each(|(quantity, value)| finite(field, quantity, *value))
@@ -193,7 +244,7 @@ pub(crate) fn finite_vector(
     field: &str,
     quantity: &'static str,
     vector: Vector,
-) -> Result<(), TreeError> {
+) -> Result<(), BuildError> {
     let mut components = vector.to_array().into_iter();
     components.try_for_each(|x| finite(field, quantity, x))
 }
@@ -203,7 +254,7 @@ pub(crate) fn not_negative(
     field: &str,
     quantity: &'static str,
     value: Real,
-) -> Result<(), TreeError> {
+) -> Result<(), BuildError> {
     if value >= 0.0 && value.is_finite() {
         return Ok(());
     }

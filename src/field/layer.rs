@@ -4,6 +4,7 @@ use super::tree::Tree;
 
 /// One operand of [`Tree::layers`].
 #[derive(Clone, Debug)]
+#[must_use = "setters and operators take the value and return the changed one"]
 pub struct Layer {
     pub(crate) tree: Tree,
     pub(crate) priority: i32,

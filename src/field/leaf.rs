@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::anchor::{Anchor, Frame};
 use super::axis::Axis;
-use super::error::{TreeError, not_negative, rigid};
-use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
+use super::error::{BuildError, finite, not_negative, rigid};
+use super::formula::{Drag, Formula, Law, Nearest, Profile, Radial, Uniform, Wind};
+use super::lifetime::Lifetime;
 use super::number::{Number, Vec3, length, rotate};
 use super::query::{LocalQuery, Query};
 use super::region::Region;
@@ -25,16 +26,26 @@ use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
 /// let tree = planet.sum_union(wind);
 /// ```
 #[derive(Clone, Debug)]
+#[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub struct Field {
     pub(crate) name: Option<Arc<str>>,
-    pub(crate) region: Region,
-    pub(crate) formula: Formula,
-    pub(crate) anchor: Anchor,
-    pub(crate) reading: ForceMode,
+    /// What the vector is multiplied with, before any limit: 1 by default.
+    pub strength: Real,
+    /// Whether it is on: a field that is off is not defined anywhere.
+    pub enabled: bool,
+    /// When it acts: always, by default.
+    pub lifetime: Lifetime,
+    /// Where it is defined, in its own frame.
+    pub region: Region,
+    /// Its vector, in its own frame.
+    pub formula: Formula,
+    /// What its frame moves with.
+    pub anchor: Anchor,
+    pub(crate) mode: ForceMode,
     pub(crate) coupling: Coupling,
     pub(crate) scale: Option<Scalar>,
     /// Bound of the vector's length, after scaling.
@@ -102,10 +113,13 @@ impl Field {
     pub(super) fn new(formula: Formula) -> Self {
         Field {
             name: None,
+            strength: 1.0,
+            enabled: true,
+            lifetime: Lifetime::ALWAYS,
             region: Region::everywhere(),
             formula,
             anchor: Anchor::WORLD,
-            reading: ForceMode::Force,
+            mode: ForceMode::Force,
             coupling: Coupling::Share,
             scale: None,
             limit: None,
@@ -273,9 +287,32 @@ impl Field {
         self
     }
 
+    /// Its name, if it has one.
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// Sets what the vector is multiplied with, before any limit.
+    pub fn strength(mut self, strength: Real) -> Self {
+        self.strength = strength;
+        self
+    }
+
+    /// Switches the field on or off.
+    pub fn enabled(mut self, enabled: bool) -> Self {
+        self.enabled = enabled;
+        self
+    }
+
+    /// Sets when the field acts.
+    pub fn lifetime(mut self, lifetime: Lifetime) -> Self {
+        self.lifetime = lifetime;
+        self
+    }
+
     /// Sets how the vector is read.
-    pub fn force_mode(mut self, reading: ForceMode) -> Self {
-        self.reading = reading;
+    pub fn force_mode(mut self, mode: ForceMode) -> Self {
+        self.mode = mode;
         self
     }
 
@@ -290,16 +327,30 @@ impl Field {
         self.coupled_to(Coupling::Axis(axis.into()))
     }
 
-    /// Whether the field acts on the sample at all, its region aside: its groups allow it, and
-    /// the sample is not of the body that carries the field.
+    /// Whether the field acts on anything at a moment of simulated time.
+    pub(crate) fn is_on(&self, time: f64) -> bool {
+        self.enabled && self.lifetime.holds_at(time)
+    }
+
+    /// Whether the field acts on the sample at all, its region aside: it is on, its groups allow
+    /// it, and the sample is not of the body that carries the field.
     pub(crate) fn acts_on(&self, query: &Query, frame: &Frame) -> bool {
         let own = frame.body.is_some() && frame.body == query.body;
-        !own && self.groups.is_none_or(|groups| groups.test(query.groups))
+        !own && self.is_on(query.time) && self.groups.is_none_or(|groups| groups.test(query.groups))
     }
 
     /// The force on a sample where the field is defined, in world axes.
     pub(crate) fn force<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let mut vector = self.formula.vector(local);
+        self.force_of(self.strength, local)
+    }
+
+    /// Like [`Self::force`], with another strength than the field's own.
+    pub(crate) fn force_of<T: Number>(&self, strength: Real, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let mut vector = if strength == 1.0 {
+            self.formula.vector(local)
+        } else {
+            self.times(strength, local)
+        };
         if let Some(scale) = &self.scale {
             vector *= scale.at(local);
         }
@@ -309,40 +360,74 @@ impl Field {
         rotate(local.rotation, &vector) * self.weight(local)
     }
 
+    /// The force of another radial law in place of the formula, and without scale and limit.
+    pub(crate) fn radial_force<T: Number>(
+        &self,
+        law: &Radial,
+        local: &LocalQuery<'_, T>,
+    ) -> Vec3<T> {
+        rotate(local.rotation, &law.vector(local)) * self.weight(local)
+    }
+
+    /// The formula's vector times a strength, before the bound that a radial law has of its own.
+    fn times<T: Number>(&self, strength: Real, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let strength = T::from(to_f64(strength));
+        match &self.formula {
+            Formula::Radial(Radial {
+                strongest: Some(bound),
+                ..
+            }) => limited(self.unbounded().vector(local) * strength, to_f64(*bound)),
+            Formula::Nearest(Nearest { radial, .. }) if radial.strongest.is_some() => {
+                let bound = radial.strongest.map_or(f64::INFINITY, to_f64);
+                limited(self.unbounded().vector(local) * strength, bound)
+            }
+            formula => formula.vector(local) * strength,
+        }
+    }
+
+    /// The formula without the bound that a radial law has of its own.
+    fn unbounded(&self) -> Formula {
+        let mut formula = self.formula.clone();
+        if let Formula::Radial(radial) | Formula::Nearest(Nearest { radial, .. }) = &mut formula {
+            radial.strongest = None;
+        }
+        formula
+    }
+
     /// The potential energy of a sample, where the field has a potential.
     pub(crate) fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        self.potential_of(self.strength, local)
+    }
+
+    /// Like [`Self::potential`], with another strength than the field's own.
+    pub(crate) fn potential_of<T: Number>(
+        &self,
+        strength: Real,
+        local: &LocalQuery<'_, T>,
+    ) -> Option<T> {
         let bare = self.scale.is_none() && self.limit.is_none();
         let potential = bare.then(|| self.formula.potential(local)).flatten()?;
-        Some(potential * self.weight(local))
+        let weight = self.weight(local);
+        if strength == 1.0 {
+            return Some(potential * weight);
+        }
+        Some(potential * T::from(to_f64(strength)) * weight)
     }
 
     /// The number that turns the formula's vector into a force on the sample.
     fn weight<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
         let query = local.query;
-        let coupled = match (&self.coupling, self.reading) {
+        let coupled = match (&self.coupling, self.mode) {
             (Coupling::Axis(axis), _) => local.coordinate(axis).unwrap_or(f64::NAN.into()),
             (Coupling::Share, ForceMode::Force) => query.share.into(),
             (Coupling::Share | Coupling::Each, _) => 1.0.into(),
         };
-        let whole = match self.reading {
+        let whole = match self.mode {
             ForceMode::Force => coupled,
             ForceMode::Acceleration => coupled * query.mass,
             ForceMode::VelocityChange => coupled * (query.mass / query.dt),
         };
         whole * query.fraction
-    }
-
-    /// Whether two fields differ in name and anchor at most.
-    pub(crate) fn is_like(&self, other: &Field) -> bool {
-        self.formula == other.formula
-            && self.region == other.region
-            && self.reading == other.reading
-            && self.coupling == other.coupling
-            && self.scale == other.scale
-            && self.limit == other.limit
-            && self.groups == other.groups
-            && self.reacts == other.reacts
-            && self.sampling == other.sampling
     }
 
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that
@@ -353,6 +438,16 @@ impl Field {
             && self.coupling == Coupling::Share
             && self.groups.is_none()
             && scale_is_uniform
+    }
+
+    /// Whether the field changes with time, in its own frame; closures may read it.
+    pub(crate) fn reads_time(&self) -> bool {
+        let by_scale = self.scale.as_ref().is_some_and(Scalar::has_code);
+        !self.lifetime.is_timeless()
+            || self.formula.reads_time()
+            || self.region.has_code()
+            || by_scale
+            || self.axes().any(|axis| *axis == Axis::Time)
     }
 
     pub(crate) fn reads_velocity(&self) -> bool {
@@ -398,15 +493,17 @@ impl Field {
         }
     }
 
-    pub(crate) fn validate(&self, label: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, label: &str) -> Result<(), BuildError> {
         rigid(label, "the pose of the anchor", self.anchor.local_pose())?;
+        finite(label, "the strength", self.strength)?;
+        self.lifetime.validate(label)?;
         if self.is_contact() && !matches!(self.anchor, Anchor::Collider { .. }) {
-            let field = label.to_owned();
-            return Err(TreeError::DetectionAnchor { field });
+            let field = label.into();
+            return Err(BuildError::DetectionAnchor { field });
         }
         if let Some(setter) = self.misfit {
-            return Err(TreeError::Misfit {
-                field: label.to_owned(),
+            return Err(BuildError::Misfit {
+                field: label.into(),
                 setter,
                 formula: self.formula.kind(),
             });

@@ -35,6 +35,16 @@ use super::number::{Number, Vec3};
 /// replacement: `mask.replace_intersection(field)` is the field where the mask is defined; and a
 /// complement a difference: `field.difference(mask)` is the field where it is not.
 ///
+/// `a + b`, of fields or trees, is the sum of union, and so is `sum()` over an iterator:
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// let planet = Field::point_gravity(50.0).within(Region::ball(20.0));
+/// let lamps = (0..10).map(|i| Field::radial(-1.0, -1.0).at(Vector::X * i as Real));
+/// let tree = planet + Field::drag(0.1, 0.0) + lamps.sum::<Tree>();
+/// assert_eq!(tree.field_count(), 12);
+/// ```
+///
 /// The sets are closed and regularised: what happens on a boundary is said in
 /// [`boundary`](crate::field::boundary). Vectors are forces here, whatever the fields' own
 /// [`ForceMode`](crate::ForceMode). Where a field's vector enters a cross product, so does its unit.

@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::boundary::Normal;
-use super::error::{TreeError, bad, finite, positive, rigid};
+use super::error::{BuildError, bad, finite, positive, rigid};
 use super::number::{Number, constant, root, rotate};
 use super::query::LocalQuery;
 use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
@@ -171,7 +171,7 @@ impl OverAxes {
         Some(corner.length() + self.pose.translation.length())
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         rigid(field, "the pose of the region", &self.pose)?;
         match &self.shape {
             Shape::HalfSpace {

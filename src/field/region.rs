@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::axis::Axis;
 use super::boundary::{Neighbourhood, Normal, Pieces};
 use super::closure::Closure;
-use super::error::{TreeError, rigid, validate_interval};
+use super::error::{BuildError, rigid, validate_interval};
 use super::number::Number;
 use super::over_axes::OverAxes;
 use super::query::{LocalQuery, Sample};
@@ -26,6 +26,7 @@ use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 /// # let _ = during_the_first_second;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
@@ -286,6 +287,12 @@ impl Region {
         stack.pop().flatten()
     }
 
+    /// Whether a function of the user's decides.
+    pub(crate) fn has_code(&self) -> bool {
+        let mut steps = self.steps.iter();
+        steps.any(|step| matches!(step, Step::Predicate(_)))
+    }
+
     /// The axes beyond space that the region constrains.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
         self.steps.iter().flat_map(|step| match step {
@@ -296,7 +303,7 @@ impl Region {
         })
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         for step in &self.steps {
             match step {
                 Step::Solid(solid, pose) => {

@@ -5,14 +5,15 @@ use std::sync::Arc;
 
 use super::axis::Axis;
 use super::closure::{Closure, Output};
-use super::error::TreeError;
+use super::error::BuildError;
 use super::formula::Formula;
 use super::leaf::Field;
 use super::modifier::Modifier;
+use super::nodes::Node;
 use super::query::Sample;
 use super::region::{self, Region};
 use super::scalar::{self, Scalar};
-use super::tree::{Node, Tree};
+use super::tree::Tree;
 use crate::math::{Real, Vector};
 
 /// The functions behind the names of closures.
@@ -89,13 +90,13 @@ fn fill<R: Output>(
     closure: &mut Arc<Closure<R>>,
     names: &Names<R>,
     field: &str,
-) -> Result<(), TreeError> {
+) -> Result<(), BuildError> {
     if closure.is_resolved() {
         return Ok(());
     }
     let name = closure.name().unwrap_or_default();
     let Some(known) = names.get(name) else {
-        return Err(TreeError::UnknownClosure {
+        return Err(BuildError::UnknownClosure {
             field: field.to_owned(),
             kind: R::KIND,
             closure: name.to_owned(),
@@ -110,9 +111,9 @@ impl Tree {
     ///
     /// # Errors
     /// The registry has no function of that name, and of that kind.
-    pub fn resolve(&mut self, registry: &Registry) -> Result<(), TreeError> {
-        for place in 0..self.nodes().len() {
-            let label = self.label(place as u32);
+    pub fn resolve(&mut self, registry: &Registry) -> Result<(), BuildError> {
+        for place in 0..self.nodes().0.len() {
+            let label = self.nodes().label(place as u32);
             match self.node_mut(place) {
                 Node::Leaf(field) => field.resolve(registry, &label)?,
                 Node::Modified {
@@ -129,7 +130,7 @@ impl Tree {
 }
 
 impl Field {
-    pub(crate) fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), TreeError> {
+    pub(crate) fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
         self.region.resolve(registry, label)?;
         if let Some(scale) = &mut self.scale {
             scale.resolve(registry, label)?;
@@ -153,7 +154,7 @@ impl Region {
         })
     }
 
-    fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), TreeError> {
+    fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
         self.steps.iter_mut().try_for_each(|step| match step {
             region::Step::Predicate(predicate) => fill(predicate, &registry.predicates, label),
             _ => Ok(()),
@@ -170,7 +171,7 @@ impl Scalar {
         })
     }
 
-    fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), TreeError> {
+    fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
         self.steps.iter_mut().try_for_each(|step| match step {
             scalar::Step::Function(function) => fill(function, &registry.scalars, label),
             scalar::Step::Depth(region) => region.resolve(registry, label),

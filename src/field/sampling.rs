@@ -1,6 +1,6 @@
 //! Where on a body a field is sampled.
 
-use super::error::{TreeError, positive};
+use super::error::{BuildError, positive};
 use super::formula::Formula;
 use super::leaf::{Coupling, Field};
 use crate::math::Real;
@@ -76,6 +76,12 @@ impl Sampling {
         }
     }
 
+    /// Tells samplings apart, and puts them in an order.
+    pub(super) fn key(self) -> (u8, u64) {
+        let tolerance = self.tolerance().map_or(0.0, crate::math::to_f64);
+        (self.rank(), tolerance.to_bits())
+    }
+
     /// The tolerance, of adaptive sampling.
     pub(crate) fn tolerance(self) -> Option<Real> {
         match self {
@@ -84,7 +90,7 @@ impl Sampling {
         }
     }
 
-    pub(super) fn validate(self, field: &str) -> Result<(), TreeError> {
+    pub(super) fn validate(self, field: &str) -> Result<(), BuildError> {
         let tolerance = self.tolerance().unwrap_or(1.0);
         positive(field, "the tolerance of the sampling", tolerance)
     }
@@ -156,9 +162,8 @@ impl SamplingRule {
 
     /// Tells apart those that are not sampled alike.
     pub(crate) fn key(self) -> (u8, u64, bool, bool) {
-        let tolerance = self.sampling.tolerance().map_or(0.0, crate::math::to_f64);
-        let rank = self.sampling.rank();
-        (rank, tolerance.to_bits(), self.auto, self.overridable)
+        let (rank, tolerance) = self.sampling.key();
+        (rank, tolerance, self.auto, self.overridable)
     }
 }
 

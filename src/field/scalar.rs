@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::axis::Axis;
 use super::closure::Closure;
-use super::error::{TreeError, bad, finite, positive};
+use super::error::{BuildError, bad, finite, positive};
 use super::number::{Number, length};
 use super::query::{LocalQuery, Sample};
 use super::region::Region;
@@ -27,6 +27,7 @@ use crate::math::{Real, to_f64};
 /// # let _ = (gust, soft);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
@@ -260,7 +261,16 @@ impl Scalar {
         !self.steps.iter().any(of_place)
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    /// Whether a function of the user's decides.
+    pub(crate) fn has_code(&self) -> bool {
+        self.steps.iter().any(|step| match step {
+            Step::Function(_) => true,
+            Step::Depth(region) => region.has_code(),
+            _ => false,
+        })
+    }
+
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         for step in &self.steps {
             match step {
                 Step::Constant(value) => finite(field, "a number of the scale", *value)?,
@@ -320,7 +330,7 @@ impl Curve {
         }
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         match self {
             Curve::Ramp { from, to, .. } => {
                 let quantity = "the width of a ramp";

@@ -1,6 +1,6 @@
 //! Closed bodies in space, as intersections of what lies behind surfaces.
 
-use super::error::{TreeError, bad, positive, validate_interval};
+use super::error::{BuildError, bad, positive, validate_interval};
 use super::number::{Number, Vec3, constant, real};
 use crate::math::{
     DPose3, DVec3, Pose, Real, SharedShape, Vector, from_dvec3, to_dpose3, to_dvec3, to_f64,
@@ -225,7 +225,7 @@ impl Solid {
         }
     }
 
-    pub(super) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(super) fn validate(&self, field: &str) -> Result<(), BuildError> {
         match self {
             Solid::Ball { radius } => positive(field, "the radius of the region", *radius),
             Solid::Cuboid { half_extents } => half_extents

@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use super::anchor::Anchor;
-use super::axis::Axis;
-use super::layer::{Layer, Override};
+use super::layer::Layer;
 use super::leaf::Field;
 use super::modifier::Modifier;
+use super::nodes::{Node, Nodes};
 use super::operator::Operator;
-use super::sampling::SamplingRule;
 use super::scalar::Scalar;
 use crate::math::Real;
 
@@ -32,6 +31,7 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 /// let atom = pull.replace_union(push);
 /// ```
 #[derive(Clone, Debug, Default)]
+#[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
@@ -41,57 +41,6 @@ pub struct Tree {
     /// Operands stand before the operators that use them; the root is the last node. A flat
     /// list, so that neither depth nor drop can exhaust the stack.
     nodes: Vec<Node>,
-}
-
-#[derive(Clone, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub(crate) enum Node {
-    Leaf(Box<Field>),
-    Operation {
-        operator: Operator,
-        operands: Vec<u32>,
-    },
-    Instances {
-        prototype: u32,
-        anchors: Arc<[Anchor]>,
-    },
-    Modified {
-        operand: u32,
-        modifier: Modifier,
-    },
-    /// Operands of falling priority.
-    Layers {
-        operands: Vec<u32>,
-        modes: Arc<[Override]>,
-    },
-}
-
-impl Node {
-    /// The nodes it combines.
-    pub(crate) fn operands(&self) -> &[u32] {
-        match self {
-            Node::Leaf(_) => &[],
-            Node::Operation { operands, .. } | Node::Layers { operands, .. } => operands,
-            Node::Instances {
-                prototype: operand, ..
-            }
-            | Node::Modified { operand, .. } => std::slice::from_ref(operand),
-        }
-    }
-
-    fn operands_mut(&mut self) -> &mut [u32] {
-        match self {
-            Node::Leaf(_) => &mut [],
-            Node::Operation { operands, .. } | Node::Layers { operands, .. } => operands,
-            Node::Instances {
-                prototype: operand, ..
-            }
-            | Node::Modified { operand, .. } => std::slice::from_mut(operand),
-        }
-    }
 }
 
 impl From<Field> for Tree {
@@ -341,7 +290,7 @@ impl Tree {
 
     /// The number of fields in the tree; a prototype's count once.
     pub fn field_count(&self) -> usize {
-        self.leaves().count()
+        self.nodes().leaves().count()
     }
 
     /// Levels of operators above the deepest field. Chains of one associative operator count as
@@ -375,8 +324,8 @@ impl Tree {
         counts.last().copied().unwrap_or(0)
     }
 
-    pub(crate) fn nodes(&self) -> &[Node] {
-        &self.nodes
+    pub(crate) fn nodes(&self) -> Nodes<'_> {
+        Nodes(&self.nodes)
     }
 
     /// Of nodes that are in order.
@@ -393,15 +342,6 @@ impl Tree {
         self.nodes.len() as u32 - 1
     }
 
-    /// The fields, each with its place in the tree.
-    pub(crate) fn leaves(&self) -> impl Iterator<Item = (usize, &Field)> {
-        let nodes = self.nodes.iter().enumerate();
-        nodes.filter_map(|(place, node)| match node {
-            Node::Leaf(field) => Some((place, &**field)),
-            _ => None,
-        })
-    }
-
     /// The operands of the outermost sum of union: the terms whose forces simply add up.
     pub(crate) fn terms(&self) -> Vec<u32> {
         match self.nodes.last() {
@@ -414,89 +354,21 @@ impl Tree {
         }
     }
 
-    /// The fields at and below a node.
-    pub(crate) fn leaves_below(&self, node: u32) -> Vec<u32> {
-        let (mut leaves, mut open) = (Vec::new(), vec![node]);
-        while let Some(node) = open.pop() {
-            match &self.nodes[node as usize] {
-                Node::Leaf(_) => leaves.push(node),
-                inner => open.extend(inner.operands()),
-            }
-        }
-        leaves
+    /// The list itself, operands before what uses them.
+    pub(super) fn into_nodes(self) -> Vec<Node> {
+        self.nodes
     }
 
-    pub(crate) fn field(&self, node: u32) -> Option<&Field> {
-        match &self.nodes[node as usize] {
-            Node::Leaf(field) => Some(field),
-            _ => None,
-        }
-    }
-
-    /// How messages name the field or operation at a place of the tree.
-    pub(crate) fn label(&self, place: u32) -> String {
-        match &self.nodes[place as usize] {
-            Node::Leaf(field) => field.label(place as usize),
-            Node::Operation { operator, .. } => format!("operation #{place} ({operator})"),
-            Node::Instances { .. } => format!("instances #{place}"),
-            Node::Modified { .. } => format!("scale or limit #{place}"),
-            Node::Layers { .. } => format!("layers #{place}"),
-        }
-    }
-
-    /// The scale at a node, if it is one.
-    fn scale(&self, node: u32) -> Option<&Scalar> {
-        match &self.nodes[node as usize] {
-            Node::Modified {
-                modifier: Modifier::Scale { scale, .. },
-                ..
-            } => Some(scale),
-            _ => None,
-        }
-    }
-
-    /// The scales of composites, each with its place.
-    fn scales(&self) -> impl Iterator<Item = (u32, &Scalar)> {
-        let nodes = 0..self.nodes.len() as u32;
-        nodes.filter_map(|node| Some((node, self.scale(node)?)))
-    }
-
-    /// The nodes at and below a node.
-    fn below(&self, node: u32) -> Vec<u32> {
-        let (mut found, mut next) = (vec![node], 0);
-        while let Some(node) = found.get(next) {
-            next += 1;
-            found.extend(self.nodes[*node as usize].operands());
-        }
-        found
-    }
-
-    /// How a term is sampled.
-    pub(crate) fn how(&self, term: u32) -> SamplingRule {
-        let below = self.below(term);
-        let mut scales = below.iter().filter_map(|node| self.scale(*node));
-        let at_centre = scales.all(Scalar::is_uniform);
-        SamplingRule::of_term(below.iter().filter_map(|node| self.field(*node)), at_centre)
-    }
-
-    /// The axes that fields and scales name.
-    pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
-        let fields = self.leaves().flat_map(|(_, field)| field.axes());
-        let scales = self.scales().flat_map(|(_, scale)| scale.axes());
-        fields.chain(scales)
-    }
-
-    /// Whether anything depends on the velocities of samples.
-    pub(crate) fn reads_velocity(&self) -> bool {
-        let mut fields = self.leaves().map(|(_, field)| field);
-        fields.any(Field::reads_velocity) || self.axes().any(|axis| *axis == Axis::Speed)
+    /// A tree of a list in which operands stand before what uses them, and the root last.
+    pub(super) fn of_nodes(nodes: Vec<Node>) -> Self {
+        Tree { nodes }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::TreeError;
+    use crate::field::BuildError;
     use crate::math::Vector;
 
     fn leaf() -> Field {
@@ -517,7 +389,7 @@ mod tests {
         assert_eq!(deep.depth(), 100_000);
         assert_eq!(
             deep.validate(&[]),
-            Err(TreeError::TooDeep {
+            Err(BuildError::TooDeep {
                 depth: 100_000,
                 limit: DEPTH_LIMIT
             })
@@ -529,14 +401,14 @@ mod tests {
         let two = [Vector::X, Vector::Y];
         let nested = (0..100).fold(Tree::from(leaf()), |tree, _| Tree::instances(tree, two));
         let error = nested.validate(&[]).unwrap_err();
-        assert!(matches!(error, TreeError::TooLarge { .. }), "{error}");
+        assert!(matches!(error, BuildError::TooLarge { .. }), "{error}");
     }
 
     #[test]
     fn setters_that_do_not_fit_are_refused() {
         for field in [leaf().softened(1.0), leaf().shifted_to_zero_at(1.0)] {
             let error = Tree::from(field).validate(&[]).unwrap_err();
-            assert!(matches!(error, TreeError::Misfit { .. }), "{error}");
+            assert!(matches!(error, BuildError::Misfit { .. }), "{error}");
         }
     }
 
@@ -551,7 +423,7 @@ mod tests {
             assert_eq!(with_nothing(right), usize::from(keeps_left), "{operator}");
             assert_eq!(with_nothing(left), usize::from(keeps_right), "{operator}");
         }
-        assert_eq!(Tree::empty().validate(&[]), Err(TreeError::Empty));
+        assert_eq!(Tree::empty().validate(&[]), Err(BuildError::Empty));
     }
 
     #[test]
@@ -560,12 +432,17 @@ mod tests {
         let short = named("a").replace_union(named("b"));
         let long = Tree::fold(Operator::ReplaceUnion, ["c", "d", "e", "f"].map(named));
         let tree = short.replace_union(long);
-        let Some(Node::Operation { operands, .. }) = tree.nodes().last() else {
+        let Some(Node::Operation { operands, .. }) = tree.nodes().0.last() else {
             panic!("an operation")
         };
         let names: Vec<&str> = operands
             .iter()
-            .map(|o| tree.field(*o).and_then(|f| f.name.as_deref()).unwrap())
+            .map(|o| {
+                tree.nodes()
+                    .field(*o)
+                    .and_then(|f| f.name.as_deref())
+                    .unwrap()
+            })
             .collect();
         assert_eq!(names, ["a", "b", "c", "d", "e", "f"]);
     }

@@ -1,115 +1,203 @@
-//! What a tree must be like to be compiled.
+//! What trees must be like to be compiled.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::anchor::Anchor;
 use super::axis::Axis;
-use super::error::{TreeError, not_negative, rigid};
+use super::error::{BuildError, not_negative, rigid};
+use super::leaf::Field;
 use super::modifier::Modifier;
+use super::nodes::{Node, Nodes};
 use super::operator::Operator;
-use super::tree::{DEPTH_LIMIT, Node, SIZE_LIMIT, Tree};
+use super::tree::{DEPTH_LIMIT, SIZE_LIMIT, Tree};
 use crate::math::Pose;
+
+/// An error, and the place it is about.
+pub(super) type Misplaced = (BuildError, u32);
 
 impl Tree {
     /// Whether fields can be built from it, where these axes are declared; nothing is built.
     ///
     /// # Errors
     /// It cannot.
-    pub fn check(&self, axes: &[&str]) -> Result<(), TreeError> {
+    pub fn check(&self, axes: &[&str]) -> Result<(), BuildError> {
         let declared: Vec<Arc<str>> = axes.iter().map(|name| Arc::from(*name)).collect();
         self.validate(&declared)
     }
 
     /// Checks the tree, and every field in it, against the declared user axes.
-    pub(crate) fn validate(&self, declared: &[Arc<str>]) -> Result<(), TreeError> {
-        if self.nodes().is_empty() {
-            return Err(TreeError::Empty);
+    pub(crate) fn validate(&self, declared: &[Arc<str>]) -> Result<(), BuildError> {
+        if self.nodes().0.is_empty() {
+            return Err(BuildError::Empty);
         }
-        let depth = self.depth();
-        if depth > DEPTH_LIMIT {
-            let limit = DEPTH_LIMIT;
-            return Err(TreeError::TooDeep { depth, limit });
-        }
-        let fields = self.expanded_count();
-        if fields > SIZE_LIMIT {
-            let limit = SIZE_LIMIT;
-            return Err(TreeError::TooLarge { fields, limit });
-        }
-        for (place, field) in self.leaves() {
-            let label = field.label(place);
-            field.validate(&label)?;
-            check_axes(field.axes(), &label, declared)?;
-        }
-        self.validate_modifiers(declared)?;
-        self.validate_instances()?;
-        self.validate_reactions()?;
-        self.validate_detection()
-    }
-
-    fn validate_modifiers(&self, declared: &[Arc<str>]) -> Result<(), TreeError> {
-        for (place, node) in self.nodes().iter().enumerate() {
-            let Node::Modified { modifier, .. } = node else {
-                continue;
-            };
-            let label = self.label(place as u32);
-            match modifier {
-                Modifier::Limit(length) => not_negative(&label, "the limit", *length)?,
-                Modifier::Scale { scale, anchor } => {
-                    rigid(&label, "the pose of the anchor", anchor.local_pose())?;
-                    scale.validate(&label)?;
-                    check_axes(scale.axes(), &label, declared)?;
-                }
-            }
+        check_depth(self.depth())?;
+        check_size(self.expanded_count())?;
+        for term in self.terms() {
+            let checked = self.nodes().validate_term(term, declared);
+            checked.map_err(|(error, _)| error)?;
         }
         Ok(())
+    }
+}
+
+fn check_depth(depth: usize) -> Result<(), BuildError> {
+    let limit = DEPTH_LIMIT;
+    match depth > limit {
+        true => Err(BuildError::TooDeep { depth, limit }),
+        false => Ok(()),
+    }
+}
+
+fn check_size(fields: usize) -> Result<(), BuildError> {
+    let limit = SIZE_LIMIT;
+    match fields > limit {
+        true => Err(BuildError::TooLarge { fields, limit }),
+        false => Ok(()),
+    }
+}
+
+impl Nodes<'_> {
+    /// Checks a term and every field in it.
+    pub(super) fn validate_term(self, term: u32, declared: &[Arc<str>]) -> Result<(), Misplaced> {
+        let below = match self.get(term) {
+            Node::Leaf(_) => vec![term],
+            _ => self.below(term),
+        };
+        let (depth, fields) = self.extent(&below);
+        check_depth(depth).map_err(|error| (error, term))?;
+        check_size(fields).map_err(|error| (error, term))?;
+        for place in &below {
+            let checked = match self.get(*place) {
+                Node::Leaf(field) => self.validate_field(*place, field, declared),
+                Node::Modified { modifier, .. } => {
+                    self.validate_modifier(*place, modifier, declared)
+                }
+                Node::Instances { prototype, anchors } => {
+                    self.validate_instances(*prototype, anchors)
+                }
+                _ => Ok(()),
+            };
+            checked.map_err(|error| (error, *place))?;
+        }
+        self.validate_reactions(term)?;
+        below
+            .iter()
+            .try_for_each(|place| self.validate_detection(*place))
+    }
+
+    /// Checks a field that was changed.
+    pub(super) fn validate_leaf(
+        self,
+        place: u32,
+        term: u32,
+        declared: &[Arc<str>],
+    ) -> Result<(), Misplaced> {
+        let Some(field) = self.field(place) else {
+            return Ok(());
+        };
+        let checked = self.validate_field(place, field, declared);
+        checked.map_err(|error| (error, place))?;
+        if place == term && !field.reacts {
+            return Ok(());
+        }
+        self.validate_reactions(term)?;
+        if field.is_contact() {
+            let mut below = self.below(term).into_iter();
+            return below.try_for_each(|node| self.validate_detection(node));
+        }
+        Ok(())
+    }
+
+    /// Levels of operators, and fields that are evaluated: those of a prototype count once for
+    /// each instance. `below` lists operands behind what uses them.
+    fn extent(self, below: &[u32]) -> (usize, usize) {
+        if below.len() == 1 {
+            return (0, 1);
+        }
+        let mut known: HashMap<u32, (usize, usize)> = HashMap::with_capacity(below.len());
+        let mut last = (0, 0);
+        for place in below.iter().rev() {
+            let node = self.get(*place);
+            let operands = node.operands().iter().map(|operand| known[operand]);
+            let depth = operands.clone().map(|(depth, _)| depth + 1).max();
+            let sum = operands.fold(0, |sum: usize, (_, fields)| sum.saturating_add(fields));
+            let fields = match node {
+                Node::Leaf(_) => 1,
+                Node::Instances { anchors, .. } => sum.saturating_mul(anchors.len()),
+                _ => sum,
+            };
+            last = (depth.unwrap_or(0), fields);
+            known.insert(*place, last);
+        }
+        last
+    }
+
+    fn validate_field(
+        self,
+        place: u32,
+        field: &Field,
+        declared: &[Arc<str>],
+    ) -> Result<(), BuildError> {
+        let label = field.label(place as usize);
+        field.validate(&label)?;
+        check_axes(field.axes(), &label, declared)
+    }
+
+    fn validate_modifier(
+        self,
+        place: u32,
+        modifier: &Modifier,
+        declared: &[Arc<str>],
+    ) -> Result<(), BuildError> {
+        let label = self.label(place);
+        match modifier {
+            Modifier::Limit(length) => not_negative(&label, "the limit", *length),
+            Modifier::Scale { scale, anchor } => {
+                rigid(&label, "the pose of the anchor", anchor.local_pose())?;
+                scale.validate(&label)?;
+                check_axes(scale.axes(), &label, declared)
+            }
+        }
     }
 
     /// Instances are to blame on the first field of their prototype.
-    fn validate_instances(&self) -> Result<(), TreeError> {
-        for node in self.nodes() {
-            let Node::Instances { prototype, anchors } = node else {
-                continue;
-            };
-            let leaves = self.leaves_below(*prototype).into_iter();
-            let first = leaves.min().unwrap_or(*prototype);
-            let label = self.field(first).map(|field| field.label(first as usize));
-            let label = label.unwrap_or_default();
-            for anchor in anchors.iter() {
-                rigid(&label, "the pose of an instance", anchor.local_pose())?;
-            }
-        }
-        Ok(())
+    fn validate_instances(self, prototype: u32, anchors: &[Anchor]) -> Result<(), BuildError> {
+        let leaves = self.leaves_below(prototype).into_iter();
+        let first = leaves.min().unwrap_or(prototype);
+        let label = self.field(first).map(|field| field.label(first as usize));
+        let label = label.unwrap_or_default();
+        let mut anchors = anchors.iter();
+        anchors.try_for_each(|a| rigid(&label, "the pose of an instance", a.local_pose()))
     }
 
     /// What reacts must know on whom: one body or collider for each term, or each instance of it.
-    fn validate_reactions(&self) -> Result<(), TreeError> {
+    fn validate_reactions(self, term: u32) -> Result<(), Misplaced> {
         let reacts = |leaf: &u32| self.field(*leaf).is_some_and(|field| field.reacts);
-        for term in self.terms() {
-            let leaves = self.leaves_below(term);
-            let Some(first) = leaves.iter().copied().filter(reacts).min() else {
-                continue;
-            };
-            let one_carrier = match &self.nodes()[term as usize] {
-                Node::Instances { prototype, anchors } => {
-                    let mut instances = anchors.iter();
-                    instances.all(|instance| self.carrier(*prototype, instance).is_some())
-                }
-                _ => self.carrier(term, &Anchor::WORLD).is_some(),
-            };
-            if !one_carrier || !leaves.iter().all(reacts) {
-                let field = self.label(first);
-                return Err(TreeError::Reaction { field });
+        let leaves = self.leaves_below(term);
+        let Some(first) = leaves.iter().copied().filter(reacts).min() else {
+            return Ok(());
+        };
+        let one_carrier = match self.get(term) {
+            Node::Instances { prototype, anchors } => {
+                let mut instances = anchors.iter();
+                instances.all(|instance| self.carrier(*prototype, instance).is_some())
             }
+            _ => self.carrier(term, &Anchor::WORLD).is_some(),
+        };
+        if one_carrier && leaves.iter().all(reacts) {
+            return Ok(());
         }
-        Ok(())
+        let field = self.label(first).into();
+        Err((BuildError::Reaction { field }, first))
     }
 
     /// The anchor that all fields of a subtree hang on, if it is one body or collider.
-    fn carrier(&self, root: u32, instance: &Anchor) -> Option<Anchor> {
+    fn carrier(self, root: u32, instance: &Anchor) -> Option<Anchor> {
         let mut carrier: Option<Anchor> = None;
         let mut open = vec![(root, *instance)];
         while let Some((node, instance)) = open.pop() {
-            match &self.nodes()[node as usize] {
+            match self.get(node) {
                 Node::Leaf(field) => {
                     let anchor = field
                         .anchor
@@ -131,30 +219,29 @@ impl Tree {
     }
 
     /// A detection field's vector is no force, so operators that mix vectors cannot take it.
-    fn validate_detection(&self) -> Result<(), TreeError> {
-        for node in self.nodes() {
-            use Operator::*;
-            let operator = match node {
-                // What compares or mixes vectors would see its zeros.
-                Node::Operation { operator, .. } => match operator {
-                    SumUnion | SumIntersection | ReplaceUnion | ReplaceIntersection
-                    | Difference => {
-                        continue;
-                    }
-                    _ => operator.symbol(),
-                },
-                Node::Modified { .. } => "a scale or limit",
-                Node::Layers { .. } => "layers",
-                Node::Leaf(_) | Node::Instances { .. } => continue,
-            };
-            let leaves = node.operands().iter().flat_map(|o| self.leaves_below(*o));
-            for leaf in leaves {
-                if let Some(field) = self.field(leaf).filter(|field| field.is_contact()) {
-                    return Err(TreeError::DetectionOperand {
-                        field: field.label(leaf as usize),
-                        operator,
-                    });
+    fn validate_detection(self, place: u32) -> Result<(), Misplaced> {
+        use Operator::*;
+        let node = self.get(place);
+        let operator = match node {
+            // What compares or mixes vectors would see its zeros.
+            Node::Operation { operator, .. } => match operator {
+                SumUnion | SumIntersection | ReplaceUnion | ReplaceIntersection | Difference => {
+                    return Ok(());
                 }
+                _ => operator.symbol(),
+            },
+            Node::Modified { .. } => "a scale or limit",
+            Node::Layers { .. } => "layers",
+            Node::Leaf(_) | Node::Instances { .. } | Node::Vacant => return Ok(()),
+        };
+        let leaves = node.operands().iter().flat_map(|o| self.leaves_below(*o));
+        for leaf in leaves {
+            if let Some(field) = self.field(leaf).filter(|field| field.is_contact()) {
+                let error = BuildError::DetectionOperand {
+                    field: field.label(leaf as usize).into(),
+                    operator,
+                };
+                return Err((error, leaf));
             }
         }
         Ok(())
@@ -165,14 +252,14 @@ fn check_axes<'a>(
     named: impl Iterator<Item = &'a Axis>,
     label: &str,
     declared: &[Arc<str>],
-) -> Result<(), TreeError> {
+) -> Result<(), BuildError> {
     for axis in named {
         if let Axis::User(name) = axis
             && !declared.contains(name)
         {
             let names: Vec<&str> = declared.iter().map(|name| &**name).collect();
-            return Err(TreeError::UnknownAxis {
-                field: label.to_owned(),
+            return Err(BuildError::UnknownAxis {
+                field: label.into(),
                 axis: name.to_string(),
                 declared: if names.is_empty() {
                     "none".to_owned()

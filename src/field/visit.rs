@@ -24,11 +24,12 @@ use super::formula::Formula;
 use super::layer::Layer;
 use super::leaf::{Coupling, Field, ForceMode};
 use super::modifier::Modifier;
+use super::nodes::Node;
 use super::operator::Operator;
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
-use super::tree::{Node, Tree};
+use super::tree::Tree;
 use crate::math::{InteractionGroups, Real};
 
 /// A node of a tree. Operands are numbers of nodes before it.
@@ -74,6 +75,8 @@ pub enum NodeView<'a> {
         /// Of each, whether it replaces, and whether it stops.
         modes: &'a [Override],
     },
+    /// A field that was removed: defined nowhere.
+    Removed,
 }
 
 pub use super::layer::Override;
@@ -111,7 +114,7 @@ pub struct FieldView<'a> {
 impl Tree {
     /// The nodes. Operands stand before the operators that use them; the root is the last.
     pub fn nodes_view(&self) -> impl ExactSizeIterator<Item = NodeView<'_>> {
-        self.nodes().iter().map(|node| match node {
+        self.nodes().0.iter().map(|node| match node {
             Node::Leaf(field) => NodeView::Field(field),
             Node::Operation { operator, operands } => NodeView::Operation {
                 operator: *operator,
@@ -137,12 +140,13 @@ impl Tree {
                 length: *length,
             },
             Node::Layers { operands, modes } => NodeView::Layers { operands, modes },
+            Node::Vacant => NodeView::Removed,
         })
     }
 
     /// How messages name a node.
     pub fn node_label(&self, node: u32) -> String {
-        self.label(node)
+        self.nodes().label(node)
     }
 }
 
@@ -154,7 +158,7 @@ impl Field {
             region: &self.region,
             formula: &self.formula,
             anchor: &self.anchor,
-            force_mode: self.reading,
+            force_mode: self.mode,
             coupling: &self.coupling,
             scale: self.scale.as_ref(),
             limit: self.limit,

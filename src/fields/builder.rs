@@ -4,14 +4,13 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use super::Fields;
-use crate::compile::Compiled;
-use crate::contact::{ContactEvent, Detection, Detector, Reporter, Responder, Rules};
-use crate::cross_check::{Checker, CrossCheck};
-use crate::diagnose::Auditor;
-use crate::field::{Axis, Tree, TreeError};
-use crate::inject::{Injector, Scheme, WakePolicy};
+use crate::bridge::WakePolicy;
+use crate::contact::{ContactEvent, Detection, Responder};
+use crate::cross_check::CrossCheck;
+use crate::field::{BuildError, FieldSet, Tree};
+use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real};
-use crate::sample::Properties;
+use crate::pipeline::{FieldPipeline, FieldSettings, FieldState};
 
 /// Settings of [`Fields`].
 ///
@@ -23,19 +22,14 @@ use crate::sample::Properties;
 ///     .scheme(Scheme::Kick)
 ///     .wake(WakePolicy::Never)
 ///     .build()?;
-/// # Ok::<(), TreeError>(())
+/// # Ok::<(), BuildError>(())
 /// ```
+#[must_use = "nothing is built before `build`"]
 pub struct FieldsBuilder {
     tree: Tree,
     axes: Vec<(Arc<str>, Real)>,
-    scheme: Scheme,
-    wake: WakePolicy,
-    rules: Rules,
-    reporter: Option<Reporter>,
-    detection: Detection,
-    cross_check: CrossCheck,
-    solver_iterations: usize,
-    audit: bool,
+    settings: FieldSettings,
+    events: Option<Sender<ContactEvent>>,
 }
 
 impl Fields {
@@ -43,7 +37,7 @@ impl Fields {
     ///
     /// # Errors
     /// As [`FieldsBuilder::build`].
-    pub fn new(tree: impl Into<Tree>) -> Result<Self, TreeError> {
+    pub fn new(tree: impl Into<Tree>) -> Result<Self, BuildError> {
         Self::builder(tree).build()
     }
 
@@ -52,14 +46,8 @@ impl Fields {
         FieldsBuilder {
             tree: tree.into(),
             axes: Vec::new(),
-            scheme: Scheme::default(),
-            wake: WakePolicy::default(),
-            rules: Rules::default(),
-            reporter: None,
-            detection: Detection::default(),
-            cross_check: CrossCheck::default(),
-            solver_iterations: 4,
-            audit: false,
+            settings: FieldSettings::default(),
+            events: None,
         }
     }
 }
@@ -74,36 +62,31 @@ impl FieldsBuilder {
 
     /// Sets how wrenches become motion.
     pub fn scheme(mut self, scheme: Scheme) -> Self {
-        self.scheme = scheme;
+        self.settings.scheme = scheme;
         self
     }
 
     /// Sets when fields wake sleeping bodies.
     pub fn wake(mut self, policy: WakePolicy) -> Self {
-        self.wake = policy;
+        self.settings.wake = policy;
         self
     }
 
     /// Sets who answers contacts that fields detect.
     pub fn responder(mut self, responder: Responder) -> Self {
-        self.rules.everywhere = responder;
+        self.settings.set_responder(responder);
         self
     }
 
     /// Sets who answers contacts between any two of some colliders (of a pair, or of a group), apart
     /// from what [`FieldsBuilder::responder`] says of all others. The last such rule that fits a
     /// pair counts.
-    ///
-    /// Rapier learns of it by a hook, for which these colliders are given
-    /// `ActiveHooks::FILTER_CONTACT_PAIRS`; around a pipeline of one's own, hand it
-    /// [`Fields::hooks`].
     pub fn responder_among(
         mut self,
         colliders: impl IntoIterator<Item = ColliderHandle>,
         responder: Responder,
     ) -> Self {
-        let set = colliders.into_iter().collect();
-        self.rules.among.push((set, responder));
+        self.settings.set_responder_among(colliders, responder);
         self
     }
 
@@ -116,33 +99,23 @@ impl FieldsBuilder {
     /// for event in events.try_iter() {
     ///     println!("{event:?}");
     /// }
-    /// # Ok::<(), TreeError>(())
+    /// # Ok::<(), BuildError>(())
     /// ```
     pub fn events(mut self, channel: Sender<ContactEvent>) -> Self {
-        self.reporter = Some(Reporter::new(channel));
+        self.events = Some(channel);
         self
     }
 
     /// Sets when fields look for contacts: at the end of each step, or over the whole of it.
     pub fn detection(mut self, detection: Detection) -> Self {
-        self.detection = detection;
-        self
-    }
-
-    /// Tells a number of solver iterations other than Rapier's default of 4, over which Rapier
-    /// turns a body; [`Fields::step`] reads it from the world, an own pipeline must tell it (or
-    /// all of [`Fields::tell`]).
-    /// Getting it wrong costs tops of unequal inertia an error of third order in their turn per
-    /// step.
-    pub fn solver_iterations(mut self, iterations: usize) -> Self {
-        self.solver_iterations = iterations;
+        self.settings.detection = detection;
         self
     }
 
     /// Compares the contacts of detection fields with Rapier's in every step: `true` for all pairs,
     /// or [settings](CrossCheck). The result is [`Fields::cross_check`].
     pub fn cross_check(mut self, settings: impl Into<CrossCheck>) -> Self {
-        self.cross_check = settings.into();
+        self.settings.cross_check = settings.into();
         self
     }
 
@@ -150,7 +123,7 @@ impl FieldsBuilder {
     /// reference over all samples and fields in each step, so it is for finding out, not for
     /// every day.
     pub fn audit(mut self, on: bool) -> Self {
-        self.audit = on;
+        self.settings.audit = on;
         self
     }
 
@@ -159,44 +132,29 @@ impl FieldsBuilder {
     /// # Errors
     /// The tree is empty or too deep, a parameter of it or of the scheme is out of its range, or
     /// an axis is unknown or declared twice.
-    pub fn build(self) -> Result<Fields, TreeError> {
-        let mut names: Vec<Arc<str>> = Vec::new();
+    pub fn build(self) -> Result<Fields, BuildError> {
+        let mut set = FieldSet::new();
         for (name, value) in &self.axes {
-            if names.contains(name) || !matches!(Axis::named(name), Axis::User(_)) {
-                let axis = name.to_string();
-                return Err(TreeError::DuplicateAxis { axis });
-            }
-            if !value.is_finite() {
-                return Err(TreeError::Parameter {
-                    field: format!("axis `{name}`"),
-                    quantity: "its value",
-                    requirement: "finite",
-                    value: crate::math::to_f64(*value),
-                });
-            }
-            names.push(name.clone());
+            set.declare_axis(name, *value)?;
         }
-        self.tree.validate(&names)?;
-        self.scheme.validate()?;
-        let compiled = Compiled::new(self.tree, Vec::new());
-        let book = Properties::new(self.axes);
-        let mut injector = Injector::new(self.scheme, self.wake, book);
-        injector.substeps = self.solver_iterations as u32;
-        injector.exact_turns = self.detection == Detection::Swept && !compiled.detectors.is_empty();
-        let on = self.cross_check.on;
-        let mut check = on.then(|| Checker::new(self.cross_check));
-        check.iter_mut().for_each(|check| check.watch(&compiled));
+        if self.tree.field_count() == 0 {
+            return Err(BuildError::Empty);
+        }
+        set.insert(self.tree);
+        set.validate_changes()?;
+        self.settings.scheme.validate()?;
         Ok(Fields {
-            detector: Detector::new(&compiled, self.detection),
-            detection: self.detection,
-            compiled,
-            injector,
-            check,
-            auditor: self.audit.then(Auditor::default),
-            rules: self.rules,
-            reporter: self.reporter,
-            axes: names,
-            claimed: false,
+            settings: self.settings,
+            state: FieldState::default(),
+            set,
+            pipeline: FieldPipeline::new(),
+            events: self.events,
         })
+    }
+
+    /// Sets how fields act, all at once.
+    pub fn settings(mut self, settings: FieldSettings) -> Self {
+        self.settings = settings;
+        self
     }
 }

@@ -4,6 +4,9 @@ use std::ops::Range;
 
 use crate::math::{Real, Vector};
 
+/// Of fewer points all are tried: a grid would cost more than it saves.
+pub(crate) const FEWEST_FOR_GRID: usize = 64;
+
 /// Points sorted by cell, cells sorted by row: a query visits few, contiguous ranges of points.
 #[derive(Debug, Default)]
 pub(crate) struct Grid {

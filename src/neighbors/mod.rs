@@ -6,5 +6,5 @@ mod grid;
 mod verlet;
 
 pub(crate) use bvh::hierarchy;
-pub(crate) use grid::Grid;
+pub(crate) use grid::{FEWEST_FOR_GRID, Grid};
 pub(crate) use verlet::{Cluster, VerletList};

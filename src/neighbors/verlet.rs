@@ -1,11 +1,8 @@
 //! Which balls are near each other: a neighbour list that outlives the step (Verlet, Phys. Rev.
 //! 159 (1967) 98).
 
-use super::grid::Grid;
+use super::grid::{FEWEST_FOR_GRID, Grid};
 use crate::math::{Real, Vector};
-
-/// Fewer balls than this are all tried against each other; a grid would cost more than it saves.
-const FEWEST_FOR_GRID: usize = 48;
 
 /// The list reaches farther than asked by this share of the reach, and so holds until something
 /// has moved by half of that. Measured on ammonia: from 0.1 to 0.25 the cost is flat.

@@ -9,7 +9,7 @@ mod walk;
 pub use crate::field::Linearised;
 pub use trace::{Contribution, Fate, Trace};
 
-use crate::field::{Anchor, Frames, Motion, Query, Tree, TreeError, real};
+use crate::field::{Anchor, BuildError, FieldSet, Frames, Motion, Nodes, Query, Tree, real};
 use crate::math::DVec3;
 use walk::Walk;
 
@@ -26,11 +26,12 @@ use walk::Walk;
 /// let frames = (&world.bodies, &world.colliders);
 /// assert_eq!(reference.force(&frames, &at(0.5)), None, "cut out: not defined, which is not zero");
 /// assert_eq!(reference.force(&frames, &at(1.5)), Some(DVec3::X));
-/// # Ok::<(), TreeError>(())
+/// # Ok::<(), BuildError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Reference<'a> {
-    tree: &'a Tree,
+    nodes: Nodes<'a>,
+    root: u32,
 }
 
 impl<'a> Reference<'a> {
@@ -39,28 +40,26 @@ impl<'a> Reference<'a> {
     /// # Errors
     /// The tree is empty, too deep, has a parameter out of range, or uses detection fields
     /// wrongly. User axes are not checked: a query that lacks one finds regions over it empty.
-    pub fn new(tree: &'a Tree) -> Result<Self, TreeError> {
-        let named: Vec<std::sync::Arc<str>> = tree.axes().map(|axis| axis.name().into()).collect();
+    pub fn new(tree: &'a Tree) -> Result<Self, BuildError> {
+        let nodes = tree.nodes();
+        let axes = (0..nodes.0.len() as u32).flat_map(|node| nodes.axes_at(node));
+        let named: Vec<std::sync::Arc<str>> = axes.map(|axis| axis.name().into()).collect();
         tree.validate(&named)?;
-        Ok(Reference { tree })
+        let root = tree.root();
+        Ok(Reference { nodes, root })
     }
 
-    /// The reference for a tree that was found valid before.
-    pub(crate) fn of_valid(tree: &'a Tree) -> Self {
-        Reference { tree }
+    /// The reference for a term of a set that was found valid before.
+    pub(crate) fn of_term(set: &'a FieldSet, root: u32) -> Self {
+        let nodes = set.nodes();
+        Reference { nodes, root }
     }
 
     /// The force of the composite field on a sample, in world axes; `None` where the field is not
     /// defined.
     pub fn force(&self, frames: &impl Frames, query: &Query) -> Option<DVec3> {
-        let walk = Walk::new(
-            self.tree,
-            self.tree.root(),
-            frames,
-            query,
-            Motion::of(query),
-        );
-        let value = walk.node(self.tree.root(), &Anchor::WORLD);
+        let walk = Walk::new(self.nodes, self.root, frames, query, Motion::of(query));
+        let value = walk.node(self.root, &Anchor::WORLD);
         value.defined.any().then(|| real(&value.vector))
     }
 
@@ -81,26 +80,21 @@ impl<'a> Reference<'a> {
     ///     .unwrap();
     /// assert_eq!(linearised.by_position, DMat3::from_diagonal(DVec3::splat(-4.0)));
     /// assert_eq!(linearised.by_velocity, DMat3::from_diagonal(DVec3::splat(-0.5)));
-    /// # Ok::<(), TreeError>(())
+    /// # Ok::<(), BuildError>(())
     /// ```
     pub fn linearised(&self, frames: &impl Frames, query: &Query) -> Option<Linearised> {
         let motion = Motion::seeded(query);
-        let walk = Walk::new(self.tree, self.tree.root(), frames, query, motion);
-        let value = walk.node(self.tree.root(), &Anchor::WORLD);
+        let walk = Walk::new(self.nodes, self.root, frames, query, motion);
+        let value = walk.node(self.root, &Anchor::WORLD);
         let defined = value.defined.any();
         defined.then(|| Linearised::new(&value.vector))
     }
 
     /// What each single field gives at a sample, and what became of it on the way to the root.
     pub fn trace(&self, frames: &impl Frames, query: &Query) -> Trace {
-        self.trace_below(self.tree.root(), frames, query)
-    }
-
-    /// Like [`Self::trace`], of one term of the tree.
-    pub(crate) fn trace_below(&self, term: u32, frames: &impl Frames, query: &Query) -> Trace {
-        let mut walk = Walk::new(self.tree, term, frames, query, Motion::of(query));
+        let mut walk = Walk::new(self.nodes, self.root, frames, query, Motion::of(query));
         walk.log = Some(Default::default());
-        let value = walk.node(term, &Anchor::WORLD);
+        let value = walk.node(self.root, &Anchor::WORLD);
         Trace {
             force: value.defined.any().then(|| real(&value.vector)),
             contributions: walk

@@ -51,6 +51,8 @@ pub enum Fate {
     OwnBody,
     /// Its groups and those of the collider do not interact.
     OtherGroups,
+    /// It is disabled, or not within its lifetime.
+    Off,
     /// The body or collider it is anchored to is gone.
     AnchorGone,
     /// Other fields took its place.

@@ -4,8 +4,8 @@ use std::cell::RefCell;
 
 use super::trace::{Contribution, Fate};
 use crate::field::{
-    Anchor, Field, Frame, Frames, LocalQuery, Motion, Neighbourhood, Node, Normal, Number,
-    Operator, Override, Pieces, Query, Tree, Vec3, constant, real,
+    Anchor, Field, Frame, Frames, LocalQuery, Motion, Neighbourhood, Node, Nodes, Normal, Number,
+    Operator, Override, Pieces, Query, Vec3, constant, real,
 };
 use crate::math::{DVec3, InteractionGroups};
 
@@ -29,7 +29,7 @@ impl<T: Number> Value<T> {
 }
 
 pub(super) struct Walk<'a, F, T> {
-    tree: &'a Tree,
+    nodes: Nodes<'a>,
     frames: &'a F,
     query: &'a Query,
     motion: Motion<T>,
@@ -40,14 +40,14 @@ pub(super) struct Walk<'a, F, T> {
 impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
     /// A walk over the subtree at `root`.
     pub fn new(
-        tree: &'a Tree,
+        nodes: Nodes<'a>,
         root: u32,
         frames: &'a F,
         query: &'a Query,
         motion: Motion<T>,
     ) -> Self {
         let mut walk = Walk {
-            tree,
+            nodes,
             frames,
             query,
             motion,
@@ -63,7 +63,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         let mut normals: Vec<Normal> = Vec::new();
         let mut open = vec![(root, Anchor::WORLD)];
         while let Some((node, instance)) = open.pop() {
-            let node = &self.tree.nodes()[node as usize];
+            let node = self.nodes.get(node);
             match node {
                 Node::Leaf(field) => {
                     if let Ok(frame) = self.acting_frame(field, &instance) {
@@ -84,6 +84,9 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
     fn acting_frame(&self, field: &Field, instance: &Anchor) -> Result<Frame, Fate> {
         let frame = self.frames.frame(&field.anchor.within(instance));
         let frame = frame.ok_or(Fate::AnchorGone)?;
+        if !field.is_on(self.query.time) {
+            return Err(Fate::Off);
+        }
         if frame.body.is_some() && frame.body == self.query.body {
             return Err(Fate::OwnBody);
         }
@@ -96,8 +99,9 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
 
     /// The depth of a tree is limited, so recursion is safe.
     pub fn node(&self, node: u32, instance: &Anchor) -> Value<T> {
-        match &self.tree.nodes()[node as usize] {
+        match self.nodes.get(node) {
             Node::Leaf(field) => self.leaf(node, field, instance),
+            Node::Vacant => Value::undefined(),
             Node::Operation { operator, operands } => {
                 let values = operands.iter().map(|operand| self.node(*operand, instance));
                 let combined = values.reduce(|u, v| self.apply(*operator, u, v));
@@ -223,7 +227,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         }
     }
 
-    /// The rule at [`Tree::layers`], for operands of falling priority.
+    /// The rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
     fn layers(&self, values: Vec<Value<T>>, modes: &[Override]) -> Value<T> {
         let mut gathered = Value::undefined();
         let mut stopped_by: Option<Vec<u32>> = None;

@@ -1,9 +1,9 @@
 //! How readily a body follows a wrench.
 
+use super::body::Body;
 use super::rotation::to_dquat;
 use super::wrench::Wrench;
 use crate::math::{DVec3, Vector, from_dvec3, to_dvec3, to_f64};
-use crate::rapier::dynamics::RigidBody;
 use crate::rapier::math::AngularInertia;
 use crate::rapier::na::{Matrix3, Matrix6, SymmetricEigen, U6, Vector3, Vector6};
 
@@ -17,11 +17,10 @@ pub(crate) struct Mobility {
 
 impl Mobility {
     /// As Rapier has it at the start of a step.
-    pub(crate) fn of(body: &RigidBody) -> Self {
-        let properties = body.mass_properties();
+    pub(crate) fn of(body: &Body) -> Self {
         Mobility {
-            inv_mass: to_dvec3(properties.effective_inv_mass),
-            inv_inertia: symmetric(properties.effective_world_inv_inertia),
+            inv_mass: to_dvec3(body.inv_mass),
+            inv_inertia: symmetric(body.inv_inertia),
         }
     }
 
@@ -131,8 +130,8 @@ pub(crate) fn of_wrench(wrench: Wrench) -> Vector6<f64> {
 }
 
 /// The velocities of a body, linear and angular.
-pub(crate) fn velocities(body: &RigidBody) -> Vector6<f64> {
-    six(to_dvec3(body.linvel()), to_dvec3(body.angvel()))
+pub(crate) fn velocities(body: &Body) -> Vector6<f64> {
+    six(to_dvec3(body.linvel), to_dvec3(body.angvel))
 }
 
 /// A [`six`] rounded.
@@ -147,13 +146,11 @@ pub(crate) fn cross_matrix(v: DVec3) -> Matrix3<f64> {
 }
 
 /// The inverse inertia in the world of a body that has turned, from that in its own axes.
-pub(crate) fn turned_inertia(body: &RigidBody) -> TurnedInertia {
-    let properties = &body.mass_properties().local_mprops;
-    let inverse = to_dvec3(properties.inv_principal_inertia);
+pub(crate) fn turned_inertia(body: &Body) -> TurnedInertia {
     TurnedInertia {
-        inverse,
-        principal_to_body: to_dquat(properties.principal_inertia_local_frame),
-        locked: body.is_rotation_locked(),
+        inverse: to_dvec3(body.inv_principal_inertia),
+        principal_to_body: to_dquat(body.principal_frame),
+        locked: body.rotation_locked,
     }
 }
 

@@ -1,5 +1,7 @@
 //! A rigid body in 64 bits: wrenches, inertia, free rotation and state.
 
+mod body;
+mod lookup;
 mod mobility;
 mod rotation;
 mod state;
@@ -8,6 +10,8 @@ mod wrench;
 
 pub use wrench::Wrench;
 
+pub(crate) use body::Body;
+pub(crate) use lookup::Lookup;
 pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };

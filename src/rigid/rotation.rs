@@ -62,13 +62,21 @@ impl Inertia {
     /// From mass properties, or `None` if a principal moment is zero, infinite or NaN. Rapier
     /// writes the inverse of both zero and infinity as zero.
     pub(crate) fn new(mass_properties: &MassProperties) -> Option<Self> {
-        let inverse_moments = to_dvec3(mass_properties.inv_principal_inertia);
+        Self::of_moments(
+            mass_properties.inv_principal_inertia,
+            mass_properties.principal_inertia_local_frame,
+        )
+    }
+
+    /// From the inverses of the principal moments, and the rotation of their axes in the body.
+    pub(crate) fn of_moments(inv_principal_inertia: Vector, frame: Rotation) -> Option<Self> {
+        let inverse_moments = to_dvec3(inv_principal_inertia);
         let moments = inverse_moments.recip();
         let usable = |v: DVec3| v.is_finite() && v.min_element() > 0.0;
         (usable(inverse_moments) && usable(moments)).then(|| Self {
             moments,
             inverse_moments,
-            principal_to_body: to_dquat(mass_properties.principal_inertia_local_frame),
+            principal_to_body: to_dquat(frame),
         })
     }
 

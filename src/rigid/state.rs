@@ -1,9 +1,9 @@
 //! A body that the inner integrator moves.
 
+use super::body::Body;
 use super::mobility::{self, Mobility, TurnedInertia, six};
 use super::rotation::{Inertia, to_dquat};
 use crate::math::{DPose3, DQuat, DVec3, RigidBodyHandle, to_dvec3};
-use crate::rapier::dynamics::RigidBody;
 
 /// A body on its way through the inner steps, in 64-bit precision.
 #[derive(Clone, Debug)]
@@ -37,12 +37,12 @@ pub(crate) enum Turning {
 }
 
 impl RigidState {
-    pub(crate) fn new(handle: RigidBodyHandle, body: &RigidBody, turns: bool) -> Self {
-        let attitude = to_dquat(*body.rotation());
-        let angvel = to_dvec3(body.angvel());
-        let local_com = to_dvec3(body.local_center_of_mass());
-        let position = to_dvec3(body.translation()) + attitude * local_com;
-        let free = body.gyroscopic_forces_enabled().then(|| Inertia::of(body));
+    pub(crate) fn new(body: &Body, turns: bool) -> Self {
+        let attitude = to_dquat(body.pose.rotation);
+        let angvel = to_dvec3(body.angvel);
+        let local_com = to_dvec3(body.local_com);
+        let position = to_dvec3(body.pose.translation) + attitude * local_com;
+        let free = body.gyroscopic.then(|| body.inertia());
         let free = free.flatten().filter(|inertia| !inertia.is_spherical());
         let turning = match free {
             _ if !turns => Turning::LeftAlone,
@@ -50,17 +50,17 @@ impl RigidState {
             None => Turning::Steady,
         };
         RigidState {
-            body: handle,
+            body: body.handle,
             position,
             attitude,
-            linvel: to_dvec3(body.linvel()),
+            linvel: to_dvec3(body.linvel),
             angvel,
             local_com,
             turning,
             start: (position, attitude),
             acceleration: DVec3::ZERO,
             pushed: false,
-            inv_mass: to_dvec3(body.mass_properties().effective_inv_mass),
+            inv_mass: to_dvec3(body.inv_mass),
             inertia: mobility::turned_inertia(body),
         }
     }

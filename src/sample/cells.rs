@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use crate::math::{DPose3, DVec3};
+use crate::math::{DPose3, DVec3, Pose};
 
 /// A part that can be cut into cells.
 #[derive(Clone, Debug)]
@@ -11,6 +11,8 @@ pub(crate) struct Solid {
     pub body: u32,
     /// The number of its site.
     pub site: u32,
+    /// Its frame on the body.
+    pub local_pose: Pose,
     /// Its frame in the world.
     pub pose: DPose3,
     /// Angular velocity of the body.

@@ -1,4 +1,5 @@
-//! Samples from bodies and their colliders.
+//! Samples from bodies and their colliders: what stays of them is made once, and again when
+//! something they were made from changed; where they are is taken up at every evaluation.
 
 use super::properties::Properties;
 use super::shapes::Shapes;
@@ -6,176 +7,307 @@ use super::{Kind, SamplePoint, Samples, Solid, owner};
 use crate::compile::{PartSampling, SamplingRequirements};
 use crate::field::Sampling;
 use crate::math::{
-    ColliderSet, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
+    ColliderHandle, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, SharedShape, Vector,
 };
 use crate::math::{from_f64, to_dpose3, to_dvec3};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
-use crate::rigid::Wrench;
+use crate::rigid::{Body, Lookup};
 
-/// What decides which bodies are sampled, and how fast they are taken to move.
-pub(crate) struct Gathering<'a> {
-    pub book: &'a Properties,
-    pub shapes: &'a mut Shapes,
-    pub sleepers: bool,
-    pub wanted: SamplingRequirements,
-    /// Impulses still to come, whose effect on the velocity counts already: see
-    /// [`Injector`](super::Injector).
-    pub pending: Option<Pending<'a>>,
-    /// Samples that are no sites.
-    pub several: Vec<SamplePoint>,
+/// Makes samples; keeps what they were made from, so that a change is noticed.
+#[derive(Debug, Default)]
+pub(crate) struct Gatherer {
+    shapes: Shapes,
+    made_for: Option<(SamplingRequirements, u64)>,
+    bodies: Vec<BodyStamp>,
+    parts: Vec<PartStamp>,
+    /// A buffer for samples that are no sites.
+    several: Vec<SamplePoint>,
 }
 
-/// Wrenches of an earlier evaluation, and for how long they still act.
-pub(crate) struct Pending<'a> {
-    pub bodies: &'a [RigidBodyHandle],
-    pub wrenches: &'a [Wrench],
-    pub duration: Real,
+/// What the samples of a body were made from.
+#[derive(Debug)]
+struct BodyStamp {
+    body: RigidBodyHandle,
+    /// These change with the masses of its parts, which take time to work out.
+    mass: Real,
+    local_com: Vector,
+    inv_principal_inertia: Vector,
+    /// Where its parts end.
+    end: usize,
 }
 
-impl Gathering<'_> {
-    /// Fills `samples` with those of all bodies that fields can move.
-    pub(crate) fn run(
+/// What the samples of a collider were made from.
+#[derive(Debug)]
+struct PartStamp {
+    collider: ColliderHandle,
+    /// Kept, so that whoever changes the shape gets a copy, and the collider another pointer.
+    shape: Option<SharedShape>,
+    local_pose: Pose,
+    groups: InteractionGroups,
+    is_sampled: bool,
+}
+
+impl PartStamp {
+    fn of(handle: ColliderHandle, collider: Option<&Collider>) -> Self {
+        let local_pose = collider.and_then(Collider::position_wrt_parent).copied();
+        PartStamp {
+            collider: handle,
+            shape: collider.map(|collider| collider.shared_shape().clone()),
+            local_pose: local_pose.unwrap_or(Pose::IDENTITY),
+            groups: collider.map_or(InteractionGroups::all(), Collider::collision_groups),
+            is_sampled: collider.is_some_and(is_sampled),
+        }
+    }
+
+    fn still_holds(&self, handle: ColliderHandle, collider: Option<&Collider>) -> bool {
+        let Some(collider) = collider else {
+            return self.collider == handle && self.shape.is_none();
+        };
+        let shape = self.shape.as_ref();
+        let same = |shape: &SharedShape| std::ptr::addr_eq(&*shape.0, &*collider.shared_shape().0);
+        let local_pose = collider.position_wrt_parent().copied();
+        self.collider == handle
+            && shape.is_some_and(same)
+            && self.local_pose == local_pose.unwrap_or(Pose::IDENTITY)
+            && self.groups == collider.collision_groups()
+            && self.is_sampled == is_sampled(collider)
+    }
+}
+
+fn is_sampled(collider: &Collider) -> bool {
+    collider.is_enabled() && !collider.is_sensor()
+}
+
+impl Gatherer {
+    /// Brings `samples` up to date with some bodies, in the order of their handles. `revision` says
+    /// when properties changed. `velocities`: those that fields are to see in place of the bodies'
+    /// own. Whether anything but places and velocities changed.
+    pub(crate) fn gather(
         &mut self,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
         samples: &mut Samples,
+        (properties, revision): (&Properties, u64),
+        requirements: SamplingRequirements,
+        bodies: &[Body],
+        world: &impl Lookup,
+    ) -> bool {
+        let fresh = self.still_holds((requirements, revision), bodies, world);
+        if !fresh {
+            self.made_for = Some((requirements, revision));
+            self.make(samples, properties, requirements, bodies, world);
+        }
+        !fresh
+    }
+
+    /// No part of a body is farther from its centre of mass.
+    pub(crate) fn extent(&mut self, body: &RigidBody, world: &impl Lookup) -> Real {
+        let mut extent: Real = 0.0;
+        for handle in body.colliders() {
+            let Some(collider) = world.collider(*handle) else {
+                continue;
+            };
+            let (point, radius) = match collider.shape().as_ball() {
+                Some(ball) => (Vector::ZERO, ball.radius),
+                None => self.shapes.bounding_ball(*handle, collider),
+            };
+            let local_pose = collider.position_wrt_parent().copied();
+            let point = local_pose.unwrap_or(Pose::IDENTITY).transform_point(point);
+            extent = extent.max((point - body.local_center_of_mass()).length() + radius);
+        }
+        extent
+    }
+
+    fn still_holds(
+        &self,
+        made_for: (SamplingRequirements, u64),
+        bodies: &[Body],
+        world: &impl Lookup,
+    ) -> bool {
+        if self.made_for != Some(made_for) || self.bodies.len() != bodies.len() {
+            return false;
+        }
+        let mut start = 0;
+        for (stamp, body) in self.bodies.iter().zip(bodies) {
+            let same = stamp.body == body.handle
+                && stamp.mass == body.mass
+                && stamp.local_com == body.local_com
+                && stamp.inv_principal_inertia == body.inv_principal_inertia;
+            if !same {
+                return false;
+            }
+            if made_for.0.parts {
+                let parts = &self.parts[start..stamp.end];
+                start = stamp.end;
+                let handles = world
+                    .body(body.handle)
+                    .map_or(&[][..], |body| body.colliders());
+                let holds = |(part, handle): (&PartStamp, &ColliderHandle)| {
+                    part.still_holds(*handle, world.collider(*handle))
+                };
+                if handles.len() != parts.len() || !parts.iter().zip(handles).all(holds) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    fn make(
+        &mut self,
+        samples: &mut Samples,
+        properties: &Properties,
+        requirements: SamplingRequirements,
+        bodies: &[Body],
+        world: &impl Lookup,
     ) {
         samples.clear();
-        self.book.of_world(samples);
-        for (handle, body) in bodies.iter() {
-            let sampled = body.is_dynamic() && body.is_enabled() && !body.is_soft_frame();
-            if sampled && (self.sleepers || !body.is_sleeping()) {
-                self.body(handle, body, colliders, samples);
-            }
+        self.bodies.clear();
+        self.parts.clear();
+        properties.of_world(samples);
+        for body in bodies {
+            let mut making = Making {
+                properties,
+                shapes: &mut self.shapes,
+                requirements,
+                several: &mut self.several,
+                parts: &mut self.parts,
+                samples,
+            };
+            making.body(body, world);
+            self.bodies.push(BodyStamp {
+                body: body.handle,
+                mass: body.mass,
+                local_com: body.local_com,
+                inv_principal_inertia: body.inv_principal_inertia,
+                end: self.parts.len(),
+            });
         }
         samples.sites = samples.list.len();
         samples.list.append(&mut self.several);
         samples.number();
     }
+}
 
-    fn body(
-        &mut self,
-        handle: RigidBodyHandle,
-        body: &RigidBody,
-        colliders: &ColliderSet,
-        samples: &mut Samples,
-    ) {
-        let pose = body.position();
-        let mass = body.mass();
-        let (linvel, angvel) = self.velocity(handle, body);
-        let mut centre = SamplePoint {
-            // Rapier's own world centre of mass lags behind a body that was just teleported.
-            world_point: pose.transform_point(body.local_center_of_mass()),
-            arm: Vector::ZERO,
-            velocity: linvel,
-            body: samples.bodies.len() as u32,
-            owner: owner(Some(handle)),
-            radius: 0.0,
-            mass,
-            share: 1.0,
-            charge: 0.0,
-            volume: 0.0,
-            fraction: 1.0,
-            spread: 0,
-            kind: Kind::Centre,
-            is_ball: true,
-            groups: InteractionGroups::all(),
-            user: 0,
-            collider: None,
-            at_origin: false,
-        };
-        let own = self.book.sampling(handle);
-        if !self.book.sampled.is_empty() {
+/// Samples in the making.
+struct Making<'a> {
+    properties: &'a Properties,
+    shapes: &'a mut Shapes,
+    requirements: SamplingRequirements,
+    /// Samples that are no sites.
+    several: &'a mut Vec<SamplePoint>,
+    parts: &'a mut Vec<PartStamp>,
+    samples: &'a mut Samples,
+}
+
+impl Making<'_> {
+    fn body(&mut self, body: &Body, world: &impl Lookup) {
+        let samples = &mut *self.samples;
+        let mut centre =
+            SamplePoint::at_rest(samples.bodies.len() as u32, owner(Some(body.handle)));
+        centre.mass = body.mass;
+        let own = self.properties.sampling(body.handle);
+        if self.properties.any_sampling() {
             samples.overrides.push(own);
         }
-        if !self.wanted.parts {
+        if !self.requirements.parts {
             samples.centres.push(centre);
-            samples.bodies.push(handle);
+            samples.bodies.push(body.handle);
             return;
         }
         let first = samples.list.len();
-        for collider_handle in body.colliders() {
-            let Some(collider) = colliders.get(*collider_handle) else {
-                continue;
-            };
-            if !collider.is_enabled() || collider.is_sensor() {
-                continue;
+        let handles = world
+            .body(body.handle)
+            .map_or(&[][..], |body| body.colliders());
+        let alone = handles.len() == 1;
+        for handle in handles {
+            let collider = world.collider(*handle);
+            self.parts.push(PartStamp::of(*handle, collider));
+            if let Some(collider) = collider.filter(|collider| is_sampled(collider)) {
+                self.part(body, &mut centre, (*handle, collider), alone);
             }
-            let local_pose = collider
-                .position_wrt_parent()
-                .copied()
-                .unwrap_or(Pose::IDENTITY);
-            let (local_point, radius) = middle(collider);
-            let body_point = local_pose.transform_point(local_point);
-            let arm = pose.rotation * (body_point - body.local_center_of_mass());
-            let mut sample = SamplePoint {
-                world_point: centre.world_point + arm,
-                arm,
-                velocity: linvel + angvel.cross(arm),
-                radius,
-                mass: 0.0,
-                groups: collider.collision_groups(),
-                collider: Some(*collider_handle),
-                at_origin: local_point == Vector::ZERO,
-                kind: Kind::Site,
-                is_ball: collider.shape().as_ball().is_some(),
-                ..centre
-            };
-            let entry = self.book.get(*collider_handle);
-            // A part that is alone has all of the mass; a collider's own takes time to work out.
-            sample.mass = match entry.and_then(|entry| entry.properties.mass) {
-                _ if body.colliders().len() == 1 => 1.0,
-                Some(own_mass) => own_mass,
-                None => collider.mass(),
-            };
-            if let Some(entry) = entry {
-                sample.charge = entry.properties.charge;
-                if !entry.user.is_empty() {
-                    sample.user = samples.user.len() as u32;
-                    samples.user.push(entry.user.clone());
-                }
-            }
-            if self.wanted.displaced {
-                sample.volume = from_f64(self.shapes.measure(*collider_handle, collider));
-            }
-            centre.volume += sample.volume;
-            centre.charge += sample.charge;
-            centre.radius = centre.radius.max(arm.length() + radius);
-            samples.list.push(sample);
         }
+        let samples = &mut *self.samples;
         if samples.list.len() == first {
             samples.list.push(SamplePoint {
                 kind: Kind::Site,
                 ..centre
             });
         }
-        share_mass(&mut samples.list[first..], mass);
-        let wanted = self.wanted.with(own);
+        share_mass(&mut samples.list[first..], body.mass);
+        let wanted = self.requirements.with(own);
         if own == Some(Sampling::Centre) {
             self.several.push(centre);
         }
         if wanted.volume != PartSampling::None || wanted.surface != PartSampling::None {
-            for site in first..samples.list.len() {
-                self.cut((site, wanted), (body, angvel), colliders, samples);
+            for site in first..self.samples.list.len() {
+                self.cut((site, wanted), body, world);
             }
         }
-        samples.centres.push(centre);
-        samples.bodies.push(handle);
+        self.samples.centres.push(centre);
+        self.samples.bodies.push(body.handle);
+    }
+
+    /// Adds the site of a collider, and what it brings to the body as a whole.
+    fn part(
+        &mut self,
+        body: &Body,
+        centre: &mut SamplePoint,
+        (handle, collider): (ColliderHandle, &Collider),
+        alone: bool,
+    ) {
+        let local_pose = collider.position_wrt_parent().copied();
+        let (local_point, radius) = middle(collider);
+        let body_point = local_pose
+            .unwrap_or(Pose::IDENTITY)
+            .transform_point(local_point);
+        let local_arm = body_point - body.local_com;
+        let mut sample = SamplePoint {
+            local_arm,
+            radius,
+            mass: 0.0,
+            groups: collider.collision_groups(),
+            collider: Some(handle),
+            at_origin: local_point == Vector::ZERO,
+            kind: Kind::Site,
+            is_ball: collider.shape().as_ball().is_some(),
+            ..*centre
+        };
+        let entry = self.properties.get(handle);
+        sample.mass = match entry.and_then(|entry| entry.properties.mass) {
+            // A part that is alone has all of it, and a collider's own takes time to work out.
+            _ if alone => 1.0,
+            Some(own_mass) => own_mass,
+            None => collider.mass(),
+        };
+        if let Some(entry) = entry {
+            sample.charge = entry.properties.charge;
+            if !entry.user.is_empty() {
+                sample.user = self.samples.user.len() as u32;
+                self.samples.user.push(entry.user.clone());
+            }
+        }
+        if self.requirements.displaced {
+            sample.volume = from_f64(self.shapes.measure(handle, collider));
+        }
+        centre.volume += sample.volume;
+        centre.charge += sample.charge;
+        centre.radius = centre
+            .radius
+            .max((body.pose.rotation * local_arm).length() + radius);
+        self.samples.list.push(sample);
     }
 
     /// Adds the samples of a part other than its site.
     fn cut(
         &mut self,
         (number, wanted): (usize, SamplingRequirements),
-        (body, angvel): (&RigidBody, Vector),
-        colliders: &ColliderSet,
-        samples: &mut Samples,
+        body: &Body,
+        world: &impl Lookup,
     ) {
-        let site = samples.list[number];
+        let site = self.samples.list[number];
         let part = site
             .collider
-            .and_then(|handle| Some((handle, colliders.get(handle)?)));
+            .and_then(|handle| Some((handle, world.collider(handle)?)));
         let kinds = [
             (Kind::Volume, wanted.volume),
             (Kind::Surface, wanted.surface),
@@ -191,13 +323,8 @@ impl Gathering<'_> {
                 .extend(wanted_kinds.map(|(kind, _)| SamplePoint { kind, ..site }));
             return;
         };
-        let pose = *body.position();
-        let local_pose = collider
-            .position_wrt_parent()
-            .copied()
-            .unwrap_or(Pose::IDENTITY);
-        let linvel = site.velocity - angvel.cross(site.arm);
-        let centre = site.world_point - site.arm;
+        let local_pose = collider.position_wrt_parent().copied();
+        let local_pose = local_pose.unwrap_or(Pose::IDENTITY);
         let (middle, _) = middle(collider);
         for (kind, _) in wanted_kinds {
             let rule = match kind {
@@ -208,61 +335,34 @@ impl Gathering<'_> {
                 continue;
             };
             let mut spread = 0;
-            if self.wanted.displaced && rule.spread != DMat3::ZERO {
-                let turned = DMat3::from_quat(to_dpose3(&(pose * local_pose)).rotation);
-                spread = samples.spreads.len() as u32;
-                samples
-                    .spreads
-                    .push(turned * rule.spread * turned.transpose());
+            if self.requirements.displaced && rule.spread != DMat3::ZERO {
+                spread = self.samples.add_spread(site.body, local_pose, rule.spread);
             }
-            self.several
-                .extend(rule.samples.iter().map(|(local_point, fraction)| {
-                    let body_point = local_pose.transform_point(*local_point);
-                    let arm = pose.rotation * (body_point - body.local_center_of_mass());
-                    SamplePoint {
-                        world_point: centre + arm,
-                        arm,
-                        velocity: linvel + angvel.cross(arm),
-                        fraction: from_f64(*fraction),
-                        spread,
-                        kind,
-                        at_origin: false,
-                        ..site
-                    }
-                }));
+            let samples = rule.samples.iter().map(|(local_point, fraction)| {
+                let body_point = local_pose.transform_point(*local_point);
+                SamplePoint {
+                    local_arm: body_point - body.local_com,
+                    fraction: from_f64(*fraction),
+                    spread,
+                    kind,
+                    at_origin: false,
+                    ..site
+                }
+            });
+            self.several.extend(samples);
         }
         if wanted.cells
             && let Some(cells) = self.shapes.cells(handle, collider)
         {
-            samples.solids.push(Solid {
+            self.samples.solids.push(Solid {
                 body: site.body,
                 site: number as u32,
-                pose: to_dpose3(&(pose * local_pose)),
-                angvel: to_dvec3(angvel),
+                local_pose,
+                pose: to_dpose3(&(body.pose * local_pose)),
+                angvel: to_dvec3(body.angvel),
                 cells,
             });
         }
-    }
-
-    /// How fast a body is taken to move.
-    pub(crate) fn velocity(&self, handle: RigidBodyHandle, body: &RigidBody) -> (Vector, Vector) {
-        let (linvel, angvel) = (body.linvel(), body.angvel());
-        let pending = self.pending.as_ref().and_then(|pending| {
-            let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
-            let place = pending
-                .bodies
-                .binary_search_by_key(&index(&handle), index)
-                .ok()?;
-            Some((pending.wrenches[place], pending.duration))
-        });
-        let Some((wrench, duration)) = pending else {
-            return (linvel, angvel);
-        };
-        let properties = body.mass_properties();
-        (
-            linvel + wrench.force * duration * properties.effective_inv_mass,
-            angvel + properties.effective_world_inv_inertia * (wrench.torque * duration),
-        )
     }
 }
 

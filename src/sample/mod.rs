@@ -1,17 +1,12 @@
 //! Sample: bodies → the points at which fields are sampled, with the properties they may ask for.
 
 mod cells;
-mod error;
 mod gather;
 mod point;
 mod properties;
 mod shapes;
 
-pub use error::PropertyError;
-pub use properties::ColliderProperties;
-
 pub(crate) use cells::{Cell, Solid};
-pub(crate) use gather::{Gathering, Pending};
+pub(crate) use gather::Gatherer;
 pub(crate) use point::{Kind, Moment, SamplePoint, Samples, owner};
 pub(crate) use properties::Properties;
-pub(crate) use shapes::Shapes;

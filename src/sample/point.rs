@@ -6,9 +6,10 @@ use super::cells::Solid;
 use crate::compile::Weighting;
 use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
 use crate::math::{
-    ColliderHandle, DMat3, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dvec3,
-    to_f64,
+    ColliderHandle, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, Vector, from_f64,
+    to_dpose3, to_dvec3, to_f64,
 };
+use crate::rigid::Body;
 
 /// Values of the user's axes, by name.
 pub(crate) type UserValues = Arc<[(Arc<str>, f64)]>;
@@ -19,6 +20,8 @@ pub(crate) struct SamplePoint {
     pub world_point: Vector,
     /// From the centre of mass to the point, world axes.
     pub arm: Vector,
+    /// The same in the body's axes.
+    pub local_arm: Vector,
     /// Of the body's material at the point, world axes.
     pub velocity: Vector,
     /// The body's number among the sampled ones.
@@ -48,6 +51,33 @@ pub(crate) struct SamplePoint {
     pub at_origin: bool,
 }
 
+impl SamplePoint {
+    /// The centre of mass of a body of no mass and no size, its place still to come.
+    pub(crate) fn at_rest(body: u32, owner: Real) -> Self {
+        SamplePoint {
+            world_point: Vector::ZERO,
+            arm: Vector::ZERO,
+            local_arm: Vector::ZERO,
+            velocity: Vector::ZERO,
+            body,
+            owner,
+            radius: 0.0,
+            mass: 0.0,
+            share: 1.0,
+            charge: 0.0,
+            volume: 0.0,
+            fraction: 1.0,
+            spread: 0,
+            kind: Kind::Centre,
+            is_ball: true,
+            groups: InteractionGroups::all(),
+            user: 0,
+            collider: None,
+            at_origin: false,
+        }
+    }
+}
+
 /// What samples a sample is one of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -58,7 +88,7 @@ pub(crate) enum Kind {
 }
 
 /// The samples of one step.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Samples {
     /// First the sites, one per part; then what parts are sampled at otherwise. Of either, those
     /// of one body stand together.
@@ -69,8 +99,11 @@ pub(crate) struct Samples {
     pub solids: Vec<Solid>,
     /// By body, what it asks for in place of [`Sampling::Auto`]; empty if none does.
     pub overrides: Vec<Option<Sampling>>,
-    /// Second moments; the first are zero.
+    /// Second moments, world axes; the first are zero.
     pub spreads: Vec<DMat3>,
+    /// What the others are made of: the body, the frame of the collider on it, and the moments
+    /// there.
+    local_spreads: Vec<(u32, Pose, DMat3)>,
     /// For each body, one sample for it as a whole, at its centre of mass.
     pub centres: Vec<SamplePoint>,
     /// The sampled bodies.
@@ -100,10 +133,55 @@ impl Samples {
         self.overrides.clear();
         self.spreads.clear();
         self.spreads.push(DMat3::ZERO);
+        self.local_spreads.clear();
         self.sites = 0;
         self.centres.clear();
         self.bodies.clear();
         self.user.clear();
+    }
+
+    /// Adds second moments in the frame of a collider; returns their number.
+    pub(crate) fn add_spread(&mut self, body: u32, local_pose: Pose, spread: DMat3) -> u32 {
+        self.local_spreads.push((body, local_pose, spread));
+        self.spreads.push(DMat3::ZERO);
+        self.spreads.len() as u32 - 1
+    }
+
+    /// Moves all samples to where their bodies are, with velocities (linear and angular) of their
+    /// own or those given.
+    pub(crate) fn place(&mut self, bodies: &[Body], velocities: Option<&[(Vector, Vector)]>) {
+        let velocity = |body: usize| match velocities {
+            Some(velocities) => velocities[body],
+            None => (bodies[body].linvel, bodies[body].angvel),
+        };
+        for (number, (centre, body)) in self.centres.iter_mut().zip(bodies).enumerate() {
+            centre.world_point = body.world_com();
+            centre.velocity = velocity(number).0;
+        }
+        for sample in &mut self.list {
+            let number = sample.body as usize;
+            let (linvel, angvel) = velocity(number);
+            if sample.kind == Kind::Centre {
+                // One for the body as a whole, whatever turns.
+                sample.world_point = self.centres[number].world_point;
+                sample.velocity = linvel;
+                continue;
+            }
+            sample.arm = bodies[number].pose.rotation * sample.local_arm;
+            sample.world_point = self.centres[number].world_point + sample.arm;
+            sample.velocity = linvel + angvel.cross(sample.arm);
+        }
+        let spreads = self.spreads[1..].iter_mut();
+        for (spread, (body, local_pose, local)) in spreads.zip(&self.local_spreads) {
+            let pose = bodies[*body as usize].pose * *local_pose;
+            let turned = DMat3::from_quat(to_dpose3(&pose).rotation);
+            *spread = turned * *local * turned.transpose();
+        }
+        for solid in &mut self.solids {
+            let number = solid.body as usize;
+            solid.pose = to_dpose3(&(bodies[number].pose * solid.local_pose));
+            solid.angvel = to_dvec3(velocity(number).1);
+        }
     }
 
     /// Numbers the sites by their colliders, once all are there.
@@ -231,10 +309,10 @@ impl Samples {
         }
         let coupled = match &weighting.coupling {
             Coupling::Axis(axis) => self.axis(sample, axis, moment),
-            Coupling::Share if weighting.reading == ForceMode::Force => sample.share,
+            Coupling::Share if weighting.mode == ForceMode::Force => sample.share,
             Coupling::Share | Coupling::Each => 1.0,
         };
-        let whole = match weighting.reading {
+        let whole = match weighting.mode {
             ForceMode::Force => coupled,
             ForceMode::Acceleration => coupled * sample.mass,
             ForceMode::VelocityChange => coupled * sample.mass / moment.dt,

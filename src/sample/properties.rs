@@ -1,227 +1,164 @@
-//! What users say about colliders and bodies.
+//! What users say about colliders and bodies, where the gathering finds it at once.
 
-use std::sync::Arc;
+use std::collections::HashMap;
 
-use super::error::PropertyError;
 use super::point::{Samples, UserValues};
-use crate::field::Sampling;
-use crate::math::{ColliderHandle, Real, RigidBodyHandle, to_f64};
-use crate::rapier::data::Coarena;
+use crate::field::{Change, ColliderProperties, FieldSet, Sampling};
+use crate::math::{ColliderHandle, RigidBodyHandle, to_f64};
 
-/// What the fields may ask of a collider, beyond its shape and place.
-///
-/// ```
-/// use rapier3d_fields::prelude::*;
-/// let nitrogen = ColliderProperties::new().charge(-1.02).mass(14.0067).axis("dispersion", 1.0);
-/// ```
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
-pub struct ColliderProperties {
-    /// Electric charge, for [`Axis::Charge`](crate::Axis::Charge). Zero by default.
-    pub charge: Real,
-    /// Mass of this part of the body, if it is not the collider's own: colliders of density zero
-    /// have none. Only the ratio between the parts of a body counts.
-    pub mass: Option<Real>,
-    /// Values along the user's axes; others take the value of the world.
-    pub axes: Vec<(Arc<str>, Real)>,
-}
+/// Handles of larger indices, which only a hostile file has, are looked up in a map: memory must
+/// not follow an index.
+const DENSE: u32 = 1 << 20;
 
-impl ColliderProperties {
-    /// No charge, the collider's own mass, and the world's values on the user's axes.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Sets the charge.
-    pub fn charge(mut self, charge: Real) -> Self {
-        self.charge = charge;
-        self
-    }
-
-    /// Sets the mass of this part of the body.
-    pub fn mass(mut self, mass: Real) -> Self {
-        self.mass = Some(mass);
-        self
-    }
-
-    /// Sets the value along one of the user's axes.
-    pub fn axis(mut self, name: &str, value: Real) -> Self {
-        self.axes.push((name.into(), value));
-        self
-    }
-
-    fn validate(&self, collider: ColliderHandle) -> Result<(), PropertyError> {
-        let bad = |quantity, requirement, value| PropertyError::Property {
-            collider,
-            quantity,
-            requirement,
-            value,
-        };
-        if !self.charge.is_finite() {
-            return Err(bad("the charge", "finite", self.charge));
-        }
-        match self.mass {
-            Some(mass) if !(mass >= 0.0 && mass.is_finite()) => {
-                Err(bad("the mass", "zero or more, and finite", mass))
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-/// The properties of all colliders that have some, and the world's values on the user's axes.
-#[derive(Clone, Default)]
+/// The properties of all colliders that have some, by handle; follows a [`FieldSet`].
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Properties {
-    pub(crate) world: Vec<(Arc<str>, f64)>,
-    entries: Coarena<Option<Entry>>,
-    /// Handles with an entry, to rebuild them when the world's values change.
-    listed: Vec<ColliderHandle>,
+    /// The revision of the set that it was made for.
+    revision: u64,
+    world: UserValues,
+    entries: ByHandle<Entry>,
     /// By body: the sampling it asks for.
-    samplings: Coarena<Option<Sampling>>,
-    pub(crate) sampled: Vec<RigidBodyHandle>,
+    samplings: ByHandle<Sampling>,
+    /// Whether any body asks for one.
+    any_sampling: bool,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub(crate) properties: ColliderProperties,
     pub(crate) user: UserValues,
 }
 
 impl Properties {
-    pub(crate) fn new(axes: Vec<(Arc<str>, Real)>) -> Self {
-        Properties {
-            world: axes
-                .into_iter()
-                .map(|(name, value)| (name, to_f64(value)))
-                .collect(),
-            ..Self::default()
+    /// Takes up what has changed in the set since the last call; whether anything has.
+    pub(crate) fn update(&mut self, set: &FieldSet) -> bool {
+        if self.revision == set.revision() {
+            return false;
+        }
+        let concerns = |change: &Change| !matches!(change, Change::Term(_));
+        let of_collider = |change: &Change| match change {
+            Change::Collider(collider) => Some(*collider),
+            _ => None,
+        };
+        let changes = set.changes_since(self.revision);
+        self.revision = set.revision();
+        let Some(changes) = changes else {
+            self.take_up_all(set);
+            return true;
+        };
+        let changes: Vec<Change> = changes.filter(concerns).collect();
+        let colliders: Option<Vec<ColliderHandle>> = changes.iter().map(of_collider).collect();
+        match colliders {
+            Some(colliders) => colliders.into_iter().for_each(|c| self.take_up(set, c)),
+            None => self.take_up_all(set),
+        }
+        !changes.is_empty()
+    }
+
+    fn take_up_all(&mut self, set: &FieldSet) {
+        let data = set.data();
+        *self = Properties {
+            revision: self.revision,
+            world: data.axes().iter().cloned().collect(),
+            any_sampling: !data.samplings().is_empty(),
+            ..Properties::default()
+        };
+        for (collider, _) in data.colliders() {
+            self.take_up(set, *collider);
+        }
+        for (body, own) in data.samplings() {
+            self.samplings.insert(body.into_raw_parts(), *own);
+        }
+    }
+
+    fn take_up(&mut self, set: &FieldSet, collider: ColliderHandle) {
+        if let Some(properties) = set.data().get(collider) {
+            let entry = Entry {
+                properties: properties.clone(),
+                user: self.values(properties),
+            };
+            self.entries.insert(collider.into_raw_parts(), entry);
         }
     }
 
     /// Begins the list of user values with the world's, for samples that have none of their own.
     pub(crate) fn of_world(&self, samples: &mut Samples) {
-        samples.user.push(self.world.iter().cloned().collect());
+        samples.user.push(self.world.clone());
     }
 
-    /// Sets the properties of a collider.
-    pub(crate) fn set(
-        &mut self,
-        collider: ColliderHandle,
-        properties: ColliderProperties,
-    ) -> Result<(), PropertyError> {
-        properties.validate(collider)?;
-        for (name, value) in &properties.axes {
-            self.check_axis(name, *value)?;
-        }
-        if self.get(collider).is_none() {
-            self.listed.push(collider);
-        }
-        let user = self.values(&properties);
-        self.entries
-            .insert(collider.0, Some(Entry { properties, user }));
-        Ok(())
-    }
-
-    /// Sets the world's value along one of the user's axes.
-    pub(crate) fn set_axis(&mut self, name: &str, value: Real) -> Result<(), PropertyError> {
-        self.check_axis(name, value)?;
-        for (known, current) in &mut self.world {
-            if **known == *name {
-                *current = to_f64(value);
-            }
-        }
-        for collider in self.listed.clone() {
-            let entry = self.entries.get(collider.0).cloned().flatten();
-            if let Some(Entry { properties, .. }) = entry {
-                let user = self.values(&properties);
-                self.entries
-                    .insert(collider.0, Some(Entry { properties, user }));
-            }
-        }
-        Ok(())
-    }
-
-    /// Sets what sampling a body asks for, if any.
-    pub(crate) fn set_sampling(
-        &mut self,
-        body: RigidBodyHandle,
-        sampling: Option<Sampling>,
-    ) -> Result<(), PropertyError> {
-        let own = sampling.filter(|sampling| *sampling != Sampling::Auto);
-        if let Some(tolerance) = own.and_then(Sampling::tolerance)
-            && !(tolerance > 0.0 && tolerance.is_finite())
-        {
-            return Err(PropertyError::Tolerance { body, tolerance });
-        }
-        self.sampled.retain(|known| *known != body);
-        self.sampled.extend(own.map(|_| body));
-        self.samplings.insert(body.0, own);
-        Ok(())
-    }
-
-    /// All that bodies ask for, those of bodies that were removed since included.
-    pub(crate) fn overrides(&self) -> Vec<Sampling> {
-        let mut overrides: Vec<Sampling> = Vec::new();
-        for body in &self.sampled {
-            let own = self.sampling(*body);
-            overrides.extend(own.filter(|own| !overrides.contains(own)));
-        }
-        overrides
+    /// Whether any body asks for a sampling of its own.
+    pub(crate) fn any_sampling(&self) -> bool {
+        self.any_sampling
     }
 
     pub(crate) fn sampling(&self, body: RigidBodyHandle) -> Option<Sampling> {
-        *self.samplings.get(body.0)?
-    }
-
-    /// The user's axes, with the world's values.
-    pub(crate) fn world_values(&self) -> impl Iterator<Item = &(Arc<str>, f64)> {
-        self.world.iter()
-    }
-
-    /// The properties of all colliders that have some.
-    pub(crate) fn properties(&self) -> impl Iterator<Item = (ColliderHandle, &ColliderProperties)> {
-        let listed = self.listed.iter();
-        listed.filter_map(|handle| Some((*handle, &self.get(*handle)?.properties)))
-    }
-
-    /// What bodies ask for, those that were removed since included.
-    pub(crate) fn samplings(&self) -> impl Iterator<Item = (RigidBodyHandle, Sampling)> {
-        let sampled = self.sampled.iter();
-        sampled.filter_map(|body| Some((*body, self.sampling(*body)?)))
-    }
-
-    fn check_axis(&self, name: &str, value: Real) -> Result<(), PropertyError> {
-        let axis = name.to_owned();
-        if !self.world.iter().any(|(known, _)| **known == *name) {
-            return Err(PropertyError::UnknownAxis { axis });
-        }
-        if !value.is_finite() {
-            return Err(PropertyError::AxisValue { axis, value });
-        }
-        Ok(())
-    }
-
-    fn values(&self, properties: &ColliderProperties) -> UserValues {
-        let value = |(name, world): &(Arc<str>, f64)| {
-            let own = properties
-                .axes
-                .iter()
-                .rev()
-                .find(|(known, _)| known == name);
-            (
-                name.clone(),
-                own.map_or(*world, |(_, value)| to_f64(*value)),
-            )
-        };
-        self.world.iter().map(value).collect()
+        self.samplings.get(body.into_raw_parts()).copied()
     }
 
     pub(crate) fn get(&self, collider: ColliderHandle) -> Option<&Entry> {
-        self.entries.get(collider.0)?.as_ref()
+        self.entries.get(collider.into_raw_parts())
+    }
+
+    fn values(&self, properties: &ColliderProperties) -> UserValues {
+        let value = |(name, world): &(std::sync::Arc<str>, f64)| {
+            let mut own = properties.axes.iter().rev();
+            let own = own.find(|(known, _)| known == name);
+            let value = own.map_or(*world, |(_, value)| to_f64(*value));
+            (name.clone(), value)
+        };
+        self.world.iter().map(value).collect()
+    }
+}
+
+/// Values by the index and generation of a handle.
+#[derive(Clone, Debug)]
+struct ByHandle<T> {
+    values: Vec<((u32, u32), T)>,
+    /// By index below [`DENSE`]: the number of the value, plus one.
+    dense: Vec<u32>,
+    /// The same, of larger indices.
+    sparse: HashMap<u32, u32>,
+}
+
+impl<T> Default for ByHandle<T> {
+    fn default() -> Self {
+        ByHandle {
+            values: Vec::new(),
+            dense: Vec::new(),
+            sparse: HashMap::new(),
+        }
+    }
+}
+
+impl<T> ByHandle<T> {
+    fn number(&self, index: u32) -> Option<usize> {
+        let number = match index < DENSE {
+            true => self.dense.get(index as usize),
+            false => self.sparse.get(&index),
+        };
+        (*number? as usize).checked_sub(1)
+    }
+
+    fn get(&self, handle: (u32, u32)) -> Option<&T> {
+        let (known, value) = &self.values[self.number(handle.0)?];
+        (*known == handle).then_some(value)
+    }
+
+    /// Of two handles of one index, the last one inserted stays.
+    fn insert(&mut self, handle: (u32, u32), value: T) {
+        if let Some(number) = self.number(handle.0) {
+            self.values[number] = (handle, value);
+            return;
+        }
+        self.values.push((handle, value));
+        let (index, number) = (handle.0, self.values.len() as u32);
+        if index >= DENSE {
+            self.sparse.insert(index, number);
+            return;
+        }
+        if self.dense.len() <= index as usize {
+            self.dense.resize(index as usize + 1, 0);
+        }
+        self.dense[index as usize] = number;
     }
 }

@@ -8,7 +8,7 @@ use super::collider::ProbeDoc;
 use super::error::{FileError, content, parse};
 use super::field::FieldDoc;
 use super::fields::ColliderProperties;
-use super::fields::field::{Field, Region, Scalar, Tree, TreeError};
+use super::fields::field::{BuildError, Field, Region, Scalar, Tree};
 use super::names::Names;
 use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};
@@ -92,7 +92,7 @@ fn read_field(doc: &FieldDoc) -> Result<Field, FileError> {
     let field = doc.read(&Names::default())?;
     match Tree::from(field.clone()).check(&[]) {
         // Which axes there are is for whoever uses it to say.
-        Ok(()) | Err(TreeError::UnknownAxis { .. }) => Ok(field),
+        Ok(()) | Err(BuildError::UnknownAxis { .. }) => Ok(field),
         Err(error) => Err(content(error.to_string())),
     }
 }
@@ -101,7 +101,7 @@ fn read_tree(doc: &TreeDoc) -> Result<Tree, FileError> {
     let names = Names::default();
     let tree = doc.read(&names)?;
     match tree.check(&[]) {
-        Ok(()) | Err(TreeError::UnknownAxis { .. } | TreeError::Empty) => Ok(tree),
+        Ok(()) | Err(BuildError::UnknownAxis { .. } | BuildError::Empty) => Ok(tree),
         Err(error) => Err(doc.blame(&names, &[], error)),
     }
 }

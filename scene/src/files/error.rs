@@ -2,7 +2,7 @@
 
 use serde::de::DeserializeOwned;
 
-use super::fields::{PropertyError, TreeError};
+use super::fields::{BuildError, PropertyError};
 use crate::text;
 
 /// Why a file was not read, or something not written to one.
@@ -48,7 +48,7 @@ pub enum FileError {
     },
     /// The tree or a setting was refused.
     #[error(transparent)]
-    Tree(#[from] TreeError),
+    Tree(#[from] BuildError),
     /// A property of a sample was refused.
     #[error(transparent)]
     Property(#[from] PropertyError),

@@ -96,7 +96,6 @@ impl SceneFile {
     /// thresholds of one's own.
     pub fn new(world: &PhysicsWorld, fields: &Fields) -> Result<Self, FileError> {
         refuse_what_is_missing(world)?;
-        let settings = fields.settings();
         let mut directory = Directory::default();
         let mut bodies = Vec::new();
         for (handle, body) in world.bodies.iter() {
@@ -113,17 +112,17 @@ impl SceneFile {
             directory.push(None, handle, body.colliders().to_vec());
             bodies.push(doc);
         }
-        for (body, sampling) in &settings.samplings {
-            if let Some(number) = directory.number_of_body(*body) {
-                bodies[number].sampling = Some(*sampling);
+        for (body, sampling) in fields.set.samplings() {
+            if let Some(number) = directory.number_of_body(body) {
+                bodies[number].sampling = Some(sampling);
             }
         }
-        for (collider, properties) in &settings.properties {
-            if let Some((body, part)) = directory.number_of_part(*collider) {
+        for (collider, properties) in fields.set.colliders() {
+            if let Some((body, part)) = directory.number_of_part(collider) {
                 bodies[body].colliders[part].probe = Some(ProbeDoc::write(properties));
             }
         }
-        let fields = FieldsDoc::write(&settings, Some(&directory));
+        let fields = FieldsDoc::write(fields, Some(&directory));
         Ok(SceneFile {
             version: VERSION,
             about: None,

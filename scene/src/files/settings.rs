@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{FileError, content};
 use super::field::PartDoc;
+use super::fields::BuildError;
 use super::fields::Fields;
 use super::fields::math::ColliderHandle;
 use super::fields::{Detection, Responder};
 use super::fields::{Scheme, WakePolicy};
-use super::fields::{Settings, TreeError};
 use super::names::{Directory, Names};
 use super::number::{Num, unless};
 use super::tree::TreeDoc;
@@ -110,18 +110,16 @@ impl FieldsDoc {
         }
         // What can still be wrong is an axis or the scheme.
         let mut fields = builder.build().map_err(|error| match error {
-            TreeError::DuplicateAxis { .. } => content(error.to_string()).within("axes"),
+            BuildError::DuplicateAxis { .. } => content(error.to_string()).within("axes"),
             _ => content(error.to_string()).within("scheme"),
         })?;
-        fields.set_time(time);
+        fields.state.set_time(time);
         Ok(fields)
     }
 
-    pub(super) fn write(
-        settings: &Settings<'_>,
-        scene: Option<&Directory>,
-    ) -> Result<Self, FileError> {
-        if settings.cross_check.is_some_and(|check| !check.is_plain()) {
+    pub(super) fn write(fields: &Fields, scene: Option<&Directory>) -> Result<Self, FileError> {
+        let settings = &fields.settings;
+        if settings.cross_check.is_on() && !settings.cross_check.is_plain() {
             let message = "a cross-check of some pairs only, or of recycled contacts, cannot stand \
                            in a file";
             return Err(content(message).within("cross-check"));
@@ -132,23 +130,27 @@ impl FieldsDoc {
             let message = format!("{fraction} is not finite, and cannot stand in a file");
             return Err(content(message).within("wake.on-change.fraction"));
         }
-        let axes = settings.axes.iter();
-        let among = settings.responder_among.iter();
-        let among = among.map(|(parts, responder)| AmongDoc::write(parts, *responder, scene));
+        let axes = fields.set.axes();
+        let among = settings.responders_among().map(|(parts, responder)| {
+            let mut parts: Vec<ColliderHandle> = parts.collect();
+            parts.sort_unstable_by_key(|handle| handle.into_raw_parts());
+            AmongDoc::write(&parts, responder, scene)
+        });
+        let tree = TreeDoc::write(&fields.set.tree(), scene);
         Ok(FieldsDoc {
             axes: axes
-                .map(|(name, value)| (name.to_string(), Num(*value)))
+                .map(|(axis, value)| (axis.name().to_owned(), Num(value)))
                 .collect(),
             scheme: unless(settings.scheme, Scheme::default()),
             wake: unless(settings.wake, WakePolicy::default()),
-            responder: unless(settings.responder, Responder::default()),
+            responder: unless(settings.responder(), Responder::default()),
             responder_among: among.collect::<Result<_, _>>()?,
             detection: unless(settings.detection, Detection::default()),
-            cross_check: settings.cross_check.is_some(),
+            cross_check: settings.cross_check.is_on(),
             audit: settings.audit,
-            time: unless(settings.time, 0.0),
+            time: unless(fields.state.time(), 0.0),
             definitions: BTreeMap::new(),
-            tree: TreeDoc::write(settings.tree, scene).map_err(|error| error.within("tree"))?,
+            tree: tree.map_err(|error| error.within("tree"))?,
         })
     }
 }

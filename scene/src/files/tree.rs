@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{FileError, content};
 use super::field::{AnchorDoc, FieldDoc};
-use super::fields::TreeError;
+use super::fields::BuildError;
 use super::fields::field::visit::{NodeView, Override};
 use super::fields::field::{Layer, Operator, Tree};
 use super::names::{Directory, Names};
@@ -171,9 +171,9 @@ impl TreeDoc {
 
     /// Says where in the file stands what the whole tree was refused for: in the innermost part
     /// that by itself is refused for the same reason.
-    pub(super) fn blame(&self, scene: &Names<'_>, axes: &[&str], error: TreeError) -> FileError {
+    pub(super) fn blame(&self, scene: &Names<'_>, axes: &[&str], error: BuildError) -> FileError {
         let alike =
-            |other: &TreeError| std::mem::discriminant(other) == std::mem::discriminant(&error);
+            |other: &BuildError| std::mem::discriminant(other) == std::mem::discriminant(&error);
         for (path, part) in self.parts() {
             let refused = part
                 .read(scene)

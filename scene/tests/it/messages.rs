@@ -140,7 +140,7 @@ fn definitions_are_used_by_name() {
     }"#;
     let scene = SceneFile::from_json(&scene(fields)).and_then(|file| file.build());
     let scene = scene.unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(scene.fields.settings().tree.field_count(), 2);
+    assert_eq!(scene.fields.set.len(), 2);
     let found = error(&fields.replace("{ \"use\": \"pull\" }\n", "{ \"use\": \"push\" }\n"));
     let expected = "at `fields.tree.sum-union[1].use`: there is no definition `push`";
     assert!(found.contains(expected), "{found}");

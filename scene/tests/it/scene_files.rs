@@ -4,12 +4,12 @@
 //! The files are those of `f32`. `WRITE_SCENES=1 cargo test -p rapier3d-fields-scene the_files_are` writes them anew.
 
 use crate::files::{Document, SceneFile};
+use crate::lab::scenes::ammonia::AmmoniaSettings;
+use crate::lab::scenes::figures::{Figure3Settings, Figure4Settings};
+use crate::lab::scenes::flock::FlockSettings;
+use crate::lab::scenes::head_on::{HeadOnSettings, Meeting};
+use crate::lab::scenes::spheres::SpheresSettings;
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::scenes::ammonia::AmmoniaSettings;
-use rapier3d_fields::scenes::figures::{Figure3Settings, Figure4Settings};
-use rapier3d_fields::scenes::flock::FlockSettings;
-use rapier3d_fields::scenes::head_on::{HeadOnSettings, Meeting};
-use rapier3d_fields::scenes::spheres::SpheresSettings;
 
 use crate::bits::bits;
 

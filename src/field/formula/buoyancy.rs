@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Law;
-use crate::field::error::{TreeError, all_finite};
+use crate::field::error::{BuildError, all_finite};
 use crate::field::number::{Number, Vec3};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, to_f64};
@@ -91,7 +91,7 @@ impl Law for Buoyancy {
         Some(sum * self.weight_per_volume())
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         all_finite(
             field,
             &[("the density", self.density), ("the gravity", self.gravity)],

@@ -4,7 +4,7 @@ use exmex::{Differentiate, Express, FlatEx};
 
 use super::Law;
 use crate::field::axis::Axis;
-use crate::field::error::TreeError;
+use crate::field::error::BuildError;
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::LocalQuery;
 use crate::math::DVec3;
@@ -178,11 +178,11 @@ impl Law for Expression {
         &self.axes
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         match &self.parsed {
             Ok(_) => Ok(()),
-            Err(message) => Err(TreeError::Expression {
-                field: field.to_owned(),
+            Err(message) => Err(BuildError::Expression {
+                field: field.into(),
                 message: message.clone(),
             }),
         }

@@ -1,7 +1,7 @@
 //! Vectors on a regular grid.
 
 use super::Law;
-use crate::field::error::{TreeError, bad, finite_vector, positive};
+use crate::field::error::{BuildError, bad, finite_vector, positive};
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
@@ -109,7 +109,7 @@ impl Law for Grid {
         sum
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         let cells = |n: &usize| *n >= 2;
         if !self.counts.iter().all(cells) {
             let fewest = self.counts.iter().min().copied().unwrap_or(0);

@@ -1,7 +1,7 @@
 //! The linear kernel of PhysX 2.8.
 
 use super::Law;
-use crate::field::error::{TreeError, all_finite, finite_vector};
+use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Number, Vec3, constant, direction, length};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
@@ -116,9 +116,9 @@ fn times<T: Number>(rows: &[Vector; 3], v: &Vec3<T>) -> Vec3<T> {
 fn hash(point: DVec3, time: f64) -> DVec3 {
     let mut seed = 0;
     for x in [point.x, point.y, point.z, time] {
-        seed = crate::random::Random::new(seed ^ x.to_bits()).bits();
+        seed = super::random::Random::new(seed ^ x.to_bits()).bits();
     }
-    let mut random = crate::random::Random::new(seed);
+    let mut random = super::random::Random::new(seed);
     DVec3::new(random.uniform(), random.uniform(), random.uniform())
 }
 
@@ -155,7 +155,7 @@ impl Law for LinearKernel {
         self.velocity_multiplier != [Vector::ZERO; 3]
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         if let Coordinates::Toroidal { radius } = self.coordinates {
             all_finite(field, &[("the radius of the ring", radius)])?;
         }

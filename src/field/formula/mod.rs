@@ -5,9 +5,11 @@ mod buoyancy;
 mod expression;
 mod grid;
 mod kernel;
+mod law;
 mod nearest;
 mod path;
 mod radial;
+mod random;
 mod simple;
 mod swirl;
 mod turbulence;
@@ -20,6 +22,7 @@ pub use buoyancy::Buoyancy;
 pub use expression::Expression;
 pub use grid::Grid;
 pub use kernel::{Coordinates, LinearKernel};
+pub(crate) use law::Law;
 pub use nearest::Nearest;
 pub use path::Path;
 pub use radial::{Profile, Radial};
@@ -31,7 +34,7 @@ pub use velocity::{Drag, Magnetic, Wind};
 use super::axis::Axis;
 use super::closure::Closure;
 use super::contact::ContactLaw;
-use super::error::TreeError;
+use super::error::BuildError;
 use super::number::{Number, Vec3, constant};
 use super::query::LocalQuery;
 use crate::math::DVec3;
@@ -83,32 +86,6 @@ pub enum Formula {
     Expression(Arc<Expression>),
 }
 
-/// One kind of formula.
-pub(crate) trait Law {
-    /// Its name, for messages and plans.
-    fn kind(&self) -> &'static str;
-
-    /// The vector at a sample, in the field's frame.
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
-
-    /// The potential U with F = −∇U at a sample, where there is one.
-    fn potential<T: Number>(&self, _local: &LocalQuery<'_, T>) -> Option<T> {
-        None
-    }
-
-    /// Whether the vector depends on the velocity of the sample.
-    fn reads_velocity(&self) -> bool {
-        false
-    }
-
-    /// The axes it names beyond those every formula may read.
-    fn axes(&self) -> &[Axis] {
-        &[]
-    }
-
-    fn validate(&self, field: &str) -> Result<(), TreeError>;
-}
-
 /// Does the same with whatever law a formula is.
 macro_rules! with_law {
     ($formula:expr, $law:ident => $result:expr) => {
@@ -156,7 +133,7 @@ impl Formula {
         with_law!(self, law => law.kind())
     }
 
-    pub(crate) fn validate(&self, field: &str) -> Result<(), TreeError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         with_law!(self, law => law.validate(field))
     }
 
@@ -170,6 +147,16 @@ impl Formula {
         match self {
             Formula::Buoyancy(_) => true,
             Formula::Wind(wind) => wind.flow.reads_volume(),
+            _ => false,
+        }
+    }
+
+    /// Whether the vector may depend on time, beyond the axes it names.
+    pub(crate) fn reads_time(&self) -> bool {
+        match self {
+            Formula::Turbulence(law) => law.turnover != 0.0,
+            Formula::Wind(wind) => wind.flow.reads_time(),
+            Formula::Closure(_) => true,
             _ => false,
         }
     }
@@ -200,7 +187,7 @@ impl Law for ContactLaw {
         Some(0.0.into())
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         ContactLaw::validate(self, field)
     }
 }

@@ -3,7 +3,7 @@
 use super::Law;
 use super::radial::Radial;
 use crate::field::closure::difference_step;
-use crate::field::error::TreeError;
+use crate::field::error::BuildError;
 use crate::field::number::{Number, Vec3, chain, differences};
 use crate::field::query::LocalQuery;
 use crate::field::solid::AnyShape;
@@ -67,7 +67,7 @@ impl Law for Nearest {
         self.radial.potential_at(d.dot(&d))
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         self.radial.validate(field)
     }
 }

@@ -1,17 +1,18 @@
 //! Following a path.
 
 use super::Law;
-use crate::field::error::{TreeError, all_finite, bad, finite_vector};
+use crate::field::error::{BuildError, all_finite, bad, finite_vector};
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// Towards and along a path of straight pieces: F = k (g − p) + c (speed · t − v), for the goal g
-/// on the path, `predict` beyond the point nearest to p, and the direction t of the path there.
+/// on the path, `look_ahead` beyond the point nearest to p, and the direction t of the path there.
 ///
 /// An open path ends at its last point, where t is zero. Where two points of the path are equally
 /// near, the force jumps; at corners its derivatives do.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
@@ -26,7 +27,7 @@ pub struct Path {
     /// Speed along the path.
     pub speed: Real,
     /// How far ahead of the nearest point the goal lies.
-    pub predict: Real,
+    pub look_ahead: Real,
     /// k, force per length.
     pub stiffness: Real,
     /// c, force per velocity.
@@ -52,7 +53,7 @@ impl Path {
             lengths,
             closed,
             speed: 0.0,
-            predict: 0.0,
+            look_ahead: 0.0,
             stiffness: 1.0,
             damping: 0.0,
         }
@@ -72,8 +73,8 @@ impl Path {
     }
 
     /// Sets how far ahead of the nearest point the goal lies. Nothing by default.
-    pub fn predict(mut self, distance: Real) -> Self {
-        self.predict = distance;
+    pub fn look_ahead(mut self, distance: Real) -> Self {
+        self.look_ahead = distance;
         self
     }
 
@@ -132,8 +133,8 @@ struct Settings {
     closed: bool,
     #[serde(default)]
     speed: Real,
-    #[serde(default, rename = "look-ahead", alias = "predict")]
-    predict: Real,
+    #[serde(default, alias = "predict")]
+    look_ahead: Real,
     #[serde(default = "usual_stiffness")]
     stiffness: Real,
     #[serde(default)]
@@ -150,7 +151,7 @@ impl From<Settings> for Path {
     fn from(settings: Settings) -> Self {
         Path {
             speed: settings.speed,
-            predict: settings.predict,
+            look_ahead: settings.look_ahead,
             stiffness: settings.stiffness,
             damping: settings.damping,
             ..Path::new(settings.points, settings.closed)
@@ -168,7 +169,7 @@ impl From<Path> for Settings {
             points: points.take(distinct).collect(),
             closed: path.closed,
             speed: path.speed,
-            predict: path.predict,
+            look_ahead: path.look_ahead,
             stiffness: path.stiffness,
             damping: path.damping,
         }
@@ -181,7 +182,7 @@ impl Law for Path {
     }
 
     fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let place = self.nearest(&local.point) + to_f64(self.predict);
+        let place = self.nearest(&local.point) + to_f64(self.look_ahead);
         let (goal, direction) = self.at(place);
         let wanted = constant::<T>(direction * to_f64(self.speed));
         let (k, c) = (to_f64(self.stiffness), to_f64(self.damping));
@@ -192,7 +193,7 @@ impl Law for Path {
         self.damping != 0.0
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         let count = self.points.len();
         if count < 2 {
             let quantity = "the number of points of the path";
@@ -210,7 +211,7 @@ impl Law for Path {
             field,
             &[
                 ("the speed", self.speed),
-                ("the look-ahead", self.predict),
+                ("the look-ahead", self.look_ahead),
                 ("the stiffness", self.stiffness),
                 ("the damping", self.damping),
             ],

@@ -1,7 +1,7 @@
 //! Forces along the line through the field's origin.
 
 use super::Law;
-use crate::field::error::{TreeError, finite, not_negative, positive};
+use crate::field::error::{BuildError, finite, not_negative, positive};
 use crate::field::number::{Number, Vec3, root};
 use crate::field::query::LocalQuery;
 use crate::math::{Real, to_f64};
@@ -170,6 +170,12 @@ impl Radial {
         }
     }
 
+    /// The law of so many times the strength, under the same bound.
+    pub(crate) fn times(mut self, factor: Real) -> Radial {
+        *self.profile.strength_mut() *= factor;
+        self
+    }
+
     /// The strength, and the same law of strength one.
     pub(crate) fn unit(&self) -> (Real, Radial) {
         let mut law = *self;
@@ -214,7 +220,7 @@ impl Law for Radial {
         self.potential_at(local.point.dot(&local.point))
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         for (quantity, value) in [
             ("the cutoff", self.shifted_at),
             ("the nearest distance", self.nearest),
@@ -368,7 +374,7 @@ impl Profile {
         }
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         let positive = |quantity, value| positive(field, quantity, value);
         match *self {
             Profile::Power {

@@ -1,7 +1,7 @@
 //! The same vector everywhere, and the spring.
 
 use super::Law;
-use crate::field::error::{TreeError, all_finite, finite_vector};
+use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Number, Vec3, constant, direction, length};
 use crate::field::query::LocalQuery;
 use crate::math::{Real, Vector, to_dvec3, to_f64};
@@ -33,7 +33,7 @@ impl Law for Uniform {
         Some(-constant::<T>(to_dvec3(self.vector)).dot(&local.point))
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         finite_vector(field, "a component of the vector", self.vector)
     }
 }
@@ -84,7 +84,7 @@ impl Law for Spring {
         self.damping != 0.0
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         all_finite(
             field,
             &[

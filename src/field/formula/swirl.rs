@@ -1,7 +1,7 @@
 //! Around, towards and along an axis.
 
 use super::Law;
-use crate::field::error::{TreeError, all_finite, not_negative};
+use crate::field::error::{BuildError, all_finite, not_negative};
 use crate::field::number::{Number, Vec3};
 use crate::field::query::LocalQuery;
 use crate::math::{Real, to_f64};
@@ -61,7 +61,7 @@ impl Law for Swirl {
         (self.around == 0.0 && self.inward == 0.0).then_some(lift)
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         not_negative(field, "the core", self.core)?;
         all_finite(
             field,

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use approx::assert_relative_eq;
 
+use super::random::Random;
 use super::*;
 use crate::field::number::{Dual, real};
 use crate::field::{
     Coupling, Field, Frame, Linearised, Motion, Query, Region, Sample, Scalar, Tree, number,
 };
 use crate::math::{Pose, Real, SharedShape, Vector};
-use crate::random::Random;
 
 /// One field of each formula, with those whose derivatives are numerical marked.
 fn fields() -> Vec<(&'static str, Field, bool)> {
@@ -79,7 +79,7 @@ fn fields() -> Vec<(&'static str, Field, bool)> {
         ),
         law(
             "path",
-            Field::path(Path::new(corners, true).damping(0.5, 2.0).predict(0.3)),
+            Field::path(Path::new(corners, true).damping(0.5, 2.0).look_ahead(0.3)),
         ),
         law("grid", Field::grid(grid)),
         law("kernel", kernel(Coordinates::Cartesian)),
@@ -122,7 +122,7 @@ fn frame() -> Frame {
 fn query(random: &mut Random) -> Query {
     Query {
         world_point: random.unit_vector() * (0.8 + random.uniform()),
-        world_velocity: random.normal_vector(),
+        world_velocity: random.unit_vector() * (2.0 * random.uniform()),
         time: random.uniform(),
         volume: 2.0,
         ..Query::default()
@@ -243,7 +243,7 @@ fn turbulence_has_no_divergence() {
     let (mut square, samples) = (0.0, 20_000);
     for _ in 0..samples {
         let query = Query {
-            world_point: random.normal_vector() * 1e3,
+            world_point: random.unit_vector() * (1e3 * random.uniform()),
             ..Query::default()
         };
         let local = LocalQuery::moving(&query, &Motion::<Dual>::seeded(&query), &frame());
@@ -283,7 +283,7 @@ fn buoyancy_displaces_the_cap() {
 #[test]
 fn a_path_leads_along_and_back() {
     let lane = Path::new([Vector::ZERO, Vector::X * 10.0], false);
-    let field = Field::path(lane.stiffness(2.0).damping(3.0, 1.5).predict(1.0));
+    let field = Field::path(lane.stiffness(2.0).damping(3.0, 1.5).look_ahead(1.0));
     let at = |point: DVec3, velocity: DVec3| {
         let query = Query {
             world_point: point,

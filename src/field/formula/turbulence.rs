@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use super::Law;
-use crate::field::error::{TreeError, all_finite, bad, positive};
+use super::random::Random;
+use crate::field::error::{BuildError, all_finite, bad, positive};
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, to_f64};
-use crate::random::Random;
 
 /// A random flow without sources, the curl of a random vector potential: a sum of plane waves
 /// Σ (aₙ cos φₙ + bₙ sin φₙ), φₙ = kₙ·d + ωₙ t, with aₙ and bₙ across kₙ.
@@ -19,6 +19,7 @@ use crate::random::Random;
 /// Smooth and without divergence everywhere; no potential. The same seed gives the same flow up
 /// to the rounding of the platform's sine.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
@@ -167,7 +168,7 @@ impl Law for Turbulence {
         sum
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         all_finite(
             field,
             &[

@@ -2,7 +2,7 @@
 
 use super::{Formula, Law};
 use crate::field::axis::Axis;
-use crate::field::error::{TreeError, all_finite, bad, finite_vector};
+use crate::field::error::{BuildError, all_finite, bad, finite_vector};
 use crate::field::number::{Number, Vec3, constant, length};
 use crate::field::query::LocalQuery;
 use crate::math::{Real, Vector, to_dvec3, to_f64};
@@ -46,7 +46,7 @@ impl Law for Drag {
         true
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         all_finite(
             field,
             &[
@@ -103,7 +103,7 @@ impl Law for Wind {
         self.flow.axes()
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         if self.speed_cap.is_nan() || self.speed_cap < 0.0 {
             let value = to_f64(self.speed_cap);
             return Err(bad(field, "the speed cap", "zero or more", value));
@@ -144,7 +144,7 @@ impl Law for Magnetic {
         true
     }
 
-    fn validate(&self, field: &str) -> Result<(), TreeError> {
+    fn validate(&self, field: &str) -> Result<(), BuildError> {
         finite_vector(field, "a component of the vector", self.field)
     }
 }

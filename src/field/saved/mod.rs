@@ -10,10 +10,11 @@ mod shape;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::nodes::Node;
 use super::region::{Region, Step as RegionStep};
 use super::scalar::{Scalar, Step as ScalarStep};
 use super::solid::Solid;
-use super::tree::{Node, Tree};
+use super::tree::Tree;
 use crate::math::Real;
 
 /// Numbers of which +∞ means no end. JSON has no infinities.
@@ -151,16 +152,7 @@ impl TryFrom<Nodes> for Tree {
                     return Err(format!("node {operand} is an operand twice"));
                 }
             }
-            let fits = match node {
-                Node::Leaf(_) | Node::Modified { .. } => true,
-                Node::Operation { operator, .. } if operator.is_associative() => {
-                    operands.len() >= 2
-                }
-                Node::Operation { .. } => operands.len() == 2,
-                Node::Instances { anchors, .. } => !anchors.is_empty(),
-                Node::Layers { modes, .. } => !modes.is_empty() && modes.len() == operands.len(),
-            };
-            if !fits {
+            if !node.is_whole() {
                 return Err(format!(
                     "node {place}: the number of its operands does not fit"
                 ));

@@ -1,34 +1,18 @@
 //! At which points the shapes of colliders are sampled: worked out once per shape, and kept.
 
 mod moments;
+mod rule;
 mod surface;
 mod volume;
 
 use std::sync::Arc;
 
 use super::cells::{Cells, Content};
-use crate::math::{ColliderHandle, DMat3, DVec3, SharedShape, Vector, to_dvec3, to_f64};
+use crate::math::{ColliderHandle, DVec3, Real, SharedShape, Vector, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
 use moments::Moments;
-
-/// Samples of a shape, in its frame; their fractions sum to one.
-#[derive(Debug)]
-pub(super) struct Rule {
-    pub samples: Vec<(Vector, f64)>,
-    /// Second moments, about its sample, of what each stands for.
-    pub spread: DMat3,
-}
-
-impl Rule {
-    /// Where a shape gives no better ones.
-    fn single(local_point: Vector) -> Self {
-        Rule {
-            samples: vec![(local_point, 1.0)],
-            spread: DMat3::ZERO,
-        }
-    }
-}
+pub(super) use rule::Rule;
 
 /// The samples of all shapes met so far.
 #[derive(Debug, Default)]
@@ -43,6 +27,7 @@ pub(crate) struct Shapes {
 struct Known {
     /// Kept, so that whoever changes the shape gets a copy, and the collider another pointer.
     shape: SharedShape,
+    ball: (Vector, Real),
     moments: Option<Moments>,
     volume: Option<Arc<Rule>>,
     surface: Option<Arc<Rule>>,
@@ -59,6 +44,16 @@ impl Shapes {
         known
             .and_then(|known| known.moments.as_ref())
             .map_or(0.0, |moments| moments.measure)
+    }
+
+    /// A ball around a collider, in its frame; infinite around what has no bounds.
+    pub(super) fn bounding_ball(
+        &mut self,
+        handle: ColliderHandle,
+        collider: &Collider,
+    ) -> (Vector, Real) {
+        let known = self.known(handle, collider);
+        known.map_or((Vector::ZERO, Real::INFINITY), |known| known.ball)
     }
 
     /// The samples of a collider's volume; `middle` where it has none.
@@ -123,8 +118,10 @@ impl Shapes {
         let known = self.known.get(handle.0).and_then(Option::as_ref);
         let same = known.is_some_and(|known| std::ptr::addr_eq(&*known.shape.0, &*shape.0));
         if !same {
+            let bounds = shape.compute_local_bounding_sphere();
             let known = Known {
                 shape: shape.clone(),
+                ball: (bounds.center, bounds.radius),
                 moments: Moments::of(shape),
                 volume: None,
                 surface: None,
@@ -134,12 +131,4 @@ impl Shapes {
         }
         self.known.get_mut(handle.0)?.as_mut()
     }
-}
-
-/// The local bounds of a shape, if they are finite and not empty.
-fn bounds(shape: &SharedShape) -> Option<(DVec3, DVec3)> {
-    let bounds = shape.compute_local_aabb();
-    let (low, high) = (to_dvec3(bounds.mins), to_dvec3(bounds.maxs));
-    let sound = low.is_finite() && high.is_finite() && (high - low).max_element() > 0.0;
-    sound.then_some((low, high))
 }

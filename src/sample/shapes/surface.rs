@@ -1,7 +1,7 @@
 //! Samples of surfaces.
 
 use super::moments::{Moments, matched, outer};
-use super::{Rule, bounds};
+use super::rule::{Rule, bounds};
 use crate::math::{DMat3, DVec3, Pose, SharedShape, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::parry::shape::TypedShape;
 

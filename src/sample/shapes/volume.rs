@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::moments::{Moments, cholesky, matched};
-use super::{Rule, bounds};
+use super::rule::{Rule, bounds};
 use crate::math::{DMat3, DVec3, SharedShape, from_dvec3, to_dvec3};
 use crate::sample::cells::{Cells, Content};
 

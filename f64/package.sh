@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Makes `rapier3d-fields-f64` a package by itself, which it is not here: its sources are those of
+# the package above. Copies them beside its manifest into a folder, and packages there.
+#
+# Usage: f64/package.sh [FOLDER] [-- OPTIONS OF cargo package]
+# To publish: cargo publish --manifest-path FOLDER/Cargo.toml
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(dirname "$here")
+folder=$root/target/package-f64
+if [ $# -gt 0 ] && [ "$1" != -- ]; then
+    folder=$1
+    shift
+fi
+[ "${1-}" != -- ] || shift
+
+rm -rf "$folder"
+mkdir -p "$folder"
+cp -R "$root"/{src,README.md,ARCHITECTURE.md,CHANGELOG.md,LICENSE-APACHE,LICENSE-MIT,Cargo.lock} "$folder"
+# Its own paths instead of those above it; without the tests, which are not part of it.
+awk '
+    /^\[/ { skip = ($0 == "[[test]]") }
+    skip || /^#/ { next }
+    { gsub(/"\.\.\//, "\"") }
+    /^\[package\]/ { print "[workspace]\n" }
+    { print }
+' "$here/Cargo.toml" > "$folder/Cargo.toml"
+if grep -n '\.\./' "$folder/Cargo.toml"; then
+    echo "f64/Cargo.toml: these paths lead out of the package" >&2
+    exit 1
+fi
+cd "$folder"
+# Prepared here, so nothing in it is under version control.
+cargo package --allow-dirty "$@"

@@ -1,0 +1,9 @@
+//! Pictures as SVG.
+
+pub mod arrows;
+
+pub mod picture;
+
+pub mod plot;
+
+pub mod projection;

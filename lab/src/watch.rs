@@ -1,0 +1,74 @@
+//! What a step did to a world, for its [`Record`](crate::record::Record).
+
+use super::fields;
+use crate::record::StepContacts;
+use fields::math::{DVec3, to_dvec3, to_f64};
+use fields::prelude::*;
+use fields::{ContactCounts, CrossCheckReport};
+
+/// What contacts did in the last step.
+pub fn contacts(fields: &Fields, world: &PhysicsWorld) -> StepContacts {
+    let mut step = StepContacts {
+        found_by_fields: fields.contacts().len() as u64,
+        found_by_rapier: touching_pairs(world),
+        ..StepContacts::default()
+    };
+    for contact in fields.contacts() {
+        let answered = contact.impulses.iter().any(|j| *j != Vector::ZERO);
+        step.answered += u64::from(answered);
+        let point = to_dvec3(contact.world_point);
+        for (body, impulse) in contact.bodies.iter().zip(contact.impulses) {
+            if body.is_some_and(|handle| world.bodies[handle].is_fixed()) {
+                let impulse: DVec3 = to_dvec3(impulse);
+                step.wall_impulse += impulse;
+                step.wall_twist += point.cross(impulse);
+            }
+        }
+    }
+    step
+}
+
+/// The scales of [`Totals`](crate::record::Totals) for all dynamic bodies.
+pub fn momentum_scales(bodies: &RigidBodySet) -> [f64; 2] {
+    let dynamic = bodies.iter().filter(|(_, body)| body.is_dynamic());
+    dynamic.fold([0.0; 2], |[linear, angular], (_, body)| {
+        let momentum = to_f64(body.mass()) * to_dvec3(body.linvel()).length();
+        let arm = to_dvec3(body.translation()).length();
+        [linear + momentum, angular + arm * momentum]
+    })
+}
+
+/// Pairs of colliders that overlap, as Rapier found them when its last step began.
+fn touching_pairs(world: &PhysicsWorld) -> u64 {
+    let touching = world.narrow_phase.contact_pairs().filter(|pair| {
+        let mut points = pair.manifolds().iter().flat_map(|m| m.points.iter());
+        points.any(|point| point.dist < 0.0)
+    });
+    touching.count() as u64
+}
+
+/// Prints the two sides' counts and how far apart they were.
+pub fn print_cross_check(report: &CrossCheckReport, length: &str) {
+    let ContactCounts {
+        both,
+        only_field,
+        only_rapier,
+        within_band,
+        ..
+    } = report.total;
+    let CrossCheckReport {
+        steps,
+        depth_error,
+        normal_error,
+        point_error,
+        ..
+    } = report;
+    println!("fields beside Rapier, same poses, {steps} steps");
+    println!("  found by both         {both}");
+    println!("  only by the fields    {only_field}");
+    println!("  only by Rapier        {only_rapier}");
+    println!("  within rounding       {within_band}   (by one side only, too shallow to tell)");
+    println!(
+        "  largest difference    depth {depth_error:.1e} {length}, point {point_error:.1e} {length}, normal {normal_error:.1e} rad"
+    );
+}

@@ -1,0 +1,74 @@
+//! What can go wrong in a step.
+
+use crate::field::BuildError;
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
+
+/// Why a step was refused. The world is as it was before the step.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// The time step is negative, infinite or NaN.
+    #[error("the time step must be zero or more, and finite, but is {dt}")]
+    TimeStep {
+        /// The time step.
+        dt: Real,
+    },
+    /// A field gives a force or torque that is infinite or NaN.
+    #[error("{field} gives {force} on {body:?} at {world_point} (collider {collider:?})")]
+    NonFinite {
+        /// The field.
+        field: String,
+        /// The body.
+        body: RigidBodyHandle,
+        /// The collider that was sampled; `None` for a body without any.
+        collider: Option<ColliderHandle>,
+        /// Where.
+        world_point: Vector,
+        /// The field's force there.
+        force: Vector,
+    },
+    /// The fields would push a body beyond what the scalar type can square, which Rapier turns
+    /// into a velocity of zero without a word.
+    #[error("{field} pushes {body:?} to a speed of {speed:e}; at most {limit:e} can be simulated")]
+    TooFast {
+        /// The field that pushes the most.
+        field: String,
+        /// The body.
+        body: RigidBodyHandle,
+        /// The speed it would have.
+        speed: Real,
+        /// The largest speed whose square is finite.
+        limit: Real,
+    },
+    /// A field is anchored to a body or collider that is not in the world.
+    #[error("{field} is anchored to {anchor}, which is not in the world")]
+    MissingAnchor {
+        /// The field.
+        field: String,
+        /// What it is anchored to.
+        anchor: String,
+    },
+    /// A setting is out of its range.
+    #[error(transparent)]
+    Setting(#[from] BuildError),
+    /// The state of the fields is none that a step leaves behind: it was read from elsewhere, or a
+    /// time that is not finite was set.
+    #[error("the state of the fields is not one that a step leaves behind")]
+    State,
+    /// The state of the fields was left behind by a step of another world: what it knows of bodies
+    /// is not so.
+    #[error(
+        "the state of the fields belongs to another world: {body:?} is not there as it left it"
+    )]
+    OtherWorld {
+        /// A body that the state knows.
+        body: RigidBodyHandle,
+    },
+    /// The step before was begun and never finished: its `OpenStep` was dropped. The forces that
+    /// stood in place of the user's have been taken back now; the next call begins a step.
+    #[error("the last step was begun, and dropped instead of finished")]
+    Unfinished,
+    /// The open step was not the last one that these fields began.
+    #[error("this step was not the last one that these fields began")]
+    NotTheirs,
+}

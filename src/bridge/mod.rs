@@ -1,0 +1,20 @@
+//! Bridge: the only place that reads and writes Rapier's sets.
+
+mod error;
+mod read;
+mod rollback;
+mod sleep;
+mod soft;
+mod world;
+mod write;
+
+pub use error::StepError;
+pub use sleep::WakePolicy;
+pub use world::WorldMut;
+
+pub(crate) use read::{Reader, Wanted, is_movable};
+pub(crate) use rollback::Rollback;
+pub(crate) use sleep::Resting;
+pub(crate) use soft::SoftBodies;
+pub(crate) use world::View;
+pub(crate) use write::{ForceOverride, Push, apply, finish, push, restore, write, write_linear};

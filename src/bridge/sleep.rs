@@ -1,0 +1,125 @@
+//! When fields wake sleeping bodies.
+
+use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
+use crate::rigid::{Body, Wrench};
+
+/// When fields wake sleeping bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum WakePolicy {
+    /// Never: sleeping bodies are not even sampled.
+    Never,
+    /// When the wrench on a sleeping body has changed, since it fell asleep or was first seen
+    /// asleep, by more than this fraction of the larger of the two. Force and torque are measured
+    /// together, by how much they move the body. Sleepers are looked at when a field changed,
+    /// moved, or depends on time.
+    OnChange {
+        /// The fraction.
+        fraction: Real,
+    },
+    /// Whenever the wrench is not zero: bodies in fields never sleep.
+    Always,
+}
+
+impl Default for WakePolicy {
+    fn default() -> Self {
+        WakePolicy::OnChange { fraction: 1e-3 }
+    }
+}
+
+/// What acted on bodies when they fell asleep, in the order of their handles.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Resting(Vec<(RigidBodyHandle, Wrench)>);
+
+impl Resting {
+    /// Decides for the sleepers among some bodies whether a wrench acts on them. A kick stored in a
+    /// sleeper would fire when it wakes for another reason.
+    pub(crate) fn decide(
+        &mut self,
+        bodies: &[Body],
+        wrenches: &[Wrench],
+        policy: WakePolicy,
+        acting: &mut Vec<bool>,
+    ) {
+        acting.clear();
+        if self.0.is_empty() && !bodies.iter().any(|body| body.sleeping) {
+            return;
+        }
+        for (body, wrench) in bodies.iter().zip(wrenches) {
+            acting.push(self.acts(body, *wrench, policy));
+        }
+    }
+
+    fn acts(&mut self, body: &Body, wrench: Wrench, policy: WakePolicy) -> bool {
+        if !body.sleeping {
+            if let Ok(place) = self.place_of(body.handle) {
+                self.0.remove(place);
+            }
+            return true;
+        }
+        match policy {
+            WakePolicy::Never => false,
+            WakePolicy::Always => wrench != Wrench::ZERO,
+            WakePolicy::OnChange { fraction } => {
+                let resting = self.resting_under(body.handle, wrench);
+                let change = Wrench {
+                    force: wrench.force - resting.force,
+                    torque: wrench.torque - resting.torque,
+                };
+                let larger = size(body, wrench).max(size(body, resting));
+                size(body, change) > to_f64(fraction) * larger
+            }
+        }
+    }
+
+    /// What a sleeper rests under: `wrench`, if it was not seen asleep before.
+    pub(crate) fn resting_under(&mut self, handle: RigidBodyHandle, wrench: Wrench) -> Wrench {
+        match self.place_of(handle) {
+            Ok(place) if self.0[place].0 == handle => self.0[place].1,
+            Ok(place) => {
+                self.0[place] = (handle, wrench);
+                wrench
+            }
+            Err(place) => {
+                self.0.insert(place, (handle, wrench));
+                wrench
+            }
+        }
+    }
+
+    fn place_of(&self, handle: RigidBodyHandle) -> Result<usize, usize> {
+        let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
+        self.0
+            .binary_search_by_key(&index(&handle), |(known, _)| index(known))
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether what was read from elsewhere is of one piece.
+    pub(crate) fn is_sound(&self) -> bool {
+        let index = |(handle, _): &(RigidBodyHandle, Wrench)| handle.into_raw_parts().0;
+        let sorted = self.0.is_sorted_by(|a, b| index(a) < index(b));
+        sorted && self.0.iter().all(|(_, wrench)| wrench.is_finite())
+    }
+}
+
+/// How much a wrench moves a body: the root of twice the energy that a unit of time of it gives the
+/// body at rest. It makes force and torque comparable, so that a torque of mere rounding is none.
+fn size(body: &Body, wrench: Wrench) -> f64 {
+    let (force, torque) = (to_dvec3(wrench.force), to_dvec3(wrench.torque));
+    let twist = to_dvec3(body.inv_inertia * wrench.torque);
+    let linear = (force * force).dot(to_dvec3(body.inv_mass));
+    (linear + torque.dot(twist)).sqrt()
+}

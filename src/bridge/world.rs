@@ -1,0 +1,147 @@
+//! The parts of a world that a step needs.
+
+use crate::field::{Anchor, Frame, Frames};
+use crate::math::{ColliderHandle, ColliderSet, Pose, RigidBodyHandle, RigidBodySet, Vector};
+use crate::rapier::dynamics::{
+    ImpulseJointSet, IntegrationParameters, IslandManager, MultibodyJointSet, RigidBody,
+    SoftBodySet,
+};
+use crate::rapier::geometry::{Collider, NarrowPhase};
+use crate::rapier::pipeline::PhysicsWorld;
+use crate::rigid::Lookup;
+
+/// All that a step reads or writes of a world, borrowed from wherever you keep it: for
+/// [`Fields::begin`](crate::Fields::begin) and [`Fields::finish`](crate::Fields::finish) around a
+/// pipeline of your own. From a `PhysicsWorld` by `WorldMut::from(&mut world)`.
+pub struct WorldMut<'a> {
+    /// All rigid bodies.
+    pub bodies: &'a mut RigidBodySet,
+    /// All colliders.
+    pub colliders: &'a mut ColliderSet,
+    /// Who is awake.
+    pub islands: &'a IslandManager,
+    /// The contacts that Rapier found in its last step.
+    pub narrow_phase: &'a NarrowPhase,
+    /// Joints between bodies.
+    pub impulse_joints: &'a ImpulseJointSet,
+    /// Articulations: their links ignore impulses, and are pushed by forces.
+    pub multibody_joints: &'a MultibodyJointSet,
+    /// Soft bodies: their particles are pushed one by one.
+    pub soft_bodies: &'a mut SoftBodySet,
+    /// The gravity that Rapier's step is given.
+    pub gravity: Vector,
+    /// The parameters that Rapier's step is given: the time step, solver iterations, speed limit.
+    pub integration_parameters: &'a IntegrationParameters,
+}
+
+impl<'a> From<&'a mut PhysicsWorld> for WorldMut<'a> {
+    fn from(world: &'a mut PhysicsWorld) -> Self {
+        WorldMut {
+            bodies: &mut world.bodies,
+            colliders: &mut world.colliders,
+            islands: &world.islands,
+            narrow_phase: &world.narrow_phase,
+            impulse_joints: &world.impulse_joints,
+            multibody_joints: &world.multibody_joints,
+            soft_bodies: &mut world.soft_bodies,
+            gravity: world.gravity,
+            integration_parameters: &world.integration_parameters,
+        }
+    }
+}
+
+impl WorldMut<'_> {
+    /// The same, borrowed for less long.
+    pub fn as_mut(&mut self) -> WorldMut<'_> {
+        WorldMut {
+            bodies: self.bodies,
+            colliders: self.colliders,
+            islands: self.islands,
+            narrow_phase: self.narrow_phase,
+            impulse_joints: self.impulse_joints,
+            multibody_joints: self.multibody_joints,
+            soft_bodies: self.soft_bodies,
+            gravity: self.gravity,
+            integration_parameters: self.integration_parameters,
+        }
+    }
+
+    pub(crate) fn view(&self) -> View<'_> {
+        View::new(self.bodies, self.colliders)
+    }
+}
+
+/// A world that is only read.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    bodies: &'a RigidBodySet,
+    colliders: &'a ColliderSet,
+}
+
+impl<'a> View<'a> {
+    pub(crate) fn new(bodies: &'a RigidBodySet, colliders: &'a ColliderSet) -> Self {
+        View { bodies, colliders }
+    }
+
+    pub(crate) fn body_count(&self) -> usize {
+        self.bodies.len()
+    }
+
+    pub(crate) fn collider_count(&self) -> usize {
+        self.colliders.len()
+    }
+}
+
+impl Lookup for View<'_> {
+    fn body(&self, handle: RigidBodyHandle) -> Option<&RigidBody> {
+        self.bodies.get(handle)
+    }
+
+    fn collider(&self, handle: ColliderHandle) -> Option<&Collider> {
+        self.colliders.get(handle)
+    }
+
+    fn bodies(&self) -> impl Iterator<Item = (RigidBodyHandle, &RigidBody)> {
+        self.bodies.iter()
+    }
+
+    fn free_colliders(&self) -> impl Iterator<Item = (ColliderHandle, &Collider)> {
+        let colliders = self.colliders.iter();
+        colliders.filter(|(_, collider)| collider.parent().is_none())
+    }
+}
+
+impl Frames for View<'_> {
+    fn frame(&self, anchor: &Anchor) -> Option<Frame> {
+        (self.bodies, self.colliders).frame(anchor)
+    }
+}
+
+impl Frames for (&RigidBodySet, &ColliderSet) {
+    fn frame(&self, anchor: &Anchor) -> Option<Frame> {
+        let (bodies, colliders) = *self;
+        let of_body = |handle: RigidBodyHandle| {
+            let body = bodies.get(handle)?;
+            let arm = body.translation() - body.center_of_mass();
+            Some(Frame {
+                pose: *body.position(),
+                velocity: body.linvel() + body.angvel().cross(arm),
+                angvel: body.angvel(),
+                body: Some(handle),
+            })
+        };
+        let base = match anchor {
+            Anchor::World { .. } => Frame::at_rest(Pose::IDENTITY),
+            Anchor::Body { handle, .. } => of_body(*handle)?,
+            Anchor::Collider { handle, .. } => {
+                let collider = colliders.get(*handle)?;
+                match (collider.parent(), collider.position_wrt_parent()) {
+                    // A collider's own world pose lags behind a body that was just teleported.
+                    (Some(parent), Some(local_pose)) => of_body(parent)?.then(local_pose),
+                    _ => Frame::at_rest(*collider.position()),
+                }
+            }
+        };
+        Some(base.then(anchor.local_pose()))
+    }
+}

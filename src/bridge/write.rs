@@ -1,0 +1,153 @@
+//! What is written into Rapier's bodies, and taken back.
+
+use crate::integrate::{MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
+use crate::math::{Pose, Real, RigidBodyHandle, RigidBodySet, Vector, from_dvec3};
+use crate::rapier::dynamics::RigidBody;
+use crate::rigid::{Body, Inertia, Wrench, to_dquat};
+
+/// A user's forces, while those of fields stand in their place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ForceOverride {
+    body: RigidBodyHandle,
+    force: Vector,
+    torque: Vector,
+}
+
+/// Writes new velocities; returns of how many bodies.
+pub(crate) fn write(bodies: &mut RigidBodySet, updates: &[VelocityUpdate]) -> usize {
+    for update in updates {
+        let Some(body) = bodies.get_mut(update.body) else {
+            continue;
+        };
+        if update.wake {
+            body.wake_up(true);
+        }
+        body.set_linvel(update.linvel, false);
+        body.set_angvel(update.angvel, false);
+        if update.spins && body.gyroscopic_forces_enabled() {
+            body.enable_gyroscopic_forces(false);
+        }
+    }
+    updates.len()
+}
+
+/// Puts wrenches on top of the users' forces; returns on how many bodies.
+pub(crate) fn apply(
+    bodies: &mut RigidBodySet,
+    motions: &Motions,
+    (copies, wrenches): (&[Body], &[Wrench]),
+    overrides: &mut Vec<ForceOverride>,
+) -> usize {
+    for (place, wake) in &motions.by_force {
+        let handle = copies[*place].handle;
+        let Some(body) = bodies.get_mut(handle) else {
+            continue;
+        };
+        overrides.push(ForceOverride {
+            body: handle,
+            force: body.user_force(),
+            torque: body.user_torque(),
+        });
+        body.add_force(wrenches[*place].force, *wake);
+        body.add_torque(wrenches[*place].torque, *wake);
+    }
+    motions.by_force.len()
+}
+
+/// Gives the users their forces back, bit for bit: resetting first, since (u + f) − f is not u.
+pub(crate) fn restore(bodies: &mut RigidBodySet, overrides: &[ForceOverride]) -> usize {
+    for own in overrides {
+        if let Some(body) = bodies.get_mut(own.body) {
+            body.reset_forces(false);
+            body.reset_torques(false);
+            body.add_force(own.force, false);
+            body.add_torque(own.torque, false);
+        }
+    }
+    overrides.len()
+}
+
+/// Turns the velocities that Rapier was given back into the true ones, with what pushed the bodies
+/// meanwhile.
+pub(crate) fn finish(
+    bodies: &mut RigidBodySet,
+    turns: &[SteadyTurn],
+    means: &[MeanVelocity],
+    dt: Real,
+) {
+    for turn in turns {
+        let Some(body) = bodies.get_mut(turn.body) else {
+            continue;
+        };
+        if turn.gyroscopic {
+            body.enable_gyroscopic_forces(true);
+        }
+        if is_at_rest(body) {
+            continue;
+        }
+        let angvel = match turn.after {
+            TurnAfter::Momentum(momentum) => Inertia::of(body)
+                .map(|inertia| inertia.angvel_after(to_dquat(*body.rotation()), momentum)),
+            TurnAfter::Velocity(angvel) => Some(angvel),
+        };
+        if let Some(angvel) = angvel {
+            let kept = damped(body.angular_damping(), dt);
+            let pushed = body.angvel() - turn.steady * kept;
+            body.set_angvel(from_dvec3(angvel) * kept + pushed, false);
+        }
+    }
+    for mean in means {
+        let Some(body) = bodies.get_mut(mean.body).filter(|body| !is_at_rest(body)) else {
+            continue;
+        };
+        let kept = damped(body.linear_damping(), dt);
+        let pushed = body.linvel() - mean.expected * kept;
+        body.set_linvel(mean.linvel * kept + pushed, false);
+    }
+}
+
+/// A body that fell asleep, or was quarantined, has come to rest.
+fn is_at_rest(body: &RigidBody) -> bool {
+    body.is_sleeping() || !body.is_enabled()
+}
+
+/// What Rapier's damping leaves of a velocity.
+fn damped(damping: Real, dt: Real) -> Real {
+    (1.0 + dt * damping).recip()
+}
+
+/// Where a body goes on from, after an impact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Push {
+    pub body: RigidBodyHandle,
+    /// Unless it stays where it is.
+    pub pose: Option<Pose>,
+    pub linvel: Vector,
+    pub angvel: Vector,
+}
+
+/// Writes where bodies go on from; returns how many. A contact wakes whom it hits, as Rapier's do.
+pub(crate) fn push(bodies: &mut RigidBodySet, pushes: &[Push]) -> usize {
+    let mut written = 0;
+    for push in pushes {
+        let Some(body) = bodies.get_mut(push.body) else {
+            continue;
+        };
+        if let Some(pose) = push.pose {
+            body.set_position(pose, true);
+        }
+        body.set_linvel(push.linvel, true);
+        body.set_angvel(push.angvel, true);
+        written += 1;
+    }
+    written
+}
+
+/// Writes new linear velocities.
+pub(crate) fn write_linear(bodies: &mut RigidBodySet, updates: &[VelocityUpdate]) {
+    for update in updates {
+        if let Some(body) = bodies.get_mut(update.body) {
+            body.set_linvel(update.linvel, false);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Sources and instances of many terms, in the order of the terms.
+
+use super::entries::{RadialBatch, RadialSource};
+use super::instances::Instances;
+use super::ordered::{Key, Keyed, places_of};
+use super::program::Program;
+
+impl Keyed for RadialBatch {
+    fn first(&self) -> Key {
+        self.serials.first().copied().unwrap_or(Key::MAX)
+    }
+}
+
+impl RadialBatch {
+    /// Puts the sources of one term, which come as a batch, in place of those it had; returns
+    /// these, which are still to be taken off the counts.
+    pub(super) fn put(&mut self, serial: Key, term: Option<RadialBatch>) -> Vec<RadialSource> {
+        let places = places_of(&self.serials, serial);
+        let Some(term) = term else {
+            self.serials.drain(places.clone());
+            return self.sources.drain(places).collect();
+        };
+        self.on_colliders += term.on_colliders;
+        self.moving += term.moving;
+        self.serials.splice(places.clone(), term.serials);
+        self.sources.splice(places, term.sources).collect()
+    }
+}
+
+impl Keyed for Program {
+    fn first(&self) -> Key {
+        self.instances.serials.first().copied().unwrap_or(Key::MAX)
+    }
+}
+
+impl Program {
+    /// What it is ordered by.
+    pub(crate) fn key(&self) -> Key {
+        self.first()
+    }
+
+    /// Puts the instances of one term, which come as a program of the same kind, in place of those
+    /// it had; returns these, which are still to be taken off the count.
+    pub(super) fn put(&mut self, serial: Key, term: Option<Program>) -> Instances {
+        let stride = self.stride();
+        let known = &mut self.instances;
+        let new = term.map(|term| term.instances).unwrap_or_default();
+        let places = places_of(&known.serials, serial);
+        let strided = places.start * stride..places.end * stride;
+        // Composites have no strengths of their own.
+        let strengths = match known.strengths.is_empty() {
+            true => 0..0,
+            false => places.clone(),
+        };
+        known.moving += new.moving;
+        Instances {
+            serials: known.serials.splice(places.clone(), new.serials).collect(),
+            centres: known.centres.splice(places, new.centres).collect(),
+            anchors: known.anchors.splice(strided.clone(), new.anchors).collect(),
+            places: known.places.splice(strided, new.places).collect(),
+            strengths: known.strengths.splice(strengths, new.strengths).collect(),
+            moving: 0,
+        }
+    }
+}

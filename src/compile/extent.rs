@@ -1,0 +1,85 @@
+//! How far forces can reach at all.
+
+use super::anchors::Anchors;
+use super::entries::RadialBatch;
+use super::ordered::Ordered;
+use super::program::Program;
+use crate::math::{Real, Vector};
+
+/// A box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    pub low: Vector,
+    pub high: Vector,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        let infinity = Vector::splat(Real::INFINITY);
+        Bounds {
+            low: infinity,
+            high: -infinity,
+        }
+    }
+}
+
+impl Bounds {
+    pub(super) fn add(&mut self, centre: Vector, radius: Real) {
+        self.low = self.low.min(centre - Vector::splat(radius));
+        self.high = self.high.max(centre + Vector::splat(radius));
+    }
+}
+
+/// Holds all that fields in the world's frame can reach. Grows with every change, and is made anew
+/// after as many changes as there are terms.
+#[derive(Debug, Default)]
+pub(super) struct Extent {
+    pub still: Bounds,
+    changes: usize,
+}
+
+impl Extent {
+    pub(super) fn add_sources(&mut self, batch: &RadialBatch, anchors: &Anchors) {
+        self.changes += 1;
+        let Some(range) = batch.range else { return };
+        for source in &batch.sources {
+            if anchors.stands_still(source.anchor) {
+                let pose = anchors[source.anchor as usize].local_pose();
+                self.still.add(pose.translation, range);
+            }
+        }
+    }
+
+    pub(super) fn add_instances(&mut self, program: &Program, anchors: &Anchors) {
+        self.changes += 1;
+        let Some(reach) = program.reach.filter(|_| program.has_force) else {
+            return;
+        };
+        for centre in &program.instances.centres {
+            if anchors.stands_still(*centre) {
+                let pose = anchors[*centre as usize].local_pose();
+                self.still.add(pose.translation, reach);
+            }
+        }
+    }
+
+    pub(super) fn is_stale(&self, terms: usize) -> bool {
+        self.changes > 2 * terms + 64
+    }
+
+    pub(super) fn renew(
+        &mut self,
+        radials: &Ordered<RadialBatch>,
+        programs: &Ordered<Program>,
+        anchors: &Anchors,
+    ) {
+        *self = Extent::default();
+        for (_, batch) in radials.iter() {
+            self.add_sources(batch, anchors);
+        }
+        for (_, program) in programs.iter() {
+            self.add_instances(program, anchors);
+        }
+        self.changes = 0;
+    }
+}

@@ -1,0 +1,120 @@
+//! What single terms are like, added up over all of them.
+
+use super::requirements::{PartSampling, SamplingRequirements};
+use crate::field::{Anchor, Axis, Nodes};
+
+/// Facts about a term, one bit for each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Facts(u32);
+
+impl Facts {
+    /// Depends on velocities.
+    pub(super) const READS_VELOCITY: u32 = 0;
+    /// Names an axis of the user's.
+    pub(super) const READS_USER_AXES: u32 = 1;
+    /// Changes with time by itself.
+    pub(super) const READS_TIME: u32 = 2;
+    /// Hangs on a body or collider.
+    pub(super) const MOVES: u32 = 3;
+    /// Can turn a body.
+    pub(super) const TURNS: u32 = 4;
+    /// Gives forces that are not the same everywhere.
+    pub(super) const VARIES: u32 = 5;
+    /// Gives forces however far away.
+    pub(super) const UNBOUNDED: u32 = 6;
+    /// Can never act.
+    pub(super) const LEFT_OUT: u32 = 7;
+    const PARTS: u32 = 8;
+    const VOLUME: u32 = 9;
+    const VOLUME_OF_BALLS: u32 = 10;
+    const SURFACE: u32 = 11;
+    const SURFACE_OF_BALLS: u32 = 12;
+    const CELLS: u32 = 13;
+    const DISPLACED: u32 = 14;
+    const COUNT: usize = 15;
+
+    pub(super) fn set(&mut self, fact: u32) {
+        self.0 |= 1 << fact;
+    }
+
+    pub(super) fn set_if(&mut self, fact: u32, holds: bool) {
+        self.0 |= u32::from(holds) << fact;
+    }
+
+    pub(super) fn holds(self, fact: u32) -> bool {
+        self.0 & (1 << fact) != 0
+    }
+
+    /// Adds what a term is to be sampled with.
+    pub(super) fn require(&mut self, wanted: &SamplingRequirements) {
+        let asks = |sampling: PartSampling, least| sampling >= least;
+        let (some, all) = (PartSampling::AllButBalls, PartSampling::All);
+        self.set_if(Self::PARTS, wanted.parts);
+        self.set_if(Self::VOLUME, asks(wanted.volume, some));
+        self.set_if(Self::VOLUME_OF_BALLS, asks(wanted.volume, all));
+        self.set_if(Self::SURFACE, asks(wanted.surface, some));
+        self.set_if(Self::SURFACE_OF_BALLS, asks(wanted.surface, all));
+        self.set_if(Self::CELLS, wanted.cells);
+        self.set_if(Self::DISPLACED, wanted.displaced);
+    }
+
+    /// What the nodes of a term read and hang on.
+    pub(super) fn of_nodes(nodes: Nodes<'_>, below: &[u32]) -> Facts {
+        let mut facts = Facts::default();
+        let moves = |anchor: &Anchor| !matches!(anchor, Anchor::World { .. });
+        for place in below {
+            for axis in nodes.axes_at(*place) {
+                facts.set_if(Self::READS_VELOCITY, *axis == Axis::Speed);
+                facts.set_if(Self::READS_TIME, *axis == Axis::Time);
+                facts.set_if(Self::READS_USER_AXES, matches!(axis, Axis::User(_)));
+            }
+            let by_code = nodes.scale(*place).is_some_and(|scale| scale.has_code());
+            facts.set_if(Self::READS_TIME, by_code);
+            if let Some(field) = nodes.field(*place).filter(|field| field.enabled) {
+                facts.set_if(Self::READS_VELOCITY, field.reads_velocity());
+                facts.set_if(Self::READS_TIME, field.reads_time());
+            }
+            facts.set_if(Self::MOVES, nodes.anchors_at(*place).iter().any(moves));
+        }
+        facts
+    }
+}
+
+/// How many terms each fact holds of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Tally([u32; Facts::COUNT]);
+
+impl Tally {
+    pub(super) fn add(&mut self, facts: Facts) {
+        for (fact, count) in self.0.iter_mut().enumerate() {
+            *count += u32::from(facts.holds(fact as u32));
+        }
+    }
+
+    pub(super) fn take(&mut self, facts: Facts) {
+        for (fact, count) in self.0.iter_mut().enumerate() {
+            *count -= u32::from(facts.holds(fact as u32));
+        }
+    }
+
+    /// Whether a fact holds of any term.
+    pub(super) fn any(&self, fact: u32) -> bool {
+        self.0[fact as usize] > 0
+    }
+
+    /// What all terms together are to be sampled with.
+    pub(super) fn wanted(&self) -> SamplingRequirements {
+        let either = |some, all| match (self.any(some), self.any(all)) {
+            (_, true) => PartSampling::All,
+            (true, _) => PartSampling::AllButBalls,
+            _ => PartSampling::None,
+        };
+        SamplingRequirements {
+            parts: self.any(Facts::PARTS),
+            volume: either(Facts::VOLUME, Facts::VOLUME_OF_BALLS),
+            surface: either(Facts::SURFACE, Facts::SURFACE_OF_BALLS),
+            cells: self.any(Facts::CELLS),
+            displaced: self.any(Facts::DISPLACED),
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Following the changes of a set, term by term.
+
+use super::compiled::{Compiled, TermRecord};
+use super::entries::{ConstantField, Detector, RadialBatch};
+use super::facts::Facts;
+use super::lower::{Lowered, Lowering};
+use super::ordered::Key;
+use super::program::Program;
+use crate::field::{Change, FieldSet, Term};
+
+impl Compiled {
+    /// Lowers a validated set.
+    pub(crate) fn new(set: &FieldSet) -> Self {
+        let mut compiled = Compiled::default();
+        compiled.start(set);
+        compiled
+    }
+
+    /// Follows the changes of a set, which must be valid; whether there were any. What comes of
+    /// it is what [`Compiled::new`] would make, but for the numbers that things have.
+    pub(crate) fn update(&mut self, set: &FieldSet) -> bool {
+        if self.revision == set.revision() {
+            return false;
+        }
+        let changes = set.changes_since(self.revision);
+        let in_order = changes.filter(|changes| !changes.clone().any(|c| c == Change::Samplings));
+        let Some(changes) = in_order else {
+            self.start(set);
+            return true;
+        };
+        let terms = changes.filter_map(|change| match change {
+            Change::Term(serial) => Some(serial),
+            _ => None,
+        });
+        let mut serials: Vec<Key> = terms.collect();
+        serials.sort_unstable();
+        serials.dedup();
+        for serial in serials {
+            self.take_up(set, serial, set.term(serial));
+        }
+        self.end(set);
+        true
+    }
+
+    fn start(&mut self, set: &FieldSet) {
+        *self = Compiled {
+            overrides: set.data().overrides(),
+            ..Compiled::default()
+        };
+        for term in set.terms() {
+            self.take_up(set, term.serial, Some(*term));
+        }
+        self.end(set);
+    }
+
+    /// Takes up a term as it is now, or that it is gone.
+    fn take_up(&mut self, set: &FieldSet, serial: Key, term: Option<Term>) {
+        let lowered = term.map_or_else(Lowered::default, |term| self.lower(set, term));
+        let before = self.terms.remove(&serial).unwrap_or_default();
+        let mut after = TermRecord {
+            facts: lowered.facts,
+            radial: None,
+            program: None,
+            constants: !lowered.constants.is_empty(),
+            detectors: !lowered.detectors.is_empty(),
+        };
+        if before.constants || after.constants {
+            self.put_constants(serial, lowered.constants);
+        }
+        let home = lowered
+            .radial
+            .as_ref()
+            .and_then(|batch| self.radial_ids.get(&batch.key));
+        let home = home.copied();
+        if let Some(number) = before.radial.filter(|number| home != Some(*number)) {
+            self.put_sources(serial, number, None);
+        }
+        if let Some(batch) = lowered.radial {
+            after.radial = Some(self.put_batch(serial, home, batch));
+        }
+        let home = lowered
+            .program
+            .as_ref()
+            .and_then(|program| self.home_of(program));
+        if let Some(number) = before.program.filter(|number| home != Some(*number)) {
+            self.put_instances(set, serial, number, None);
+        }
+        if let Some(program) = lowered.program {
+            after.program = Some(self.put_program(set, serial, home, program));
+        }
+        if before.detectors || after.detectors {
+            self.put_detectors(serial, lowered.detectors, after.program);
+        }
+        self.tally.take(before.facts);
+        self.tally.add(after.facts);
+        if term.is_some() {
+            self.terms.insert(serial, after);
+        }
+    }
+
+    fn lower(&mut self, set: &FieldSet, term: Term) -> Lowered {
+        let mut overrides = self.overrides.iter();
+        let lowering = Lowering {
+            nodes: set.nodes(),
+            adaptive_bodies: overrides.any(|own| own.tolerance().is_some()),
+            anchors: &mut self.anchors,
+            serial: term.serial,
+            lowered: Lowered::default(),
+        };
+        lowering.term(term.root)
+    }
+
+    fn put_constants(&mut self, serial: Key, constants: Vec<ConstantField>) {
+        let start = self
+            .constants
+            .partition_point(|known| known.serial < serial);
+        let count = self.constants[start..].partition_point(|known| known.serial == serial);
+        self.constants.splice(start..start + count, constants);
+    }
+
+    fn put_detectors(&mut self, serial: Key, new: Vec<Detector>, program: Option<u32>) {
+        let start = self
+            .detectors
+            .partition_point(|known| known.serial < serial);
+        let count = self.detectors[start..].partition_point(|known| known.serial == serial);
+        let new = new.into_iter().map(|mut detector| {
+            if let (Some(mask), Some(program)) = (&mut detector.mask, program) {
+                mask.program = program;
+            }
+            detector
+        });
+        let old: Vec<Detector> = self.detectors.splice(start..start + count, new).collect();
+        for detector in old {
+            self.anchors.release(detector.anchor);
+        }
+        self.detectors_changed = true;
+    }
+
+    /// Puts the sources of a term into the batch that they belong in.
+    fn put_batch(&mut self, serial: Key, home: Option<u32>, batch: RadialBatch) -> u32 {
+        self.extent.add_sources(&batch, &self.anchors);
+        if let Some(number) = home {
+            self.put_sources(serial, number, Some(batch));
+            return number;
+        }
+        let key = batch.key.clone();
+        let number = self.radials.add(batch);
+        self.radial_ids.insert(key, number);
+        number
+    }
+
+    /// Puts sources of a term, if any, in place of those it had in a batch.
+    fn put_sources(&mut self, serial: Key, number: u32, term: Option<RadialBatch>) {
+        let anchors = &mut self.anchors;
+        let emptied = self.radials.change(number, |batch| {
+            for source in batch.put(serial, term) {
+                batch.on_colliders -= usize::from(source.collider.is_some());
+                batch.moving -= usize::from(!anchors.stands_still(source.anchor));
+                anchors.release(source.anchor);
+            }
+            batch.sources.is_empty().then(|| batch.key.clone())
+        });
+        if let Some(Some(key)) = emptied {
+            self.radial_ids.remove(&key);
+            self.radials.remove(number);
+        }
+    }
+
+    /// The program that instances of another are to join, if there is one.
+    fn home_of(&self, program: &Program) -> Option<u32> {
+        let numbers = self.alike.get(&program.likeness?)?;
+        let field = program.leaves.first()?;
+        let like = |number: &&u32| {
+            let known = self.programs.get(**number);
+            known.is_some_and(|known| known.leaves.first().is_some_and(|leaf| leaf.is_like(field)))
+        };
+        numbers.iter().find(like).copied()
+    }
+
+    fn put_program(
+        &mut self,
+        set: &FieldSet,
+        serial: Key,
+        home: Option<u32>,
+        program: Program,
+    ) -> u32 {
+        self.extent.add_instances(&program, &self.anchors);
+        if let Some(number) = home {
+            self.put_instances(set, serial, number, Some(program));
+            return number;
+        }
+        let likeness = program.likeness;
+        let number = self.programs.add(program);
+        if let Some(likeness) = likeness {
+            self.alike.entry(likeness).or_default().push(number);
+        }
+        self.roster.note(number, self.programs.get(number));
+        number
+    }
+
+    /// Puts instances of a term, if any, in place of those it had in a program.
+    fn put_instances(&mut self, set: &FieldSet, serial: Key, number: u32, term: Option<Program>) {
+        let anchors = &mut self.anchors;
+        let emptied = self.programs.change(number, |program| {
+            let old = program.put(serial, term);
+            program.instances.moving -= old.moves(program.stride(), anchors);
+            old.anchors().for_each(|anchor| anchors.release(anchor));
+            // What is alike may differ in the sign of a zero: the first instance decides.
+            if let ([leaf], Some(place)) =
+                (&mut program.leaves[..], program.instances.places.first())
+                && let Some(field) = set.field(*place).filter(|field| field.is_like(leaf))
+            {
+                *leaf = field.clone();
+            }
+            program.instances.is_empty().then_some(program.likeness)
+        });
+        if let Some(Some(likeness)) = emptied {
+            self.programs.remove(number);
+            if let Some(likeness) = likeness
+                && let Some(numbers) = self.alike.get_mut(&likeness)
+            {
+                numbers.retain(|known| *known != number);
+                if numbers.is_empty() {
+                    self.alike.remove(&likeness);
+                }
+            }
+        }
+        self.roster.note(number, self.programs.get(number));
+        self.masks_moved = true;
+    }
+
+    /// Brings up to date what depends on all terms.
+    fn end(&mut self, set: &FieldSet) {
+        let tally = &self.tally;
+        self.requirements = tally.wanted();
+        self.requirements.parts |= !self.overrides.is_empty();
+        self.reads_velocity = tally.any(Facts::READS_VELOCITY);
+        self.reads_time = tally.any(Facts::READS_TIME);
+        self.reads_user_axes = tally.any(Facts::READS_USER_AXES);
+        self.torque_possible = tally.any(Facts::TURNS) || !self.overrides.is_empty();
+        self.is_static = !tally.any(Facts::MOVES) && !tally.any(Facts::READS_TIME);
+        self.only_constants = !tally.any(Facts::VARIES);
+        if std::mem::take(&mut self.masks_moved) || self.detectors_changed {
+            self.place_masks();
+        }
+        if std::mem::take(&mut self.detectors_changed) {
+            self.detectors_revision = set.revision();
+        }
+        if self.extent.is_stale(self.terms.len()) {
+            self.extent
+                .renew(&self.radials, &self.programs, &self.anchors);
+        }
+        self.revision = set.revision();
+    }
+
+    /// Finds the instances again that say where detection fields act.
+    fn place_masks(&mut self) {
+        for detector in &mut self.detectors {
+            let Some(mask) = &mut detector.mask else {
+                continue;
+            };
+            if let Some(program) = self.programs.get(mask.program) {
+                mask.instance = program.instances.start_of(detector.serial) + detector.instance;
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Things under numbers that stay, in the order of the first term that is in them.
+
+use std::ops::Range;
+
+/// The serial of a term, by which everything is ordered.
+pub(crate) type Key = u64;
+
+/// Where the entries of a term are.
+pub(super) fn places_of(serials: &[Key], serial: Key) -> Range<usize> {
+    // Mostly at the end, where new terms are.
+    if serials.last().is_none_or(|last| *last < serial) {
+        return serials.len()..serials.len();
+    }
+    let start = serials.partition_point(|known| *known < serial);
+    let count = serials[start..].partition_point(|known| *known == serial);
+    start..start + count
+}
+
+/// What knows the first of the terms it was made of.
+pub(crate) trait Keyed {
+    fn first(&self) -> Key;
+}
+
+/// Things under numbers that stay as long as the thing does; walked in the order of their keys.
+#[derive(Debug)]
+pub(crate) struct Ordered<T> {
+    things: Vec<Option<Box<T>>>,
+    free: Vec<u32>,
+    /// Numbers, by key.
+    order: Vec<u32>,
+}
+
+impl<T> Default for Ordered<T> {
+    fn default() -> Self {
+        Ordered {
+            things: Vec::new(),
+            free: Vec::new(),
+            order: Vec::new(),
+        }
+    }
+}
+
+impl<T: Keyed> Ordered<T> {
+    pub(crate) fn get(&self, number: u32) -> Option<&T> {
+        self.things.get(number as usize)?.as_deref()
+    }
+
+    /// In the order of their keys.
+    pub(crate) fn iter(&self) -> impl DoubleEndedIterator<Item = (u32, &T)> + Clone {
+        let order = self.order.iter();
+        order.filter_map(|number| Some((*number, self.get(*number)?)))
+    }
+
+    /// One more than the largest number.
+    pub(crate) fn bound(&self) -> usize {
+        self.things.len()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.order.len()
+    }
+
+    pub(super) fn add(&mut self, thing: T) -> u32 {
+        let number = self.free.pop().unwrap_or(self.things.len() as u32);
+        if number as usize == self.things.len() {
+            self.things.push(None);
+        }
+        let key = thing.first();
+        self.things[number as usize] = Some(Box::new(thing));
+        self.put_in_order(number, key);
+        number
+    }
+
+    fn put_in_order(&mut self, number: u32, key: Key) {
+        let later = self.order.last().is_some_and(|last| self.key(*last) > key);
+        let place = match later {
+            true => self.order.partition_point(|known| self.key(*known) < key),
+            false => self.order.len(),
+        };
+        self.order.insert(place, number);
+    }
+
+    fn key(&self, number: u32) -> Key {
+        self.get(number).map_or(Key::MAX, T::first)
+    }
+
+    /// Changes a thing, and where it stands, if its key has changed.
+    pub(super) fn change<R>(&mut self, number: u32, change: impl FnOnce(&mut T) -> R) -> Option<R> {
+        let thing = self.things.get_mut(number as usize)?.as_deref_mut()?;
+        let before = thing.first();
+        let result = change(thing);
+        let after = thing.first();
+        if before != after {
+            self.take_from_order(number, before);
+            self.put_in_order(number, after);
+        }
+        Some(result)
+    }
+
+    fn take_from_order(&mut self, number: u32, key: Key) {
+        let key_of = |known: &u32| {
+            if *known == number {
+                key
+            } else {
+                self.key(*known)
+            }
+        };
+        if let Ok(place) = self.order.binary_search_by_key(&key, key_of) {
+            self.order.remove(place);
+        }
+    }
+
+    pub(super) fn remove(&mut self, number: u32) {
+        self.take_from_order(number, self.key(number));
+        self.things[number as usize] = None;
+        self.free.push(number);
+    }
+}

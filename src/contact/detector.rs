@@ -1,0 +1,155 @@
+//! The detector: finds contacts at the end of a step or over the whole of it, and answers them.
+
+use std::collections::HashSet;
+
+use super::discrete::Discrete;
+use super::field_contact::FieldContact;
+use super::field_mask::FieldMasks;
+use super::modes::Detection;
+use super::respond;
+use super::sweep::{Scene, Sweep};
+use crate::bridge::Push;
+use crate::compile::Compiled;
+use crate::field::{ContactLaw, Frames};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_f64};
+use crate::rigid::Lookup;
+use crate::sample::{Moment, Samples};
+
+/// Finds contacts and answers them; keeps its buffers between calls.
+#[derive(Debug)]
+pub(crate) struct Detector {
+    touch: Discrete,
+    masks: FieldMasks,
+    /// Only with [`Detection::Swept`].
+    sweep: Option<Box<Sweep>>,
+    /// Touches of the step that has just ended, not yet among the contacts.
+    touched: Vec<FieldContact>,
+    /// Whether the last step had more impacts than one step may have.
+    pub exhausted: bool,
+    /// What touches what, in the order of the handles.
+    pub contacts: Vec<FieldContact>,
+}
+
+impl Detector {
+    pub(crate) fn new(compiled: &Compiled, mode: Detection) -> Self {
+        Detector {
+            touch: Discrete::new(compiled),
+            masks: FieldMasks::default(),
+            sweep: (mode == Detection::Swept && !compiled.detectors.is_empty()).then(Box::default),
+            touched: Vec::new(),
+            exhausted: false,
+            contacts: Vec::new(),
+        }
+    }
+
+    /// Notes how the bodies begin Rapier's step; `momenta` are those that this crate turns freely.
+    pub(crate) fn begin(
+        &mut self,
+        world: &impl Lookup,
+        momenta: impl Iterator<Item = (RigidBodyHandle, DVec3)>,
+    ) {
+        if let Some(sweep) = &mut self.sweep {
+            sweep.starts.take(world, momenta);
+        }
+    }
+
+    /// Finds and answers what touched during Rapier's step, from a moment on; says where the bodies
+    /// that were hit end. Does nothing unless detection is swept. `samples` fills in what a
+    /// detection field under operators may ask of what approaches it.
+    pub(crate) fn sweep(
+        &mut self,
+        compiled: &Compiled,
+        world: &(impl Lookup + Frames),
+        (moment, dt): (Moment, Real),
+        samples: impl FnOnce(&mut Samples),
+        answers: impl Fn(&FieldContact) -> bool,
+        pushes: &mut Vec<Push>,
+    ) {
+        self.touched.clear();
+        let Some(sweep) = &mut self.sweep else {
+            return;
+        };
+        let guarded = compiled.detectors.iter().any(|d| d.mask.is_some());
+        if guarded {
+            self.masks.refresh(compiled, world, samples);
+        }
+        let scene = Scene {
+            compiled,
+            touch: &self.touch,
+            masks: guarded.then_some(&mut self.masks),
+            moment,
+            answers: &answers,
+        };
+        let found = (&mut self.touched, pushes);
+        self.exhausted = sweep.run(scene, world, to_f64(dt), found);
+    }
+
+    /// Puts the touches of the step before the overlaps that its end has shown.
+    pub(crate) fn add_touches(&mut self) {
+        if self.touched.is_empty() {
+            return;
+        }
+        let touched: HashSet<_> = self.touched.iter().map(FieldContact::key).collect();
+        let pushes = |contact: &FieldContact| contact.impulses != [Vector::ZERO; 2];
+        self.contacts
+            .retain(|contact| pushes(contact) || !touched.contains(&contact.key()));
+        self.touched.append(&mut self.contacts);
+        std::mem::swap(&mut self.touched, &mut self.contacts);
+    }
+
+    /// Finds all contacts at the present poses. `samples` fills in what a detection field under
+    /// operators may ask of what approaches it.
+    pub(crate) fn run(
+        &mut self,
+        compiled: &Compiled,
+        world: &(impl Lookup + Frames),
+        moment: Moment,
+        samples: impl FnOnce(&mut Samples),
+    ) {
+        self.contacts.clear();
+        self.touch.gather(world);
+        self.touch.find(world, &mut self.contacts);
+        if compiled
+            .detectors
+            .iter()
+            .any(|detector| detector.mask.is_some())
+        {
+            self.masks.refresh(compiled, world, samples);
+            let (touch, masks) = (&self.touch, &mut self.masks);
+            self.contacts.retain(|contact| {
+                let [first, second] = contact.colliders;
+                [(first, second), (second, first)]
+                    .into_iter()
+                    .any(|(owner, other)| {
+                        let detectors = touch.detectors_of(owner).iter();
+                        detectors.copied().any(|d| {
+                            masks.lets_through(
+                                compiled,
+                                &compiled.detectors[d as usize],
+                                other,
+                                moment,
+                            )
+                        })
+                    })
+            });
+        }
+        self.contacts.sort_unstable_by_key(FieldContact::key);
+    }
+
+    /// Answers the contacts by their laws; says how bodies go on.
+    pub(crate) fn respond(
+        &mut self,
+        world: &impl Lookup,
+        dt: Real,
+        answers: impl Fn(&FieldContact) -> bool,
+        pushes: &mut Vec<Push>,
+    ) {
+        // All but springs were answered when they happened.
+        let swept = self.sweep.is_some();
+        let answers = |contact: &FieldContact| {
+            let late = !swept || matches!(contact.law, ContactLaw::Penalty { .. });
+            late && answers(contact)
+        };
+        respond::respond(&mut self.contacts, world, dt, answers, pushes);
+    }
+}

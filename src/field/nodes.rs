@@ -1,0 +1,259 @@
+//! The nodes of trees in a flat list, and what can be read off them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::anchor::Anchor;
+use super::axis::Axis;
+use super::layer::Override;
+use super::leaf::Field;
+use super::modifier::Modifier;
+use super::operator::Operator;
+use super::sampling::SamplingRule;
+use super::scalar::Scalar;
+use super::tree::Tree;
+
+#[derive(Clone, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) enum Node {
+    Leaf(Box<Field>),
+    Operation {
+        operator: Operator,
+        operands: Vec<u32>,
+    },
+    Instances {
+        prototype: u32,
+        anchors: Arc<[Anchor]>,
+    },
+    Modified {
+        operand: u32,
+        modifier: Modifier,
+    },
+    /// Operands of falling priority.
+    Layers {
+        operands: Vec<u32>,
+        modes: Arc<[Override]>,
+    },
+    /// Where a field was that is gone: defined nowhere.
+    Vacant,
+}
+
+impl Node {
+    /// Whether it has as many operands as it needs.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn is_whole(&self) -> bool {
+        let count = self.operands().len();
+        match self {
+            Node::Leaf(_) | Node::Modified { .. } | Node::Vacant => true,
+            Node::Operation { operator, .. } if operator.is_associative() => count >= 2,
+            Node::Operation { .. } => count == 2,
+            Node::Instances { anchors, .. } => !anchors.is_empty(),
+            Node::Layers { modes, .. } => !modes.is_empty() && modes.len() == count,
+        }
+    }
+
+    /// The nodes it combines.
+    pub(crate) fn operands(&self) -> &[u32] {
+        match self {
+            Node::Leaf(_) | Node::Vacant => &[],
+            Node::Operation { operands, .. } | Node::Layers { operands, .. } => operands,
+            Node::Instances {
+                prototype: operand, ..
+            }
+            | Node::Modified { operand, .. } => std::slice::from_ref(operand),
+        }
+    }
+
+    pub(super) fn operands_mut(&mut self) -> &mut [u32] {
+        match self {
+            Node::Leaf(_) | Node::Vacant => &mut [],
+            Node::Operation { operands, .. } | Node::Layers { operands, .. } => operands,
+            Node::Instances {
+                prototype: operand, ..
+            }
+            | Node::Modified { operand, .. } => std::slice::from_mut(operand),
+        }
+    }
+}
+
+/// A list of nodes that name each other by their places in it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nodes<'a>(pub &'a [Node]);
+
+impl<'a> Nodes<'a> {
+    pub(crate) fn get(self, place: u32) -> &'a Node {
+        self.0.get(place as usize).unwrap_or(&Node::Vacant)
+    }
+
+    /// The fields, each with its place.
+    pub(crate) fn leaves(self) -> impl Iterator<Item = (usize, &'a Field)> {
+        let nodes = self.0.iter().enumerate();
+        nodes.filter_map(|(place, node)| match node {
+            Node::Leaf(field) => Some((place, &**field)),
+            _ => None,
+        })
+    }
+
+    /// The fields at and below a node.
+    pub(crate) fn leaves_below(self, node: u32) -> Vec<u32> {
+        let (mut leaves, mut open) = (Vec::new(), vec![node]);
+        while let Some(node) = open.pop() {
+            match self.get(node) {
+                Node::Leaf(_) => leaves.push(node),
+                inner => open.extend(inner.operands()),
+            }
+        }
+        leaves
+    }
+
+    pub(crate) fn field(self, node: u32) -> Option<&'a Field> {
+        match self.get(node) {
+            Node::Leaf(field) => Some(field),
+            _ => None,
+        }
+    }
+
+    /// How messages name the field or operation at a place.
+    pub(crate) fn label(self, place: u32) -> String {
+        match self.get(place) {
+            Node::Leaf(field) => field.label(place as usize),
+            Node::Operation { operator, .. } => format!("operation #{place} ({operator})"),
+            Node::Instances { .. } => format!("instances #{place}"),
+            Node::Modified { .. } => format!("scale or limit #{place}"),
+            Node::Layers { .. } => format!("layers #{place}"),
+            Node::Vacant => format!("field #{place} (removed)"),
+        }
+    }
+
+    /// The scale at a node, if it is one.
+    pub(crate) fn scale(self, node: u32) -> Option<&'a Scalar> {
+        match self.get(node) {
+            Node::Modified {
+                modifier: Modifier::Scale { scale, .. },
+                ..
+            } => Some(scale),
+            _ => None,
+        }
+    }
+
+    /// The nodes at and below a node.
+    pub(crate) fn below(self, node: u32) -> Vec<u32> {
+        let (mut found, mut next) = (vec![node], 0);
+        while let Some(node) = found.get(next) {
+            next += 1;
+            found.extend(self.get(*node).operands());
+        }
+        found
+    }
+
+    /// How a term is sampled.
+    pub(crate) fn how(self, term: u32) -> SamplingRule {
+        let below = self.below(term);
+        let mut scales = below.iter().filter_map(|node| self.scale(*node));
+        let at_centre = scales.all(Scalar::is_uniform);
+        SamplingRule::of_term(below.iter().filter_map(|node| self.field(*node)), at_centre)
+    }
+
+    /// What a node hangs on, or its instances.
+    pub(crate) fn anchors_at(self, node: u32) -> &'a [Anchor] {
+        match self.get(node) {
+            Node::Leaf(field) => std::slice::from_ref(&field.anchor),
+            Node::Instances { anchors, .. } => anchors,
+            Node::Modified {
+                modifier: Modifier::Scale { anchor, .. },
+                ..
+            } => std::slice::from_ref(anchor),
+            _ => &[],
+        }
+    }
+
+    /// The axes that the field or scale at a node names.
+    pub(crate) fn axes_at(self, node: u32) -> impl Iterator<Item = &'a Axis> {
+        let of_field = self.field(node).into_iter().flat_map(Field::axes);
+        let of_scale = self.scale(node).into_iter().flat_map(Scalar::axes);
+        of_field.chain(of_scale)
+    }
+
+    /// The nodes at and below a node, operands before what uses them, in their order.
+    pub(crate) fn postorder(self, root: u32) -> Vec<u32> {
+        let (mut found, mut open) = (Vec::new(), vec![root]);
+        // The other way round first: what uses, then its operands from the last to the first.
+        while let Some(node) = open.pop() {
+            found.push(node);
+            open.extend(self.get(node).operands());
+        }
+        found.reverse();
+        found
+    }
+
+    /// What is at and below a node as a tree of its own. Fields that are gone leave their
+    /// operations as sets do that are empty.
+    pub(super) fn subtree(self, root: u32) -> Tree {
+        let mut nodes: Vec<Node> = Vec::new();
+        let mut place_of: HashMap<u32, Option<u32>> = HashMap::new();
+        for place in self.postorder(root) {
+            let kept = match self.get(place) {
+                Node::Vacant => None,
+                node => with_operands(node, |operand| place_of[&operand], &mut nodes),
+            };
+            place_of.insert(place, kept);
+        }
+        // What an empty operand took with it may be left behind the root.
+        match place_of[&root] {
+            Some(root) if root as usize + 1 == nodes.len() => Tree::of_nodes(nodes),
+            Some(root) => Nodes(&nodes).subtree(root),
+            None => Tree::empty(),
+        }
+    }
+}
+
+/// Adds a node whose operands have moved, or are gone; returns its place, if it is defined
+/// anywhere.
+fn with_operands(
+    node: &Node,
+    place_of: impl Fn(u32) -> Option<u32>,
+    nodes: &mut Vec<Node>,
+) -> Option<u32> {
+    let mut node = node.clone();
+    let found: Vec<Option<u32>> = node.operands().iter().map(|o| place_of(*o)).collect();
+    let there: Vec<u32> = found.iter().flatten().copied().collect();
+    match &mut node {
+        Node::Leaf(_) => {}
+        Node::Operation { operator, operands } => {
+            let first_is_gone = found.first().is_none_or(Option::is_none);
+            let none_left = match operator {
+                Operator::Difference => first_is_gone,
+                operator if operator.is_intersection() => there.len() < found.len(),
+                _ => there.is_empty(),
+            };
+            if none_left {
+                return None;
+            }
+            if let [only] = there[..] {
+                return Some(only);
+            }
+            *operands = there;
+        }
+        Node::Layers { operands, modes } => {
+            let kept = modes
+                .iter()
+                .zip(&found)
+                .filter(|(_, found)| found.is_some());
+            *modes = kept.map(|(mode, _)| *mode).collect();
+            if there.is_empty() {
+                return None;
+            }
+            *operands = there;
+        }
+        Node::Modified { operand, .. }
+        | Node::Instances {
+            prototype: operand, ..
+        } => *operand = *there.first()?,
+        Node::Vacant => return None,
+    }
+    nodes.push(node);
+    Some(nodes.len() as u32 - 1)
+}

@@ -1,0 +1,568 @@
+//! All fields of a world, under handles and names.
+
+mod arena;
+mod changes;
+mod names;
+#[cfg(feature = "serde-serialize")]
+mod saved;
+mod validity;
+
+use std::ops::{Index, IndexMut};
+
+use super::leaf::Field;
+use super::nodes::{Node, Nodes};
+use super::operator::Operator;
+use super::properties::{ColliderProperties, Properties, PropertyError};
+use super::sampling::Sampling;
+use super::tree::Tree;
+use super::{Axis, BuildError};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, from_f64};
+
+use arena::{Arena, NONE};
+pub(crate) use changes::Change;
+use changes::Changes;
+use names::Names;
+use validity::Unchecked;
+
+/// A field in a [`FieldSet`]. When the field is gone, no other is found by its handle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct FieldHandle {
+    pub(crate) index: u32,
+    generation: u32,
+}
+
+/// A tree that was inserted into a [`FieldSet`]. When the tree is gone, no other is found by its
+/// handle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct TreeHandle {
+    index: u32,
+    generation: u32,
+}
+
+/// An operand of the outermost sum of union of a set: what all terms give simply adds up, in
+/// their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Term {
+    /// Counts the terms in the order in which they were inserted.
+    pub serial: u64,
+    pub root: u32,
+    /// The tree it came with, if it is not a field by itself.
+    tree: u32,
+}
+
+/// The trees of a set, each with the serials of its terms.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+struct InsertedTree {
+    generation: u32,
+    terms: Vec<u64>,
+    there: bool,
+}
+
+/// The fields of a world: single fields and trees, whose sum of union is what acts.
+///
+/// A set is plain data. Every field in it, wherever in whichever tree, has a [`FieldHandle`], and
+/// may have a name; both lead to the field, which can be changed in place.
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// let wind = Field::uniform(Vector::X).named("wind");
+/// let lee = Field::uniform(Vector::ZERO).within(Region::ball(2.0)).named("lee");
+/// let mut set = FieldSet::from(wind.replace_union(lee));
+/// let well = set.insert_field(Field::spring(4.0));
+///
+/// set["wind"].strength = 3.0;
+/// set["lee"].anchor = Vector::new(0.0, 1.0, 0.0).into();
+/// set[well].enabled = false;
+///
+/// let wind = set.handle("wind").expect("it has that name");
+/// assert_eq!(set[wind].strength, 3.0);
+/// set.remove_field(well);
+/// assert!(set.get(well).is_none(), "gone, and no other field in its place");
+/// assert!(set.get("calm").is_none());
+/// ```
+///
+/// What one changes is looked at when it is used; see [`validate_changes`](Self::validate_changes).
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "saved::Saved", into = "saved::Saved")
+)]
+pub struct FieldSet {
+    arena: Arena,
+    /// By serial.
+    terms: Vec<Term>,
+    next_serial: u64,
+    trees: Vec<InsertedTree>,
+    free_trees: Vec<u32>,
+    names: Names,
+    /// Fields whose lifetime is counted in steps.
+    counted: Vec<u32>,
+    data: Properties,
+    changes: Changes,
+    unchecked: Unchecked,
+}
+
+impl FieldSet {
+    /// A set without fields.
+    pub fn new() -> Self {
+        FieldSet::default()
+    }
+
+    /// Adds a tree. A root that is a sum of union falls into its terms, which act like fields
+    /// inserted one by one.
+    pub fn insert(&mut self, tree: impl Into<Tree>) -> TreeHandle {
+        let mut nodes = tree.into().into_nodes();
+        let roots = match nodes.pop() {
+            Some(Node::Operation {
+                operator: Operator::SumUnion,
+                operands,
+            }) => operands,
+            Some(root) => {
+                nodes.push(root);
+                vec![nodes.len() as u32 - 1]
+            }
+            None => Vec::new(),
+        };
+        let index = self.free_trees.pop().unwrap_or(self.trees.len() as u32);
+        if index as usize == self.trees.len() {
+            self.trees.push(InsertedTree::default());
+        }
+        let places = self.arena.insert_all(nodes);
+        let first = self.next_serial;
+        for root in roots {
+            self.add_term(places[root as usize], index);
+        }
+        for place in places {
+            self.settle(place);
+        }
+        let tree = &mut self.trees[index as usize];
+        tree.terms = (first..self.next_serial).collect();
+        tree.there = true;
+        TreeHandle {
+            index,
+            generation: tree.generation,
+        }
+    }
+
+    /// Adds a field as a term by itself.
+    pub fn insert_field(&mut self, field: Field) -> FieldHandle {
+        let places = self.arena.insert_all(vec![Node::Leaf(Box::new(field))]);
+        self.add_term(places[0], NONE);
+        self.settle(places[0]);
+        self.arena.handle(places[0])
+    }
+
+    fn add_term(&mut self, root: u32, tree: u32) {
+        let serial = self.next_serial;
+        self.next_serial += 1;
+        self.arena.set_root(root, serial);
+        self.terms.push(Term { serial, root, tree });
+        self.changes.push(Change::Term(serial));
+        self.unchecked.terms.push(serial);
+    }
+
+    /// Takes all fields out; axes and what is said of colliders and bodies stay.
+    pub fn clear(&mut self) {
+        let serials: Vec<u64> = self.terms.iter().rev().map(|term| term.serial).collect();
+        for serial in serials {
+            self.remove_term(serial);
+        }
+        for index in 0..self.trees.len() as u32 {
+            if self.trees[index as usize].there {
+                self.forget_tree(index);
+            }
+        }
+    }
+
+    /// Takes a tree out, as what is left of it; `None` if it is not (or no longer) there.
+    pub fn remove(&mut self, tree: TreeHandle) -> Option<Tree> {
+        let entry = self.inserted(tree)?;
+        let serials = entry.terms.clone();
+        let taken: Vec<Tree> = serials
+            .iter()
+            .filter_map(|serial| self.term(*serial))
+            .map(|term| self.nodes().subtree(term.root))
+            .collect();
+        for serial in serials {
+            self.remove_term(serial);
+        }
+        self.forget_tree(tree.index);
+        Some(Tree::fold(Operator::SumUnion, taken))
+    }
+
+    fn inserted(&self, tree: TreeHandle) -> Option<&InsertedTree> {
+        let entry = self.trees.get(tree.index as usize)?;
+        (entry.there && entry.generation == tree.generation).then_some(entry)
+    }
+
+    fn forget_tree(&mut self, index: u32) {
+        let entry = &mut self.trees[index as usize];
+        entry.terms.clear();
+        entry.there = false;
+        entry.generation += 1;
+        self.free_trees.push(index);
+    }
+
+    /// Takes a field out. A term by itself leaves the set; inside a composite, the field is then
+    /// not defined anywhere, like one whose anchor is gone. `None` if it is not there.
+    pub fn remove_field(&mut self, field: FieldHandle) -> Option<Field> {
+        let taken = self.get(field)?.clone();
+        let term = self.term_of(field.index)?;
+        if term.root == field.index {
+            self.remove_term(term.serial);
+            if let Some(tree) = self.trees.get_mut(term.tree as usize)
+                && let Ok(place) = tree.terms.binary_search(&term.serial)
+            {
+                tree.terms.remove(place);
+            }
+        } else {
+            self.forget_leaf(field.index);
+            self.arena.vacate(field.index);
+            self.changes.push(Change::Term(term.serial));
+            // The rest of the term may be less than was checked.
+            self.unchecked.terms.push(term.serial);
+        }
+        Some(taken)
+    }
+
+    fn remove_term(&mut self, serial: u64) {
+        let Ok(place) = self.terms.binary_search_by_key(&serial, |term| term.serial) else {
+            return;
+        };
+        let term = self.terms.remove(place);
+        for node in self.nodes().below(term.root) {
+            self.forget_leaf(node);
+            self.arena.free(node);
+        }
+        self.changes.push(Change::Term(serial));
+    }
+
+    /// Takes a leaf out of all lists but that of the nodes.
+    fn forget_leaf(&mut self, place: u32) {
+        self.names.forget(place);
+        if let Ok(at) = self.counted.binary_search(&place) {
+            self.counted.remove(at);
+        }
+    }
+
+    /// The fields of a tree, in the order of a walk; none if the tree is gone.
+    pub fn fields_of(&self, tree: TreeHandle) -> Vec<FieldHandle> {
+        let serials = self.inserted(tree).map_or(&[][..], |entry| &entry.terms);
+        let terms = serials.iter().filter_map(|serial| self.term(*serial));
+        let nodes = terms.flat_map(|term| self.nodes().postorder(term.root));
+        let leaves = nodes.filter(|node| self.nodes().field(*node).is_some());
+        leaves.map(|leaf| self.arena.handle(leaf)).collect()
+    }
+
+    /// The field of a name; if several have it, the first of them that was inserted. `None` if
+    /// there is none.
+    pub fn handle(&self, name: &str) -> Option<FieldHandle> {
+        self.handles(name).next()
+    }
+
+    /// All fields of a name, in the order in which they were inserted.
+    pub fn handles(&self, name: &str) -> impl Iterator<Item = FieldHandle> {
+        let listed = self.names.places(name);
+        let is_called = |place: &u32| self.field(*place).is_some_and(|f| f.name() == Some(name));
+        // What was given out to be changed may be called something else by now.
+        let open = self.unchecked.open.filter(|open| !listed.contains(open));
+        let all = listed.iter().copied().chain(open);
+        all.filter(is_called).map(|place| self.arena.handle(place))
+    }
+
+    /// Gives a field another name, or none; `None` if the field is gone.
+    pub fn rename(&mut self, field: FieldHandle, name: Option<&str>) -> Option<()> {
+        self.get_mut(field)?.name = name.map(Into::into);
+        self.settle(field.index);
+        Some(())
+    }
+
+    /// A field by its handle or name.
+    pub fn get<K: FieldKey>(&self, key: K) -> Option<&Field> {
+        let handle = key.find(self)?;
+        let there = self.arena.holds(handle);
+        there.then(|| self.nodes().field(handle.index)).flatten()
+    }
+
+    /// A field by its handle or name, to be changed: what it is in is made anew before the next
+    /// evaluation.
+    pub fn get_mut<K: FieldKey>(&mut self, key: K) -> Option<&mut Field> {
+        let handle = key.find(self)?;
+        self.get(handle)?;
+        let serial = self.term_of(handle.index)?.serial;
+        // Only after the last one is what it came to be known.
+        if let Some(last) = self.unchecked.open.replace(handle.index) {
+            self.settle(last);
+        }
+        self.changes.push(Change::Term(serial));
+        self.unchecked.leaf(handle.index);
+        self.arena.field_mut(handle.index)
+    }
+
+    /// All fields, each with its handle.
+    pub fn iter(&self) -> impl Iterator<Item = (FieldHandle, &Field)> {
+        let leaves = self.nodes().leaves();
+        leaves.map(|(place, field)| (self.arena.handle(place as u32), field))
+    }
+
+    /// How many fields there are; those of a prototype count once.
+    pub fn len(&self) -> usize {
+        self.nodes().leaves().count()
+    }
+
+    /// Whether there is no term at all.
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// All terms as one tree.
+    pub fn tree(&self) -> Tree {
+        let terms = self.terms.iter();
+        let trees = terms.map(|term| self.nodes().subtree(term.root));
+        Tree::fold(Operator::SumUnion, trees)
+    }
+
+    /// Counts a step for the fields that are on and have a number of them to act in: where it was
+    /// the last, the field leaves the set.
+    pub fn step_done(&mut self) {
+        if let Some(last) = self.unchecked.open.take() {
+            self.settle(last);
+        }
+        for place in self.counted.clone() {
+            let Some(steps) = self.arena.steps_mut(place) else {
+                continue;
+            };
+            *steps = steps.saturating_sub(1);
+            if *steps == 0 {
+                self.remove_field(self.arena.handle(place));
+            }
+        }
+    }
+
+    /// Takes up the name and lifetime of a leaf that was inserted or changed.
+    fn settle(&mut self, place: u32) {
+        let Some(field) = Nodes(self.arena.list()).field(place) else {
+            return;
+        };
+        self.names.set(place, field.name.as_ref());
+        let counts = field.lifetime.steps.is_some();
+        match self.counted.binary_search(&place) {
+            Err(at) if counts => self.counted.insert(at, place),
+            Ok(at) if !counts => {
+                self.counted.remove(at);
+            }
+            _ => {}
+        }
+    }
+
+    /// Changes whenever the set does: no two states of any set have the same.
+    pub fn revision(&self) -> u64 {
+        self.changes.last()
+    }
+}
+
+impl FieldSet {
+    /// Like [`revision`](Self::revision), and the same when the set was saved and read again.
+    pub(crate) fn mark(&self) -> u64 {
+        self.changes.mark()
+    }
+}
+
+/// Axes, and what is said about colliders and bodies.
+impl FieldSet {
+    /// Declares an axis of the user's own, with the value every sample has on it unless it is
+    /// given another by [`set_properties`](Self::set_properties).
+    ///
+    /// # Errors
+    /// There is an axis of that name, or the value is not finite.
+    pub fn declare_axis(&mut self, name: &str, value: Real) -> Result<(), BuildError> {
+        self.data.declare(name, value)?;
+        self.changes.push(Change::Axes);
+        Ok(())
+    }
+
+    /// Sets the value along a declared axis for all samples that have none of their own.
+    ///
+    /// # Errors
+    /// The axis was not declared, or the value is not finite.
+    pub fn set_axis(&mut self, name: &str, value: Real) -> Result<(), PropertyError> {
+        self.data.set_axis(name, value)?;
+        self.changes.push(Change::Axes);
+        Ok(())
+    }
+
+    /// The declared axes, with the values of samples that have none of their own.
+    pub fn axes(&self) -> impl Iterator<Item = (Axis, Real)> {
+        let axes = self.data.axes().iter();
+        axes.map(|(name, value)| (Axis::User(name.clone()), from_f64(*value)))
+    }
+
+    /// Sets what fields may ask of a collider.
+    ///
+    /// # Errors
+    /// A value is out of its range, or an axis was not declared.
+    pub fn set_properties(
+        &mut self,
+        collider: ColliderHandle,
+        properties: ColliderProperties,
+    ) -> Result<(), PropertyError> {
+        self.data.set(collider, properties)?;
+        self.changes.push(Change::Collider(collider));
+        Ok(())
+    }
+
+    /// What was set of a collider.
+    pub fn properties(&self, collider: ColliderHandle) -> Option<&ColliderProperties> {
+        self.data.get(collider)
+    }
+
+    /// Sets where a body is sampled by all fields that leave it to [`Sampling::Auto`], laws
+    /// between sites aside; without one, as each field asks for.
+    ///
+    /// If any body asks for [`Sampling::Adaptive`], radial fields within balls are evaluated one
+    /// by one, on all bodies.
+    ///
+    /// # Errors
+    /// A tolerance is not more than zero and finite.
+    pub fn set_sampling(
+        &mut self,
+        body: RigidBodyHandle,
+        sampling: impl Into<Option<Sampling>>,
+    ) -> Result<(), PropertyError> {
+        self.data.set_sampling(body, sampling.into())?;
+        self.changes.push(Change::Samplings);
+        Ok(())
+    }
+}
+
+/// What was said, to read.
+impl FieldSet {
+    /// All colliders that were given properties, in the order of handles.
+    pub fn colliders(&self) -> impl Iterator<Item = (ColliderHandle, &ColliderProperties)> {
+        let colliders = self.data.colliders().iter();
+        colliders.map(|(handle, properties)| (*handle, properties))
+    }
+
+    /// All bodies that ask for a sampling of their own, in the order of handles.
+    pub fn samplings(&self) -> impl Iterator<Item = (RigidBodyHandle, Sampling)> {
+        self.data.samplings().iter().copied()
+    }
+}
+
+/// Access for the stages that work with a set.
+impl FieldSet {
+    pub(crate) fn nodes(&self) -> Nodes<'_> {
+        Nodes(self.arena.list())
+    }
+
+    /// In the order of their serials.
+    pub(crate) fn terms(&self) -> &[Term] {
+        &self.terms
+    }
+
+    pub(crate) fn term(&self, serial: u64) -> Option<Term> {
+        let place = self.terms.binary_search_by_key(&serial, |term| term.serial);
+        place.ok().map(|place| self.terms[place])
+    }
+
+    /// The term that a node is part of.
+    fn term_of(&self, place: u32) -> Option<Term> {
+        self.term(self.arena.serial_of(place)?)
+    }
+
+    /// How messages name the field or operation at a place.
+    pub(crate) fn label(&self, place: u32) -> String {
+        self.nodes().label(place)
+    }
+
+    pub(crate) fn field(&self, place: u32) -> Option<&Field> {
+        self.nodes().field(place)
+    }
+
+    /// The handle of the field at a place, if one is there.
+    pub(crate) fn handle_at(&self, place: u32) -> Option<FieldHandle> {
+        self.field(place).map(|_| self.arena.handle(place))
+    }
+
+    /// The axes that fields and scales name, those of fields first.
+    pub(crate) fn named_axes(&self) -> impl Iterator<Item = &Axis> {
+        let nodes = self.nodes();
+        let of_fields = nodes.leaves().flat_map(|(_, field)| field.axes());
+        let places = 0..nodes.0.len() as u32;
+        let scales = places.filter_map(move |place| nodes.scale(place));
+        of_fields.chain(scales.flat_map(|scale| scale.axes()))
+    }
+
+    pub(crate) fn data(&self) -> &Properties {
+        &self.data
+    }
+
+    /// What has changed since a revision; `None` if that is not known, as everything may have.
+    pub(crate) fn changes_since(
+        &self,
+        revision: u64,
+    ) -> Option<impl Iterator<Item = Change> + Clone> {
+        self.changes.since(revision)
+    }
+}
+
+/// What finds a field in a [`FieldSet`]: a [`FieldHandle`] or a name.
+pub trait FieldKey {
+    /// The handle, if there is a field.
+    fn find(&self, set: &FieldSet) -> Option<FieldHandle>;
+}
+
+impl FieldKey for FieldHandle {
+    fn find(&self, _: &FieldSet) -> Option<FieldHandle> {
+        Some(*self)
+    }
+}
+
+impl FieldKey for &str {
+    fn find(&self, set: &FieldSet) -> Option<FieldHandle> {
+        set.handle(self)
+    }
+}
+
+impl<T: Into<Tree>> From<T> for FieldSet {
+    fn from(tree: T) -> Self {
+        let mut set = FieldSet::new();
+        set.insert(tree);
+        set
+    }
+}
+
+/// # Panics
+/// If there is no such field, as maps do.
+impl<K: FieldKey> Index<K> for FieldSet {
+    type Output = Field;
+
+    fn index(&self, key: K) -> &Field {
+        self.get(key).expect("no field of that handle or name")
+    }
+}
+
+/// # Panics
+/// If there is no such field, as maps do.
+impl<K: FieldKey> IndexMut<K> for FieldSet {
+    fn index_mut(&mut self, key: K) -> &mut Field {
+        self.get_mut(key).expect("no field of that handle or name")
+    }
+}

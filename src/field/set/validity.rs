@@ -1,0 +1,67 @@
+//! Checks of what has changed in a set.
+
+use std::sync::Arc;
+
+use super::FieldSet;
+use crate::field::BuildError;
+
+/// What has not been looked at since it changed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Unchecked {
+    /// Terms, by serial.
+    pub terms: Vec<u64>,
+    leaves: Vec<u32>,
+    /// The leaf that was last given out to be changed.
+    pub open: Option<u32>,
+}
+
+impl Unchecked {
+    /// Notes a leaf.
+    pub(super) fn leaf(&mut self, place: u32) {
+        if self.leaves.last() != Some(&place) {
+            self.leaves.push(place);
+        }
+    }
+}
+
+impl FieldSet {
+    /// Checks what has been inserted or changed since the last time that all was well. Costs as
+    /// much as there is of that. Every step does it by itself, before anything else.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let mut set = FieldSet::from(Field::spring(4.0).named("spring"));
+    /// assert!(set.validate_changes().is_ok());
+    /// set["spring"].strength = Real::NAN;
+    /// let error = set.validate_changes().unwrap_err();
+    /// assert!(error.to_string().starts_with("field `spring`: the strength must be finite"));
+    /// ```
+    ///
+    /// # Errors
+    /// See [`BuildError`]. The set stays as it is, and is refused until it is put right.
+    pub fn validate_changes(&mut self) -> Result<(), BuildError> {
+        if let Some(last) = self.unchecked.open.take() {
+            self.settle(last);
+        }
+        let axes = self.data.axes().iter();
+        let declared: Vec<Arc<str>> = axes.map(|(name, _)| name.clone()).collect();
+        for serial in &self.unchecked.terms {
+            if let Some(term) = self.term(*serial) {
+                let checked = self.nodes().validate_term(term.root, &declared);
+                checked.map_err(|(error, place)| error.of(self.handle_at(place)))?;
+            }
+        }
+        for place in &self.unchecked.leaves {
+            if let Some(term) = self
+                .term_of(*place)
+                .filter(|_| self.field(*place).is_some())
+            {
+                let checked = self.nodes().validate_leaf(*place, term.root, &declared);
+                checked.map_err(|(error, place)| error.of(self.handle_at(place)))?;
+            }
+        }
+        self.unchecked.terms.clear();
+        self.unchecked.leaves.clear();
+        Ok(())
+    }
+}

@@ -1,0 +1,252 @@
+//! What may be asked of the fields.
+
+use super::Fields;
+use crate::bridge::{StepError, View};
+use crate::compile::Plan;
+use crate::contact::FieldContact;
+use crate::cross_check::CrossCheckReport;
+use crate::diagnose::{EnergyAudit, Explanation};
+use crate::eval::{PotentialEnergy, WrenchError};
+use crate::integrate::{StepWarning, Stiffness};
+use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::pipeline::{BodySample, FieldValue};
+use crate::rigid::Wrench;
+
+impl Fields {
+    /// What the compiler decided; prints as a short report.
+    pub fn plan(&self) -> Plan {
+        self.pipeline.plan(&self.set)
+    }
+
+    /// Simulated time: the sum of all steps.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// The last wrench of the fields on a body, in world axes; `None` if it was not sampled.
+    #[must_use]
+    pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
+        let evaluation = self.state.evaluation.as_ref()?;
+        let place = evaluation.place_of(body)?;
+        evaluation.wrenches.get(place).copied()
+    }
+
+    /// How far the last wrench on a body, by a step or by [`Fields::sample`], may be off because
+    /// borders of regions pass through the body; `None` if it was not sampled
+    /// [adaptively](crate::Sampling::Adaptive).
+    ///
+    /// It bounds what follows from not knowing where in a cell a border is, for forces that are
+    /// constant over each cell: so all of the error for uniform forces on a body of cuboids, but
+    /// not what a formula varies within a cell, nor what is uncertain about the volume in cells at
+    /// the surface of other shapes. Borders are those of regions, predicates and soft edges aside;
+    /// infinite if too many pass through one cell to be told apart (more than six of a term).
+    #[must_use]
+    pub fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
+        let evaluation = self.state.evaluation.as_ref()?;
+        let mut errors = evaluation.errors.iter();
+        let found = errors.find(|(handle, _)| *handle == body);
+        found.map(|(_, error)| *error)
+    }
+
+    /// The points at which a body is sampled, as the world is now, whichever fields use them:
+    /// for drawing, and for checking against the [reference](crate::reference). Those of
+    /// [adaptive](crate::Sampling::Adaptive) sampling are the ones of a body clear of borders.
+    pub fn samples(
+        &self,
+        body: RigidBodyHandle,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Vec<BodySample> {
+        let view = View::new(bodies, colliders);
+        self.pipeline
+            .samples(&self.definition(), &self.state, view, body)
+    }
+
+    /// The wrench of the fields on a body as the world is now, whether or not a step was made;
+    /// nothing for a body that fields do not move. Changes of velocity are taken to happen in a unit
+    /// of time. Works out those on all bodies, so it costs as much as a step's evaluation.
+    ///
+    /// # Errors
+    /// See [`StepError`].
+    pub fn sample(
+        &self,
+        body: RigidBodyHandle,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<Option<Wrench>, StepError> {
+        let wrenches = self.sample_all(1.0, bodies, colliders)?;
+        let mut wrenches = wrenches.into_iter();
+        let found = wrenches.find(|(handle, _)| *handle == body);
+        Ok(found.map(|(_, wrench)| wrench))
+    }
+
+    /// The wrenches of the fields on all bodies that they move, as a step of `dt` would begin with
+    /// them in the world as it is now, in the order of the bodies' handles.
+    ///
+    /// # Errors
+    /// See [`StepError`].
+    pub fn sample_all(
+        &self,
+        dt: Real,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
+        let view = View::new(bodies, colliders);
+        self.pipeline
+            .wrenches(&self.definition(), (&self.state, dt), view)
+    }
+
+    /// What the last step may have got wrong: fields too stiff for the scheme and the time step
+    /// (the worst body only), and velocities that Rapier cut down. Empty if nothing.
+    #[must_use]
+    pub fn warnings(&self) -> &[StepWarning] {
+        &self.pipeline.warnings
+    }
+
+    /// How stiff the fields are for a body in steps of `dt`, as the world is now; `None` for a
+    /// body that fields do not move. Evaluates all bodies, and this one with derivatives.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let mut world = PhysicsWorld::new();
+    /// let ball = RigidBodyBuilder::dynamic().translation(Vector::X);
+    /// let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.5).mass(4.0));
+    /// world.bodies[ball].recompute_mass_properties_from_colliders(&world.colliders);
+    /// let fields = Fields::new(Field::spring(16.0))?;
+    /// let stiffness = fields.stiffness(ball, 0.1, &world.bodies, &world.colliders)?;
+    /// let stiffness = stiffness.expect("a dynamic body");
+    /// assert!((stiffness.dt_omega - 0.2).abs() < 1e-4, "ω = √(16/4)");
+    /// assert!((stiffness.largest_stable_dt - 1.0).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// See [`StepError`].
+    pub fn stiffness(
+        &self,
+        body: RigidBodyHandle,
+        dt: Real,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<Option<Stiffness>, StepError> {
+        let view = View::new(bodies, colliders);
+        self.pipeline
+            .stiffness(&self.definition(), (&self.state, dt), view, body)
+    }
+
+    /// The potential energy of all bodies in the fields, as they are now.
+    pub fn potential_energy(
+        &self,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> PotentialEnergy {
+        let view = View::new(bodies, colliders);
+        self.pipeline
+            .potential_energy(&self.definition(), &self.state, view)
+    }
+
+    /// Why the fields push a body the way they do right now: what each field gives, who overrules
+    /// whom, and the wrench that results. Nothing for a body that fields cannot move.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// # let mut world = PhysicsWorld::new();
+    /// # let (body, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+    /// let wind = Field::uniform(Vector::X).named("wind");
+    /// let lee = Field::uniform(Vector::ZERO).within(Region::ball(2.0)).named("lee");
+    /// let fields = Fields::new(wind.replace_union(lee))?;
+    /// let why = fields.explain(body, &world.bodies, &world.colliders).unwrap();
+    /// assert_eq!(why.contributions[0].overruled_by, ["field `lee`"]);
+    /// println!("{why}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn explain(
+        &self,
+        body: RigidBodyHandle,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Option<Explanation> {
+        let view = View::new(bodies, colliders);
+        self.pipeline
+            .explain(&self.definition(), &self.state, view, body)
+    }
+
+    /// The energy audit so far, if it is on: potential and work of each field, and the drift that
+    /// is left.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// # let mut world = PhysicsWorld::new();
+    /// # world.gravity = Vector::ZERO;
+    /// # let ball = RigidBodyBuilder::dynamic().translation(Vector::X);
+    /// # world.insert(ball, ColliderBuilder::ball(0.5));
+    /// let spring = Field::spring(1.0).named("spring");
+    /// let friction = Field::drag(0.1, 0.0).named("friction");
+    /// let mut fields = Fields::builder(spring.sum_union(friction)).audit(true).build()?;
+    /// for _ in 0..60 {
+    ///     fields.step(&mut world)?;
+    /// }
+    /// let audit = fields.audit().unwrap();
+    /// println!("{audit}");
+    /// assert!(audit.drift.abs() < 1e-3 * audit.initial, "what friction took is accounted for");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn audit(&self) -> Option<&EnergyAudit> {
+        self.settings.audit.then_some(&self.state.audit)
+    }
+
+    /// The contacts of the last step, with the impulses that answered them: with swept detection
+    /// first the touches in it, in the order of time; then overlaps at its end, in the order of the
+    /// colliders' handles.
+    #[must_use]
+    pub fn contacts(&self) -> &[FieldContact] {
+        &self.pipeline.detector.contacts
+    }
+
+    /// The cross-check with Rapier so far, if it is on.
+    #[must_use]
+    pub fn cross_check(&self) -> Option<&CrossCheckReport> {
+        self.settings
+            .cross_check
+            .on
+            .then_some(&self.state.cross_check)
+    }
+
+    /// The composite field at some points of the world as it is now: the force on a resting point of
+    /// unit mass and no charge, whether any field is defined there, and which count. Fields that
+    /// hang on bodies act at all points, those on these bodies, too.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// # let world = PhysicsWorld::new();
+    /// let wind = Field::uniform(Vector::X).within(Region::ball(1.0)).named("wind");
+    /// let fields = Fields::new(wind)?;
+    /// let values = fields.at(&[Vector::ZERO, Vector::X * 5.0], &world.bodies, &world.colliders);
+    /// assert_eq!((values[0].force, &values[0].fields[..]), (Vector::X, &["field `wind`".into()][..]));
+    /// assert!(!values[1].is_defined);
+    /// # Ok::<(), BuildError>(())
+    /// ```
+    pub fn at(
+        &self,
+        world_points: &[Vector],
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Vec<FieldValue> {
+        let view = View::new(bodies, colliders);
+        self.pipeline
+            .at(&self.definition(), &self.state, view, world_points)
+    }
+
+    /// The fields that are defined nowhere because what they were anchored to is not in the world,
+    /// as the errors that a first step would give.
+    pub fn removed_anchors(
+        &self,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Vec<StepError> {
+        let view = View::new(bodies, colliders);
+        self.pipeline.removed_anchors(&self.definition(), view)
+    }
+}

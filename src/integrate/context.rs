@@ -1,0 +1,52 @@
+//! What the stage is given for a step.
+
+use super::scheme::Scheme;
+use crate::compile::Compiled;
+use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::rigid::{Body, Lookup};
+use crate::sample::{Moment, Samples};
+
+/// What a stage of a step is given.
+pub(crate) struct StepContext<'a, W> {
+    pub compiled: &'a Compiled,
+    /// Where anchors are looked up.
+    pub world: &'a W,
+    pub samples: &'a Samples,
+    /// As the samples have them.
+    pub bodies: &'a [Body],
+    pub time: f64,
+    pub dt: Real,
+    pub rules: MotionRules<'a>,
+}
+
+/// How bodies move, apart from fields.
+#[derive(Clone, Copy)]
+pub(crate) struct MotionRules<'a> {
+    pub scheme: Scheme,
+    /// Whether every body that turns freely is turned by this crate, even one like a ball and
+    /// even where no field can turn it: swept detection must know how.
+    pub exact_turns: bool,
+    /// Solver iterations of Rapier's step, over which it integrates a rotation.
+    pub iterations: u32,
+    /// What Rapier adds of its own.
+    pub gravity: Vector,
+    /// The speed that Rapier cuts others down to.
+    pub max_speed: Real,
+    /// Links of multibodies, in the order of their handles: they ignore impulses.
+    pub links: &'a [RigidBodyHandle],
+}
+
+impl<W: Lookup> StepContext<'_, W> {
+    pub(super) fn moment(&self) -> Moment {
+        Moment {
+            time: self.time,
+            // In a step of no length no force acts; that of a change of velocity is to be finite.
+            dt: if self.dt == 0.0 { 1.0 } else { self.dt },
+        }
+    }
+
+    /// Whether bodies of unequal inertia are turned by this crate in the step.
+    pub(super) fn turns(&self) -> bool {
+        (self.compiled.torque_possible || self.rules.exact_turns) && self.dt > 0.0
+    }
+}

@@ -1,0 +1,121 @@
+//! What the fields do to some bodies at one moment: the value between EVALUATE and INTEGRATE.
+
+use super::fault::{Fault, FaultKind};
+use super::implicit::Coupling;
+use super::predicted::PredictedMotion;
+use super::stiffness::Estimate;
+use super::{Integrator, StepContext};
+use crate::eval::WrenchError;
+use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
+use crate::rapier::na::Vector6;
+use crate::rigid::{Lookup, Wrench, six};
+
+/// The wrenches on some bodies, and what is known of them beyond that. Outlives its step: unless
+/// something changes, the next one begins with it.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Evaluation {
+    /// The step for which it was made: a change of velocity is a force by its length.
+    pub dt: Real,
+    /// In the order of their handles.
+    pub bodies: Vec<RigidBodyHandle>,
+    pub wrenches: Vec<Wrench>,
+    /// Of those bodies that were sampled adaptively.
+    pub errors: Vec<(RigidBodyHandle, WrenchError)>,
+    /// The velocities that the fields saw; empty if none reads them.
+    pub sampled_at: Vec<Vector6<f64>>,
+    /// By place; empty if no field reads velocities, or the scheme samples them as they are.
+    pub couplings: Vec<Option<Coupling>>,
+    /// Of bodies that were looked into, in the order of their places.
+    pub estimates: Vec<Estimate>,
+}
+
+impl Evaluation {
+    /// The place of a body.
+    pub(crate) fn place_of(&self, body: RigidBodyHandle) -> Option<usize> {
+        find(&self.bodies, body)
+    }
+
+    pub(super) fn estimate(&self, place: usize) -> Option<&Estimate> {
+        let found = self.estimates.binary_search_by_key(&place, |e| e.place);
+        found.ok().map(|found| &self.estimates[found])
+    }
+
+    fn clear(&mut self) {
+        self.bodies.clear();
+        self.wrenches.clear();
+        self.errors.clear();
+        self.sampled_at.clear();
+        self.couplings.clear();
+        self.estimates.clear();
+    }
+
+    /// Whether what was read from elsewhere is of one piece.
+    pub(crate) fn is_sound(&self) -> bool {
+        let count = self.bodies.len();
+        let fits = |length: usize| length == 0 || length == count;
+        let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
+        self.wrenches.len() == count
+            && fits(self.sampled_at.len())
+            && fits(self.couplings.len())
+            && self.bodies.is_sorted_by(|a, b| index(a) < index(b))
+            && self.estimates.is_sorted_by(|a, b| a.place < b.place)
+            && self.estimates.iter().all(|estimate| estimate.place < count)
+            && self.wrenches.iter().all(Wrench::is_finite)
+    }
+}
+
+/// The place of a handle in a list that is in the order of handles.
+pub(crate) fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Option<usize> {
+    let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
+    let place = handles.binary_search_by_key(&index(&handle), index).ok()?;
+    (handles[place] == handle).then_some(place)
+}
+
+impl Integrator {
+    /// Works out the wrenches on the bodies of the context, at the places their samples have.
+    /// `seen`: the velocities, linear and angular, that the fields are to see.
+    pub(crate) fn evaluate(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        seen: &[(Vector, Vector)],
+        evaluation: &mut Evaluation,
+    ) -> Result<(), Fault> {
+        evaluation.clear();
+        evaluation.dt = context.dt;
+        evaluation.bodies.extend_from_slice(&context.samples.bodies);
+        self.motions.clear();
+        if context.compiled.reads_velocity {
+            for (handle, (linvel, angvel)) in evaluation.bodies.iter().zip(seen) {
+                let both = six(to_dvec3(*linvel), to_dvec3(*angvel));
+                evaluation.sampled_at.push(both);
+                // Fields of bodies see those bodies, too, with the velocities that will be there.
+                let (linvel, angvel) = (*linvel, *angvel);
+                self.motions
+                    .assign(*handle, PredictedMotion::CoastsAt { linvel, angvel });
+            }
+        }
+        let frames = self.motions.frames(context, &[], 0.0);
+        let (compiled, samples, moment) = (context.compiled, context.samples, context.moment());
+        let wrenches = &mut evaluation.wrenches;
+        self.evaluator
+            .wrenches(compiled, &frames, samples, moment, wrenches);
+        let bodies = evaluation.bodies.iter().enumerate();
+        let errors = bodies.filter_map(|(n, handle)| Some((*handle, self.evaluator.error(n)?)));
+        evaluation.errors.extend(errors);
+        let Some(place) = wrenches.iter().position(|wrench| !wrench.is_finite()) else {
+            return Ok(());
+        };
+        let kind = FaultKind::NonFinite;
+        Err(Fault::new(
+            kind,
+            compiled,
+            &frames,
+            (samples, place),
+            moment,
+        ))
+    }
+}

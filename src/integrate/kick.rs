@@ -1,0 +1,277 @@
+//! The two halves of a step.
+
+use super::evaluation::{Evaluation, find};
+use super::fault::{Fault, FaultKind};
+use super::implicit::implicit_change;
+use super::motion::{FASTEST, Motions, Start, SteadyTurn, VelocityUpdate, kicked};
+use super::scheme::SUZUKI_STAGES;
+use super::stiffness::{StepWarning, Treatment};
+use super::{Integrator, Scheme, StepContext, Substeps};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::rigid::{
+    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, to_dquat, velocities,
+};
+
+/// Which half of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Half {
+    First,
+    Second,
+}
+
+/// What is done with a body in one half of a step.
+#[derive(Clone, Copy)]
+enum Duty {
+    Kick(Real),
+    Implicit(Real),
+    /// To be moved by the multirate integrator, with so many substeps.
+    Inner(u32),
+    /// To be pushed by Rapier's own forces.
+    ByForce,
+}
+
+/// Whether a wrench acts on a body, and whether it is to be woken, or kept from falling asleep.
+pub(crate) type Acts<'a> = &'a dyn Fn(usize, &Body, Wrench) -> (bool, bool);
+
+impl Integrator {
+    /// Works out what is written before Rapier's step.
+    pub(crate) fn first_half(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        acts: Acts<'_>,
+        motions: &mut Motions,
+    ) -> Result<(), Fault> {
+        motions.clear();
+        self.kick((context, evaluation), (Half::First, &[]), acts, motions)?;
+        self.move_within(context, evaluation, motions)
+    }
+
+    /// Works out what is written after Rapier's step: the second half of a kick, for all bodies
+    /// that were not `settled` before.
+    pub(crate) fn second_half(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        settled: &[RigidBodyHandle],
+        acts: Acts<'_>,
+        motions: &mut Motions,
+    ) -> Result<(), Fault> {
+        motions.clear();
+        self.kick(
+            (context, evaluation),
+            (Half::Second, settled),
+            acts,
+            motions,
+        )
+    }
+
+    /// Works out what is done with each body, and whom the multirate integrator is to move.
+    fn kick(
+        &self,
+        (context, evaluation): (&StepContext<'_, impl Lookup>, &Evaluation),
+        (half, settled): (Half, &[RigidBodyHandle]),
+        acts: Acts<'_>,
+        motions: &mut Motions,
+    ) -> Result<(), Fault> {
+        let turns = context.turns();
+        let drifts = half == Half::First;
+        for (place, body) in context.bodies.iter().enumerate() {
+            let Some(duty) = duty(context, evaluation, (half, settled), place) else {
+                continue;
+            };
+            let wrench = evaluation.wrenches[place];
+            let (acts, wake) = acts(place, body, wrench);
+            if !acts {
+                continue;
+            }
+            if drifts && !matches!(duty, Duty::Kick(_)) {
+                motions.settled.push(body.handle);
+            }
+            let duration = match duty {
+                Duty::ByForce if wrench == Wrench::ZERO => continue,
+                Duty::ByForce => {
+                    motions.by_force.push((place, wake));
+                    continue;
+                }
+                Duty::Inner(count) => {
+                    motions.inner.push(Start { place, count, wake });
+                    continue;
+                }
+                Duty::Implicit(duration) | Duty::Kick(duration) => duration,
+            };
+            let implicit = match duty {
+                Duty::Implicit(_) => {
+                    implicit_kick(evaluation, place, body, duration, context.rules.exact_turns)
+                }
+                _ => None,
+            };
+            // Bodies that feel nothing are left alone.
+            let spins = turns && drifts && body.angvel != Vector::ZERO;
+            if wrench == Wrench::ZERO && implicit.is_none() && !wake && !spins {
+                continue;
+            }
+            let (update, twist) = implicit.unwrap_or_else(|| {
+                let felt = midway(evaluation, place, body, duration);
+                let twist = to_dvec3(felt.torque * duration);
+                (kicked(body, felt, duration), twist)
+            });
+            let update = VelocityUpdate { wake, ..update };
+            let speed = update.linvel.length();
+            if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
+                return Err(self.too_fast(context, place, speed));
+            }
+            let drift = (turns && drifts).then_some(context.dt);
+            take(context, motions, body, update, (twist, drift));
+        }
+        Ok(())
+    }
+
+    pub(super) fn too_fast(
+        &self,
+        context: &StepContext<'_, impl Lookup>,
+        place: usize,
+        speed: Real,
+    ) -> Fault {
+        let frames = self.motions.frames(context, &[], 0.0);
+        let kind = FaultKind::TooFast { speed };
+        let (compiled, moment) = (context.compiled, context.moment());
+        Fault::new(kind, compiled, &frames, (context.samples, place), moment)
+    }
+}
+
+/// What is done with a body; `None` if it has been done.
+fn duty(
+    context: &StepContext<'_, impl Lookup>,
+    evaluation: &Evaluation,
+    (half, settled): (Half, &[RigidBodyHandle]),
+    place: usize,
+) -> Option<Duty> {
+    let (dt, body) = (context.dt, context.bodies[place].handle);
+    if half == Half::Second {
+        if !settled.is_empty() && find(settled, body).is_some() {
+            return None;
+        }
+        return Some(match evaluation.treatment(place) {
+            Treatment::Implicit => Duty::Implicit(dt * 0.5),
+            _ => Duty::Kick(dt * 0.5),
+        });
+    }
+    if !context.rules.links.is_empty() && find(context.rules.links, body).is_some() {
+        return Some(Duty::ByForce);
+    }
+    Some(match context.rules.scheme {
+        Scheme::ExternalForce => Duty::ByForce,
+        Scheme::Kick => Duty::Kick(dt),
+        Scheme::LinearlyImplicit => Duty::Implicit(dt),
+        Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(count),
+        Scheme::Suzuki4 => Duty::Inner(SUZUKI_STAGES),
+        Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
+            match evaluation.treatment(place) {
+                Treatment::KickDriftKick => Duty::Kick(dt * 0.5),
+                Treatment::Substep(count) => Duty::Inner(count),
+                Treatment::Implicit => Duty::Implicit(dt),
+            }
+        }
+    })
+}
+
+/// Takes up new velocities of a body; over a `drift`, with its free rotation, which begins with an
+/// angular impulse `twist`.
+fn take(
+    context: &StepContext<'_, impl Lookup>,
+    motions: &mut Motions,
+    body: &Body,
+    mut update: VelocityUpdate,
+    (twist, drift): (DVec3, Option<Real>),
+) {
+    let balls_too = context.rules.exact_turns;
+    let top = drift.and_then(|dt| Some((dt, body.free_top(update.angvel, balls_too)?)));
+    if let Some((dt, inertia)) = top {
+        let turn = SteadyTurn::new(body, &inertia, twist, dt, context.rules.iterations);
+        update.angvel = turn.steady;
+        update.spins = true;
+        motions.turns.push(turn);
+    }
+    motions.updates.push(update);
+}
+
+/// The wrench in the middle of a kick; the one of its start unless it reads velocities.
+fn midway(evaluation: &Evaluation, place: usize, body: &Body, duration: Real) -> Wrench {
+    let wrench = evaluation.wrenches[place];
+    let Some(Some(coupling)) = evaluation.couplings.get(place) else {
+        return wrench;
+    };
+    let mobility = Mobility::of(body);
+    let duration = to_f64(duration);
+    let midway = coupling.midway(&mobility, &of_wrench(wrench), &velocities(body), duration);
+    midway.map_or(wrench, |midway| {
+        let (force, torque) = rounded(&midway);
+        Wrench { force, torque }
+    })
+}
+
+/// The velocities after a linearly implicit kick, and the change of the angular momentum of a free
+/// top; `None` if there is no Jacobian for it.
+fn implicit_kick(
+    evaluation: &Evaluation,
+    place: usize,
+    body: &Body,
+    duration: Real,
+    balls_too: bool,
+) -> Option<(VelocityUpdate, DVec3)> {
+    let estimate = evaluation.estimate(place)?;
+    let now = velocities(body);
+    let wrench = evaluation.wrenches[place];
+    let change = implicit_change(
+        &Mobility::of(body),
+        &estimate.jacobian,
+        &of_wrench(wrench),
+        &now,
+        to_f64(duration),
+    )?;
+    if wrench == Wrench::ZERO && change.iter().all(|x| *x == 0.0) {
+        return None;
+    }
+    let (linvel, angvel) = pair(&(now + change));
+    let update = VelocityUpdate {
+        body: body.handle,
+        linvel: from_dvec3(linvel),
+        angvel: from_dvec3(angvel),
+        spins: false,
+        wake: false,
+    };
+    let top = body.free_top(update.angvel, balls_too);
+    let twist = top.map_or(DVec3::ZERO, |inertia| {
+        inertia.angular_momentum(to_dquat(body.pose.rotation), pair(&change).1)
+    });
+    Some((update, twist))
+}
+
+/// Warns of the bodies that Rapier will slow down without a word.
+pub(crate) fn warn_of_caps(
+    context: &StepContext<'_, impl Lookup>,
+    motions: &Motions,
+    warnings: &mut Vec<StepWarning>,
+) {
+    let limit = context.rules.max_speed;
+    // Rapier's `MAX_ROTATION`, an eighth of a turn per step.
+    let fastest_turn = from_f64(std::f64::consts::FRAC_PI_4) / context.dt;
+    for update in &motions.updates {
+        let (body, speed, turn) = (update.body, update.linvel.length(), update.angvel.length());
+        if speed > limit {
+            warnings.push(StepWarning::SpeedCapped { body, speed, limit });
+        }
+        let capped = || {
+            let body = context.world.body(body);
+            body.is_some_and(|body| !body.is_fast_rotation_allowed())
+        };
+        if turn > fastest_turn && capped() {
+            warnings.push(StepWarning::RotationCapped {
+                body,
+                speed: turn,
+                limit: fastest_turn,
+            });
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! From the motion in the fields alone to velocities before and after Rapier's step.
+
+use super::evaluation::Evaluation;
+use super::fault::Fault;
+use super::motion::{FASTEST, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
+use super::multirate::{Multirate, Setting};
+use super::predicted::PredictedMotion;
+use super::{Integrator, Scheme, StepContext};
+use crate::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::rigid::{Body, Lookup, RigidState, Turning, steady_angvel};
+
+impl Integrator {
+    /// Runs the multirate integrator, and adds what Rapier is to be given to `motions`.
+    pub(super) fn move_within(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        motions: &mut Motions,
+    ) -> Result<(), Fault> {
+        let starts = std::mem::take(&mut motions.inner);
+        if starts.is_empty() || context.dt == 0.0 {
+            return Ok(());
+        }
+        let turns = context.compiled.torque_possible;
+        let state = |start: &super::motion::Start| {
+            let body = &context.bodies[start.place];
+            let mut state = RigidState::new(body, turns);
+            state.acceleration = own_acceleration(context, body);
+            state
+        };
+        let states: Vec<RigidState> = starts.iter().map(state).collect();
+        self.predict_motions(motions, &states);
+        let scheme = context.rules.scheme;
+        let stages = scheme.stages();
+        let ticks = if stages.is_empty() {
+            let most = starts.iter().map(|start| start.count).max().unwrap_or(1);
+            vec![f64::from(most).recip(); most as usize]
+        } else {
+            stages
+        };
+        let setting = Setting {
+            context,
+            ticks: &ticks,
+            motions: &self.motions,
+            composed: scheme == Scheme::Suzuki4,
+        };
+        let places: Vec<(usize, u32)> = starts.iter().map(|s| (s.place, s.count)).collect();
+        let mut multirate = Multirate::new(setting, states, &places, &evaluation.wrenches);
+        multirate.integrate(&mut self.multirate)?;
+        let states = multirate.states;
+        for (state, start) in states.iter().zip(&starts) {
+            let body = &context.bodies[start.place];
+            let speed = correct(context, motions, state, body, start.wake);
+            if speed.is_nan() || speed > FASTEST {
+                return Err(self.too_fast(context, start.place, speed));
+            }
+        }
+        motions.inner = starts;
+        motions.inner.clear();
+        Ok(())
+    }
+
+    /// Says who does what while the multirate integrator runs.
+    fn predict_motions(&mut self, motions: &Motions, states: &[RigidState]) {
+        self.motions.clear();
+        for update in &motions.updates {
+            let (linvel, angvel) = (update.linvel, update.angvel);
+            let motion = PredictedMotion::CoastsAt { linvel, angvel };
+            self.motions.assign(update.body, motion);
+        }
+        for (number, state) in states.iter().enumerate() {
+            let motion = PredictedMotion::Moves(number as u32);
+            self.motions.assign(state.body, motion);
+        }
+    }
+}
+
+/// What Rapier itself accelerates a body by.
+fn own_acceleration(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec3 {
+    let gravity = context.rules.gravity * body.gravity_scale * body.mass;
+    to_dvec3((body.user_force + gravity) * body.inv_mass)
+}
+
+/// Gives a body the mean velocity of its way, such that Rapier's own acceleration, over its
+/// iterations, takes it to the end of it. Returns the largest velocity there is in this.
+fn correct(
+    context: &StepContext<'_, impl Lookup>,
+    motions: &mut Motions,
+    state: &RigidState,
+    body: &Body,
+    wake: bool,
+) -> Real {
+    let turns = matches!(state.turning, Turning::Free(..)) && state.angvel != DVec3::ZERO;
+    if !state.pushed && !turns && !wake {
+        return 0.0;
+    }
+    let dt = context.dt;
+    let mut update = VelocityUpdate {
+        body: state.body,
+        linvel: body.linvel,
+        angvel: body.angvel,
+        spins: false,
+        wake,
+    };
+    let step = to_f64(dt);
+    let iterations = body.iterations(context.rules.iterations);
+    if state.pushed {
+        let count = f64::from(iterations.max(1));
+        let ahead = state.acceleration * (step * (count + 1.0) / (2.0 * count));
+        let mean = (state.position - state.start.0) / step;
+        update.linvel = from_dvec3(mean - ahead);
+        motions.means.push(MeanVelocity {
+            body: state.body,
+            expected: update.linvel + from_dvec3(state.acceleration) * from_f64(step),
+            linvel: from_dvec3(state.linvel),
+        });
+    }
+    let after = match state.turning {
+        Turning::Free(_, momentum) => Some(TurnAfter::Momentum(momentum)),
+        Turning::Steady => Some(TurnAfter::Velocity(state.angvel)),
+        Turning::LeftAlone => None,
+    };
+    let still = state.attitude == state.start.1 && state.angvel == DVec3::ZERO;
+    if let Some(after) = after.filter(|_| !still) {
+        let turn = state.attitude * state.start.1.inverse();
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        update.angvel = steady_angvel(turn, dt, iterations);
+        update.spins = true;
+        motions.turns.push(SteadyTurn {
+            body: state.body,
+            after,
+            gyroscopic: body.gyroscopic,
+            steady: update.angvel,
+        });
+    }
+    let ends = from_f64(state.linvel.length().max(state.angvel.length()));
+    let speed = update.linvel.length().max(update.angvel.length()).max(ends);
+    let update_is_nan = update.linvel.is_nan() || update.angvel.is_nan();
+    motions.updates.push(update);
+    // `max` passes over NaN.
+    if update_is_nan { Real::NAN } else { speed }
+}

@@ -1,0 +1,42 @@
+//! Integrate: wrenches become what each body is to do. Knows bodies as copies, and none of Rapier's
+//! sets.
+
+mod context;
+mod evaluation;
+mod fault;
+mod implicit;
+mod jacobian;
+mod kick;
+mod mean_velocity;
+mod monitor;
+mod motion;
+mod multirate;
+mod predicted;
+mod scheme;
+mod stiffness;
+
+pub use scheme::{Scheme, Substeps};
+pub use stiffness::{StepWarning, Stiffness};
+
+pub(crate) use context::{MotionRules, StepContext};
+pub(crate) use evaluation::{Evaluation, find};
+pub(crate) use fault::{Fault, FaultKind};
+pub(crate) use kick::warn_of_caps;
+pub(crate) use motion::{FASTEST, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
+
+use crate::eval::{Evaluator, Lineariser};
+use crate::sample::Samples;
+
+/// Buffers of the stage.
+#[derive(Default)]
+pub(crate) struct Integrator {
+    pub(crate) evaluator: Evaluator,
+    lineariser: Lineariser,
+    /// Where bodies would be after a step.
+    scout: Evaluator,
+    scouted: Samples,
+    /// One per group of bodies of the multirate integrator.
+    multirate: Vec<multirate::Evaluators>,
+    motions: predicted::PredictedMotions,
+    candidates: Vec<usize>,
+}

@@ -1,0 +1,121 @@
+//! What bodies are to do in one half of a step: the value between INTEGRATE and BRIDGE.
+
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_f64};
+use crate::rigid::{Body, Inertia, Wrench, steady_angvel, to_dquat};
+
+/// The largest speed whose square is finite.
+#[cfg(feature = "f32")]
+pub(crate) const FASTEST: Real = 1.8e19;
+/// The largest speed whose square is finite.
+#[cfg(feature = "f64")]
+pub(crate) const FASTEST: Real = 1.3e154;
+
+/// New velocities of bodies, not yet written, and what Rapier is to carry out with them.
+#[derive(Debug, Default)]
+pub(crate) struct Motions {
+    pub updates: Vec<VelocityUpdate>,
+    pub turns: Vec<SteadyTurn>,
+    pub means: Vec<MeanVelocity>,
+    /// Bodies to be pushed by Rapier's own forces, by place, and whether to wake them.
+    pub by_force: Vec<(usize, bool)>,
+    /// Bodies that get no second half of a kick, in the order of their handles.
+    pub settled: Vec<RigidBodyHandle>,
+    /// Bodies that the multirate integrator is to move.
+    pub(super) inner: Vec<Start>,
+}
+
+/// A body that the multirate integrator is to move.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    /// Among the sampled bodies.
+    pub place: usize,
+    /// How many substeps it needs.
+    pub count: u32,
+    pub wake: bool,
+}
+
+/// New velocities of a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct VelocityUpdate {
+    pub body: RigidBodyHandle,
+    pub linvel: Vector,
+    pub angvel: Vector,
+    /// Whether Rapier's gyroscopic term is to stay out of the step.
+    pub spins: bool,
+    pub wake: bool,
+}
+
+/// A rotation that Rapier carries out at constant angular velocity.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SteadyTurn {
+    pub body: RigidBodyHandle,
+    pub after: TurnAfter,
+    /// Whether Rapier's gyroscopic term was on, and is to be put on again.
+    pub gyroscopic: bool,
+    /// The angular velocity that Rapier was given, and changes when something pushes the body.
+    pub steady: Vector,
+}
+
+/// How a body turns at the end of a step that nothing interferes with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum TurnAfter {
+    /// As a free top of this angular momentum, in the world.
+    Momentum(DVec3),
+    /// With this angular velocity.
+    Velocity(DVec3),
+}
+
+/// A way that Rapier carries out at its mean velocity.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeanVelocity {
+    pub body: RigidBodyHandle,
+    /// The velocity that Rapier arrives with if nothing interferes, but for damping.
+    pub expected: Vector,
+    /// The velocity that the body then has in truth.
+    pub linvel: Vector,
+}
+
+impl Motions {
+    pub(crate) fn clear(&mut self) {
+        self.updates.clear();
+        self.turns.clear();
+        self.means.clear();
+        self.by_force.clear();
+        self.settled.clear();
+        self.inner.clear();
+    }
+}
+
+impl SteadyTurn {
+    /// The free rotation of a body over `dt`, after an angular impulse `twist`; Rapier turns the
+    /// steady velocity into it.
+    pub(super) fn new(
+        body: &Body,
+        inertia: &Inertia,
+        twist: DVec3,
+        dt: Real,
+        substeps: u32,
+    ) -> Self {
+        let attitude = to_dquat(body.pose.rotation);
+        let angular_momentum = body.angular_momentum(inertia) + twist;
+        let rotation = inertia.free_rotation(attitude, angular_momentum, to_f64(dt));
+        SteadyTurn {
+            body: body.handle,
+            after: TurnAfter::Momentum(angular_momentum),
+            gyroscopic: true,
+            steady: steady_angvel(rotation, dt, body.iterations(substeps)),
+        }
+    }
+}
+
+/// The velocities of a body after a wrench has acted for `duration`.
+pub(crate) fn kicked(body: &Body, wrench: Wrench, duration: Real) -> VelocityUpdate {
+    let twist = body.inv_inertia * (wrench.torque * duration);
+    VelocityUpdate {
+        body: body.handle,
+        linvel: body.linvel + wrench.force * duration * body.inv_mass,
+        angvel: body.angvel + twist,
+        spins: false,
+        wake: false,
+    }
+}

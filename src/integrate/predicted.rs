@@ -1,0 +1,170 @@
+//! Where bodies will be within a step, before Rapier has made it.
+
+use super::context::StepContext;
+use crate::field::{Anchor, Frame, Frames};
+use crate::math::{DQuat, DVec3, Pose, RigidBodyHandle, Rotation};
+use crate::math::{Vector, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::rapier::dynamics::{RigidBody, RigidBodyType};
+use crate::rigid::{Lookup, RigidState, to_dquat};
+
+/// What a body does within a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum PredictedMotion {
+    /// It moves on with its velocity.
+    #[default]
+    Coasts,
+    /// It moves on with this velocity.
+    CoastsAt { linvel: Vector, angvel: Vector },
+    /// It is the state of this number.
+    Moves(u32),
+}
+
+/// By the index of a body; those beyond the end coast.
+#[derive(Debug, Default)]
+pub(super) struct PredictedMotions(Vec<PredictedMotion>);
+
+impl PredictedMotions {
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Says what a body does.
+    pub(super) fn assign(&mut self, body: RigidBodyHandle, motion: PredictedMotion) {
+        let index = body.into_raw_parts().0 as usize;
+        if self.0.len() <= index {
+            self.0.resize(index + 1, PredictedMotion::default());
+        }
+        self.0[index] = motion;
+    }
+
+    /// Where everything is, some time into the step.
+    pub(super) fn frames<'a, W: Lookup>(
+        &'a self,
+        context: &StepContext<'a, W>,
+        states: &'a [RigidState],
+        elapsed: f64,
+    ) -> PredictedFrames<'a, W> {
+        PredictedFrames {
+            world: context.world,
+            motions: &self.0,
+            states,
+            elapsed,
+            dt: to_f64(context.dt),
+        }
+    }
+}
+
+/// A world some time into its step.
+pub(super) struct PredictedFrames<'a, W> {
+    world: &'a W,
+    motions: &'a [PredictedMotion],
+    states: &'a [RigidState],
+    elapsed: f64,
+    /// The length of the whole step.
+    dt: f64,
+}
+
+impl<W: Lookup> PredictedFrames<'_, W> {
+    fn of_body(&self, handle: RigidBodyHandle) -> Option<Frame> {
+        let body = self.world.body(handle)?;
+        let motion = self.motions.get(handle.into_raw_parts().0 as usize);
+        let state = match motion {
+            Some(PredictedMotion::Moves(state)) => self.states.get(*state as usize),
+            _ => None,
+        };
+        let frame = match (motion, state) {
+            (_, Some(state)) => frame(
+                (state.position, state.attitude, state.local_com),
+                (state.linvel, state.angvel),
+            ),
+            _ if body.body_type() == RigidBodyType::KinematicPositionBased => self.led(body),
+            (Some(PredictedMotion::CoastsAt { linvel, angvel }), _) => {
+                self.coasting(body, *linvel, *angvel)
+            }
+            _ => self.coasting(body, body.linvel(), body.angvel()),
+        };
+        Some(Frame {
+            body: Some(handle),
+            ..frame
+        })
+    }
+
+    fn coasting(&self, body: &RigidBody, linvel: Vector, angvel: Vector) -> Frame {
+        if self.elapsed == 0.0 {
+            // To the last bit where it is: boundaries are compared exactly.
+            let arm = body.translation() - body.center_of_mass();
+            return Frame {
+                velocity: linvel + angvel.cross(arm),
+                angvel,
+                ..Frame::at_rest(*body.position())
+            };
+        }
+        let (linvel, angvel) = (to_dvec3(linvel), to_dvec3(angvel));
+        let attitude = to_dquat(*body.rotation());
+        let local_com = to_dvec3(body.local_center_of_mass());
+        let com = to_dvec3(body.translation()) + attitude * local_com;
+        let turn = DQuat::from_scaled_axis(angvel * self.elapsed);
+        let place = (com + linvel * self.elapsed, turn * attitude, local_com);
+        frame(place, (linvel, angvel))
+    }
+
+    /// A body that the user leads from place to place.
+    fn led(&self, body: &RigidBody) -> Frame {
+        let (here, there) = (body.position(), body.next_position());
+        if self.dt == 0.0 || here == there {
+            return Frame::at_rest(*here);
+        }
+        let part = from_f64(self.elapsed / self.dt);
+        let way = there.translation - here.translation;
+        let turn = to_dquat(there.rotation) * to_dquat(here.rotation).inverse();
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        let angvel = turn.to_scaled_axis() / self.dt;
+        Frame {
+            pose: Pose::from_parts(
+                here.translation + way * part,
+                from_dquat(
+                    DQuat::from_scaled_axis(angvel * self.elapsed) * to_dquat(here.rotation),
+                ),
+            ),
+            velocity: way / from_f64(self.dt),
+            angvel: from_dvec3(angvel),
+            body: None,
+        }
+    }
+}
+
+/// The frame of a body, given where its centre of mass is and how it moves.
+fn frame(
+    (com, attitude, local_com): (DVec3, DQuat, DVec3),
+    (linvel, angvel): (DVec3, DVec3),
+) -> Frame {
+    let arm = attitude * -local_com;
+    Frame {
+        pose: Pose::from_parts(from_dvec3(com + arm), from_dquat(attitude)),
+        velocity: from_dvec3(linvel + angvel.cross(arm)),
+        angvel: from_dvec3(angvel),
+        body: None,
+    }
+}
+
+fn from_dquat(q: DQuat) -> Rotation {
+    let [x, y, z, w] = q.to_array().map(from_f64);
+    Rotation::from_xyzw(x, y, z, w)
+}
+
+impl<W: Lookup> Frames for PredictedFrames<'_, W> {
+    fn frame(&self, anchor: &Anchor) -> Option<Frame> {
+        let base = match anchor {
+            Anchor::World { .. } => Frame::at_rest(Pose::IDENTITY),
+            Anchor::Body { handle, .. } => self.of_body(*handle)?,
+            Anchor::Collider { handle, .. } => {
+                let collider = self.world.collider(*handle)?;
+                match (collider.parent(), collider.position_wrt_parent()) {
+                    (Some(parent), Some(local_pose)) => self.of_body(parent)?.then(local_pose),
+                    _ => Frame::at_rest(*collider.position()),
+                }
+            }
+        };
+        Some(base.then(anchor.local_pose()))
+    }
+}

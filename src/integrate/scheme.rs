@@ -1,0 +1,173 @@
+//! How wrenches become motion.
+
+use crate::field::BuildError;
+use crate::math::{Real, to_f64};
+
+/// How the wrench of the fields becomes motion in a Rapier step.
+///
+/// ω is the fastest frequency of a body in the fields, from the Jacobian of its wrench; see
+/// [`Fields::stiffness`](crate::Fields::stiffness).
+///
+/// | scheme | order | evaluations per step | force that depends on position |
+/// |---|---|---|---|
+/// | [`KickDriftKick`](Scheme::KickDriftKick) | 2 | 1 | symplectic: energy bounded while dt·ω < 2 |
+/// | [`Kick`](Scheme::Kick) | 1 | 1 | symplectic: energy bounded while dt·ω < 2 |
+/// | [`Substep`](Scheme::Substep) | 2 | 1 + n | symplectic: energy bounded while dt·ω < 2 n |
+/// | [`Suzuki4`](Scheme::Suzuki4) | 4 | 6 | symplectic, for fields that are smooth |
+/// | [`LinearlyImplicit`](Scheme::LinearlyImplicit) | 1 | 1 and Jacobians | damped: energy falls at any dt·ω |
+/// | [`Auto`](Scheme::Auto) | 2 or 1 | 1, more where stiff | the cheapest of the above, body by body |
+/// | [`ExternalForce`](Scheme::ExternalForce) | 1 | 1 | gains energy at any dt·ω with Rapier's default of 4 solver iterations |
+///
+/// Contacts, joints, gravity, damping, locked axes, dominance and continuous collision detection
+/// stay Rapier's under every scheme. `Substep`, `Suzuki4` and `Auto` work out the motion in the
+/// fields alone in smaller steps, give the body the mean velocity of that motion before Rapier's
+/// step, and the velocity at its end, plus what Rapier changed meanwhile, after it.
+///
+/// Forces that read velocities: their kicks solve the linear part of the force by the implicit
+/// midpoint rule, so that a magnetic force turns a velocity without changing its length (the
+/// rotation of Boris), except under `Kick` and `ExternalForce`, which sample them once.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum Scheme {
+    /// Half the impulse before Rapier's step, half of the next one after it (velocity Verlet).
+    /// One evaluation per step: the second half is the next step's first, unless something moved
+    /// in between. Free rotation is split off and done by this crate (see
+    /// [`Fields`](crate::Fields)).
+    #[default]
+    KickDriftKick,
+    /// The whole impulse before Rapier's step (symplectic Euler).
+    Kick,
+    /// `add_force` and `add_torque` before Rapier's step; after it the user's own forces are put
+    /// back bit for bit. The documented channel of Rapier. Links of multibodies, which ignore
+    /// impulses, are moved this way under every scheme.
+    ExternalForce,
+    /// Kick-drift-kick in steps smaller than Rapier's.
+    Substep(Substeps),
+    /// Linearly implicit (Rosenbrock) Euler, body by body:
+    /// (M − dt ∂F/∂v − dt² ∂F/∂x) Δv = dt (F + dt ∂F/∂x v). Stable at any step; damps what it
+    /// cannot follow. Of ∂F/∂x only the part that draws back is used, so that no direction in
+    /// which a field pushes away is amplified; the order stays one with any such matrix.
+    LinearlyImplicit,
+    /// Suzuki's composition of five kick-drift-kick steps (M. Suzuki, Phys. Lett. A 146 (1990)
+    /// 319). All bodies pass through its stages together, so that fields of bodies on bodies are
+    /// of fourth order too. One of the five goes back in time: not for fields with jumps, nor
+    /// for stiff drag.
+    Suzuki4,
+    /// For each body the cheapest of `KickDriftKick`, `Substep` with up to 32 substeps, and
+    /// `LinearlyImplicit`, by the tolerance. The last is taken where no other meets it: it
+    /// damps instead of following.
+    ///
+    /// Bodies are watched by how their wrench changes along their way, which costs next to
+    /// nothing; Jacobians are worked out only where that looks stiff.
+    Auto {
+        /// Bound of the relative error of the energy of a vibration, (dt·ω)²/4 for
+        /// `KickDriftKick`; and of the rate of a decay or a gyration, (dt·γ)²/24. Positive, at
+        /// most 0.25.
+        tolerance: Real,
+    },
+}
+
+/// How many substeps [`Scheme::Substep`] makes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum Substeps {
+    /// So many for every body, from 1 to 1024.
+    Fixed(u32),
+    /// For each body a power of two, up to 256, from its stiffness; see [`Scheme::Auto`].
+    PerBody {
+        /// As that of [`Scheme::Auto`].
+        tolerance: Real,
+    },
+}
+
+/// The steps that [`Scheme::Suzuki4`] composes.
+pub(super) const SUZUKI_STAGES: u32 = 5;
+/// Beyond this tolerance dt·ω of a substep would come close to the limit of stability.
+const LOOSEST: Real = 0.25;
+/// The most substeps a user may ask for.
+const MOST_FIXED: u32 = 1024;
+/// The most substeps [`Substeps::PerBody`] chooses.
+const MOST_PER_BODY: u32 = 256;
+/// The most substeps [`Scheme::Auto`] chooses before it turns to the implicit scheme.
+const MOST_AUTO: u32 = 32;
+
+/// How a scheme chooses for each body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice {
+    pub tolerance: f64,
+    pub most_substeps: u32,
+    /// Whether what needs more substeps is done implicitly.
+    pub implicit: bool,
+}
+
+impl Scheme {
+    /// Whether the numbers of the scheme are in their range.
+    pub(crate) fn validate(self) -> Result<(), BuildError> {
+        let bad = |quantity, requirement, value| BuildError::Parameter {
+            field: "the scheme".into(),
+            quantity,
+            requirement,
+            value,
+        };
+        match self {
+            Scheme::Substep(Substeps::Fixed(n)) if !(1..=MOST_FIXED).contains(&n) => {
+                let count = f64::from(n);
+                Err(bad("the number of substeps", "from 1 to 1024", count))
+            }
+            Scheme::Auto { tolerance } | Scheme::Substep(Substeps::PerBody { tolerance })
+                if !(tolerance > 0.0 && tolerance <= LOOSEST) =>
+            {
+                let tolerance = to_f64(tolerance);
+                Err(bad(
+                    "the tolerance",
+                    "positive, and at most 0.25",
+                    tolerance,
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// How the scheme chooses, if it chooses.
+    pub(super) fn choice(self) -> Option<Choice> {
+        let (tolerance, most_substeps, implicit) = match self {
+            Scheme::Auto { tolerance } => (tolerance, MOST_AUTO, true),
+            Scheme::Substep(Substeps::PerBody { tolerance }) => (tolerance, MOST_PER_BODY, false),
+            _ => return None,
+        };
+        Some(Choice {
+            tolerance: to_f64(tolerance),
+            most_substeps,
+            implicit,
+        })
+    }
+
+    /// Whether bodies that nothing else is done to get half a kick before and half after.
+    pub(crate) fn kicks_twice(self) -> bool {
+        matches!(self, Scheme::KickDriftKick) || self.choice().is_some()
+    }
+
+    /// The steps into which all bodies divide theirs, in units of it; empty if they do not.
+    pub(super) fn stages(self) -> Vec<f64> {
+        match self {
+            Scheme::Substep(Substeps::Fixed(n)) => vec![f64::from(n).recip(); n as usize],
+            Scheme::Suzuki4 => {
+                let outer = (4.0 - 4.0_f64.cbrt()).recip();
+                vec![outer, outer, 1.0 - 4.0 * outer, outer, outer]
+            }
+            _ => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! How fast fields want bodies to move, against the length of a step.
+
+use super::jacobian::Jacobian;
+use super::scheme::Choice;
+use crate::math::{Real, RigidBodyHandle, from_f64};
+use crate::rapier::na::Matrix6;
+use crate::rigid::{Mobility, eigen};
+
+/// How stiff the fields are for a body, from the Jacobian of its wrench, with the bodies that
+/// carry the fields held still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Stiffness {
+    /// The step it was measured against.
+    pub dt: Real,
+    /// dt times the fastest angular frequency at which the body would swing.
+    pub dt_omega: Real,
+    /// dt times the fastest rate at which drag slows the body down: the damping number.
+    pub dt_damping: Real,
+    /// dt times the fastest rate at which the fields turn the body's velocity.
+    pub dt_gyration: Real,
+    /// The longest step for which `KickDriftKick` keeps the energy bounded, 2/ω; infinite if
+    /// nothing swings.
+    pub largest_stable_dt: Real,
+}
+
+/// What a step would get wrong without a word.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepWarning {
+    /// The fields are too stiff for the scheme at this step, or nearly so: dt·ω is more than 1.
+    #[error(
+        "the fields are stiff for {body:?}: dt·ω is {dt_omega}, and the largest stable dt {largest_stable_dt:e}"
+    )]
+    Stiff {
+        /// The body.
+        body: RigidBodyHandle,
+        /// The step times the fastest frequency; the limit of the scheme is 2.
+        dt_omega: Real,
+        /// See [`Stiffness::largest_stable_dt`].
+        largest_stable_dt: Real,
+    },
+    /// The fields make a body faster than Rapier lets it be
+    /// (`IntegrationParameters::normalized_max_linear_velocity`): Rapier will slow it down.
+    #[error("{body:?} is given a speed of {speed}, which Rapier cuts down to {limit}")]
+    SpeedCapped {
+        /// The body.
+        body: RigidBodyHandle,
+        /// The speed it is given.
+        speed: Real,
+        /// The largest that Rapier allows.
+        limit: Real,
+    },
+    /// A body turns by more than Rapier allows in a step, an eighth of a turn, unless
+    /// `RigidBody::set_allow_fast_rotation` is on: Rapier will slow it down.
+    #[error("{body:?} is given an angular speed of {speed}, which Rapier cuts down to {limit}")]
+    RotationCapped {
+        /// The body.
+        body: RigidBodyHandle,
+        /// The angular speed it is given.
+        speed: Real,
+        /// The largest that Rapier allows.
+        limit: Real,
+    },
+    /// What a field was anchored to was removed: the field is defined nowhere from now on.
+    #[error("{field} is gone, with what it was anchored to")]
+    AnchorRemoved {
+        /// The field.
+        field: String,
+    },
+    /// Fields answer contacts that Rapier solved as well: its step was not given the
+    /// [hooks](crate::OpenStep::hooks) of the open step.
+    #[error(
+        "Rapier's step was not given the hooks of the open step, and solved contacts of fields"
+    )]
+    HooksNotGiven,
+}
+
+/// Rates of a body in fields, per unit of time.
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Rates {
+    omega: f64,
+    damping: f64,
+    gyration: f64,
+}
+
+impl Rates {
+    pub(super) fn new(jacobian: &Jacobian, mobility: &Mobility) -> Self {
+        let (root, _) = mobility.roots();
+        let motion = root * jacobian.by_motion * root;
+        let velocity = root * jacobian.by_velocity * root;
+        let skew = (velocity - velocity.transpose()) * 0.5;
+        Rates {
+            omega: (-least(&motion).min(0.0)).sqrt(),
+            damping: -least(&velocity).min(0.0),
+            // The square of an antisymmetric matrix is symmetric, with eigenvalues −Ω².
+            gyration: (-least(&(skew * skew)).min(0.0)).sqrt(),
+        }
+    }
+
+    pub(super) fn report(&self, dt: Real) -> Stiffness {
+        let times = |rate: f64| from_f64(rate * crate::math::to_f64(dt));
+        Stiffness {
+            dt,
+            dt_omega: times(self.omega),
+            dt_damping: times(self.damping),
+            dt_gyration: times(self.gyration),
+            largest_stable_dt: if self.omega > 0.0 {
+                from_f64(2.0 / self.omega)
+            } else {
+                Real::INFINITY
+            },
+        }
+    }
+
+    /// The relative error of a step of kick-drift-kick: of the energy of a vibration it swings
+    /// by (dt·ω)²/4; of the rate of a decay or gyration, no more than (dt·γ)²/24.
+    fn error(&self, dt: f64) -> f64 {
+        let [omega, damping, gyration] =
+            [self.omega, self.damping, self.gyration].map(|rate| (rate * dt).powi(2));
+        (omega / 4.0).max(damping.max(gyration) / 24.0)
+    }
+
+    pub(super) fn treatment(&self, dt: f64, choice: Choice) -> Treatment {
+        let wanted = (self.error(dt) / choice.tolerance).sqrt();
+        // Not so for NaN.
+        if wanted <= 1.0 {
+            return Treatment::KickDriftKick;
+        }
+        let most = f64::from(choice.most_substeps);
+        if wanted <= most || !choice.implicit {
+            let count = wanted.min(most).ceil() as u32;
+            return Treatment::Substep(count.max(2).next_power_of_two());
+        }
+        Treatment::Implicit
+    }
+}
+
+/// The least eigenvalue of the symmetric part; minus infinity if that is not finite.
+fn least(matrix: &Matrix6<f64>) -> f64 {
+    let eigen = eigen((matrix + matrix.transpose()) * 0.5);
+    eigen.map_or(f64::NEG_INFINITY, |eigen| eigen.eigenvalues.min())
+}
+
+/// What is done with a body in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) enum Treatment {
+    KickDriftKick,
+    /// A power of two.
+    Substep(u32),
+    Implicit,
+}
+
+/// What was found out about a body.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Estimate {
+    pub place: usize,
+    pub treatment: Treatment,
+    pub jacobian: Jacobian,
+    pub rates: Rates,
+}

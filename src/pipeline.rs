@@ -1,0 +1,169 @@
+//! The step, from top to bottom: bodies are read and sampled, the fields evaluated, motions worked
+//! out and written; Rapier steps; then the same once more, and contacts are detected, answered and
+//! checked.
+
+mod begin;
+mod finish;
+mod open_step;
+mod questions;
+mod settings;
+mod stages;
+mod state;
+mod uniform;
+
+pub use open_step::OpenStep;
+pub use questions::{BodySample, FieldValue};
+pub use settings::FieldSettings;
+pub use state::FieldState;
+
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+
+use crate::bridge::{Push, Reader, Rollback, SoftBodies, WakePolicy};
+use crate::compile::Compiled;
+use crate::contact::{Claims, ContactEvent, Detection, Detector, Rules};
+use crate::cross_check::Watched;
+use crate::field::FieldSet;
+use crate::integrate::{Evaluation, Integrator, Motions, StepWarning};
+use crate::math::{RigidBodyHandle, Vector};
+use crate::rigid::{Body, Wrench};
+use crate::sample::{Gatherer, Properties, Samples};
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct StepOutcome {
+    /// Bodies on which fields were sampled: none where no field can reach any.
+    pub sampled: usize,
+    /// Contacts detected: overlaps at the end of the step, and touches within it.
+    pub contacts: usize,
+    /// Bodies written to after Rapier's step, by the scheme and by responses.
+    pub written: usize,
+    /// Particles of soft bodies that took an impulse after Rapier's step.
+    pub particles: usize,
+    /// What Rapier or the scheme will get wrong without a word; see
+    /// [`Fields::warnings`](crate::Fields::warnings).
+    pub warnings: usize,
+    /// Whether swept detection gave up on this step, after more impacts than bodies that can come
+    /// to rest have (10,000, and 256 per body); the rest is answered in the next.
+    pub exhausted: bool,
+}
+
+/// The fields of a step, as data.
+#[derive(Clone, Copy)]
+pub(crate) struct Definition<'a> {
+    pub set: &'a FieldSet,
+    pub settings: &'a FieldSettings,
+    pub events: Option<&'a Sender<ContactEvent>>,
+}
+
+/// Buffers and caches of a step: made of the fields when they are first needed, and followed when
+/// they change. Nothing in it shows in any result, so a fresh one goes on bit for bit.
+pub struct FieldPipeline {
+    pub(crate) compiled: Compiled,
+    properties: Properties,
+    /// Counts the changes of properties.
+    properties_revision: u64,
+    reader: Reader,
+    gatherer: Gatherer,
+    bodies: Vec<Body>,
+    samples: Samples,
+    /// The velocities that fields see.
+    seen: Vec<(Vector, Vector)>,
+    integrator: Integrator,
+    motions: Motions,
+    /// Of the second half.
+    late: Motions,
+    rollback: Rollback,
+    spare: Option<Evaluation>,
+    acting: Vec<bool>,
+    links: Vec<RigidBodyHandle>,
+    softs: SoftBodies,
+    pub(crate) detector: Detector,
+    /// The revision of the detection fields that it was made for.
+    detectors_revision: Option<u64>,
+    detection: Detection,
+    pushes: Vec<Push>,
+    claims: Arc<Claims>,
+    claims_for: Rules,
+    watched: Watched,
+    pub(crate) warnings: Vec<StepWarning>,
+    /// Bodies sampled in the last step.
+    sampled: usize,
+    /// Whether it has made a step.
+    met: bool,
+}
+
+impl Default for FieldPipeline {
+    fn default() -> Self {
+        let compiled = Compiled::default();
+        FieldPipeline {
+            detector: Detector::new(&compiled, Detection::default()),
+            detectors_revision: None,
+            compiled,
+            properties: Properties::default(),
+            properties_revision: 0,
+            reader: Reader::default(),
+            gatherer: Gatherer::default(),
+            bodies: Vec::new(),
+            samples: Samples::default(),
+            seen: Vec::new(),
+            integrator: Integrator::default(),
+            motions: Motions::default(),
+            late: Motions::default(),
+            rollback: Rollback::default(),
+            spare: None,
+            acting: Vec::new(),
+            links: Vec::new(),
+            softs: SoftBodies::default(),
+            detection: Detection::default(),
+            pushes: Vec::new(),
+            claims: Arc::default(),
+            claims_for: Rules::default(),
+            watched: Watched::default(),
+            warnings: Vec::new(),
+            sampled: 0,
+            met: false,
+        }
+    }
+}
+
+impl FieldPipeline {
+    /// Nothing compiled yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Brings everything that is made of the fields up to date with them.
+    pub(crate) fn follow(&mut self, fields: &Definition<'_>) {
+        self.compiled.update(fields.set);
+        if self.properties.update(fields.set) {
+            self.properties_revision += 1;
+        }
+        let settings = fields.settings;
+        let found = Some(self.compiled.detectors_revision);
+        let stale = self.detectors_revision != found;
+        if stale || self.detection != settings.detection {
+            self.detection = settings.detection;
+            self.detector = Detector::new(&self.compiled, self.detection);
+        }
+        if stale || self.claims_for != settings.rules {
+            self.detectors_revision = found;
+            self.claims_for = settings.rules.clone();
+            let detecting = self.compiled.detectors.iter();
+            let detecting = detecting.map(|detector| detector.collider);
+            self.watched = detecting.clone().collect();
+            self.claims = Arc::new(Claims::new(&settings.rules, detecting));
+        }
+    }
+}
+
+/// Whether a wrench acts on a body, and whether it is to be woken, or kept from falling asleep;
+/// `acting`: of each body, as decided for sleepers, if there are any.
+fn acts(policy: WakePolicy, acting: &[bool]) -> impl Fn(usize, &Body, Wrench) -> (bool, bool) {
+    move |place, body, wrench| {
+        let acts = acting.get(place).copied().unwrap_or(true);
+        let always = policy == WakePolicy::Always && wrench != Wrench::ZERO;
+        (acts, always || body.sleeping)
+    }
+}

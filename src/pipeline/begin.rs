@@ -1,0 +1,430 @@
+//! The first half of a step.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use super::state::{BodyRecord, OpenRecord};
+use super::{Definition, FieldPipeline, FieldState, OpenStep};
+use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
+use crate::contact::silent;
+use crate::diagnose::{blame, missing_anchor};
+use crate::field::{Anchor, FieldSet, Frames};
+use crate::integrate::{StepWarning, TurnAfter, warn_of_caps};
+use crate::math::{Real, RigidBodyHandle};
+use crate::rapier::pipeline::ActiveHooks;
+use crate::rigid::Lookup;
+use crate::sample::Moment;
+
+impl FieldPipeline {
+    /// What happens before Rapier's step. After an error nothing has been written.
+    pub(crate) fn begin(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        mut world: WorldMut<'_>,
+    ) -> Result<OpenStep, StepError> {
+        if let Some(open) = state.open.take() {
+            take_back(&open, &mut world);
+            state.evaluation = None;
+            return Err(StepError::Unfinished);
+        }
+        let dt = world.integration_parameters.dt;
+        if !(dt >= 0.0 && dt.is_finite()) {
+            return Err(StepError::TimeStep { dt });
+        }
+        fields.settings.scheme.validate()?;
+        if !state.is_sound() {
+            return Err(StepError::State);
+        }
+        self.follow(fields);
+        self.warnings.clear();
+        self.recognise(state, &world.view())?;
+        self.check_anchors(fields.set, state, &world.view())?;
+        self.find_links(&world);
+        let expected = self.expect(fields, state, &world);
+        let power = self.begin_audit(fields, state, &world);
+        let soft = self.begin_soft(fields, state, &world)?;
+        let (idle, sleepers) = self.begin_bodies(fields, state, &mut world)?;
+        if soft {
+            let (scheme, policy) = (fields.settings.scheme, fields.settings.wake);
+            self.softs
+                .first_half((scheme, policy), dt, world.soft_bodies);
+        }
+        let turns = self.motions.turns.iter();
+        let momenta = turns.filter_map(|turn| match turn.after {
+            TurnAfter::Momentum(momentum) => Some((turn.body, momentum)),
+            TurnAfter::Velocity(_) => None,
+        });
+        self.detector.begin(&world.view(), momenta);
+        self.listen(fields, state, &mut world);
+        let open = state.open.get_or_insert_default();
+        open.number = state.steps;
+        Ok(OpenStep {
+            number: state.steps,
+            dt,
+            idle,
+            motions: std::mem::take(&mut self.motions),
+            bodies: std::mem::take(&mut self.bodies),
+            rollback: std::mem::take(&mut self.rollback),
+            expected,
+            power,
+            soft,
+            sleepers,
+            claims: self.claims.clone(),
+            listening: state.listening.clone(),
+            asked: AtomicBool::new(false),
+        })
+    }
+
+    /// A state that was read from elsewhere must know some body of the world as it stands there.
+    fn recognise(&mut self, state: &FieldState, view: &View<'_>) -> Result<(), StepError> {
+        let Some(evaluation) = state.evaluation.as_ref().filter(|_| !self.met) else {
+            self.met = true;
+            return Ok(());
+        };
+        let known = evaluation.bodies.iter().zip(&state.records);
+        let stands = |(handle, was): (&RigidBodyHandle, &BodyRecord)| {
+            let body = view.body(*handle);
+            body.is_some_and(|body| *body.position() == was.pose)
+        };
+        let any = known.clone().any(stands);
+        self.met |= any || evaluation.bodies.is_empty();
+        match evaluation.bodies.first() {
+            Some(body) if !any => Err(StepError::OtherWorld { body: *body }),
+            _ => Ok(()),
+        }
+    }
+
+    /// The first time fields meet a world, every anchor must be there; what is missing later was
+    /// removed, and its fields are defined nowhere from then on.
+    fn check_anchors(
+        &mut self,
+        set: &FieldSet,
+        state: &mut FieldState,
+        view: &View<'_>,
+    ) -> Result<(), StepError> {
+        let counts = [view.body_count(), view.collider_count()];
+        let edited = state.mark != Some(set.mark());
+        if !edited && state.anchored == Some(counts) {
+            return Ok(());
+        }
+        let first = state.anchored.is_none() || edited;
+        let anchors = self.compiled.anchors.iter().enumerate();
+        let missing = anchors.filter(|(_, anchor)| view.frame(anchor).is_none());
+        let missing: Vec<(usize, Anchor)> = missing.map(|(n, anchor)| (n, *anchor)).collect();
+        for (number, anchor) in missing {
+            if state.removed.contains(&anchor) {
+                continue;
+            }
+            let error = missing_anchor(self.prepared(set), number);
+            let StepError::MissingAnchor { field, .. } = &error else {
+                continue;
+            };
+            if first {
+                return Err(error);
+            }
+            let field = field.clone();
+            self.warnings.push(StepWarning::AnchorRemoved { field });
+            state.removed.push(anchor);
+        }
+        state.anchored = Some(counts);
+        Ok(())
+    }
+
+    fn expect(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &WorldMut<'_>,
+    ) -> Option<Vec<crate::cross_check::Sighting>> {
+        let settings = &fields.settings.cross_check;
+        if !settings.on {
+            return None;
+        }
+        state
+            .cross_check
+            .note(settings, world.integration_parameters);
+        let (view, moment) = (
+            world.view(),
+            moment(state.time, world.integration_parameters.dt),
+        );
+        let properties = &self.properties;
+        self.detector.run(&self.compiled, &view, moment, |samples| {
+            Self::sites(properties, &view, samples);
+        });
+        let contacts = &self.detector.contacts;
+        Some(crate::cross_check::expect(settings, contacts, &view))
+    }
+
+    fn begin_audit(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &WorldMut<'_>,
+    ) -> Vec<f64> {
+        if !fields.settings.audit {
+            return Vec::new();
+        }
+        let view = world.view();
+        let (_, samples) =
+            Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
+        let moment = moment(state.time, world.integration_parameters.dt);
+        state.audit.begin(fields.set, &view, &samples, moment)
+    }
+
+    fn begin_soft(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &FieldState,
+        world: &WorldMut<'_>,
+    ) -> Result<bool, StepError> {
+        if world.soft_bodies.is_empty() {
+            return Ok(false);
+        }
+        let moment = moment(state.time, world.integration_parameters.dt);
+        let (view, policy) = (world.view(), fields.settings.wake);
+        let softs = (&*world.soft_bodies, &view);
+        self.softs
+            .evaluate(&self.compiled, &self.properties, softs, moment, policy)
+            .map_err(|fault| blame(fields.set, &fault))?;
+        Ok(true)
+    }
+
+    /// Evaluates the fields, unless the last step did, works out the first half of the motion of
+    /// all bodies, and writes it. Returns whether no field reaches any body, and whether sleepers
+    /// are looked at.
+    fn begin_bodies(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &mut WorldMut<'_>,
+    ) -> Result<(bool, bool), StepError> {
+        let dt = world.integration_parameters.dt;
+        let first = is_new(fields, state);
+        let sleepers = self.looks_at_sleepers(fields, state, &world.view());
+        if !sleepers && self.is_idle(fields, world) {
+            self.motions.clear();
+            self.bodies.clear();
+            state.evaluation = None;
+            state.records.clear();
+            return Ok((true, false));
+        }
+        if !sleepers && self.pushes_alike(fields, world) {
+            self.push_alike(fields, state, world, true);
+            return Ok((false, false));
+        }
+        self.read(world, (sleepers, first), &[]);
+        self.weigh(state, world);
+        self.see(state, None);
+        let remade = self.sample(&world.view());
+        if remade || first || self.is_stale(state, &world.view(), dt) {
+            self.evaluate_anew(fields, state, world)?;
+        }
+        state.mark = Some(fields.set.mark());
+        self.move_first(fields, state, world)?;
+        Ok((false, sleepers))
+    }
+
+    /// Whether sleepers may feel something else than what they rest under.
+    fn looks_at_sleepers(
+        &self,
+        fields: &Definition<'_>,
+        state: &FieldState,
+        view: &View<'_>,
+    ) -> bool {
+        if fields.settings.wake == WakePolicy::Never {
+            return false;
+        }
+        if is_new(fields, state) || state.steps == 0 {
+            return true;
+        }
+        let moved = |(anchor, frame): &(Anchor, Option<_>)| view.frame(anchor) != *frame;
+        !state.resting.is_empty() && (self.compiled.reads_time || state.carriers.iter().any(moved))
+    }
+
+    /// Works out the masses of bodies that are new or were moved: Rapier does so in its next step
+    /// only, and an impulse before would be lost.
+    fn weigh(&mut self, state: &FieldState, world: &mut WorldMut<'_>) {
+        for place in 0..self.bodies.len() {
+            let body = &self.bodies[place];
+            let Some(now) = world.bodies.get(body.handle) else {
+                continue;
+            };
+            let known = state
+                .evaluation
+                .as_ref()
+                .and_then(|last| state.records.get(last.place_of(body.handle)?));
+            let colliders = now.colliders().len();
+            let stands = known.is_some_and(|was| {
+                was.pose == body.pose && was.sleeping == body.sleeping && was.colliders == colliders
+            });
+            if stands {
+                continue;
+            }
+            if let Some(body) = world.bodies.get_mut(self.bodies[place].handle) {
+                body.recompute_mass_properties_from_colliders(world.colliders);
+                self.bodies[place] = crate::rigid::Body::of(self.bodies[place].handle, body);
+            }
+        }
+    }
+
+    /// Whether the evaluation that the last step left does not do for this one.
+    fn is_stale(&self, state: &FieldState, view: &View<'_>, dt: Real) -> bool {
+        let Some(evaluation) = &state.evaluation else {
+            return true;
+        };
+        let reads_velocity = self.compiled.reads_velocity;
+        let same = |(body, was): (&crate::rigid::Body, &BodyRecord)| {
+            was.pose == body.pose
+                && was.sleeping == body.sleeping
+                && (!reads_velocity || (was.linvel == body.linvel && was.angvel == body.angvel))
+        };
+        evaluation.dt != dt
+            || evaluation.bodies != self.samples.bodies
+            || !self.bodies.iter().zip(&state.records).all(same)
+            || state
+                .carriers
+                .iter()
+                .any(|(anchor, was)| view.frame(anchor) != *was)
+    }
+
+    fn evaluate_anew(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &WorldMut<'_>,
+    ) -> Result<(), StepError> {
+        let dt = world.integration_parameters.dt;
+        let mut evaluation = state.evaluation.take().unwrap_or_default();
+        let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
+        let mut integrator = std::mem::take(&mut self.integrator);
+        let view = world.view();
+        let rules = Self::rules(&links, exact, fields, world);
+        let context = self.context(&view, (state.time, dt), rules);
+        let outcome = integrator.evaluate(&context, &self.seen, &mut evaluation);
+        if outcome.is_ok() {
+            integrator.predict(&context, &mut evaluation, &mut state.stiff);
+        }
+        (self.integrator, self.links) = (integrator, links);
+        outcome.map_err(|fault| blame(fields.set, &fault))?;
+        state.evaluation = Some(evaluation);
+        self.note_carriers(state, &view);
+        Ok(())
+    }
+
+    /// Takes note of where everything is that fields hang on and that is no sampled body.
+    pub(super) fn note_carriers(&self, state: &mut FieldState, view: &View<'_>) {
+        state.carriers.clear();
+        for anchor in self.compiled.anchors.iter() {
+            let carrier = match anchor {
+                Anchor::World { .. } => continue,
+                Anchor::Body { handle, .. } => Some(*handle),
+                Anchor::Collider { handle, .. } => view
+                    .collider(*handle)
+                    .and_then(|collider| collider.parent()),
+            };
+            // Colliders of sampled bodies are among what samples are made of.
+            let sampled = |body: RigidBodyHandle| {
+                let parts = self.compiled.requirements.parts;
+                let whole = parts || matches!(anchor, Anchor::Body { .. });
+                whole && self.samples.of_body(body).is_some()
+            };
+            if !carrier.is_some_and(sampled) {
+                state.carriers.push((*anchor, view.frame(anchor)));
+            }
+        }
+    }
+
+    fn move_first(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &mut WorldMut<'_>,
+    ) -> Result<(), StepError> {
+        let dt = world.integration_parameters.dt;
+        let Some(evaluation) = &state.evaluation else {
+            return Ok(());
+        };
+        let policy = fields.settings.wake;
+        let wrenches = &evaluation.wrenches;
+        state
+            .resting
+            .decide(&self.bodies, wrenches, policy, &mut self.acting);
+        let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
+        let mut integrator = std::mem::take(&mut self.integrator);
+        let mut motions = std::mem::take(&mut self.motions);
+        let mut warnings = std::mem::take(&mut self.warnings);
+        let view = world.view();
+        let rules = Self::rules(&links, exact, fields, world);
+        let context = self.context(&view, (state.time, dt), rules);
+        let acts = super::acts(policy, &self.acting);
+        let outcome = integrator.first_half(&context, evaluation, &acts, &mut motions);
+        if outcome.is_ok() {
+            warn_of_caps(&context, &motions, &mut warnings);
+        }
+        (self.integrator, self.links) = (integrator, links);
+        (self.motions, self.warnings) = (motions, warnings);
+        outcome.map_err(|fault| blame(fields.set, &fault))?;
+        let all = state.steps == 0 || state.mark.is_none();
+        self.rollback.take(&view, world.islands, all);
+        let open = state.open.get_or_insert_default();
+        let (motions, copies) = (&self.motions, (&self.bodies[..], &wrenches[..]));
+        bridge::apply(world.bodies, motions, copies, &mut open.overrides);
+        open.steady
+            .extend(motions.turns.iter().map(|turn| turn.body));
+        bridge::write(world.bodies, &motions.updates);
+        Ok(())
+    }
+
+    /// Gives the colliders whose contacts are claimed or checked the bit without which Rapier asks
+    /// no hook, and the others theirs back.
+    fn listen(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &mut WorldMut<'_>,
+    ) {
+        let check = &fields.settings.cross_check;
+        let watched = self.watched.iter().copied();
+        let fresh = watched.filter(|_| check.on && !check.lets_recycle());
+        let silent: HashMap<_, _> = {
+            let view = world.view();
+            silent(self.claims.colliders().chain(fresh), &view).collect()
+        };
+        if silent.is_empty() {
+            return;
+        }
+        let listening = Arc::make_mut(&mut state.listening);
+        for (handle, own) in silent {
+            if let Some(collider) = world.colliders.get_mut(handle) {
+                collider.set_active_hooks(own | ActiveHooks::FILTER_CONTACT_PAIRS);
+                listening.insert(handle, own);
+            }
+        }
+    }
+}
+
+/// The moment of a step of length `dt`; in one of no length no force acts, and that of a change of
+/// velocity is to be finite.
+pub(super) fn moment(time: f64, dt: Real) -> Moment {
+    Moment {
+        time,
+        dt: if dt == 0.0 { 1.0 } else { dt },
+    }
+}
+
+/// Whether fields or properties were edited since the last step.
+fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
+    state.mark != Some(fields.set.mark())
+}
+
+/// Takes back what a step that was never finished has left in a world.
+fn take_back(open: &OpenRecord, world: &mut WorldMut<'_>) {
+    bridge::restore(world.bodies, &open.overrides);
+    for body in &open.steady {
+        if let Some(body) = world.bodies.get_mut(*body) {
+            body.enable_gyroscopic_forces(true);
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! The second half of a step.
+
+use super::begin::moment;
+use super::state::{BodyRecord, OpenRecord};
+use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
+use crate::bridge::{self, StepError, WakePolicy, WorldMut};
+use crate::contact::{FieldContact, holds_claimed, report};
+use crate::diagnose::blame;
+use crate::integrate::{StepWarning, find};
+use crate::math::{Real, RigidBodyHandle, to_f64};
+use crate::rigid::{Lookup, Wrench};
+
+impl FieldPipeline {
+    /// What happens after Rapier's step. After an error, poses, velocities and forces of all bodies
+    /// are as they were before it began.
+    pub(crate) fn finish(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        mut open: OpenStep,
+        mut world: WorldMut<'_>,
+    ) -> Result<StepOutcome, StepError> {
+        let record = match state.open.take() {
+            Some(record) if record.number == open.number => record,
+            other => {
+                state.open = other;
+                return Err(StepError::NotTheirs);
+            }
+        };
+        self.follow(fields);
+        let outcome = self.finish_all(fields, state, (&mut open, &record), &mut world);
+        if outcome.is_err() {
+            open.rollback.restore(world.bodies, world.colliders);
+            if open.soft {
+                self.softs.restore(world.soft_bodies);
+            }
+            state.evaluation = None;
+            state.records.clear();
+        }
+        // The buffers are used again.
+        self.motions = open.motions;
+        self.rollback = open.rollback;
+        let mut bodies = open.bodies;
+        if bodies.capacity() > self.bodies.capacity() {
+            std::mem::swap(&mut bodies, &mut self.bodies);
+        }
+        outcome
+    }
+
+    fn finish_all(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        (open, record): (&mut OpenStep, &OpenRecord),
+        world: &mut WorldMut<'_>,
+    ) -> Result<StepOutcome, StepError> {
+        let dt = open.dt;
+        if let Some(expected) = &open.expected {
+            let settings = (&fields.settings.cross_check, &self.watched);
+            let (view, rollback) = (world.view(), &open.rollback);
+            let rapier = (&view, world.narrow_phase);
+            state
+                .cross_check
+                .compare(settings, expected, rapier, |handle| {
+                    rollback.pose_before(handle, &view)
+                });
+        }
+        if !self.claims.is_empty()
+            && !open.asked.load(std::sync::atomic::Ordering::Relaxed)
+            && holds_claimed(&self.claims, world.narrow_phase)
+        {
+            self.warnings.push(StepWarning::HooksNotGiven);
+        }
+        let began = state.time;
+        let mut written = bridge::restore(world.bodies, &record.overrides);
+        bridge::finish(world.bodies, &open.motions.turns, &open.motions.means, dt);
+        if open.soft {
+            self.finish_soft(fields, began + to_f64(dt), world)?;
+        }
+        written += self.sweep(fields, (began, dt), world);
+        let now = began + to_f64(dt);
+        written += self.finish_bodies(fields, state, (open, now), world)?;
+        state.time = now;
+        state.steps += 1;
+        written += self.touch(fields, state, dt, world);
+        if fields.settings.audit {
+            let view = world.view();
+            let (_, samples) =
+                Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
+            let moment = (moment(now, dt), dt);
+            state
+                .audit
+                .end(&open.power, fields.set, &view, &samples, moment);
+        }
+        let mut particles = 0;
+        if open.soft {
+            let (scheme, policy) = (fields.settings.scheme, fields.settings.wake);
+            particles = self
+                .softs
+                .second_half((scheme, policy), dt, world.soft_bodies);
+        }
+        Ok(StepOutcome {
+            sampled: self.samples_used(open),
+            contacts: self.detector.contacts.len(),
+            written,
+            particles,
+            warnings: self.warnings.len(),
+            exhausted: self.detector.exhausted,
+        })
+    }
+
+    fn samples_used(&self, open: &OpenStep) -> usize {
+        if open.idle { 0 } else { self.sampled }
+    }
+
+    fn finish_soft(
+        &mut self,
+        fields: &Definition<'_>,
+        now: f64,
+        world: &WorldMut<'_>,
+    ) -> Result<(), StepError> {
+        let dt = world.integration_parameters.dt;
+        let (view, policy) = (world.view(), fields.settings.wake);
+        let softs = (&*world.soft_bodies, &view);
+        let moment = moment(now, dt);
+        self.softs
+            .evaluate(&self.compiled, &self.properties, softs, moment, policy)
+            .map_err(|fault| blame(fields.set, &fault))
+    }
+
+    /// Finds and answers what touched during Rapier's step, if detection is swept; returns how many
+    /// bodies were written.
+    fn sweep(
+        &mut self,
+        fields: &Definition<'_>,
+        (began, dt): (f64, Real),
+        world: &mut WorldMut<'_>,
+    ) -> usize {
+        let rules = &fields.settings.rules;
+        self.pushes.clear();
+        let view = world.view();
+        let properties = &self.properties;
+        self.detector.sweep(
+            &self.compiled,
+            &view,
+            (moment(began, dt), dt),
+            |samples| Self::sites(properties, &view, samples),
+            |contact: &FieldContact| rules.answers(contact),
+            &mut self.pushes,
+        );
+        bridge::push(world.bodies, &self.pushes)
+    }
+
+    /// The second half of a kick, with the wrenches after Rapier's step.
+    fn finish_bodies(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        (open, now): (&OpenStep, f64),
+        world: &mut WorldMut<'_>,
+    ) -> Result<usize, StepError> {
+        self.sampled = open.bodies.len();
+        if open.idle {
+            return Ok(0);
+        }
+        if open.bodies.is_empty() && self.pushes_alike(fields, world) {
+            return Ok(self.push_alike(fields, state, world, false));
+        }
+        if !fields.settings.scheme.kicks_twice() {
+            self.note_sleepers(fields, state, &open.bodies, world);
+            state.evaluation = None;
+            state.records.clear();
+            return Ok(0);
+        }
+        let dt = open.dt;
+        let settled = &open.motions.settled;
+        if let Some(last) = &mut state.evaluation {
+            // No second half is to come for these, so their velocities are to be taken as they are.
+            for (body, wrench) in last.bodies.iter().zip(&mut last.wrenches) {
+                if !settled.is_empty() && find(settled, *body).is_some() {
+                    *wrench = Wrench::ZERO;
+                }
+            }
+        }
+        self.read(world, (open.sleepers, false), &open.bodies);
+        self.see(state, Some(dt * 0.5));
+        self.sample(&world.view());
+        let mut evaluation = self.spare.take().unwrap_or_default();
+        let last = state.evaluation.take();
+        let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
+        let mut integrator = std::mem::take(&mut self.integrator);
+        let mut late = std::mem::take(&mut self.late);
+        let mut acting = std::mem::take(&mut self.acting);
+        let mut warnings = std::mem::take(&mut self.warnings);
+        let view = world.view();
+        let rules = Self::rules(&links, exact, fields, world);
+        let context = self.context(&view, (now, dt), rules);
+        let outcome = integrator
+            .evaluate(&context, &self.seen, &mut evaluation)
+            .and_then(|()| {
+                let known = last
+                    .as_ref()
+                    .filter(|last| last.bodies == evaluation.bodies);
+                let wrenches = known.map(|last| &last.wrenches[..]);
+                let (stiff, warnings) = (&mut state.stiff, &mut warnings);
+                integrator.update(&context, &mut evaluation, wrenches, stiff, warnings);
+                let policy = fields.settings.wake;
+                state
+                    .resting
+                    .decide(&self.bodies, &evaluation.wrenches, policy, &mut acting);
+                let acts = acts(policy, &acting);
+                integrator.second_half(&context, &evaluation, settled, &acts, &mut late)
+            });
+        (self.integrator, self.links, self.acting) = (integrator, links, acting);
+        (self.late, self.warnings) = (late, warnings);
+        self.spare = last;
+        if let Err(fault) = outcome {
+            return Err(blame(fields.set, &fault));
+        }
+        self.sampled = self.bodies.len();
+        state.evaluation = Some(evaluation);
+        self.note_carriers(state, &view);
+        let written = bridge::write(world.bodies, &self.late.updates);
+        self.record(state, world);
+        Ok(written)
+    }
+
+    /// Takes note of how the step leaves the bodies.
+    fn record(&mut self, state: &mut FieldState, world: &WorldMut<'_>) {
+        let mut updates = self.late.updates.iter().peekable();
+        state.records.clear();
+        for body in &self.bodies {
+            let colliders = world
+                .bodies
+                .get(body.handle)
+                .map_or(0, |b| b.colliders().len());
+            let mut record = BodyRecord::of(body, colliders);
+            if let Some(update) = updates.next_if(|update| update.body == body.handle) {
+                (record.linvel, record.angvel) = (update.linvel, update.angvel);
+                record.sleeping &= !update.wake;
+            }
+            state.records.push(record);
+        }
+    }
+
+    /// Remembers under which wrenches bodies fell asleep in this step: the next evaluation may
+    /// see changed fields already.
+    fn note_sleepers(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        bodies: &[crate::rigid::Body],
+        world: &WorldMut<'_>,
+    ) {
+        let Some(evaluation) = &state.evaluation else {
+            return;
+        };
+        if !matches!(fields.settings.wake, WakePolicy::OnChange { .. }) {
+            return;
+        }
+        let view = world.view();
+        let asleep =
+            |handle: RigidBodyHandle| view.body(handle).is_some_and(|body| body.is_sleeping());
+        for (body, wrench) in bodies.iter().zip(&evaluation.wrenches) {
+            if asleep(body.handle) {
+                state.resting.resting_under(body.handle, *wrench);
+            }
+        }
+    }
+
+    /// Finds the contacts at the end of the step, answers them, and tells of them; returns how many
+    /// bodies were written.
+    fn touch(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        dt: Real,
+        world: &mut WorldMut<'_>,
+    ) -> usize {
+        if self.compiled.detectors.is_empty() {
+            return 0;
+        }
+        let rules = &fields.settings.rules;
+        self.pushes.clear();
+        let view = world.view();
+        let moment = moment(state.time, dt);
+        let properties = &self.properties;
+        self.detector.run(&self.compiled, &view, moment, |samples| {
+            Self::sites(properties, &view, samples);
+        });
+        if rules.answer_any() {
+            let answers = |contact: &FieldContact| rules.answers(contact);
+            self.detector.respond(&view, dt, answers, &mut self.pushes);
+        }
+        let written = bridge::push(world.bodies, &self.pushes);
+        self.detector.add_touches();
+        if let Some(channel) = fields.events {
+            let contacts = &self.detector.contacts;
+            report(channel, &mut state.touching, contacts, state.time);
+        }
+        written
+    }
+}

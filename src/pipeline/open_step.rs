@@ -1,0 +1,60 @@
+//! A step between its two halves.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use crate::bridge::Rollback;
+use crate::contact::{Claims, Listening, StepHooks};
+use crate::cross_check::Sighting;
+use crate::integrate::Motions;
+use crate::math::Real;
+use crate::rapier::pipeline::PhysicsHooks;
+use crate::rigid::Body;
+
+/// A step that [`Fields::begin`](crate::Fields::begin) began: hand its [hooks](Self::hooks) to
+/// Rapier's step, then give it to [`Fields::finish`](crate::Fields::finish).
+///
+/// It owns what the second half of the step needs. Bodies that are removed meanwhile are left out;
+/// bodies that are added take part from the next step on; fields that are edited act, as edited,
+/// from the second half on. A step that is dropped instead of finished is taken back as far as it
+/// stands in the world (forces, switches) when the next one begins, which says so.
+#[must_use = "a step that was begun is to be finished"]
+pub struct OpenStep {
+    pub(super) number: u64,
+    pub(super) dt: Real,
+    /// Whether no field can reach any body within the step.
+    pub(super) idle: bool,
+    pub(super) motions: Motions,
+    /// The bodies that were sampled, as they were.
+    pub(super) bodies: Vec<Body>,
+    pub(super) rollback: Rollback,
+    /// Contacts that Rapier should find.
+    pub(super) expected: Option<Vec<Sighting>>,
+    /// The power of the fields, if there is an audit.
+    pub(super) power: Vec<f64>,
+    /// Whether particles of soft bodies were pushed.
+    pub(super) soft: bool,
+    /// Whether sleepers are looked at.
+    pub(super) sleepers: bool,
+    pub(super) claims: Arc<Claims>,
+    pub(super) listening: Arc<Listening>,
+    pub(super) asked: AtomicBool,
+}
+
+impl OpenStep {
+    /// The hooks that Rapier's step is to be given: yours, with those by which Rapier learns which
+    /// contacts are not its own.
+    pub fn hooks<'a>(&'a self, user: &'a dyn PhysicsHooks) -> StepHooks<'a> {
+        StepHooks {
+            claims: &self.claims,
+            listening: &self.listening,
+            asked: &self.asked,
+            user,
+        }
+    }
+
+    /// The length of the step.
+    pub fn dt(&self) -> Real {
+        self.dt
+    }
+}

@@ -1,0 +1,337 @@
+//! What may be asked of the fields. No question changes anything.
+
+use super::begin::moment;
+use super::{Definition, FieldPipeline, FieldState};
+use crate::bridge::{StepError, View};
+use crate::compile::{Compiled, Plan, Prepared};
+use crate::diagnose::{Explanation, blame, explain, missing_anchor};
+use crate::eval::{Evaluator, PotentialEnergy};
+use crate::field::{FieldSet, Frames, Query, Sampling};
+use crate::integrate::{Evaluation, Integrator, MotionRules, StepContext, Stiffness};
+use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::reference::{Fate, Reference};
+use crate::rigid::{Body, Wrench};
+use crate::sample::{Kind, Properties, SamplePoint, Samples, owner};
+
+/// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct BodySample {
+    /// The kind of sampling it belongs to: one of `Centre`, `Parts`, `Volume` and `Surface`.
+    pub sampling: Sampling,
+    /// What fields are asked there. The sample stands for `share` · `fraction` of the body's mass.
+    pub query: Query,
+}
+
+/// The composite field at a point; see [`Fields::at`](crate::Fields::at).
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FieldValue {
+    /// The force on a resting point of unit mass and no charge; zero where no field is defined.
+    pub force: Vector,
+    /// Whether any field is defined there, which is not the same as a force.
+    pub is_defined: bool,
+    /// The fields that count there: their names, or places in the tree.
+    pub fields: Vec<String>,
+}
+
+/// What was made of the fields: kept from the last step, or made anew.
+struct Current<'a>(MaybeOwned<'a>);
+
+enum MaybeOwned<'a> {
+    Kept(&'a Compiled, &'a Properties),
+    Made(Box<Compiled>, Properties),
+}
+
+impl Current<'_> {
+    fn compiled(&self) -> &Compiled {
+        match &self.0 {
+            MaybeOwned::Kept(compiled, _) => compiled,
+            MaybeOwned::Made(compiled, _) => compiled,
+        }
+    }
+
+    fn properties(&self) -> &Properties {
+        match &self.0 {
+            MaybeOwned::Kept(_, properties) => properties,
+            MaybeOwned::Made(_, properties) => properties,
+        }
+    }
+}
+
+/// One moment, at which questions are answered.
+struct Scene<'a> {
+    set: &'a FieldSet,
+    current: Current<'a>,
+    view: View<'a>,
+    bodies: Vec<Body>,
+    samples: Samples,
+    time: f64,
+    dt: Real,
+}
+
+impl FieldPipeline {
+    /// The fields as they are now, in the form in which they are evaluated.
+    fn current(&self, set: &FieldSet) -> Current<'_> {
+        if self.compiled.revision == set.revision() {
+            return Current(MaybeOwned::Kept(&self.compiled, &self.properties));
+        }
+        let mut properties = Properties::default();
+        properties.update(set);
+        Current(MaybeOwned::Made(Compiled::new(set).into(), properties))
+    }
+
+    /// What was compiled.
+    pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
+        self.current(set).compiled().plan(set)
+    }
+
+    fn scene<'a>(
+        &'a self,
+        fields: &Definition<'a>,
+        (state, dt): (&FieldState, Real),
+        view: View<'a>,
+    ) -> Scene<'a> {
+        let current = self.current(fields.set);
+        let requirements = current.compiled().requirements;
+        let (bodies, samples) = Self::sample_everyone(current.properties(), &view, requirements);
+        Scene {
+            set: fields.set,
+            current,
+            view,
+            bodies,
+            samples,
+            time: state.time,
+            dt,
+        }
+    }
+
+    /// Where and how a body is sampled.
+    pub(crate) fn samples(
+        &self,
+        fields: &Definition<'_>,
+        state: &FieldState,
+        view: View<'_>,
+        body: RigidBodyHandle,
+    ) -> Vec<BodySample> {
+        let scene = self.scene(fields, (state, 1.0), view);
+        let samples = &scene.samples;
+        let list = samples.centres.iter().chain(&samples.list);
+        let own = list.filter(|sample| samples.bodies[sample.body as usize] == body);
+        let sample = |sample: &SamplePoint| BodySample {
+            sampling: match sample.kind {
+                Kind::Centre => Sampling::Centre,
+                Kind::Site => Sampling::Parts,
+                Kind::Volume => Sampling::Volume,
+                Kind::Surface => Sampling::Surface,
+            },
+            query: samples.query(sample, moment(scene.time, scene.dt)),
+        };
+        own.map(sample).collect()
+    }
+
+    /// The wrenches on all bodies that fields move.
+    pub(crate) fn wrenches(
+        &self,
+        fields: &Definition<'_>,
+        (state, dt): (&FieldState, Real),
+        view: View<'_>,
+    ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
+        let scene = self.scene(fields, (state, dt), view);
+        let (evaluation, _) = scene.evaluate(fields, state)?;
+        let bodies = evaluation.bodies.into_iter();
+        Ok(bodies.zip(evaluation.wrenches).collect())
+    }
+
+    /// How stiff the fields are for a body.
+    pub(crate) fn stiffness(
+        &self,
+        fields: &Definition<'_>,
+        (state, dt): (&FieldState, Real),
+        view: View<'_>,
+        body: RigidBodyHandle,
+    ) -> Result<Option<Stiffness>, StepError> {
+        let scene = self.scene(fields, (state, dt), view);
+        let (evaluation, mut integrator) = scene.evaluate(fields, state)?;
+        Ok(integrator.stiffness(&scene.context(fields), &evaluation, body))
+    }
+
+    /// The potential energy of the bodies as they are now.
+    pub(crate) fn potential_energy(
+        &self,
+        fields: &Definition<'_>,
+        state: &FieldState,
+        view: View<'_>,
+    ) -> PotentialEnergy {
+        // Sleepers have potential energy too.
+        let scene = self.scene(fields, (state, 1.0), view);
+        let moment = moment(scene.time, scene.dt);
+        let mut evaluator = Evaluator::default();
+        evaluator.potential_energy(
+            scene.current.compiled(),
+            &scene.view,
+            &scene.samples,
+            moment,
+        )
+    }
+
+    /// Why the fields push a body the way they do.
+    pub(crate) fn explain(
+        &self,
+        fields: &Definition<'_>,
+        state: &FieldState,
+        view: View<'_>,
+        body: RigidBodyHandle,
+    ) -> Option<Explanation> {
+        let scene = self.scene(fields, (state, 1.0), view);
+        let place = scene.samples.of_body(body)? as u32;
+        let moment = moment(scene.time, scene.dt);
+        let samples = &scene.samples;
+        Some(explain(scene.set, &scene.view, samples, moment, place))
+    }
+
+    /// The fields at some points.
+    pub(crate) fn at(
+        &self,
+        fields: &Definition<'_>,
+        state: &FieldState,
+        view: View<'_>,
+        world_points: &[Vector],
+    ) -> Vec<FieldValue> {
+        let current = self.current(fields.set);
+        let moment = moment(state.time, 1.0);
+        let samples = points(current.properties(), world_points);
+        let mut forces = Vec::new();
+        let mut evaluator = Evaluator::default();
+        evaluator.wrenches(current.compiled(), &view, &samples, moment, &mut forces);
+        let value = |(centre, wrench): (&SamplePoint, &Wrench)| {
+            let query = Query {
+                body: None,
+                ..samples.query(centre, moment)
+            };
+            let mut value = FieldValue {
+                force: wrench.force,
+                is_defined: false,
+                fields: Vec::new(),
+            };
+            for term in fields.set.terms() {
+                let trace = Reference::of_term(fields.set, term.root).trace(&view, &query);
+                value.is_defined |= trace.force.is_some();
+                let counts = trace
+                    .contributions
+                    .iter()
+                    .filter(|c| c.fate == Fate::Counts);
+                value
+                    .fields
+                    .extend(counts.map(|c| fields.set.label(c.place)));
+            }
+            value
+        };
+        samples.centres.iter().zip(&forces).map(value).collect()
+    }
+
+    /// The fields whose anchors are not in the world.
+    pub(crate) fn removed_anchors(
+        &self,
+        fields: &Definition<'_>,
+        view: View<'_>,
+    ) -> Vec<StepError> {
+        let current = self.current(fields.set);
+        let compiled = Prepared {
+            set: fields.set,
+            compiled: current.compiled(),
+        };
+        let missing = compiled.anchors.iter().enumerate();
+        let missing = missing.filter(|(_, anchor)| view.frame(anchor).is_none());
+        missing
+            .map(|(number, _)| missing_anchor(compiled, number))
+            .collect()
+    }
+}
+
+impl<'a> Scene<'a> {
+    fn prepared(&self) -> Prepared<'_> {
+        Prepared {
+            set: self.set,
+            compiled: self.current.compiled(),
+        }
+    }
+
+    fn context(&'a self, fields: &Definition<'_>) -> StepContext<'a, View<'a>> {
+        StepContext {
+            compiled: self.current.compiled(),
+            world: &self.view,
+            samples: &self.samples,
+            bodies: &self.bodies,
+            time: self.time,
+            dt: self.dt,
+            rules: MotionRules {
+                scheme: fields.settings.scheme,
+                exact_turns: false,
+                iterations: 1,
+                gravity: Vector::ZERO,
+                max_speed: Real::MAX,
+                links: &[],
+            },
+        }
+    }
+
+    fn evaluate(
+        &self,
+        fields: &Definition<'_>,
+        state: &FieldState,
+    ) -> Result<(Evaluation, Integrator), StepError> {
+        if !(self.dt >= 0.0 && self.dt.is_finite()) {
+            return Err(StepError::TimeStep { dt: self.dt });
+        }
+        let compiled = self.prepared();
+        let anchors = compiled.anchors.iter();
+        let mut missing = anchors.enumerate().filter(|(_, anchor)| {
+            self.view.frame(anchor).is_none() && !state.removed.contains(anchor)
+        });
+        if let Some((number, _)) = missing.next()
+            && state.anchored.is_none()
+        {
+            return Err(missing_anchor(compiled, number));
+        }
+        let mut evaluation = Evaluation::default();
+        let mut integrator = Integrator::default();
+        let seen: Vec<_> = self.bodies.iter().map(|b| (b.linvel, b.angvel)).collect();
+        integrator
+            .evaluate(&self.context(fields), &seen, &mut evaluation)
+            .map_err(|fault| blame(self.set, &fault))?;
+        Ok((evaluation, integrator))
+    }
+}
+
+/// Points as samples of every kind, of which each field takes one.
+fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
+    let mut samples = Samples::default();
+    samples.clear();
+    properties.of_world(&mut samples);
+    for (number, world_point) in world_points.iter().enumerate() {
+        let mut sample = SamplePoint::at_rest(number as u32, owner(None) - 1.0);
+        sample.world_point = *world_point;
+        sample.mass = 1.0;
+        samples.centres.push(sample);
+        samples.list.push(SamplePoint {
+            kind: Kind::Site,
+            ..sample
+        });
+        samples.bodies.push(RigidBodyHandle::invalid());
+    }
+    samples.sites = samples.list.len();
+    for kind in [Kind::Volume, Kind::Surface] {
+        for number in 0..world_points.len() {
+            let site = samples.list[number];
+            // One sample is as good as many.
+            samples.list.push(SamplePoint {
+                kind,
+                is_ball: true,
+                ..site
+            });
+        }
+    }
+    samples.number();
+    samples
+}

@@ -1,0 +1,229 @@
+//! What both halves of a step have in common: bodies → samples → evaluation.
+
+use super::{Definition, FieldPipeline, FieldState};
+use crate::bridge::{View, Wanted, WorldMut, is_movable};
+use crate::compile::{Prepared, Reach as Box};
+use crate::field::FieldSet;
+use crate::integrate::{MotionRules, StepContext};
+use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::rigid::{Body, Lookup};
+use crate::sample::{Properties, Samples};
+
+/// Rapier's speed limit, but for what rounding adds over the iterations of a step.
+const BEYOND_LIMIT: Real = 1.001;
+
+/// A part of the world, and how far beyond it a body can come into it within a step.
+pub(super) struct Reach {
+    low: Vector,
+    high: Vector,
+}
+
+impl Reach {
+    fn holds(&self, body: &crate::rapier::dynamics::RigidBody, extent: Real) -> bool {
+        let point = body.position().transform_point(body.local_center_of_mass());
+        let extent = Vector::splat(extent);
+        (point + extent).cmpge(self.low).all() && (point - extent).cmple(self.high).all()
+    }
+}
+
+impl FieldPipeline {
+    /// Takes up the links of multibodies.
+    pub(super) fn find_links(&mut self, world: &WorldMut<'_>) {
+        self.links.clear();
+        for multibody in world.multibody_joints.multibodies() {
+            let links = multibody.links().map(|link| link.rigid_body_handle());
+            self.links.extend(links);
+        }
+        self.links
+            .sort_unstable_by_key(|link| link.into_raw_parts().0);
+    }
+
+    pub(super) fn prepared<'a>(&'a self, set: &'a FieldSet) -> Prepared<'a> {
+        Prepared {
+            set,
+            compiled: &self.compiled,
+        }
+    }
+
+    /// How bodies move in this step, apart from fields.
+    pub(super) fn rules<'a>(
+        links: &'a [RigidBodyHandle],
+        exact_turns: bool,
+        fields: &Definition<'_>,
+        world: &WorldMut<'_>,
+    ) -> MotionRules<'a> {
+        let parameters = world.integration_parameters;
+        MotionRules {
+            scheme: fields.settings.scheme,
+            exact_turns,
+            iterations: u32::try_from(parameters.num_solver_iterations).unwrap_or(u32::MAX),
+            gravity: world.gravity,
+            max_speed: parameters.max_linear_velocity(),
+            links,
+        }
+    }
+
+    /// Copies the bodies that are sampled: those awake, with `besides`, and all sleepers if asked
+    /// for.
+    pub(super) fn read(
+        &mut self,
+        world: &WorldMut<'_>,
+        (sleepers, all): (bool, bool),
+        besides: &[Body],
+    ) {
+        let bodies = &mut self.bodies;
+        bodies.clear();
+        let wanted = Wanted {
+            sleepers,
+            all,
+            besides,
+        };
+        self.reader
+            .visit(&world.view(), world.islands, wanted, |handle, body| {
+                bodies.push(Body::of(handle, body));
+                true
+            });
+    }
+
+    /// Brings the samples up to date with the bodies that were read, with the velocities in
+    /// `self.seen`; returns whether they are made of other parts than before.
+    pub(super) fn sample(&mut self, view: &View<'_>) -> bool {
+        let remade = self.gatherer.gather(
+            &mut self.samples,
+            (&self.properties, self.properties_revision),
+            self.compiled.requirements,
+            &self.bodies,
+            view,
+        );
+        self.samples.place(&self.bodies, Some(&self.seen));
+        remade
+    }
+
+    pub(super) fn context<'a>(
+        &'a self,
+        view: &'a View<'a>,
+        (time, dt): (f64, Real),
+        rules: MotionRules<'a>,
+    ) -> StepContext<'a, View<'a>> {
+        StepContext {
+            compiled: &self.compiled,
+            world: view,
+            samples: &self.samples,
+            bodies: &self.bodies,
+            time,
+            dt,
+            rules,
+        }
+    }
+
+    /// Whether swept detection needs every body's rotation known.
+    pub(super) fn exact_turns(&self, fields: &Definition<'_>) -> bool {
+        fields.settings.detection == crate::contact::Detection::Swept
+            && !self.compiled.detectors.is_empty()
+    }
+
+    /// Whether no field can reach any body in this step: all are bounded, and every body is farther
+    /// away than Rapier lets it move.
+    pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
+        let watched = fields.settings.audit || fields.settings.cross_check.on;
+        let involved = !self.compiled.detectors.is_empty() || !world.soft_bodies.is_empty();
+        if watched || involved || !self.links.is_empty() {
+            return false;
+        }
+        let Some(reach) = self.reach(world) else {
+            return false;
+        };
+        let view = world.view();
+        let (gatherer, parts) = (&mut self.gatherer, self.compiled.requirements.parts);
+        let turns = self.compiled.torque_possible && world.integration_parameters.dt > 0.0;
+        let mut idle = true;
+        let wanted = Wanted {
+            sleepers: false,
+            all: false,
+            besides: &[],
+        };
+        self.reader
+            .visit(&view, world.islands, wanted, |handle, body| {
+                let extent = match parts {
+                    true => gatherer.extent(body, &view),
+                    false => 0.0,
+                };
+                let turned = turns
+                    && body.angvel() != Vector::ZERO
+                    && Body::of(handle, body)
+                        .free_top(body.angvel(), false)
+                        .is_some();
+                idle = !turned && !reach.holds(body, extent);
+                idle
+            });
+        idle
+    }
+
+    fn reach(&self, world: &WorldMut<'_>) -> Option<Reach> {
+        let parameters = world.integration_parameters;
+        // The carriers of fields move as well.
+        let way = parameters.max_linear_velocity() * parameters.dt * BEYOND_LIMIT * 2.0;
+        let way = Vector::splat(way);
+        let reach = match self.compiled.reach(&world.view()) {
+            Box::Everywhere => return None,
+            Box::Nowhere => Reach {
+                low: Vector::splat(Real::INFINITY),
+                high: Vector::splat(-Real::INFINITY),
+            },
+            Box::Within(bounds) => Reach {
+                low: bounds.mins - way,
+                high: bounds.maxs + way,
+            },
+        };
+        (way.is_finite() && !reach.low.is_nan() && !reach.high.is_nan()).then_some(reach)
+    }
+
+    /// The velocities that fields see: those of the bodies, or those that kicks still to come, for
+    /// some more time under the wrenches of the last evaluation, will make of them.
+    pub(super) fn see(&mut self, state: &FieldState, pending: Option<Real>) {
+        let last = state.evaluation.as_ref();
+        let pending = pending.filter(|_| self.compiled.reads_velocity);
+        self.seen.clear();
+        self.seen.extend(self.bodies.iter().map(|body| {
+            let wrench = pending.zip(last).and_then(|(duration, last)| {
+                Some((last.wrenches[last.place_of(body.handle)?], duration))
+            });
+            let Some((wrench, duration)) = wrench else {
+                return (body.linvel, body.angvel);
+            };
+            (
+                body.linvel + wrench.force * duration * body.inv_mass,
+                body.angvel + body.inv_inertia * (wrench.torque * duration),
+            )
+        }));
+    }
+
+    /// All samples of all bodies that fields can move, sleepers included.
+    pub(super) fn sample_everyone(
+        properties: &Properties,
+        view: &View<'_>,
+        mut requirements: crate::compile::SamplingRequirements,
+    ) -> (Vec<Body>, Samples) {
+        requirements.parts = true;
+        let movable = view.bodies().filter(|(_, body)| is_movable(body));
+        let bodies: Vec<Body> = movable
+            .map(|(handle, body)| Body::of(handle, body))
+            .collect();
+        let mut samples = Samples::default();
+        crate::sample::Gatherer::default().gather(
+            &mut samples,
+            (properties, 0),
+            requirements,
+            &bodies,
+            view,
+        );
+        samples.place(&bodies, None);
+        (bodies, samples)
+    }
+
+    /// Fills in the sites of all bodies, for detection fields under operators.
+    pub(super) fn sites(properties: &Properties, view: &View<'_>, samples: &mut Samples) {
+        let only_sites = crate::compile::SamplingRequirements::default();
+        *samples = Self::sample_everyone(properties, view, only_sites).1;
+    }
+}

@@ -1,0 +1,114 @@
+//! What outlives a step.
+
+use std::sync::Arc;
+
+use crate::bridge::{ForceOverride, Resting};
+use crate::contact::Listening;
+use crate::cross_check::CrossCheckReport;
+use crate::diagnose::EnergyAudit;
+use crate::field::{Anchor, Frame};
+use crate::integrate::Evaluation;
+use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
+use crate::rigid::Body;
+
+/// What the next step takes over from the last one: plain data. Beside the
+/// [settings](crate::FieldSettings) and the fields it is all that a snapshot needs: a fresh
+/// [`FieldPipeline`](crate::FieldPipeline) goes on with it bit for bit.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct FieldState {
+    /// In 64 bits, so that long runs of small steps do not lose time.
+    pub(crate) time: f64,
+    /// Steps finished so far.
+    pub(crate) steps: u64,
+    /// The mark of the set as the last step has seen it.
+    pub(crate) mark: Option<u64>,
+    /// The evaluation that the next step begins with, unless something changed.
+    pub(crate) evaluation: Option<Evaluation>,
+    /// The bodies it was made for, as the step left them.
+    pub(crate) records: Vec<BodyRecord>,
+    /// What fields hang on that is none of these bodies, and where it was.
+    pub(crate) carriers: Vec<(Anchor, Option<Frame>)>,
+    /// Bodies found stiff, in the order of their handles.
+    pub(crate) stiff: Vec<RigidBodyHandle>,
+    pub(crate) resting: Resting,
+    /// Whether all anchors were found once, and how many bodies and colliders there were; what is
+    /// missing later was removed.
+    pub(crate) anchored: Option<[usize; 2]>,
+    /// Anchors that were reported missing.
+    pub(crate) removed: Vec<Anchor>,
+    /// Colliders that were given a bit for hooks, with their own.
+    pub(crate) listening: Arc<Listening>,
+    /// Contacts at the end of the last step.
+    pub(crate) touching: Vec<[ColliderHandle; 2]>,
+    pub(crate) cross_check: CrossCheckReport,
+    pub(crate) audit: EnergyAudit,
+    /// The number of a step that was begun and is not finished, with what is to be taken back if it
+    /// never is.
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
+    pub(crate) open: Option<OpenRecord>,
+}
+
+/// A body as a step left it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct BodyRecord {
+    pub pose: Pose,
+    pub linvel: Vector,
+    pub angvel: Vector,
+    pub sleeping: bool,
+    pub colliders: usize,
+}
+
+/// A step that was begun.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OpenRecord {
+    pub number: u64,
+    pub overrides: Vec<ForceOverride>,
+    /// Bodies whose gyroscopic term is off for the step.
+    pub steady: Vec<RigidBodyHandle>,
+}
+
+impl FieldState {
+    /// Simulated time: the sum of all steps.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Sets the simulated time.
+    ///
+    /// # Panics
+    /// Never; a time that is not finite is refused by the next step.
+    pub fn set_time(&mut self, time: f64) {
+        self.time = time;
+        self.evaluation = None;
+    }
+
+    /// Whether it is of one piece, and could have been left behind by a step.
+    pub(crate) fn is_sound(&self) -> bool {
+        let evaluated = self.evaluation.as_ref();
+        let count = evaluated.map_or(self.records.len(), |evaluation| evaluation.bodies.len());
+        self.time.is_finite()
+            && evaluated.is_none_or(Evaluation::is_sound)
+            && self.records.len() == count
+            && self.resting.is_sound()
+    }
+}
+
+impl BodyRecord {
+    pub(crate) fn of(body: &Body, colliders: usize) -> Self {
+        BodyRecord {
+            pose: body.pose,
+            linvel: body.linvel,
+            angvel: body.angvel,
+            sleeping: body.sleeping,
+            colliders,
+        }
+    }
+}

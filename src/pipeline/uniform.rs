@@ -1,0 +1,99 @@
+//! Fields that push every body alike: nothing is to be sampled or evaluated.
+
+use super::{Definition, FieldPipeline, FieldState};
+use crate::bridge::{self, WakePolicy, Wanted, WorldMut};
+use crate::field::ForceMode;
+use crate::integrate::{FASTEST, Scheme, VelocityUpdate};
+use crate::math::{Real, Vector};
+
+impl FieldPipeline {
+    /// Whether the fields are the same vector for every body, and a kick is all that is done with
+    /// it: then nothing can fail but by speed, and nothing is read but velocities.
+    pub(super) fn pushes_alike(&self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
+        let compiled = &self.compiled;
+        let settings = fields.settings;
+        let kicks = matches!(settings.scheme, Scheme::KickDriftKick | Scheme::Kick);
+        let only_constants = compiled.only_constants
+            && !compiled.constants.is_empty()
+            && compiled.detectors.is_empty()
+            && compiled.overrides.is_empty();
+        let watched = settings.audit || settings.cross_check.on;
+        let limit = world.integration_parameters.max_linear_velocity();
+        kicks
+            && only_constants
+            && !watched
+            && settings.wake != WakePolicy::Always
+            && self.links.is_empty()
+            && world.soft_bodies.is_empty()
+            && world.integration_parameters.dt > 0.0
+            && limit < FASTEST * 1e-3
+            && self.strongest_kick(world) < FASTEST * 1e-3
+    }
+
+    /// A bound of what a step can add to any speed, of bodies not lighter than 10⁻⁹.
+    fn strongest_kick(&self, world: &WorldMut<'_>) -> Real {
+        let vectors = self.compiled.constants.iter().map(|c| c.vector.length());
+        let sum: Real = vectors.sum();
+        let dt = world.integration_parameters.dt;
+        sum * dt.max(1.0) * 1e9
+    }
+
+    /// Kicks every awake body; returns how many.
+    pub(super) fn push_alike(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &mut WorldMut<'_>,
+        first: bool,
+    ) -> usize {
+        let dt = world.integration_parameters.dt;
+        self.motions.clear();
+        self.bodies.clear();
+        self.rollback.clear();
+        state.evaluation = None;
+        state.records.clear();
+        state.carriers.clear();
+        let duration = match (fields.settings.scheme, first) {
+            (Scheme::Kick, true) => dt,
+            (Scheme::Kick, false) => return 0,
+            _ => dt * 0.5,
+        };
+        let sum = |mode: ForceMode| -> Vector {
+            let fields = self.compiled.constants.iter();
+            fields.filter(|c| c.mode == mode).map(|c| c.vector).sum()
+        };
+        let force = sum(ForceMode::Force);
+        let (acceleration, change) = (sum(ForceMode::Acceleration), sum(ForceMode::VelocityChange));
+        let updates = &mut self.late.updates;
+        updates.clear();
+        let wanted = Wanted {
+            sleepers: false,
+            all: false,
+            besides: &[],
+        };
+        let view = world.view();
+        self.reader
+            .visit(&view, world.islands, wanted, |handle, body| {
+                let mass = body.mass();
+                let mut pull = force;
+                if acceleration != Vector::ZERO {
+                    pull += acceleration * mass;
+                }
+                if change != Vector::ZERO {
+                    pull += change * (mass / dt);
+                }
+                let inv_mass = body.mass_properties().effective_inv_mass;
+                updates.push(VelocityUpdate {
+                    body: handle,
+                    linvel: body.linvel() + pull * duration * inv_mass,
+                    angvel: body.angvel(),
+                    spins: false,
+                    wake: false,
+                });
+                true
+            });
+        bridge::write_linear(world.bodies, updates);
+        self.sampled = updates.len();
+        updates.len()
+    }
+}

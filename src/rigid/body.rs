@@ -1,0 +1,90 @@
+//! What the stages of a step need of a body, copied once.
+
+use super::rotation::{Inertia, to_dquat};
+use crate::math::{AngularInertia, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};
+use crate::rapier::dynamics::RigidBody;
+
+/// A dynamic body at one moment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Body {
+    pub handle: RigidBodyHandle,
+    pub pose: Pose,
+    pub linvel: Vector,
+    pub angvel: Vector,
+    /// The centre of mass, in the body's frame.
+    pub local_com: Vector,
+    pub mass: Real,
+    /// Zero along locked axes.
+    pub inv_mass: Vector,
+    /// World axes, zero about locked ones.
+    pub inv_inertia: AngularInertia,
+    pub inv_principal_inertia: Vector,
+    pub principal_frame: Rotation,
+    pub rotation_locked: [bool; 3],
+    /// Whether its gyroscopic forces are on.
+    pub gyroscopic: bool,
+    pub sleeping: bool,
+    pub gravity_scale: Real,
+    /// The user's own.
+    pub user_force: Vector,
+    /// Solver iterations on top of those of the world.
+    pub extra_iterations: u32,
+}
+
+impl Body {
+    pub(crate) fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
+        let properties = body.mass_properties();
+        let local = &properties.local_mprops;
+        let extra = body.additional_solver_iterations();
+        Body {
+            handle,
+            pose: *body.position(),
+            linvel: body.linvel(),
+            angvel: body.angvel(),
+            local_com: body.local_center_of_mass(),
+            mass: body.mass(),
+            inv_mass: properties.effective_inv_mass,
+            inv_inertia: properties.effective_world_inv_inertia,
+            inv_principal_inertia: local.inv_principal_inertia,
+            principal_frame: local.principal_inertia_local_frame,
+            rotation_locked: body.is_rotation_locked(),
+            gyroscopic: body.gyroscopic_forces_enabled(),
+            sleeping: body.is_sleeping(),
+            gravity_scale: body.gravity_scale(),
+            user_force: body.user_force(),
+            extra_iterations: u32::try_from(extra).unwrap_or(u32::MAX),
+        }
+    }
+
+    /// The centre of mass in the world. Rapier's own lags behind a body that was just teleported.
+    pub(crate) fn world_com(&self) -> Vector {
+        self.pose.transform_point(self.local_com)
+    }
+
+    /// Its inertia, or `None` if some axis cannot turn.
+    pub(crate) fn inertia(&self) -> Option<Inertia> {
+        let free = self.rotation_locked == [false; 3];
+        free.then(|| Inertia::of_moments(self.inv_principal_inertia, self.principal_frame))
+            .flatten()
+    }
+
+    /// The inertia of a body whose free rotation is this crate's to do, turning with `angvel`: one
+    /// that turns, freely, and not like a ball, unless even those are to be turned exactly.
+    pub(crate) fn free_top(&self, angvel: Vector, balls_too: bool) -> Option<Inertia> {
+        if angvel == Vector::ZERO || !self.gyroscopic {
+            return None;
+        }
+        let inertia = self.inertia();
+        inertia.filter(|inertia| balls_too || !inertia.is_spherical())
+    }
+
+    /// The angular momentum of a free top.
+    pub(crate) fn angular_momentum(&self, inertia: &Inertia) -> DVec3 {
+        inertia.angular_momentum(to_dquat(self.pose.rotation), to_dvec3(self.angvel))
+    }
+
+    /// Over how many iterations Rapier moves it, of `substeps` for all.
+    pub(crate) fn iterations(&self, substeps: u32) -> u32 {
+        substeps.saturating_add(self.extra_iterations)
+    }
+}

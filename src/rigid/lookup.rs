@@ -1,0 +1,38 @@
+//! Bodies and colliders by their handles, for stages that only read.
+
+use crate::math::{ColliderHandle, RigidBodyHandle};
+use crate::rapier::dynamics::RigidBody;
+use crate::rapier::geometry::Collider;
+
+/// Read access to a world. [`bridge`](crate::bridge) implements it for Rapier's sets.
+pub(crate) trait Lookup {
+    /// A body that is there.
+    fn body(&self, handle: RigidBodyHandle) -> Option<&RigidBody>;
+
+    /// A collider that is there.
+    fn collider(&self, handle: ColliderHandle) -> Option<&Collider>;
+
+    /// All bodies, in the order of their handles.
+    fn bodies(&self) -> impl Iterator<Item = (RigidBodyHandle, &RigidBody)>;
+
+    /// All colliders without a body, in the order of their handles.
+    fn free_colliders(&self) -> impl Iterator<Item = (ColliderHandle, &Collider)>;
+}
+
+impl<L: Lookup> Lookup for &L {
+    fn body(&self, handle: RigidBodyHandle) -> Option<&RigidBody> {
+        (**self).body(handle)
+    }
+
+    fn collider(&self, handle: ColliderHandle) -> Option<&Collider> {
+        (**self).collider(handle)
+    }
+
+    fn bodies(&self) -> impl Iterator<Item = (RigidBodyHandle, &RigidBody)> {
+        (**self).bodies()
+    }
+
+    fn free_colliders(&self) -> impl Iterator<Item = (ColliderHandle, &Collider)> {
+        (**self).free_colliders()
+    }
+}

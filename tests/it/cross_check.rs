@@ -1,0 +1,303 @@
+//! The cross-check with Rapier: what it compares, and what it counts.
+
+use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
+use rapier3d_fields::prelude::*;
+use rapier3d_fields::{ContactCounts, CrossCheck, CrossCheckReport};
+
+use crate::support::collide::*;
+use crate::support::{assert_at_most, assert_close, either};
+
+fn report(fields: &Fields) -> &CrossCheckReport {
+    fields.cross_check().expect("it is on")
+}
+
+/// Fails unless both sides found the same, to rounding.
+#[track_caller]
+fn assert_agrees(report: &CrossCheckReport) {
+    assert_eq!(report.total.disagreed(), 0, "{:?}", report.disagreements);
+    assert_at_most(to_f64(report.depth_error), either(4e-6, 8e-15), "depth");
+    assert_at_most(to_f64(report.point_error), either(4e-6, 8e-15), "point");
+    assert_at_most(to_f64(report.normal_error), either(8e-6, 2e-14), "normal");
+}
+
+#[test]
+fn it_is_off_unless_asked_for() {
+    let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
+    let mut fields = detect(&[&a, &b], ContactLaw::Observe);
+    step(&mut fields, &mut world);
+    assert!(fields.cross_check().is_none());
+}
+
+#[test]
+fn contacts_are_counted_per_step_and_in_all() {
+    let mut world = still_arena();
+    let row = [0.0, 0.9, 1.8].map(|x| Vector::X * from_f64(x));
+    let [a, b, c] = row.map(|place| ball(&mut world, 1.0, place, Vector::ZERO));
+    let mut fields = cross_checked(&[&a, &b, &c], ContactLaw::Observe);
+    assert_eq!(report(&fields), &CrossCheckReport::default());
+    for steps in 1..=3 {
+        step(&mut fields, &mut world);
+        let report = report(&fields);
+        assert_eq!((report.steps, report.last_step.both), (steps, 2));
+        assert_eq!(report.total.both, 2 * steps);
+    }
+    world.remove_body(c.body);
+    step(&mut fields, &mut world);
+    let report = report(&fields);
+    assert_eq!((report.last_step.both, report.total.both), (1, 7));
+    assert_agrees(report);
+}
+
+/// Two tops that spin through each other, unanswered, and fast for the length of a step.
+fn spinning_pair(dt: f64, speed: f64) -> (PhysicsWorld, [Thing; 2]) {
+    let mut world = arena(from_f64(dt));
+    let speed = from_f64(speed);
+    let things = [-0.9, 0.9].map(|x| {
+        let spin = Vector::new(from_f64(x), 2.0, -1.0) * speed;
+        let body = RigidBodyBuilder::dynamic().translation(Vector::X * from_f64(x));
+        asymmetric(&mut world, body.angvel(spin), 1.0)
+    });
+    (world, things)
+}
+
+#[test]
+fn contacts_are_compared_at_the_same_poses() {
+    let (mut world, [a, b]) = spinning_pair(1.0 / 60.0, 6.0);
+    let mut fields = cross_checked(&[&a, &b], ContactLaw::Observe);
+    let (mut changes, mut jump, mut last) = (0, 0.0_f64, Vec::new());
+    for _ in 0..200 {
+        step(&mut fields, &mut world);
+        let now: Vec<_> = fields
+            .contacts()
+            .iter()
+            .map(|c| (c.colliders, c.depth))
+            .collect();
+        let pairs = |list: &[(_, Real)]| list.iter().map(|c| c.0).collect::<Vec<[_; 2]>>();
+        changes += usize::from(pairs(&now) != pairs(&last));
+        let depth_of = |pair| last.iter().find(|c: &&(_, Real)| c.0 == pair);
+        for (pair, depth) in &now {
+            let before = depth_of(*pair).map_or(*depth, |c| c.1);
+            jump = jump.max(to_f64((depth - before).abs()));
+        }
+        last = now;
+    }
+    println!(
+        "{changes} changes, depths jump by {jump}, {:?}",
+        report(&fields)
+    );
+    // At poses one step off, pairs would be missed and depths be wrong by this much.
+    assert!(changes > 40 && jump > 0.1, "{changes} changes, jump {jump}");
+    assert!(report(&fields).total.both > 100);
+    assert_agrees(report(&fields));
+}
+
+/// What the check says of tops that turn slowly for a step in a world that recycles contacts, if it
+/// lets it or not.
+fn with_recycling(on: bool) -> CrossCheckReport {
+    let (mut world, [a, b]) = spinning_pair(1.0 / 240.0, 0.1);
+    world.integration_parameters.contact_recycling = true;
+    let tree = touch(parts(&[&a, &b]), ContactLaw::Observe);
+    let check = if on {
+        CrossCheck::all().let_recycle()
+    } else {
+        CrossCheck::all()
+    };
+    let mut fields = Fields::builder(tree)
+        .cross_check(check)
+        .build()
+        .expect("a valid tree");
+    for _ in 0..4000 {
+        step(&mut fields, &mut world);
+    }
+    report(&fields).clone()
+}
+
+#[test]
+fn recycled_contacts_are_told_and_seen() {
+    let stale = with_recycling(true);
+    println!(
+        "recycling: {:?}, depth error {}",
+        stale.total, stale.depth_error
+    );
+    assert!(stale.recycling);
+    // Rapier lets contacts be up to 0.05 out of date.
+    let error = to_f64(stale.depth_error);
+    assert!((1e-3..0.06).contains(&error), "{error}");
+    assert!(stale.total.disagreed() > 0, "{:?}", stale.total);
+    let live = with_recycling(false);
+    assert!(
+        !live.recycling && live.total.both > 1000,
+        "{:?}",
+        live.total
+    );
+    assert_agrees(&live);
+}
+
+/// A pair that touches, and after two steps no longer or elsewhere.
+#[track_caller]
+fn assert_follows(change: impl Fn(&mut PhysicsWorld, &[Thing; 2]), both: u64) {
+    let (mut world, things) = overlapping([Vector::ZERO; 2], [1.0; 2]);
+    let mut fields = cross_checked(&[&things[0], &things[1]], ContactLaw::Observe);
+    for _ in 0..2 {
+        step(&mut fields, &mut world);
+    }
+    change(&mut world, &things);
+    for _ in 0..2 {
+        step(&mut fields, &mut world);
+        assert_eq!(report(&fields).last_step.both, both);
+        assert_agrees(report(&fields));
+    }
+    assert_eq!(report(&fields).steps, 4);
+}
+
+#[test]
+fn what_users_change_between_steps_is_no_disagreement() {
+    let move_to = |place: Vector| {
+        move |world: &mut PhysicsWorld, things: &[Thing; 2]| {
+            world.bodies[things[1].body].set_translation(place, true);
+        }
+    };
+    assert_follows(move_to(Vector::X * 3.0), 0);
+    assert_follows(move_to(Vector::new(0.25, 0.5, 0.0)), 1);
+    assert_follows(
+        |world, things| world.bodies[things[0].body].set_linvel(Vector::Y, true),
+        1,
+    );
+    assert_follows(|world, things| drop(world.remove_body(things[0].body)), 0);
+    assert_follows(
+        |world, _| drop(ball(world, 1.0, Vector::Y * 0.5, Vector::ZERO)),
+        3,
+    );
+}
+
+#[test]
+fn what_users_change_of_colliders_is_no_disagreement() {
+    let grow = |radius: Real| {
+        move |world: &mut PhysicsWorld, things: &[Thing; 2]| {
+            world.colliders[things[1].parts[0]].set_shape(SharedShape::ball(radius));
+        }
+    };
+    assert_follows(grow(0.25), 0);
+    assert_follows(grow(0.75), 1);
+    let disable = |world: &mut PhysicsWorld, things: &[Thing; 2]| {
+        world.colliders[things[1].parts[0]].set_enabled(false);
+    };
+    assert_follows(disable, 0);
+}
+
+#[test]
+fn a_pipeline_of_ones_own_gets_the_same_report() {
+    let (mut world, [a, b]) = spinning_pair(1.0 / 60.0, 6.0);
+    let (mut own, _) = spinning_pair(1.0 / 60.0, 6.0);
+    let mut fields = cross_checked(&[&a, &b], ELASTIC);
+    let mut explicit = cross_checked(&[&a, &b], ELASTIC);
+    for _ in 0..100 {
+        step(&mut fields, &mut world);
+        let open = explicit.begin(WorldMut::from(&mut own));
+        let open = open.expect("a beginning");
+        own.step_with_events(&open.hooks(&()), &());
+        let end = explicit.finish(open, WorldMut::from(&mut own));
+        end.expect("an end");
+        assert_eq!(report(&explicit), report(&fields));
+    }
+    assert!(report(&fields).total.both > 0);
+}
+
+#[test]
+fn the_band_is_32_half_units_in_the_last_place() {
+    let ulp = to_f64(Real::EPSILON);
+    for (far, size) in [(0.0, 1.0), (5.0, 1.0), (1000.0, 0.5)] {
+        let point = Vector::new(0.6, 0.0, -0.8) * from_f64(far);
+        let band = to_f64(CrossCheckReport::band(point, from_f64(size)));
+        let expected = 16.0 * ulp * (far + size);
+        assert_close(band / expected, 1.0, 4.0 * ulp, "band");
+    }
+}
+
+#[test]
+fn what_only_fields_find_is_listed() {
+    let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
+    let hidden = InteractionGroups::none();
+    world.colliders[b.parts[0]].set_collision_groups(hidden);
+    let mut fields = cross_checked(&[&a, &b], ContactLaw::Observe);
+    step(&mut fields, &mut world);
+    let report = report(&fields);
+    let expected = (report.last_step.only_field, report.last_step.disagreed());
+    assert_eq!(expected, (1, 1));
+    let [listed] = report.disagreements[..] else {
+        panic!("{report:?}")
+    };
+    assert_eq!(listed.colliders, [a.parts[0], b.parts[0]]);
+    assert_eq!(listed.rapier_depth, None);
+    let depth = to_f64(listed.field_depth.expect("a depth"));
+    assert_close(depth, 0.1, rounding(), "depth");
+    assert_eq!(listed.band, CrossCheckReport::band(Vector::ZERO, 1.0));
+}
+
+#[test]
+fn what_only_rapier_finds_is_listed_until_it_is_gone() {
+    let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
+    let nowhere = Region::ball(0.25).at(Vector::Y * 9.0);
+    let blind = |thing: &Thing| {
+        Field::contact(ELASTIC)
+            .at(thing.parts[0])
+            .within(nowhere.clone())
+    };
+    let builder = Fields::builder(blind(&a).sum_union(blind(&b)));
+    let mut fields = builder.cross_check(true).build().expect("a valid tree");
+    step(&mut fields, &mut world);
+    let depth = report(&fields).disagreements[0].rapier_depth;
+    assert_close(to_f64(depth.expect("a depth")), 0.1, rounding(), "depth");
+    world.bodies[b.body].set_translation(Vector::X * 5.0, true);
+    step(&mut fields, &mut world);
+    let report = report(&fields);
+    assert_eq!(
+        (report.total.only_rapier, report.disagreements.len()),
+        (1, 0)
+    );
+    assert_eq!(report.last_step, ContactCounts::default());
+}
+
+#[test]
+fn what_is_too_shallow_to_tell_is_counted_apart() {
+    let depth = 2.0 * Real::EPSILON;
+    let mut world = still_arena();
+    let [a, b] = [0.0, 1.0 - depth].map(|x| ball(&mut world, 1.0, Vector::X * x, Vector::ZERO));
+    let hidden = InteractionGroups::none();
+    world.colliders[b.parts[0]].set_collision_groups(hidden);
+    let mut fields = cross_checked(&[&a, &b], ContactLaw::Observe);
+    step(&mut fields, &mut world);
+    let report = report(&fields);
+    assert_eq!((report.total.within_band, report.total.disagreed()), (1, 0));
+    assert!(report.disagreements.is_empty());
+}
+
+#[test]
+fn chosen_pairs_alone_are_watched_and_disagreements_are_told_at_once() {
+    use std::sync::{Arc, Mutex};
+    let mut world = still_arena();
+    let row = [0.0, 0.9, 1.8].map(|x| Vector::X * from_f64(x));
+    let [a, b, c] = row.map(|place| ball(&mut world, 1.0, place, Vector::ZERO));
+    for hidden in [&a, &c] {
+        world.colliders[hidden.parts[0]].set_collision_groups(InteractionGroups::none());
+    }
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let list = Arc::clone(&told);
+    let check = CrossCheck::pairs([(b.parts[0], a.parts[0])])
+        .on_disagreement(move |found| list.lock().expect("a list").push(*found));
+    let tree = touch(parts(&[&a, &b, &c]), ContactLaw::Observe);
+    let mut fields = Fields::builder(tree)
+        .cross_check(check)
+        .build()
+        .expect("a valid tree");
+    for _ in 0..3 {
+        assert_eq!(step(&mut fields, &mut world), 2);
+    }
+    let told = told.lock().expect("a list");
+    assert_eq!(told.iter().map(|d| d.step).collect::<Vec<_>>(), [1, 2, 3]);
+    assert!(
+        told.iter().all(|d| d.colliders == [a.parts[0], b.parts[0]]),
+        "{told:?}"
+    );
+    assert_eq!(report(&fields).total.only_field, 3);
+}

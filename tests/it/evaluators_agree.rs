@@ -1,0 +1,433 @@
+//! Whatever the compiler makes of a tree, it equals the reference.
+//!
+//! The wrench on a body is derived anew: terms of the outermost sum of union are sampled with the
+//! reference at each collider, or at the centre of mass where all their fields are uniform and
+//! shared. Integers must agree exactly, also on boundaries; otherwise the bound is the rounding of
+//! the sum of the magnitudes that were added up. See `support/trees.rs` for how points are kept
+//! off boundaries and singularities there.
+
+use proptest::prelude::*;
+use rapier3d_fields::IndexKind;
+use rapier3d_fields::math::{DVec3, Real, to_dvec3, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::trees::{
+    self, FormulaPlan, LeafPlan, Numbers, RegionPlan, ScalarPlan, TermPlan,
+};
+use crate::support::trees::{reference, rounding};
+use crate::support::worlds::{self, BodyPlan, World, bodies};
+
+/// Integers up to here add up without rounding in `f32`.
+const EXACT: f64 = (1 << 20) as f64;
+
+/// Roundings on the way of one term, generously: a power law of r² or Lennard-Jones loses a few
+/// dozen, a sum one for each further term.
+const ROUNDINGS: usize = 64;
+
+/// What the reference gives one body, and how large a sum of magnitudes that is.
+struct Expected {
+    force: DVec3,
+    torque: DVec3,
+    scale: f64,
+    lever: f64,
+}
+
+fn expected(world: &World, terms: &[TermPlan], body: RigidBodyHandle) -> Expected {
+    let mut sum = Expected {
+        force: DVec3::ZERO,
+        torque: DVec3::ZERO,
+        scale: 0.0,
+        lever: 0.0,
+    };
+    for term in terms {
+        let samples = if term.acts_at_centre() {
+            vec![(world.centre(body), DVec3::ZERO)]
+        } else {
+            world.samples(body)
+        };
+        let tree = term.term(world);
+        for (query, arm) in samples {
+            let force = reference(&tree, world, &query).unwrap_or(DVec3::ZERO);
+            sum.force += force;
+            sum.torque += arm.cross(force);
+            let magnitude = term.magnitude(world, &query).max(force.length());
+            sum.scale += magnitude;
+            sum.lever += magnitude * arm.length();
+        }
+    }
+    sum
+}
+
+/// Fields and reference agree on all bodies.
+fn agree(world: &World, terms: &[TermPlan], numbers: Numbers) -> Result<(), TestCaseError> {
+    let tree = Tree::fold(
+        Operator::SumUnion,
+        terms.iter().map(|term| term.term(world)),
+    );
+    let fields = world.fields(&tree);
+    let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
+    for body in &world.bodies {
+        let want = expected(world, terms, *body);
+        let found = fields.sample(*body, bodies, colliders);
+        let plan = fields.plan();
+        let found = found.map_err(|error| TestCaseError::fail(format!("{error}\n{plan}")))?;
+        let found = found.expect("a dynamic body is sampled");
+        let exact = numbers == Numbers::Integer && want.scale < EXACT;
+        // Below the smallest normal number, nothing has a relative error.
+        let (relative, least) = if exact {
+            (0.0, 0.0)
+        } else {
+            let tiny = to_f64(Real::MIN_POSITIVE) * terms.len() as f64;
+            (rounding(ROUNDINGS + terms.len()), tiny)
+        };
+        for (what, found, want, scale) in [
+            ("force", found.force, want.force, want.scale),
+            ("torque", found.torque, want.torque, want.lever),
+        ] {
+            let error = (to_dvec3(found) - want).length();
+            let bound = relative * scale + least;
+            prop_assert!(
+                error <= bound,
+                "{what} on {body:?}: {found}, reference {want}; error {error:e}, bound {bound:e}\n{plan}"
+            );
+        }
+    }
+    Ok(())
+}
+
+fn terms(numbers: Numbers, most: usize) -> impl Strategy<Value = Vec<TermPlan>> {
+    proptest::collection::vec(trees::term(numbers), 1..=most)
+}
+
+/// That many cases; failures are not stored, since they print their plans in full.
+fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(4000))]
+
+    /// All operators, regions, anchors, couplings and readings: bit for bit, boundaries included.
+    #[test]
+    fn integers_agree_exactly(plans in bodies(4, 1..=1), terms in terms(Numbers::Integer, 4)) {
+        agree(&World::new(&plans), &terms, Numbers::Integer)?;
+    }
+
+    /// And every law and quarter turn, on bodies of several colliders.
+    #[test]
+    fn fractions_agree_within_rounding(
+        plans in bodies(4, 1..=3), terms in terms(Numbers::Fractional, 4),
+    ) {
+        agree(&World::new(&plans), &terms, Numbers::Fractional)?;
+    }
+}
+
+/// Radial fields of one law at many places: a batch.
+fn batch(formula: &FormulaPlan, region: &RegionPlan, places: &[(u8, [i32; 3])]) -> Vec<TermPlan> {
+    let source = |(kind, place): &(u8, [i32; 3])| {
+        TermPlan::Leaf(LeafPlan {
+            formula: formula.clone(),
+            region: region.clone(),
+            anchor: (*kind, (place[0] + 40) as usize, *place, 0),
+            reading: ForceMode::Force,
+            coupling: Coupling::Each,
+            scale: None,
+            limit: None,
+            group: None,
+            numbers: Numbers::Fractional,
+        })
+    };
+    places.iter().map(source).collect()
+}
+
+fn places(
+    kinds: u8,
+    size: i32,
+    count: std::ops::RangeInclusive<usize>,
+) -> impl Strategy<Value = Vec<(u8, [i32; 3])>> {
+    let place = (0..=kinds, proptest::array::uniform3(-size..=size));
+    proptest::collection::vec(place, count)
+}
+
+proptest! {
+    #![proptest_config(cases(2000))]
+
+    /// Whole and partly filled lanes, own sources among them, with and without a range.
+    #[test]
+    fn batches_of_any_length_agree(
+        plans in bodies(4, 1..=2),
+        law in trees::formulas::radial_law(),
+        ranged in any::<bool>(),
+        places in places(2, 4, 1..=20),
+    ) {
+        let region = if ranged { RegionPlan::Ball(3) } else { RegionPlan::Everywhere };
+        let terms = batch(&law, &region, &places);
+        agree(&World::new(&plans), &terms, Numbers::Fractional)?;
+    }
+
+    /// Enough sources for a grid, dense and sparse, some very far away.
+    #[test]
+    fn grids_agree(
+        plans in bodies(3, 1..=2),
+        law in trees::formulas::radial_law(),
+        range in 1..=4,
+        near in places(2, 6, 64..=90),
+        far in proptest::collection::vec(proptest::array::uniform3(-1_000_000..=1_000_000), 0..3),
+    ) {
+        let mut places = near;
+        places.extend(far.into_iter().map(|place| (0, place)));
+        let terms = batch(&law, &RegionPlan::Ball(range), &places);
+        agree(&World::new(&plans), &terms, Numbers::Fractional)?;
+    }
+
+    /// Enough bounded instances for a bounding volume hierarchy.
+    #[test]
+    fn hierarchies_agree(
+        plans in bodies(3, 1..=2),
+        inner in trees::leaf(Numbers::Fractional),
+        outer in trees::leaf(Numbers::Fractional),
+        radius in 1..=3,
+        operator in proptest::sample::select(Operator::ALL.to_vec()),
+        anchors in places(2, 4, 16..=24),
+    ) {
+        let bounded = |mut leaf: LeafPlan| {
+            leaf.region = RegionPlan::Combined(1, Box::new(leaf.region), Box::new(RegionPlan::Ball(radius)));
+            leaf.anchor.0 = 0;
+            Box::new(TermPlan::Leaf(leaf))
+        };
+        let prototype = TermPlan::Apply(operator, bounded(outer), bounded(inner));
+        let anchors = anchors.into_iter().map(|(kind, place)| (kind, (place[0] + 40) as usize, place, 0));
+        let terms = [TermPlan::Instances(Box::new(prototype), anchors.collect())];
+        agree(&World::new(&plans), &terms, Numbers::Fractional)?;
+    }
+}
+
+/// A leaf that acts nearly everywhere: so that what is made of several shows.
+fn wide() -> impl Strategy<Value = TermPlan> {
+    trees::leaf(Numbers::Integer).prop_map(|mut leaf| {
+        leaf.region = RegionPlan::Everywhere;
+        (leaf.anchor.0, leaf.group, leaf.limit) = (0, None, None);
+        TermPlan::Leaf(leaf)
+    })
+}
+
+proptest! {
+    #![proptest_config(cases(1000))]
+
+    /// Layers that overlap, in all orders and modes.
+    #[test]
+    fn overlapping_layers_agree(
+        plans in bodies(2, 1..=1),
+        layers in proptest::collection::vec((wide(), -1..=1, any::<bool>(), any::<bool>()), 2..5),
+    ) {
+        agree(&World::new(&plans), &[TermPlan::Layers(layers)], Numbers::Integer)?;
+    }
+
+    /// Scales in the frames of instances within instances, beside others.
+    #[test]
+    fn scales_of_nested_instances_agree(
+        plans in bodies(2, 1..=1),
+        leaf in wide(),
+        beside in trees::term(Numbers::Integer),
+        axes in proptest::array::uniform2(0..3_usize),
+        anchors in proptest::collection::vec(trees::anchor_plan(Numbers::Integer), 4),
+        operator in proptest::sample::select(Operator::ALL.to_vec()),
+    ) {
+        let scaled = |term: TermPlan, k: usize| {
+            TermPlan::Scaled(Box::new(term), ScalarPlan::Axis(axes[k]), anchors[k])
+        };
+        let inner = TermPlan::Instances(Box::new(scaled(leaf, 0)), anchors[2..].to_vec());
+        let both = TermPlan::Apply(operator, Box::new(beside), Box::new(scaled(inner, 1)));
+        let outer = TermPlan::Instances(Box::new(both), anchors[..2].to_vec());
+        agree(&World::new(&plans), &[outer], Numbers::Integer)?;
+    }
+}
+
+fn one_body_at(position: [i32; 3]) -> BodyPlan {
+    BodyPlan {
+        position,
+        linvel: [0; 3],
+        angvel: [0; 3],
+        parts: vec![([0; 3], 0, 1, None)],
+    }
+}
+
+/// The indices are in fact chosen where the tests above expect them.
+#[test]
+fn plans_use_the_index_they_should() {
+    let world = World::new(&[one_body_at([0; 3])]);
+    let source = |i: i32| {
+        Field::radial(1.0, -1.0)
+            .within(Region::ball(1.0))
+            .at(Vector::X * i as Real)
+    };
+    let index = |tree: Tree| {
+        let fields = world.fields(&tree);
+        fields
+            .plan()
+            .entries
+            .iter()
+            .map(|entry| entry.index)
+            .collect::<Vec<_>>()
+    };
+    let fold = |n| Tree::fold(Operator::SumUnion, (0..n).map(source));
+    assert_eq!(index(fold(64)), [IndexKind::Grid]);
+    assert_eq!(index(fold(20)), [IndexKind::None]);
+    let shell = Region::ball(2.0).difference(Region::ball(1.0));
+    let shells = (0..16).map(|i| Vector::X * i as Real);
+    let shells = Tree::instances(Field::uniform(Vector::X).within(shell), shells);
+    assert_eq!(index(shells), [IndexKind::Bvh]);
+}
+
+/// Lanes that must not act are poisoned: a body's own source right at its sample (1/0), and the
+/// padding, which stands at the origin, where a sample is.
+#[test]
+fn lanes_that_do_not_act_cannot_spoil_the_others() {
+    for power in -3..=2 {
+        for shifted in [false, true] {
+            for others in 1..=20 {
+                let world = World::new(&[one_body_at([0; 3]), one_body_at([3, 0, 0])]);
+                let law = |strength: Real| {
+                    let field = Field::radial(strength, power as Real).coupled_to(Coupling::Each);
+                    if shifted {
+                        field.shifted_to_zero_at(9.5)
+                    } else {
+                        field
+                    }
+                };
+                let own = law(1.0).at(world.bodies[0]);
+                let sources =
+                    (0..others).map(|i| law(1.0).at(Vector::new(i as Real - 8.5, 1.5, 0.0)));
+                let without = Tree::fold(Operator::SumUnion, sources);
+                // Behind and in front, so that it falls into different lanes.
+                for tree in [
+                    without.clone().sum_union(own.clone()),
+                    own.sum_union(without.clone()),
+                ] {
+                    let wrench = |tree: &Tree| {
+                        let fields = world.fields(tree);
+                        let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
+                        let found = fields.sample(world.bodies[0], bodies, colliders);
+                        found.map(|wrench| wrench.expect("sampled").force)
+                    };
+                    // The other body feels the source; at its distance of 3 that is regular.
+                    let (with, without) = (wrench(&tree), wrench(&without));
+                    let (with, without) = (with.expect("finite"), without.expect("finite"));
+                    let error = to_dvec3(with - without).length();
+                    let scale = 2e3 * f64::from(others);
+                    assert!(
+                        error <= rounding(4) * scale,
+                        "power {power}, shifted {shifted}, {others} others: {with} against {without}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A grid over a world a million times wider than the range still finds who is near, wherever
+/// the edges of its cells fall.
+#[test]
+fn far_sources_do_not_hide_near_ones_from_the_grid() {
+    let world = World::new(&[one_body_at([0; 3])]);
+    for far in (0..400).map(|i| 1e6 * (1.0 + i as Real * 0.013)) {
+        let near = (0..64).map(|i| Vector::new(0.0, 0.999 * (i as Real / 32.0 - 1.0), 0.0));
+        let near = near
+            .filter(|place| place.y.abs() > 0.05)
+            .collect::<Vec<_>>();
+        let places = near.iter().copied().chain([
+            Vector::Y * far,
+            -Vector::Y * far * 0.7,
+            Vector::Z * far,
+            Vector::X * far,
+        ]);
+        // Extra ones right beside the sample, so that there are enough for a grid.
+        let places = places.chain(near.iter().map(|place| *place + Vector::X * 0.1));
+        let field = |place| {
+            Field::radial(1.0, 0.0)
+                .within(Region::ball(1.0))
+                .coupled_to(Coupling::Each)
+                .at(place)
+        };
+        let terms: Vec<Field> = places.map(field).collect();
+        let tree = Tree::fold(Operator::SumUnion, terms);
+        let fields = world.fields(&tree);
+        let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
+        let found = fields.sample(world.bodies[0], bodies, colliders);
+        let found = found.expect("finite").expect("sampled").force;
+        let (query, _) = world.samples(world.bodies[0]).remove(0);
+        let want = reference(&tree, &world, &query).expect("defined");
+        let error = (to_dvec3(found) - want).length();
+        assert!(
+            error <= rounding(ROUNDINGS) * 128.0,
+            "far source at {far}: {found}, reference {want}"
+        );
+    }
+}
+
+/// In a prototype, a field that hangs on a body of its own outlives the instance's anchor.
+#[test]
+fn fields_that_hang_elsewhere_outlive_their_instance() {
+    for operator in [Operator::ReplaceUnion, Operator::SumUnion] {
+        let mut world = World::new(&[[0, 0, 0], [3, 0, 0], [0, 3, 0]].map(one_body_at));
+        let [sample, instance, elsewhere] = [0, 1, 2].map(|i| world.bodies[i]);
+        let near = Field::uniform(Vector::X).within(Region::ball(8.0));
+        let prototype = Tree::fold(operator, [near, Field::uniform(Vector::Y).at(elsewhere)]);
+        let tree = Tree::instances(prototype, [instance]);
+        let fields = world.fields(&tree);
+        for removed in [false, true] {
+            if removed {
+                world.physics.remove_body(instance);
+            }
+            let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
+            let found = fields.sample(sample, bodies, colliders).expect("finite");
+            let (query, _) = world.samples(sample).remove(0);
+            let want = reference(&tree, &world, &query).expect("defined by the other body");
+            let found = to_dvec3(found.expect("sampled").force);
+            assert_eq!(found, want, "{operator}, instance removed: {removed}");
+        }
+    }
+}
+
+/// A ball holds its surface, in every kind of batch: the 102 integer points at a distance of 9
+/// from a sample all reach it with a range of 9, and none with less.
+#[test]
+fn batches_hold_the_boundary_of_their_range() {
+    let square = |place: &[i32; 3]| place.iter().map(|x| x * x).sum::<i32>();
+    let axis = || -9..=9;
+    let lattice = axis().flat_map(|x| axis().flat_map(move |y| axis().map(move |z| [x, y, z])));
+    let shell: Vec<[i32; 3]> = lattice.filter(|place| square(place) == 81).collect();
+    assert_eq!(shell.len(), 102);
+    for count in (1..=20).chain([63, 64, 65, 102]) {
+        let places = &shell[..count];
+        let plans = std::iter::once([0; 3]).chain(places.iter().copied());
+        let world = World::new(&plans.map(one_body_at).collect::<Vec<_>>());
+        for kind in ["world", "bodies", "colliders"] {
+            for (range, holds) in [(9.0, true), (8.999, false)] {
+                let source = |(i, place): (usize, &[i32; 3])| {
+                    let field = Field::radial((i % 7 + 1) as Real, 1.0)
+                        .within(Region::ball(range))
+                        .coupled_to(Coupling::Each);
+                    match kind {
+                        "world" => field.at(worlds::vector(*place)),
+                        "bodies" => field.at(world.bodies[i + 1]),
+                        _ => field.at(world.colliders[i + 1]),
+                    }
+                };
+                let sources = places.iter().enumerate().map(source);
+                let fields = world.fields(&Tree::fold(Operator::SumUnion, sources));
+                let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
+                let found = fields.sample(world.bodies[0], bodies, colliders);
+                let found = found.expect("finite").expect("sampled").force;
+                let pushes = places.iter().enumerate();
+                let want = pushes.map(|(i, place)| worlds::vector(*place) * -((i % 7 + 1) as Real));
+                let want = if holds { want.sum() } else { Vector::ZERO };
+                assert_eq!(found, want, "{count} sources on {kind}, range {range}");
+            }
+        }
+    }
+}

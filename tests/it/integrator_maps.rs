@@ -1,0 +1,133 @@
+//! Each scheme is the one it is called: on a harmonic well its steps are those of the textbook, to
+//! rounding.
+
+use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::{Row, Table, assert_at_most, insert_ball, largest, weightless};
+
+const MAPS: &str = include_str!("../data/h_stiff/integrator_maps.csv");
+
+/// A file of names and numbers: its rows of one name.
+fn rows(name: &str) -> Table {
+    let numbers = MAPS.lines().filter_map(|line| {
+        if line.starts_with("scheme,") {
+            return line.split_once(',').map(|(_, rest)| rest.to_owned());
+        }
+        line.strip_prefix(name)?
+            .strip_prefix(',')
+            .map(str::to_owned)
+    });
+    let text: Vec<String> = numbers.collect();
+    Table::parse(text.join("\n").leak())
+}
+
+/// The map of `count` steps at dt·ω = `h`: where (1, 0) and (0, 1) go, in x and v/ω.
+fn map(scheme: Scheme, iterations: usize, h: f64, count: u32) -> [DVec3; 2] {
+    // dt = 1, so that ω = h to the last bit.
+    let starts = [(1.0, 0.0), (0.0, 1.0)];
+    starts.map(|(x, v)| {
+        let mut world = weightless(1.0);
+        world.integration_parameters.num_solver_iterations = iterations;
+        world.integration_parameters.normalized_max_linear_velocity = Real::MAX;
+        world.integration_parameters.max_ccd_substeps = 0;
+        let place = from_dvec3(DVec3::X * x);
+        let speed = from_dvec3(DVec3::X * (v * h));
+        let ball = insert_ball(&mut world, 1.0, place, speed);
+        let spring = Field::spring(from_f64(h * h));
+        let fields = Fields::builder(spring).scheme(scheme).build();
+        let mut fields = fields.expect("a valid tree");
+        for _ in 0..count {
+            fields.step(&mut world).expect("a finite step");
+        }
+        let body = &world.bodies[ball];
+        let (x, v) = (to_dvec3(body.translation()), to_dvec3(body.linvel()));
+        DVec3::new(x.x, v.x / h, 0.0)
+    })
+}
+
+/// Compares all rows of a scheme. `divide`: the file's step is that part of ours.
+fn compare(name: &str, scheme: Scheme, iterations: usize, divide: u32) {
+    let rounding = match scheme {
+        // It solves an equation.
+        Scheme::LinearlyImplicit => 60.0 * to_f64(Real::EPSILON),
+        _ => 20.0 * to_f64(Real::EPSILON),
+    };
+    let table = rows(name);
+    let mut worst = (0.0, String::new());
+    let mut compared = 0;
+    for row in table.rows() {
+        let (h, count) = (row.number("h"), row.number("n") as u32);
+        let entries = ["a", "b", "c", "d"].map(|entry| row.number(entry));
+        let size = largest(entries.map(f64::abs));
+        // What grows beyond this is chaos of roundings, and soon too fast for Rapier.
+        if size > 1e8 || count % divide != 0 {
+            continue;
+        }
+        let [from_x, from_v] = map(scheme, iterations, h * f64::from(divide), count / divide);
+        let found = [from_x.x, from_v.x, from_x.y, from_v.y];
+        let errors = found.iter().zip(entries).map(|(f, e)| (f - e).abs());
+        let error = largest(errors) / size.max(1.0);
+        // Each step rounds a few times; where the map is about to be unstable, it shears, and
+        // roundings add up linearly.
+        let relative = error / (f64::from(count) * f64::from(count)).max(1.0);
+        if relative > worst.0 || error.is_nan() {
+            worst = (relative, format!("h = {h}, n = {count}, error {error:.1e}"));
+        }
+        compared += 1;
+    }
+    println!(
+        "{name} as {scheme:?}: {compared} rows, worst {:.1e} at {}",
+        worst.0, worst.1
+    );
+    assert!(compared >= 30, "{compared} rows of {name}");
+    assert_at_most(worst.0, rounding, format!("{name}, {}", worst.1));
+}
+
+#[test]
+fn kick_is_symplectic_euler() {
+    for iterations in [1, 4] {
+        compare("symplectic_euler_kick_drift", Scheme::Kick, iterations, 1);
+    }
+}
+
+#[test]
+fn kick_drift_kick_is_velocity_verlet() {
+    for iterations in [1, 4] {
+        compare("velocity_verlet_kdk", Scheme::KickDriftKick, iterations, 1);
+    }
+}
+
+#[test]
+fn substeps_are_velocity_verlet_at_smaller_steps() {
+    for count in [1, 2, 5] {
+        let scheme = Scheme::Substep(Substeps::Fixed(count));
+        compare("velocity_verlet_kdk", scheme, 4, count);
+    }
+}
+
+#[test]
+fn linearly_implicit_is_implicit_euler() {
+    compare("implicit_euler", Scheme::LinearlyImplicit, 4, 1);
+}
+
+#[test]
+fn external_forces_are_frozen_over_the_solver_iterations() {
+    for iterations in [2, 4, 8] {
+        let name = format!("const_force_over_{iterations}_substeps");
+        compare(&name, Scheme::ExternalForce, iterations, 1);
+    }
+    compare("symplectic_euler_kick_drift", Scheme::ExternalForce, 1, 1);
+}
+
+/// That the comparison can fail.
+#[test]
+fn the_maps_tell_schemes_apart() {
+    let table = rows("velocity_verlet_kdk");
+    let is_far = |row: Row<'_>| {
+        let [x, _] = map(Scheme::Kick, 4, row.number("h"), row.number("n") as u32);
+        (x.x - row.number("a")).abs() > 1e-3
+    };
+    let rows = table.rows().filter(|row| row.number("h") == 0.5);
+    assert!(rows.filter(|row| is_far(*row)).count() >= 3);
+}

@@ -1,0 +1,270 @@
+//! The import table of ARCHITECTURE.md holds for the code, the code fills the table, and no files
+//! need each other in a circle.
+//!
+//! A file needs the files that define what it names, whatever modules pass the names on. Methods are
+//! not seen: only what is imported, or written as a path.
+
+mod graph;
+mod source;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use graph::{Sources, circles, describe};
+use source::Source;
+
+/// The crates that the table's last column is about; `std` and macros of tests are not.
+const OUTSIDE: [&str; 7] = [
+    "rapier",
+    "thiserror",
+    "wide",
+    "glamx",
+    "nalgebra",
+    "num_dual",
+    "exmex",
+];
+
+fn root() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let here = package.join("ARCHITECTURE.md").exists();
+    if here {
+        package.to_owned()
+    } else {
+        package.join("..")
+    }
+}
+
+fn sources() -> Sources {
+    let sources = Sources::read(&root().join("src"));
+    assert!(sources.files.len() > 50, "the sources were not found");
+    sources
+}
+
+/// The rows of the first table of ARCHITECTURE.md.
+fn rows() -> Vec<[String; 3]> {
+    let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("the table's file");
+    let lines = text.lines().skip_while(|line| !line.starts_with('|'));
+    let rows = lines.take_while(|line| line.starts_with('|')).skip(2);
+    let cells = rows.map(|row| cells(row).try_into().expect("three cells in a row"));
+    cells.collect()
+}
+
+/// For each module: what it may use from the crate, and which other crates it may name. Data flows
+/// down the rows: nobody uses what comes after it.
+fn table() -> BTreeMap<String, [BTreeSet<String>; 2]> {
+    let rows = rows();
+    assert!(rows.len() >= 10, "the table was not found");
+    let mut above: BTreeSet<String> = BTreeSet::new();
+    let mut table = BTreeMap::new();
+    for [module, inside, outside] in rows {
+        let inside = match inside.strip_prefix("all but ") {
+            Some(but) => &above - &names(but),
+            None => names(&inside),
+        };
+        assert!(inside.is_subset(&above), "{module} uses what is below it");
+        above.insert(module.clone());
+        table.insert(module, [inside, names(&outside)]);
+    }
+    table
+}
+
+fn cells(row: &str) -> Vec<String> {
+    let cells = row.trim_matches('|').split('|');
+    cells.map(|cell| cell.trim().to_owned()).collect()
+}
+
+fn names(list: &str) -> BTreeSet<String> {
+    let names = list.split(',').map(str::trim);
+    names
+        .filter(|name| *name != "nothing")
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The crates of [`OUTSIDE`] that a file names.
+fn outside(source: &Source) -> BTreeSet<&'static str> {
+    let imports = source.imports.iter().map(|import| &import.path);
+    let paths = imports.chain(&source.paths);
+    let mut found: BTreeSet<&str> = BTreeSet::new();
+    for path in paths {
+        // Rapier stands in `lib.rs` under the name it has in both precisions.
+        let path = path.strip_prefix(&["crate".to_owned()]).unwrap_or(path);
+        found.extend(
+            OUTSIDE
+                .iter()
+                .find(|name| path.first().is_some_and(|p| p == *name)),
+        );
+    }
+    if source
+        .tokens
+        .windows(3)
+        .any(|three| three == ["#", "[", "error"])
+    {
+        found.insert("thiserror");
+    }
+    found
+}
+
+/// The rooms that a file names after `crate::`, or by enough of `super::`; and names of `lib.rs`.
+fn rooms_named(source: &Source) -> BTreeSet<&str> {
+    let imports = source.imports.iter().map(|import| &import.path);
+    let mut found = BTreeSet::new();
+    for path in imports.chain(&source.paths) {
+        let up = path.iter().take_while(|part| *part == "super").count();
+        let at = match path[0].as_str() {
+            "crate" => 1,
+            "super" if up == source.module.len() => up,
+            _ => continue,
+        };
+        found.extend(path.get(at).map(String::as_str));
+    }
+    found
+}
+
+#[test]
+fn modules_use_what_the_table_allows() {
+    let table = table();
+    let sources = sources();
+    let needs = sources.needs();
+    let mut wrong = BTreeSet::new();
+    for (source, needs) in sources.files.iter().zip(&needs) {
+        let file = source.file.display();
+        let Some(room) = source.module.first() else {
+            continue;
+        };
+        let Some([may_use, may_name]) = table.get(room) else {
+            // Not every file is a room: the table's own test says which must be.
+            assert_eq!(room, "prelude", "{file} is in no room of the table");
+            continue;
+        };
+        for named in rooms_named(source) {
+            // What `lib.rs` re-exports is taken from the module it comes from.
+            if named != room && !may_use.contains(named) && named != "rapier" {
+                wrong.insert(format!("{file} uses crate::{named}"));
+            }
+        }
+        for (used, name) in needs {
+            let used = &sources.files[*used];
+            let is_own = |used: &String| used == room || may_use.contains(used);
+            if !used.module.first().is_none_or(is_own) {
+                wrong.insert(format!("{file} uses {name} of {}", used.file.display()));
+            }
+        }
+        for named in outside(source) {
+            if !may_name.contains(named) {
+                wrong.insert(format!("{file} names {named}"));
+            }
+        }
+    }
+    let wrong: Vec<String> = wrong.into_iter().collect();
+    assert!(
+        wrong.is_empty(),
+        "against ARCHITECTURE.md:\n{}",
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn no_files_need_each_other_in_a_circle() {
+    let sources = sources();
+    let needs = sources.needs();
+    let links: usize = needs.iter().map(|needs| needs.len()).sum();
+    assert!(links > 3 * sources.files.len(), "only {links} links found");
+    let found = circles(&needs);
+    let found = found
+        .iter()
+        .map(|circle| describe(&sources, &needs, circle));
+    let found: Vec<String> = found.collect();
+    assert!(
+        found.is_empty(),
+        "{} circles:\n{}",
+        found.len(),
+        found.join("\n")
+    );
+}
+
+/// The order of `lib.rs` is that of the table, and no module is missing from it.
+#[test]
+fn the_table_lists_the_modules_of_the_crate() {
+    let lib = std::fs::read_to_string(root().join("src/lib.rs")).expect("lib.rs");
+    let declared: Vec<String> = lib
+        .lines()
+        .filter_map(|line| {
+            let line = line.strip_prefix("pub ").unwrap_or(line);
+            line.strip_prefix("mod ")?
+                .strip_suffix(';')
+                .map(str::to_owned)
+        })
+        .filter(|module| module != "prelude")
+        .collect();
+    let listed: Vec<String> = rows().into_iter().map(|[module, ..]| module).collect();
+    assert_eq!(declared, listed);
+}
+
+/// A crate of a few files, by their texts.
+fn small(files: &[(&str, &str)]) -> Sources {
+    Sources::new(files.iter().map(|(path, text)| (Path::new(*path), *text)))
+}
+
+fn circles_of(files: &[(&str, &str)]) -> Vec<String> {
+    let sources = small(files);
+    let needs = sources.needs();
+    let found = circles(&needs);
+    let found = found
+        .iter()
+        .map(|circle| describe(&sources, &needs, circle));
+    found.collect()
+}
+
+#[test]
+fn the_check_notices_a_circle() {
+    // Through a folder's re-export, and back through `super`.
+    let found = circles_of(&[
+        ("lib.rs", "mod a; mod b;"),
+        ("a/mod.rs", "mod inner; pub use inner::Thing;"),
+        (
+            "a/inner.rs",
+            "pub struct Thing; fn f() { super::super::b::g() }",
+        ),
+        ("b.rs", "use crate::a::Thing; pub fn g() {}"),
+    ]);
+    let circle = "a/inner.rs -[super::super::b::g]-> b.rs -[Thing]-> a/inner.rs";
+    assert_eq!(found, [circle]);
+    // By a star, and by the name of a module.
+    let found = circles_of(&[
+        (
+            "a.rs",
+            "mod inner; use inner::*; const SIZE: usize = 1; fn f() { g() }",
+        ),
+        ("a/inner.rs", "use crate::a; pub fn g() { a::SIZE; }"),
+    ]);
+    assert_eq!(found, ["a.rs -[g]-> a/inner.rs -[a::SIZE]-> a.rs"]);
+}
+
+#[test]
+fn passing_a_name_on_is_no_circle() {
+    let found = circles_of(&[
+        (
+            "a.rs",
+            "mod one; mod two; pub use one::One; pub(crate) use two::Two;",
+        ),
+        ("a/one.rs", "use super::Two; pub struct One;"),
+        (
+            "a/two.rs",
+            "pub struct Two; #[cfg(test)] mod tests { use super::super::One; }",
+        ),
+    ]);
+    assert!(found.is_empty(), "{found:?}");
+}
+
+/// A table that allowed everything would prove nothing.
+#[test]
+fn the_check_notices_a_forbidden_import() {
+    let text = "use crate::{eval::Grid, math::{Real, Vector}}; use wide::f32x8;\n\
+                fn f() { super::super::field::Tree::new() }";
+    let sources = small(&[("here/deep.rs", text)]);
+    let expected = ["eval", "field", "math"];
+    assert_eq!(rooms_named(&sources.files[0]), expected.into());
+    assert_eq!(outside(&sources.files[0]), ["wide"].into());
+    assert!(!table()["reference"][0].contains("eval"));
+}

@@ -1,0 +1,45 @@
+//! The tests that run every day, as modules of one program: it links once, in each precision.
+//!
+//! `cargo test --test it laws::` runs one module. Both packages build these sources.
+
+#[cfg(feature = "f64")]
+extern crate rapier3d_fields_f64 as rapier3d_fields;
+
+#[cfg(feature = "f64")]
+use rapier3d_fields_lab::double as lab;
+#[cfg(feature = "f32")]
+use rapier3d_fields_lab::single as lab;
+
+mod support;
+
+mod adversarial;
+mod adversarial_steps;
+mod algebra_laws;
+mod billiards;
+mod bodies;
+mod closed_form;
+#[cfg(feature = "f64")]
+mod convergence;
+mod cross_check;
+mod derivatives;
+mod detection;
+mod evaluators_agree;
+mod explain;
+mod force_lifetime;
+mod implosion;
+mod integrator_maps;
+mod laws;
+#[cfg(feature = "f32")]
+mod layering;
+mod modes_of_others;
+mod modifier_laws;
+mod reference_dimers;
+mod regions_vs_parry;
+mod sampling;
+mod saved_trees;
+mod snapshots;
+mod stiff;
+mod stiff_closed_forms;
+mod study;
+mod swept;
+mod traces;

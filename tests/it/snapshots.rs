@@ -1,0 +1,284 @@
+//! A run that is interrupted, saved and restored goes on as the one that was not, bit for bit: the
+//! world by Rapier's own serialisation, its fields by a snapshot.
+
+use crate::lab::scenes::ammonia::AmmoniaSettings;
+use crate::lab::scenes::flock::FlockSettings;
+use crate::lab::scenes::spheres::SpheresSettings;
+use rapier3d_fields::prelude::*;
+
+use crate::support::bits::bits;
+use crate::support::formats::Format;
+
+type Run = (PhysicsWorld, Fields);
+
+/// Every format in turn.
+const FORMATS: [Format; 4] = [
+    Format::Json,
+    Format::Cbor,
+    Format::Bincode,
+    Format::Postcard,
+];
+
+/// As bytes and back, with a fresh pipeline. Rapier's own world is in a format that it can read.
+fn restored((world, fields): &Run, format: Format) -> Run {
+    let world = postcard::to_allocvec(world).expect("what can be written");
+    let world: PhysicsWorld = postcard::from_bytes(&world).expect("what was written");
+    let saved = (&fields.set, &fields.settings, &fields.state);
+    let saved = format.write(&saved).expect("fields without code");
+    let (set, settings, state) = format.read(&saved).expect("what was written");
+    let fields = Fields::from_parts(set, settings, state).expect("the fields of this world");
+    (world, fields)
+}
+
+fn step((world, fields): &mut Run) {
+    fields.step(world).expect("a step");
+}
+
+/// What a step leaves behind, beyond the state of the bodies.
+fn results((world, fields): &Run) -> Vec<u64> {
+    let handles = world.bodies.iter().map(|(handle, _)| handle);
+    let wrenches = handles.filter_map(|body| fields.wrench(body));
+    let numbers = wrenches.flat_map(|w| [w.force.to_array(), w.torque.to_array()].concat());
+    let bits = numbers.map(|x| rapier3d_fields::math::to_f64(x).to_bits());
+    let contacts = fields.contacts().len() as u64;
+    bits.chain([contacts, fields.time().to_bits()]).collect()
+}
+
+/// Interrupts a run after so many steps each, and compares for as many.
+#[track_caller]
+fn goes_on(what: &str, build: impl Fn() -> Run, interrupted_after: &[usize], steps: usize) {
+    let mut whole = build();
+    let mut others: Vec<(usize, Run)> = Vec::new();
+    let last = interrupted_after.iter().max().copied().unwrap_or(0);
+    for now in 0..last + steps {
+        if interrupted_after.contains(&now) {
+            others.extend(FORMATS.map(|format| (now, restored(&whole, format))));
+        }
+        step(&mut whole);
+        for (after, other) in &mut others {
+            step(other);
+            let place = format!(
+                "{what}: saved after {after} steps, differs after {}",
+                now + 1
+            );
+            assert_eq!(bits(&whole.0), bits(&other.0), "{place}");
+            assert_eq!(results(&whole), results(other), "{place}");
+        }
+    }
+}
+
+fn ammonia(scheme: Scheme, detection: Detection) -> Run {
+    let settings = AmmoniaSettings {
+        count: 20,
+        ..AmmoniaSettings::default()
+    };
+    let scene = settings.build().expect("valid settings");
+    let tree = scene.tree(Some(8.0), ContactLaw::elastic());
+    let builder = Fields::builder(tree).scheme(scheme).detection(detection);
+    let fields = scene.fields(builder).expect("a valid tree");
+    (scene.world, fields)
+}
+
+fn schemes() -> [Scheme; 7] {
+    [
+        Scheme::KickDriftKick,
+        Scheme::Kick,
+        Scheme::ExternalForce,
+        Scheme::Substep(Substeps::Fixed(3)),
+        Scheme::LinearlyImplicit,
+        Scheme::Suzuki4,
+        Scheme::Auto { tolerance: 1e-3 },
+    ]
+}
+
+#[test]
+fn molecules_under_every_scheme() {
+    for scheme in schemes() {
+        let build = || ammonia(scheme, Detection::Discrete);
+        goes_on(&format!("{scheme:?}"), build, &[0, 1, 40], 40);
+    }
+}
+
+#[test]
+fn swept_detection_and_impulses() {
+    let build = || ammonia(Scheme::KickDriftKick, Detection::Swept);
+    goes_on("ammonia", build, &[7, 60], 60);
+    let build = || {
+        let settings = SpheresSettings {
+            speed: 8.0,
+            ..SpheresSettings::default()
+        };
+        let scene = settings.build().expect("valid settings");
+        let law = ContactLaw::restitution(0.9).with_friction(0.3);
+        let fields = Fields::builder(scene.tree(law)).detection(Detection::Swept);
+        (
+            scene.world,
+            fields.cross_check(true).build().expect("a valid tree"),
+        )
+    };
+    goes_on("spheres", build, &[1, 50, 133], 200);
+}
+
+/// Fields that read velocities begin a step with what they saw at the end of the last, before its
+/// second half kick: no evaluation of the restored world would give that again.
+#[test]
+fn forces_that_read_velocities() {
+    for scheme in schemes() {
+        let build = || {
+            let mut world = PhysicsWorld::new();
+            for k in 0..6 {
+                let turn = Real::from(k as u8);
+                let body = RigidBodyBuilder::dynamic()
+                    .translation(Vector::new(2.0 * turn, 1.0, 0.0))
+                    .linvel(Vector::new(0.3, turn, -1.0))
+                    .angvel(Vector::new(1.0, 0.2 * turn, 3.0));
+                world.insert(body, ColliderBuilder::cuboid(0.3, 0.5, 0.2).mass(1.5));
+            }
+            let tree = Field::magnetic(Vector::new(0.3, 2.0, 0.1))
+                .coupled_to(rapier3d_fields::field::Coupling::Each)
+                .sum_union(Field::wind(Vector::X * 3.0, 0.4, 0.2))
+                .sum_union(Field::spring(30.0).at(Vector::Y));
+            let fields = Fields::builder(tree).scheme(scheme).build();
+            (world, fields.expect("a valid tree"))
+        };
+        goes_on(&format!("{scheme:?}"), build, &[1, 33], 60);
+    }
+}
+
+/// A body at rest sleeps on a floor in a field that changes little, until it changes more: what it
+/// fell asleep under must be known after the interruption, too.
+#[test]
+fn sleeping_bodies_and_when_they_wake() {
+    let build = || {
+        let mut world = PhysicsWorld::new();
+        world.insert(
+            RigidBodyBuilder::fixed(),
+            ColliderBuilder::cuboid(10.0, 0.5, 10.0),
+        );
+        for k in 0..3 {
+            let body = RigidBodyBuilder::dynamic().translation(Vector::new(
+                3.0 * Real::from(k as u8),
+                1.0,
+                0.0,
+            ));
+            world.insert(body, ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+        }
+        // Grows by a thousandth of itself in each unit of time.
+        let slowly = Scalar::axis("time").ramp(-100.0, 0.0).plus(
+            Scalar::axis("time")
+                .ramp(2.0, 4.0)
+                .times(Scalar::constant(9.0)),
+        );
+        let push = Field::uniform(Vector::X * 0.5).scaled_by(slowly);
+        let policy = WakePolicy::OnChange { fraction: 0.5 };
+        let fields = Fields::builder(push).wake(policy).build();
+        (world, fields.expect("a valid tree"))
+    };
+    let mut run = build();
+    let (mut slept, mut woke) = (false, false);
+    for _ in 0..300 {
+        step(&mut run);
+        let asleep = run.0.bodies.iter().filter(|(_, body)| body.is_sleeping());
+        let asleep = asleep.count();
+        slept |= asleep >= 3;
+        woke |= slept && asleep < 3;
+    }
+    assert!(slept && woke, "they fall asleep: {slept}, and wake: {woke}");
+    goes_on("sleepers", build, &[20, 90, 120, 140, 200], 100);
+}
+
+#[test]
+fn a_flock_with_path_gust_and_contacts() {
+    let build = || {
+        let flock = FlockSettings {
+            gust_start: 0.2,
+            ..FlockSettings::default()
+        };
+        let flock = flock.build().expect("valid settings");
+        (flock.world, Fields::new(flock.tree).expect("a valid tree"))
+    };
+    goes_on("flock", build, &[10, 100], 150);
+}
+
+#[test]
+fn sampling_within_bodies_and_stiff_wells() {
+    let build = |scheme| {
+        move || {
+            let mut world = PhysicsWorld::new();
+            let mut bodies = Vec::new();
+            for k in 0..4 {
+                let body = RigidBodyBuilder::dynamic()
+                    .translation(Vector::new(Real::from(k as u8), 0.2, 0.0))
+                    .angvel(Vector::Z);
+                bodies.push(world.insert(body, ColliderBuilder::cuboid(0.4, 0.3, 0.2)).0);
+            }
+            let half = Region::half_space(Vector::X, 1.5);
+            let wind = Field::uniform(Vector::Y * 9.0)
+                .within(half)
+                .sampled(Sampling::Adaptive { tolerance: 0.05 });
+            let well = Field::spring(4000.0).within(Region::ball(2.0));
+            let tree = wind.sum_union(well).sum_union(Field::buoyancy(0.5, 9.81));
+            let fields = Fields::builder(tree).scheme(scheme).build();
+            let mut fields = fields.expect("a valid tree");
+            let set = fields.set_sampling(bodies[1], Sampling::Volume, &world.bodies);
+            set.expect("a body of this world");
+            (world, fields)
+        }
+    };
+    for scheme in [Scheme::KickDriftKick, Scheme::Auto { tolerance: 1e-3 }] {
+        goes_on(&format!("{scheme:?}"), build(scheme), &[3, 30], 40);
+    }
+}
+
+/// Bodies that were removed and added leave handles of other generations.
+#[test]
+fn handles_of_any_generation() {
+    let build = || {
+        let (mut world, _) = ammonia(Scheme::Kick, Detection::Discrete);
+        let first = world.bodies.iter().nth(3).expect("many bodies").0;
+        world.remove_body(first);
+        let body = RigidBodyBuilder::dynamic().translation(Vector::splat(0.5));
+        let (star, _) = world.insert(body, ColliderBuilder::ball(0.2).mass(50.0));
+        let tree = Field::point_gravity(100.0)
+            .softened(1.0)
+            .at(star)
+            .named("star");
+        (world, Fields::new(tree).expect("a valid tree"))
+    };
+    goes_on("star", build, &[2, 20], 40);
+}
+
+#[test]
+fn code_is_refused_by_name() {
+    let field = Field::closure([], |_: &rapier3d_fields::Sample| Vector::X).named("mine");
+    let fields = Fields::new(field).expect("a valid tree");
+    for format in FORMATS {
+        let error = format
+            .write(&fields.set)
+            .expect_err("a closure without a name");
+        assert!(error.contains("closure"), "{format:?}: {error}");
+    }
+}
+
+#[test]
+fn a_damaged_snapshot_is_an_error_or_runs() {
+    let mut run = ammonia(Scheme::KickDriftKick, Detection::Discrete);
+    step(&mut run);
+    let saved = (&run.1.set, &run.1.settings, &run.1.state);
+    for format in FORMATS {
+        let saved = format.write(&saved).expect("fields without code");
+        type Parts = (FieldSet, FieldSettings, FieldState);
+        for cut in [0, 1, saved.len() / 2, saved.len() - 1] {
+            let read: Result<Parts, _> = format.read(&saved[..cut]);
+            assert!(read.is_err(), "{format:?}, cut after {cut} bytes");
+        }
+        // In another world its anchors are not there.
+        let (set, settings, state): Parts = format.read(&saved).expect("what was written");
+        let mut empty = PhysicsWorld::new();
+        let mut fields = Fields::from_parts(set, settings, state).expect("sound parts");
+        let error = fields
+            .step(&mut empty)
+            .expect_err("a world that is not theirs");
+        assert!(matches!(error, StepError::OtherWorld { .. }), "{error}");
+    }
+}

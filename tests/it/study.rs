@@ -1,0 +1,309 @@
+//! The study: its arithmetic on known numbers, and its cases against what theory says of them.
+
+use crate::lab::study::{
+    Case, Dimer, Effort, Impacts, Measured, Method, Metric, PRECISION, Run, Spring, StudyError,
+    Table, Timing, compare, fit_order, from_csv, time_at_error, to_csv, to_table,
+};
+
+use crate::support::{assert_close, scientific};
+
+const ONCE: Effort = Effort {
+    warm_ups: 0,
+    repeats: 1,
+    seconds: 0.0,
+};
+
+const DIMER: &str = include_str!("../data/c_trajectories/dimer_bound.csv");
+const SPHERES: &str = include_str!("../data/f_collisions/spheres.csv");
+
+fn halvings(first: f64, count: i32) -> Vec<f64> {
+    (0..count).map(|k| first * 0.5_f64.powi(k)).collect()
+}
+
+fn run(case: &dyn Case, method: Method, dt: f64) -> Run {
+    case.run(method, dt, ONCE)
+        .expect("a method and a step of the case")
+}
+
+/// A run of a case that is not there, of some error and some cost.
+fn made_up(method: Method, dt: f64, error: f64, cost: f64) -> Run {
+    Run {
+        case: "made up".to_owned(),
+        method,
+        precision: PRECISION,
+        dt,
+        steps: 7,
+        simulated: 2.0,
+        evaluations: 8,
+        errors: vec![
+            Measured {
+                metric: Metric::FinalState,
+                value: error,
+            },
+            Measured {
+                metric: Metric::Energy,
+                value: error / 3.0,
+            },
+        ],
+        timing: Timing::of(vec![1e-6 * cost; 3].into_iter().map(|x| 2.0 * x).collect()),
+    }
+}
+
+#[test]
+fn the_order_of_a_power_law_is_its_exponent() {
+    for order in [1.0, 2.0, 4.0] {
+        let steps = halvings(0.1, 6);
+        let points: Vec<_> = steps.iter().map(|dt| (*dt, 3.0 * dt.powf(order))).collect();
+        let fit = fit_order(&points).expect("enough points");
+        assert_close(fit.order, order, 1e-12, "order");
+        assert_eq!(fit.floor, None);
+    }
+}
+
+#[test]
+fn what_says_nothing_of_the_order_is_left_out() {
+    // Far off, then order 2, then rounding at 1e-6.
+    let step = halvings(1.0, 14);
+    let error = |dt: &f64| if *dt > 0.3 { 0.9 } else { (dt * dt).max(1e-6) };
+    let points: Vec<_> = step.iter().map(|dt| (*dt, error(dt))).collect();
+    let fit = fit_order(&points).expect("enough points");
+    assert_close(fit.order, 2.0, 1e-12, "order");
+    assert_eq!(fit.floor, Some(1e-6));
+    assert_eq!(
+        fit.points, 7,
+        "0.25 to 0.004, whose error is 15 times the floor"
+    );
+
+    assert_eq!(fit_order(&[]), None);
+    assert_eq!(fit_order(&[(0.1, 1e-3)]), None);
+    assert_eq!(
+        fit_order(&[(0.2, 2.0), (0.1, f64::INFINITY), (0.05, 1e-3)]),
+        None
+    );
+    let flat = [(0.4, 0.1), (0.2, 0.1), (0.1, 0.1)];
+    assert_eq!(
+        fit_order(&flat),
+        None,
+        "errors that do not fall have no order"
+    );
+}
+
+#[test]
+fn time_at_an_error_is_interpolated_between_runs() {
+    let points = [(1.0, 1e-1), (10.0, 1e-2), (100.0, 1e-3)];
+    let time = |error| time_at_error(&points, error);
+    assert_close(time(1e-2).unwrap(), 10.0, 1e-9, "a run");
+    assert_close(
+        time(10.0_f64.powf(-2.5)).unwrap(),
+        1000.0_f64.sqrt(),
+        1e-9,
+        "between",
+    );
+    assert_eq!(time(0.5), Some(1.0), "the cheapest run does");
+    assert_eq!(time(1e-4), None, "never reached");
+}
+
+#[test]
+fn a_method_that_is_slower_at_every_error_is_dominated() {
+    let curve = |method, factor: f64| {
+        let steps = halvings(0.5, 5);
+        let of = move |dt: f64| made_up(method, dt, 0.5 * dt, factor / dt);
+        steps.into_iter().map(of)
+    };
+    let mut runs: Vec<Run> = curve(Method::KickDriftKick, 1.0).collect();
+    runs.extend(curve(Method::Kick, 3.0));
+    runs.push(made_up(Method::ExternalForce, 0.5, 0.9, 1.0));
+    runs.push(made_up(Method::AddForceLoop, 0.5, f64::INFINITY, 0.1));
+    let verdict = compare(&runs, "made up", Metric::FinalState, 0.05);
+    let reached: Vec<Method> = verdict.reached.iter().map(|(method, _)| *method).collect();
+    assert_eq!(reached, [Method::KickDriftKick, Method::Kick]);
+    assert_close(
+        verdict.reached[1].1 / verdict.reached[0].1,
+        3.0,
+        1e-9,
+        "ratio",
+    );
+    assert_eq!(
+        verdict.missed,
+        [Method::ExternalForce, Method::AddForceLoop]
+    );
+    assert!(
+        verdict
+            .dominated
+            .contains(&(Method::Kick, Method::KickDriftKick))
+    );
+    assert!(
+        !verdict
+            .dominated
+            .iter()
+            .any(|(method, _)| *method == Method::ExternalForce)
+    );
+    let sentence = verdict.to_string();
+    assert!(
+        sentence.starts_with("made up: use KickDriftKick"),
+        "{sentence}"
+    );
+    assert!(
+        sentence.contains("Kick takes 3.0 times as long"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn times_are_summed_up_by_quartiles() {
+    let timing = Timing::of(vec![5.0, 1.0, 2.0, 4.0, 3.0]);
+    assert_eq!((timing.repeats, timing.min, timing.median), (5, 1.0, 3.0));
+    assert_eq!((timing.lower_quartile, timing.upper_quartile), (2.0, 4.0));
+    assert_eq!(Timing::of(vec![1.0, 2.0]).median, 1.5);
+    assert_eq!(Timing::of(Vec::new()).median, 0.0);
+}
+
+#[test]
+fn runs_survive_the_file() {
+    let mut runs: Vec<Run> = [0.1, 1.0 / 3.0]
+        .map(|dt| made_up(Method::Kick, dt, dt / 7.0, dt))
+        .to_vec();
+    runs.push(made_up(Method::AddForceLoop, 0.1, f64::INFINITY, 1.0));
+    runs.push(run(&Spring, Method::KickDriftKick, 1.0 / 16.0));
+    let text = to_csv(&runs);
+    assert_eq!(from_csv(&text).expect("what was written"), runs);
+    let energy = Metric::Energy.definition();
+    assert!(text.contains(energy), "the file says what its errors are");
+    assert!(runs[2].diverged() && !runs[0].diverged());
+    assert!(to_table(&runs).contains("diverged"));
+}
+
+#[test]
+fn a_file_that_cannot_be_read_says_where() {
+    let text = to_csv(&[made_up(Method::Kick, 0.1, 0.2, 0.3)]);
+    let message = |text: &str| from_csv(text).expect_err("not readable").to_string();
+    assert!(message(&text.replace("Kick", "Lick")).contains("`Lick` is no method"));
+    assert!(message(&text.replace("energy,", "energy,x")).contains("column `error`"));
+    assert!(message(&text.replace("evaluations", "evils")).contains("column `evaluations`"));
+    assert!(message(&text.replace("Kick,", "Kick,1,")).contains("cells"));
+    assert!(message("# nothing\n").contains("line of names"));
+    assert!(Table::parse("a,b\n1,2\n").is_ok());
+}
+
+#[test]
+fn what_does_not_fit_a_case_is_an_error() {
+    let error = Spring.run(Method::PaperLaw, 0.125, ONCE).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "case `spring` cannot be moved by PaperLaw"
+    );
+    for dt in [0.0, -0.125, 0.3, 100.0, f64::NAN] {
+        let error = Spring.run(Method::Kick, dt, ONCE).unwrap_err();
+        assert!(
+            matches!(error, StudyError::TimeStep { .. }),
+            "dt {dt}: {error}"
+        );
+    }
+    let error = Dimer::from_csv(DIMER, 51).unwrap_err();
+    assert_eq!(error.to_string(), "the table has no sample 51");
+}
+
+/// Order of the state error at the end, from some steps in a period on.
+fn spring_order(method: Method, steps_per_period: f64) -> f64 {
+    let runs = halvings(1.0 / steps_per_period, 4)
+        .into_iter()
+        .map(|dt| run(&Spring, method, dt));
+    let errors: Vec<f64> = runs
+        .map(|run| run.error(Metric::FinalState).expect("its metric"))
+        .collect();
+    let order = (errors[0] / errors[3]).log2() / 3.0;
+    let (name, errors) = (method.name(), scientific(&errors));
+    println!("{name}: errors {errors}, order {order:.3}");
+    order
+}
+
+#[test]
+fn the_spring_shows_the_order_of_each_scheme() {
+    assert_close(
+        spring_order(Method::KickDriftKick, 32.0),
+        2.0,
+        0.05,
+        "KickDriftKick",
+    );
+    assert_close(spring_order(Method::Kick, 256.0), 1.0, 0.15, "Kick");
+    // Their growth, e^(3/16 dt ω² t), is first-order only where it is small.
+    assert_close(
+        spring_order(Method::ExternalForce, 1024.0),
+        1.0,
+        0.12,
+        "ExternalForce",
+    );
+    assert_close(
+        spring_order(Method::AddForceLoop, 1024.0),
+        1.0,
+        0.12,
+        "AddForceLoop",
+    );
+}
+
+#[test]
+fn only_the_kicks_keep_the_energy_of_the_spring() {
+    // Theory: the energy of Rapier's channel with 4 solver iterations grows by the factor
+    // 1 + 3 h²/8 per step, h = dt ω.
+    let dt: f64 = 1.0 / 64.0;
+    let energy = |method| {
+        run(&Spring, method, dt)
+            .error(Metric::Energy)
+            .expect("its metric")
+    };
+    let h = dt * std::f64::consts::TAU;
+    let growth = (1.0 + 0.375 * h * h).powf(10.25 / dt) - 1.0;
+    let found = energy(Method::AddForceLoop);
+    assert_close(found / growth, 1.0, 0.05, "growth");
+    assert_close(
+        energy(Method::ExternalForce) / found,
+        1.0,
+        1e-4,
+        "the same channel",
+    );
+    assert!(energy(Method::KickDriftKick) < 3e-3 && energy(Method::Kick) < 0.06);
+}
+
+#[test]
+fn forces_are_evaluated_once_a_step() {
+    let dimer = Dimer::from_csv(DIMER, 1).expect("the file");
+    for case in [&Spring as &dyn Case, &dimer] {
+        let dt = case.time_steps()[0];
+        for method in case.methods() {
+            let run = run(case, *method, dt);
+            let first = u64::from(*method == Method::KickDriftKick);
+            let place = format!("{}, {}", case.name(), method.name());
+            assert_eq!(run.evaluations, run.steps + first, "{place}");
+        }
+    }
+}
+
+#[test]
+fn the_dimer_follows_its_reference() {
+    let dimer = Dimer::from_csv(DIMER, 5).expect("the file");
+    assert_close(dimer.duration, 0.2, 1e-15, "duration");
+    let error = |method| {
+        let run = run(&dimer, method, dimer.duration / 100.0);
+        run.error(Metric::AtomPosition).expect("its metric")
+    };
+    let (ours, plain) = (error(Method::KickDriftKick), error(Method::AddForceLoop));
+    println!("dimer, 2 fs, after 0.2 ps: {ours:.2e} Å, loop {plain:.2e} Å");
+    assert!(ours < 1e-3 && plain > 10.0 * ours);
+}
+
+#[test]
+fn impacts_are_answered_late_by_half_a_step_and_else_right() {
+    let impacts = Impacts::from_csv(SPHERES).expect("the file");
+    assert_eq!(impacts.pairs.len(), 82);
+    let dt = 1.0 / 32.0;
+    let ours = run(&impacts, Method::ImpulseLaw, dt);
+    let error = |metric| ours.error(metric).expect("its metric");
+    assert_close(error(Metric::ContactTime) / dt, 0.5, 0.15, "delay");
+    assert!(error(Metric::Velocity) < 0.5 * dt && error(Metric::Velocity95) < 2.0 * dt);
+    let paper = run(&impacts, Method::PaperLaw, dt);
+    assert!(
+        paper.error(Metric::Velocity) > Some(0.3),
+        "{:?}",
+        paper.errors
+    );
+}
