@@ -77,7 +77,7 @@ columns() { # TABLE, FIRST COLUMNS
 }
 columns trajectory step,time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz
 columns wrenches step,time,body,fx,fy,fz,tx,ty,tz
-columns contacts step,time,body1,part1,body2,part2,nx,ny,nz,px,py,pz,depth,source
+columns contacts step,time,body1,part1,body2,part2,nx,ny,nz,px,py,pz,depth,source,approach_speed,jx1,jy1,jz1,jx2,jy2,jz2,answered_by
 grep -Eq '^([^,]*,){13}field(,|$)' "$tables/contacts.csv"
 if simulate nowhere.json; then
     echo "a scene that is not there was simulated"

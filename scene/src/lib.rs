@@ -106,7 +106,7 @@
 //! | `magnetic`, `buoyancy` | `field`; `density`, `gravity` |
 //! | `swirl` | `around`, `inward`, `along`, `power`, `core`: spin, vortex and updraft |
 //! | `turbulence` | `seed`, `speed`, `size`, `detail`, `turnover` |
-//! | `path` | `points`, `closed`, `speed`, `look_ahead`, `stiffness`, `damping` |
+//! | `path` | `points`, `closed`, `speed`, `look-ahead`, `stiffness`, `damping` |
 //! | `grid` | `low`, `high`, `counts`, `values` |
 //! | `linear-kernel` | the fields of [`LinearKernel`](rapier3d_fields::field::LinearKernel) |
 //! | `expression` | a list of three texts; needs the feature `expression` |

@@ -166,8 +166,8 @@ mod tests {
         let text =
             "{\n  // not \"b\"\n  \"a\": [1, {\"x\": \"}\"}, [2, 3]],\n  \"b\": { \"c\": 4 }\n}";
         assert_eq!(locate(text, ""), (1, 1));
-        assert_eq!(locate(text, "a[1].x"), (3, 17));
-        assert_eq!(locate(text, "a[2][1]"), (3, 27));
+        assert_eq!(locate(text, "a[1].x"), (3, 18));
+        assert_eq!(locate(text, "a[2][1]"), (3, 28));
         assert_eq!(locate(text, "b.c"), (4, 15));
         assert_eq!(locate(text, "b.missing.more"), (4, 8));
         assert_eq!(locate("", "a"), (1, 1));

@@ -133,7 +133,7 @@ struct Settings {
     closed: bool,
     #[serde(default)]
     speed: Real,
-    #[serde(default, alias = "look-ahead")]
+    #[serde(default, alias = "predict")]
     look_ahead: Real,
     #[serde(default = "usual_stiffness")]
     stiffness: Real,
