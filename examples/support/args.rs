@@ -20,7 +20,7 @@ impl Args {
     }
 
     /// Like [`Args::read`], and returns the words that are no options.
-    pub fn with_words(usage: &str, known: &[&str]) -> Result<(Self, Vec<String>), AnyError> {
+    fn with_words(usage: &str, known: &[&str]) -> Result<(Self, Vec<String>), AnyError> {
         let (mut pairs, mut others) = (Vec::new(), Vec::new());
         let mut words = std::env::args().skip(1);
         while let Some(word) = words.next() {

@@ -3,7 +3,6 @@
 #![allow(dead_code, reason = "each example uses a part")]
 
 pub mod args;
-pub mod record;
 
 use std::fmt;
 use std::process::ExitCode;
