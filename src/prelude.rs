@@ -3,7 +3,7 @@
 pub use crate::rapier::prelude::*;
 pub use crate::{
     Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Detection, Field,
-    FieldPipeline, FieldSettings, FieldState, Fields, ForceMode, Layer, OpenStep, Operator,
-    PropertyError, Region, Responder, Sample, Sampling, Scalar, Scheme, StepError, StepWarning,
-    Stiffness, Substeps, Tree, WakePolicy, WorldMut,
+    FieldHandle, FieldPipeline, FieldSet, FieldSettings, FieldState, Fields, ForceMode, Layer,
+    Lifetime, OpenStep, Operator, PropertyError, Region, Responder, Sample, Sampling, Scalar,
+    Scheme, StepError, StepWarning, Stiffness, Substeps, Tree, TreeHandle, WakePolicy, WorldMut,
 };

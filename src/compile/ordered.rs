@@ -46,10 +46,6 @@ impl<T: Keyed> Ordered<T> {
         self.order.len()
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.order.is_empty()
-    }
-
     pub(super) fn add(&mut self, thing: T) -> u32 {
         let number = self.free.pop().unwrap_or(self.things.len() as u32);
         if number as usize == self.things.len() {

@@ -9,6 +9,7 @@ mod lanes;
 mod linearise;
 mod pairwise;
 mod radial;
+mod reach;
 
 use crate::compile::{Compiled, Key, Program, RadialBatch};
 use crate::field::{Frame, Frames, LocalQuery, Motion, Sampling, SamplingRule, real};
@@ -242,7 +243,7 @@ impl Evaluator {
         let reactions = &mut self.reactions;
         reactions.clear();
         let mut force_at = |sample: &SamplePoint| {
-            let instances = reach.at(sample.world_point);
+            let instances = reach.at(program, sample.world_point);
             if instances.is_empty() {
                 return Vector::ZERO;
             }

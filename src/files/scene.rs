@@ -107,12 +107,12 @@ impl SceneFile {
             directory.push(handle, body.colliders().to_vec());
             bodies.push(doc);
         }
-        for (body, sampling) in fields.properties.samplings() {
+        for (body, sampling) in fields.set.data().samplings().iter().copied() {
             if let Some(number) = directory.number_of_body(body) {
                 bodies[number].sampling = Some(sampling);
             }
         }
-        for (collider, properties) in fields.properties.properties() {
+        for (collider, properties) in fields.set.data().colliders().iter().map(|(c, p)| (*c, p)) {
             if let Some((body, part)) = directory.number_of_part(collider) {
                 bodies[body].colliders[part].probe = Some(ProbeDoc::write(properties));
             }

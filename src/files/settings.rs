@@ -107,7 +107,7 @@ impl FieldsDoc {
             let message = format!("{fraction} is not finite, and cannot stand in a file");
             return Err(content(message).within("wake.on-change.fraction"));
         }
-        let axes = fields.properties.world_values();
+        let axes = fields.set.data().axes().iter();
         let among = settings.rules.among.iter();
         let among = among.map(|(set, responder)| AmongDoc::write(set, *responder, scene));
         Ok(FieldsDoc {
@@ -122,7 +122,8 @@ impl FieldsDoc {
             cross_check: settings.cross_check.on,
             audit: settings.audit,
             time: unless(fields.state.time(), 0.0),
-            tree: TreeDoc::write(&fields.tree, scene).map_err(|error| error.within("tree"))?,
+            tree: TreeDoc::write(&fields.set.tree(), scene)
+                .map_err(|error| error.within("tree"))?,
         })
     }
 }
