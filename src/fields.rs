@@ -82,6 +82,47 @@ pub struct Fields {
 }
 
 impl Fields {
+    /// Fields of their parts, which may be those that were saved: the next step goes on from them,
+    /// bit for bit, with a fresh pipeline.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let mut world = PhysicsWorld::new();
+    /// world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+    /// let mut fields = Fields::new(Field::spring(4.0))?;
+    /// fields.step(&mut world)?;
+    /// let (set, settings, state) = (&fields.set, &fields.settings, &fields.state);
+    /// let again = Fields::from_parts(set.clone(), settings.clone(), state.clone())?;
+    /// assert_eq!(again.time(), fields.time());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A field or a setting is out of its range, or the state is not one that a step leaves behind.
+    pub fn from_parts(
+        mut set: FieldSet,
+        settings: FieldSettings,
+        state: FieldState,
+    ) -> Result<Self, StepError> {
+        set.validate_changes()?;
+        settings.scheme.validate()?;
+        if !state.is_sound() {
+            return Err(StepError::State);
+        }
+        Ok(Fields {
+            settings,
+            state,
+            set,
+            pipeline: FieldPipeline::new(),
+            events: None,
+        })
+    }
+
+    /// Sends contacts that begin and end, as events, into a channel; `None` ends that.
+    pub fn set_events(&mut self, channel: impl Into<Option<Sender<ContactEvent>>>) {
+        self.events = channel.into();
+    }
+
     /// One step of a world with its fields, in place of `world.step()`.
     ///
     /// # Errors

@@ -60,8 +60,12 @@
 //!
 //! # Around a pipeline of your own
 //!
-//! [`Fields::begin_step`] and [`Fields::end_step`] take the sets they need, before and after your
-//! own call of `PhysicsPipeline::step`.
+//! [`Fields::begin`] and [`Fields::finish`] borrow the sets they need, before and after your own call
+//! of `PhysicsPipeline::step`. The [`recipes`] have it in full.
+//!
+//! # Formulas
+//!
+#![doc = include_str!("formulas.md")]
 //!
 //! # Detecting collisions
 //!
@@ -110,7 +114,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The [recipes](recipes) answer "how do I …": zones, wind, water, moving fields, sleeping bodies.
+//! The [`recipes`] answer "how do I …": zones, wind, water, moving fields, sleeping bodies, rollback.
 //!
 //! # Precision
 //!
@@ -121,7 +125,8 @@
 //! # Features
 //!
 //! - `expression`: formulas given as text, by the crate `exmex`.
-//! - `serde-serialize`: scenes as JSON files, and snapshots, by serde and `serde_json`.
+//! - `serde-serialize`: trees and settings as plain data for any of serde's formats, and
+//!   snapshots. Scenes as files are a crate of their own, `rapier3d-fields-scene`.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
@@ -169,9 +174,6 @@ mod diagnose;
 mod pipeline;
 
 mod fields;
-
-#[cfg(feature = "serde-serialize")]
-pub mod files;
 
 pub mod prelude;
 

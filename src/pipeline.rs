@@ -90,6 +90,8 @@ pub struct FieldPipeline {
     pub(crate) warnings: Vec<StepWarning>,
     /// Bodies sampled in the last step.
     sampled: usize,
+    /// Whether it has made a step.
+    met: bool,
 }
 
 impl Default for FieldPipeline {
@@ -121,6 +123,7 @@ impl Default for FieldPipeline {
             watched: Watched::default(),
             warnings: Vec::new(),
             sampled: 0,
+            met: false,
         }
     }
 }

@@ -55,6 +55,15 @@ pub enum StepError {
     /// time that is not finite was set.
     #[error("the state of the fields is not one that a step leaves behind")]
     State,
+    /// The state of the fields was left behind by a step of another world: what it knows of bodies
+    /// is not so.
+    #[error(
+        "the state of the fields belongs to another world: {body:?} is not there as it left it"
+    )]
+    OtherWorld {
+        /// A body that the state knows.
+        body: RigidBodyHandle,
+    },
     /// The step before was begun and never finished: its `OpenStep` was dropped. The forces that
     /// stood in place of the user's have been taken back now; the next call begins a step.
     #[error("the last step was begun, and dropped instead of finished")]

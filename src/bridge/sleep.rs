@@ -11,6 +11,7 @@ use crate::rigid::{Body, Wrench};
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum WakePolicy {
     /// Never: sleeping bodies are not even sampled.
     Never,

@@ -10,6 +10,9 @@ use crate::math::{Pose, to_f64};
 /// Number of an anchor in [`Anchors`].
 pub(crate) type AnchorId = u32;
 
+/// In place of the anchor of a modifier that has none.
+pub(crate) const NO_ANCHOR: AnchorId = AnchorId::MAX;
+
 /// Anchors are told apart by what they hang on and by the bits of their pose.
 type AnchorKey = (u8, (u32, u32), [u64; 7]);
 

@@ -1,33 +1,9 @@
 //! Sources and instances of many terms, in the order of the terms.
 
-use std::ops::Range;
-
-use super::anchors::{AnchorId, Anchors};
-use super::ordered::Keyed;
-use super::program::{NO_ANCHOR, Program};
-use super::{Key, RadialBatch, RadialSource, Weighting};
-use crate::math::Real;
-
-/// What sources of one batch have in common.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct RadialKey {
-    pub law: [u64; 6],
-    pub range: u64,
-    pub weighting: Weighting,
-    pub how: (u8, u64, bool, bool),
-    pub lifetime: (u64, u64),
-}
-
-/// Where the entries of a term are.
-fn places_of(serials: &[Key], serial: Key) -> Range<usize> {
-    // Mostly at the end, where new terms are.
-    if serials.last().is_none_or(|last| *last < serial) {
-        return serials.len()..serials.len();
-    }
-    let start = serials.partition_point(|known| *known < serial);
-    let count = serials[start..].partition_point(|known| *known == serial);
-    start..start + count
-}
+use super::entries::{RadialBatch, RadialSource};
+use super::instances::Instances;
+use super::ordered::{Key, Keyed, places_of};
+use super::program::Program;
 
 impl Keyed for RadialBatch {
     fn first(&self) -> Key {
@@ -48,59 +24,6 @@ impl RadialBatch {
         self.moving += term.moving;
         self.serials.splice(places.clone(), term.serials);
         self.sources.splice(places, term.sources).collect()
-    }
-}
-
-/// Instances of a program.
-#[derive(Debug, Default)]
-pub(crate) struct Instances {
-    /// Of the term of each.
-    pub serials: Vec<Key>,
-    /// The anchor of each, around which the reach of the program is measured.
-    pub centres: Vec<AnchorId>,
-    /// The anchor of each leaf, then of each modifier (or [`NO_ANCHOR`]), of each instance.
-    pub anchors: Vec<AnchorId>,
-    /// The place in the set of whatever has an anchor, for messages; as `anchors`.
-    pub places: Vec<u32>,
-    /// The strength of each, if the program is one field; else those of its leaves hold.
-    pub strengths: Vec<Real>,
-    /// How many hang on a body or collider.
-    pub moving: usize,
-}
-
-impl Instances {
-    pub(crate) fn len(&self) -> usize {
-        self.centres.len()
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.centres.is_empty()
-    }
-
-    /// The number of the first instance of a term.
-    pub(crate) fn start_of(&self, serial: Key) -> u32 {
-        places_of(&self.serials, serial).start as u32
-    }
-
-    /// The numbers of the instances of a term.
-    pub(crate) fn of_term(&self, serial: Key) -> Range<usize> {
-        places_of(&self.serials, serial)
-    }
-
-    /// All anchors, those that are used several times so many times.
-    pub(crate) fn anchors(&self) -> impl Iterator<Item = AnchorId> {
-        let all = self.centres.iter().chain(&self.anchors);
-        all.copied().filter(|anchor| *anchor != NO_ANCHOR)
-    }
-
-    /// How many hang on a body or collider.
-    pub(super) fn moves(&self, stride: usize, anchors: &Anchors) -> usize {
-        let still = |anchor: &AnchorId| *anchor == NO_ANCHOR || anchors.stands_still(*anchor);
-        let of_leaves = self.anchors.chunks(stride.max(1));
-        let instances = self.centres.iter().zip(of_leaves);
-        let moves =
-            instances.filter(|(centre, leaves)| !still(centre) || !leaves.iter().all(still));
-        moves.count()
     }
 }
 

@@ -1,18 +1,16 @@
 //! How far forces can reach at all.
 
 use super::anchors::Anchors;
+use super::entries::RadialBatch;
 use super::ordered::Ordered;
-use super::{Compiled, Program, RadialBatch};
-use crate::compile::facts::Facts;
-use crate::field::Frames;
+use super::program::Program;
 use crate::math::{Real, Vector};
-use crate::rapier::parry::bounding_volume::Aabb;
 
 /// A box.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Bounds {
-    low: Vector,
-    high: Vector,
+pub(super) struct Bounds {
+    pub low: Vector,
+    pub high: Vector,
 }
 
 impl Default for Bounds {
@@ -26,7 +24,7 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    fn add(&mut self, centre: Vector, radius: Real) {
+    pub(super) fn add(&mut self, centre: Vector, radius: Real) {
         self.low = self.low.min(centre - Vector::splat(radius));
         self.high = self.high.max(centre + Vector::splat(radius));
     }
@@ -36,7 +34,7 @@ impl Bounds {
 /// after as many changes as there are terms.
 #[derive(Debug, Default)]
 pub(super) struct Extent {
-    still: Bounds,
+    pub still: Bounds,
     changes: usize,
 }
 
@@ -83,57 +81,5 @@ impl Extent {
             self.add_instances(program, anchors);
         }
         self.changes = 0;
-    }
-}
-
-/// Where forces can be felt.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Reach {
-    /// Nowhere.
-    Nowhere,
-    /// In this box at most.
-    Within(Aabb),
-    /// Anywhere.
-    Everywhere,
-}
-
-impl Compiled {
-    /// Where any force can be felt, the anchors being where they are in `world`. Looks up only
-    /// those that hang on bodies and colliders.
-    pub(crate) fn reach(&self, world: &impl Frames) -> Reach {
-        if self.tally.any(Facts::UNBOUNDED) {
-            return Reach::Everywhere;
-        }
-        let mut bounds = self.extent.still;
-        let mut add = |anchor: u32, radius: Real| {
-            if !self.anchors.stands_still(anchor)
-                && let Some(frame) = world.frame(&self.anchors[anchor as usize])
-            {
-                bounds.add(frame.pose.translation, radius);
-            }
-        };
-        if self.tally.any(Facts::MOVES) {
-            let moving = self.radials.iter().filter(|(_, batch)| batch.moving > 0);
-            for (_, batch) in moving {
-                let range = batch.range.unwrap_or(Real::INFINITY);
-                batch
-                    .sources
-                    .iter()
-                    .for_each(|source| add(source.anchor, range));
-            }
-            let programs = self.roster.moving().iter();
-            for program in programs.filter_map(|number| self.programs.get(*number)) {
-                let reach = program.reach.unwrap_or(Real::INFINITY);
-                program
-                    .instances
-                    .centres
-                    .iter()
-                    .for_each(|centre| add(*centre, reach));
-            }
-        }
-        match bounds.low.cmple(bounds.high).all() {
-            true => Reach::Within(Aabb::new(bounds.low, bounds.high)),
-            false => Reach::Nowhere,
-        }
     }
 }

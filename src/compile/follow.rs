@@ -1,8 +1,11 @@
 //! Following the changes of a set, term by term.
 
+use super::compiled::{Compiled, TermRecord};
+use super::entries::{ConstantField, Detector, RadialBatch};
 use super::facts::Facts;
 use super::lower::{Lowered, Lowering};
-use super::{Compiled, ConstantField, Detector, Key, Program, RadialBatch, TermRecord};
+use super::ordered::Key;
+use super::program::Program;
 use crate::field::{Change, FieldSet, Term};
 
 impl Compiled {

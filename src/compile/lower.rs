@@ -1,11 +1,12 @@
 //! From one term to what is evaluated of it.
 
-use super::anchors::Anchors;
-use super::batches::RadialKey;
+use super::anchors::{Anchors, NO_ANCHOR};
+use super::entries::{
+    ConstantField, Detector, FieldMask, RadialBatch, RadialKey, RadialSource, Weighting,
+};
 use super::facts::Facts;
-use super::program::{NO_ANCHOR, Program};
+use super::program::Program;
 use super::requirements::SamplingRequirements;
-use super::{ConstantField, Detector, FieldMask, RadialBatch, RadialSource, Weighting};
 use crate::field::{
     Anchor, ContactLaw, Field, Formula, Modifier, Node, Nodes, Radial, Sampling, SamplingRule,
 };

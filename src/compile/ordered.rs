@@ -1,6 +1,20 @@
 //! Things under numbers that stay, in the order of the first term that is in them.
 
-use super::Key;
+use std::ops::Range;
+
+/// The serial of a term, by which everything is ordered.
+pub(crate) type Key = u64;
+
+/// Where the entries of a term are.
+pub(super) fn places_of(serials: &[Key], serial: Key) -> Range<usize> {
+    // Mostly at the end, where new terms are.
+    if serials.last().is_none_or(|last| *last < serial) {
+        return serials.len()..serials.len();
+    }
+    let start = serials.partition_point(|known| *known < serial);
+    let count = serials[start..].partition_point(|known| *known == serial);
+    start..start + count
+}
 
 /// What knows the first of the terms it was made of.
 pub(crate) trait Keyed {

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
+use super::compiled::Compiled;
+use super::entries::{ConstantField, RadialBatch};
 use super::facts::Facts;
-use super::{Compiled, ConstantField, Program, RadialBatch};
+use super::program::Program;
 use crate::field::{Coupling, Field, FieldSet, Node, Sampling, SamplingRule, Term};
 use crate::neighbors::FEWEST_FOR_GRID;
 

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use crate::field::{Anchor, Field, Modifier, Node, Nodes, Operator, Override, SamplingRule};
 use crate::math::Real;
 
-use super::AnchorId;
-use super::batches::Instances;
+use super::instances::Instances;
 
 /// One prototype and its instances.
 #[derive(Debug)]
@@ -40,9 +39,6 @@ pub(crate) enum Step {
     /// Combine the last n values, which are layers; the number of their modes.
     Layers(u32, u32),
 }
-
-/// In place of the anchor of a modifier that has none.
-pub(crate) const NO_ANCHOR: AnchorId = AnchorId::MAX;
 
 /// Where leaves and modifiers of a program come from.
 #[derive(Default)]

@@ -1,6 +1,7 @@
 //! Which samples of bodies a tree wants.
 
-use super::{Program, RadialBatch};
+use super::entries::RadialBatch;
+use super::program::Program;
 use crate::field::{Axis, Sampling, SamplingRule};
 
 /// What is to be gathered of bodies.

@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::{Key, Program};
+use super::ordered::Key;
+use super::program::Program;
 
 /// Followers that are more changes behind than this begin anew.
 const LONGEST: usize = 4096;

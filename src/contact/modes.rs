@@ -8,6 +8,7 @@
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Detection {
     /// At the end of each step, as the paper does: who overlaps there is touching. What passes
     /// through another within a step is not seen.
@@ -38,6 +39,7 @@ pub enum Detection {
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Responder {
     /// Rapier's solver; fields only observe.
     Rapier,

@@ -91,6 +91,11 @@ impl CrossCheck {
     }
 
     /// Whether a pair, in the order of its handles, is watched.
+    /// Whether there is a cross-check at all.
+    pub fn is_on(&self) -> bool {
+        self.on
+    }
+
     pub(crate) fn lets_recycle(&self) -> bool {
         self.lets_recycle
     }

@@ -7,12 +7,13 @@
 
 use std::collections::BinaryHeap;
 
+use super::instances::Reach;
 use super::interpreter::{Interpreter, RegionOverride, boundaries_within};
-use super::reach::Reach;
-use super::{Wrench, WrenchError};
+use super::quantity::WrenchError;
 use crate::compile::Program;
 use crate::field::{Frame, Motion, Query, real};
 use crate::math::{DMat3, DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::rigid::Wrench;
 use crate::sample::{Cell, Moment, Samples, Solid};
 
 /// Cells of one body in one term, at most.

@@ -1,7 +1,7 @@
 //! Which programs may act at a point.
 
 use super::frames::FrameCache;
-use super::reach::Reach;
+use super::instances::Reach;
 use crate::compile::{Compiled, Followed, Key};
 use crate::field::Frames;
 use crate::math::Vector;

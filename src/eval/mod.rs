@@ -3,61 +3,30 @@
 mod adaptive;
 mod frames;
 mod index;
+mod instances;
 mod interpreter;
 mod kernel;
 mod lanes;
 mod linearise;
 mod pairwise;
+mod quantity;
 mod radial;
-mod reach;
 
 use crate::compile::{Compiled, Key, Program, RadialBatch};
 use crate::field::{Frame, Frames, LocalQuery, Motion, Sampling, SamplingRule, real};
-use crate::math::{Real, Vector, from_dvec3, to_f64};
+use crate::math::{Vector, from_dvec3, to_f64};
 use crate::rigid::Wrench;
 use crate::sample::{Kind, Moment, SamplePoint, Samples};
 
 pub(crate) use interpreter::Interpreter;
 pub(crate) use linearise::Lineariser;
+pub use quantity::{PotentialEnergy, WrenchError};
 
 use adaptive::{Bordered, Refiner};
 use frames::FrameCache;
 use index::ProgramIndex;
+use quantity::Quantity;
 use radial::Radials;
-
-/// A bound of how far a [`Wrench`] may be off; see [`Fields::wrench_error`](crate::Fields).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub struct WrenchError {
-    /// Length of the force that is missing or too much.
-    pub force: Real,
-    /// Length of the torque that is missing or too much.
-    pub torque: Real,
-}
-
-/// The potential energy of bodies in fields.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct PotentialEnergy {
-    /// The sum over all fields that have a potential. A field anchored to a body counts half,
-    /// because the field of the body it acts on acts back; so it is exact where fields of bodies
-    /// come in such pairs.
-    pub total: f64,
-    /// Terms without a potential: drag, closures, and operators other than the sum of union.
-    pub without: usize,
-}
-
-/// What is summed over sources.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Quantity {
-    Force,
-    /// The potential, in x; half of it where the source belongs to a body, because the body it
-    /// acts on has a field that acts back.
-    Potential,
-}
 
 /// Evaluates a compiled tree; keeps its buffers between calls.
 #[derive(Debug, Default)]

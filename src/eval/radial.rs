@@ -1,9 +1,9 @@
 //! Batches of radial fields: every sample against every source in range, several at a time.
 
-use super::Quantity;
 use super::kernel::{Kernel, Law};
 use super::lanes::{Lanes, WIDTH, counting, load};
 use super::pairwise::{Pairs, Pairwise};
+use super::quantity::Quantity;
 use crate::compile::{AnchorId, RadialBatch, RadialSource};
 use crate::field::Frame;
 use crate::math::{Real, Vector};

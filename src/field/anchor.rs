@@ -40,7 +40,8 @@ impl Anchor {
         local_pose: Pose::IDENTITY,
     };
 
-    pub(crate) fn local_pose(&self) -> &Pose {
+    /// The field's frame in that of the world, the body or the collider.
+    pub fn local_pose(&self) -> &Pose {
         match self {
             Anchor::World { local_pose }
             | Anchor::Body { local_pose, .. }
@@ -48,7 +49,8 @@ impl Anchor {
         }
     }
 
-    pub(crate) fn with_local_pose(mut self, pose: Pose) -> Self {
+    /// With the field's frame there.
+    pub fn with_local_pose(mut self, pose: Pose) -> Self {
         match &mut self {
             Anchor::World { local_pose }
             | Anchor::Body { local_pose, .. }

@@ -91,6 +91,18 @@ impl<'de> serde::Deserialize<'de> for Axis {
     }
 }
 
+/// By its name.
+#[cfg(feature = "schemars")]
+impl schemars::JsonSchema for Axis {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Axis".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "type": "string" })
+    }
+}
+
 impl From<&str> for Axis {
     fn from(name: &str) -> Self {
         Axis::named(name)

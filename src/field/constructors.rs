@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use super::axis::Axis;
+use super::closure::Closure;
 use super::contact::ContactLaw;
 #[cfg(feature = "expression")]
 use super::formula::Expression;
 use super::formula::{
-    Buoyancy, Closure, Drag, Formula, Grid, LinearKernel, Magnetic, Path, Profile, Radial, Spring,
-    Swirl, Turbulence, Uniform,
+    Buoyancy, Drag, Formula, Grid, LinearKernel, Magnetic, Path, Profile, Radial, Spring, Swirl,
+    Turbulence, Uniform,
 };
 use super::leaf::{Coupling, Field, ForceMode};
 use super::query::Sample;
@@ -16,8 +17,8 @@ use super::region::Region;
 use crate::math::{Real, Vector};
 
 /// Fields of each formula. In each, `d` is the distance vector from the origin of the field's
-/// frame, `r` its length. `assets/formulas.svg` in the repository shows them all, and the README
-/// has them in a table.
+/// frame, `r` its length. `assets/formulas.svg` in the repository shows them all, and the crate
+/// page has them in a table.
 impl Field {
     /// The same vector everywhere, in the field's frame: a force, unless read otherwise.
     pub fn uniform(vector: Vector) -> Self {
@@ -92,7 +93,19 @@ impl Field {
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> Vector + Send + Sync + 'static,
     ) -> Self {
-        let closure = Closure::new(reads.into_iter().collect(), function);
+        Self::new(Formula::Closure(Arc::new(Closure::new(
+            None, reads, function,
+        ))))
+    }
+
+    /// Like [`closure`](Self::closure), with a name under which it can be saved; see
+    /// [`Registry`](super::Registry).
+    pub fn closure_named(
+        name: &str,
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> Vector + Send + Sync + 'static,
+    ) -> Self {
+        let closure = Closure::new(Some(name), reads, function);
         Self::new(Formula::Closure(Arc::new(closure)))
     }
 

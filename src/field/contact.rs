@@ -23,6 +23,7 @@ use crate::math::{Real, to_f64};
 )]
 #[non_exhaustive]
 #[must_use = "a law does nothing until a field has it"]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum ContactLaw {
     /// Only reports the contact.
     Observe,

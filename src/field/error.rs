@@ -40,6 +40,29 @@ impl fmt::Display for FieldRef {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
+    /// A closure was read by its name, and its function not looked up.
+    #[error(
+        "{field}: the {kind} `{closure}` is a closure that was read by name: give its function in a \
+         `Registry` to `Tree::resolve`"
+    )]
+    Unresolved {
+        /// The field.
+        field: String,
+        /// What the closure is: a formula, a scalar or a predicate.
+        kind: &'static str,
+        /// Its name.
+        closure: String,
+    },
+    /// A closure was read by a name that the registry does not know.
+    #[error("{field}: the registry has no {kind} of the name `{closure}`")]
+    UnknownClosure {
+        /// The field.
+        field: String,
+        /// What the closure is: a formula, a scalar or a predicate.
+        kind: &'static str,
+        /// Its name.
+        closure: String,
+    },
     /// The tree is defined nowhere: it holds no field.
     #[error("the tree is empty: it needs at least one field")]
     Empty,

@@ -27,6 +27,10 @@ use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
 /// ```
 #[derive(Clone, Debug)]
 #[must_use = "setters and operators take the value and return the changed one"]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub struct Field {
     pub(crate) name: Option<Arc<str>>,
     /// What the vector is multiplied with, before any limit: 1 by default.
@@ -51,7 +55,8 @@ pub struct Field {
     pub(crate) reacts: bool,
     pub(crate) sampling: Sampling,
     /// A setter that does not fit the formula, for validation to report.
-    pub(crate) misfit: Option<&'static str>,
+    #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::misfit"))]
+    pub(crate) misfit: Option<Setter>,
 }
 
 /// How the vector of a field is to be read. Forces are what the algebra combines.
@@ -62,6 +67,7 @@ pub struct Field {
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum ForceMode {
     /// A force (N).
     Force,
@@ -79,6 +85,7 @@ pub enum ForceMode {
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Coupling {
     /// Each sample takes its share of the body's mass of the vector: a body of four colliders in
     /// a uniform force of 1 N feels 1 N. The default.
@@ -98,6 +105,9 @@ impl Coupling {
         matches!(self, Coupling::Axis(X | Y | Z | Speed))
     }
 }
+
+/// The name of a setter. A name of its own, too, lest serde would borrow it from what it reads.
+type Setter = &'static str;
 
 impl Field {
     pub(super) fn new(formula: Formula) -> Self {

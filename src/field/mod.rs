@@ -3,6 +3,7 @@
 mod anchor;
 mod axis;
 pub mod boundary;
+mod closure;
 mod constructors;
 mod contact;
 mod error;
@@ -17,26 +18,32 @@ mod nodes;
 mod number;
 mod operator;
 mod over_axes;
+mod presets;
 mod properties;
 mod query;
 mod region;
+mod registry;
 mod sampling;
+#[cfg(feature = "serde-serialize")]
+mod saved;
 mod scalar;
 mod set;
 mod solid;
 mod sum;
 mod tree;
 mod validity;
+pub mod visit;
 
 pub use anchor::{Anchor, Frame, Frames};
 pub use axis::Axis;
+pub use closure::Closure;
 pub use contact::ContactLaw;
 pub use error::{BuildError, FieldRef};
 #[cfg(feature = "expression")]
 pub use formula::Expression;
 pub use formula::{
-    Buoyancy, Closure, Coordinates, Drag, Formula, Grid, LinearKernel, Magnetic, Nearest, Path,
-    Profile, Radial, Spring, Swirl, Turbulence, Uniform, Wind,
+    Buoyancy, Coordinates, Drag, Formula, Grid, LinearKernel, Magnetic, Nearest, Path, Profile,
+    Radial, Spring, Swirl, Turbulence, Uniform, Wind,
 };
 pub use layer::Layer;
 pub use leaf::{Coupling, Field, ForceMode};
@@ -46,19 +53,11 @@ pub use operator::Operator;
 pub use properties::{ColliderProperties, PropertyError};
 pub use query::{Query, Sample};
 pub use region::{Placement, Region};
+pub use registry::Registry;
 pub use sampling::Sampling;
 pub use scalar::Scalar;
 pub use set::{FieldHandle, FieldKey, FieldSet, TreeHandle};
 pub use tree::Tree;
-
-#[cfg(feature = "serde-serialize")]
-pub(crate) use over_axes::Shape as ShapeOverAxes;
-#[cfg(feature = "serde-serialize")]
-pub(crate) use region::Step as RegionStep;
-#[cfg(feature = "serde-serialize")]
-pub(crate) use scalar::{Curve, Step as ScalarStep};
-#[cfg(feature = "serde-serialize")]
-pub(crate) use solid::{AnyShape, Solid};
 
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
 pub(crate) use layer::Override;

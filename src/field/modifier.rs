@@ -11,6 +11,10 @@ use crate::math::{Real, to_f64};
 
 /// A change of the vector where it is defined.
 #[derive(Clone, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) enum Modifier {
     /// Times a number that depends on the sample, seen in the frame of the anchor.
     Scale { scale: Arc<Scalar>, anchor: Anchor },

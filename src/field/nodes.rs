@@ -14,6 +14,10 @@ use super::scalar::Scalar;
 use super::tree::Tree;
 
 #[derive(Clone, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) enum Node {
     Leaf(Box<Field>),
     Operation {
@@ -38,6 +42,19 @@ pub(crate) enum Node {
 }
 
 impl Node {
+    /// Whether it has as many operands as it needs.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn is_whole(&self) -> bool {
+        let count = self.operands().len();
+        match self {
+            Node::Leaf(_) | Node::Modified { .. } | Node::Vacant => true,
+            Node::Operation { operator, .. } if operator.is_associative() => count >= 2,
+            Node::Operation { .. } => count == 2,
+            Node::Instances { anchors, .. } => !anchors.is_empty(),
+            Node::Layers { modes, .. } => !modes.is_empty() && modes.len() == count,
+        }
+    }
+
     /// The nodes it combines.
     pub(crate) fn operands(&self) -> &[u32] {
         match self {

@@ -49,6 +49,11 @@ use super::number::{Number, Vec3};
 /// [`boundary`](crate::field::boundary). Vectors are forces here, whatever the fields' own
 /// [`ForceMode`](crate::ForceMode). Where a field's vector enters a cross product, so does its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 pub enum Operator {
     /// Adds where both are defined, keeps either where only one is. Commutes and associates.
     SumUnion,

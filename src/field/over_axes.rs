@@ -1,36 +1,56 @@
-//! Sets over any axes: half-spaces, balls, and predicates.
-
-use std::fmt;
+//! Sets over any axes: half-spaces and balls.
 
 use super::axis::Axis;
 use super::boundary::Normal;
 use super::error::{BuildError, bad, finite, positive, rigid};
-use super::number::{Number, constant, real, root, rotate};
-use super::query::{LocalQuery, Sample};
-use crate::math::{DVec3, Pose, Real, from_f64, to_dpose3, to_f64};
+use super::number::{Number, constant, root, rotate};
+use super::query::LocalQuery;
+use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
 
 /// A half-space or a ball over several axes, in a frame at `pose` in that of the field.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct OverAxes {
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct OverAxes {
+    /// The axes.
     pub axes: Vec<Axis>,
+    /// The set.
     pub shape: Shape,
+    /// Its frame, in that of the field.
     pub pose: Pose,
 }
 
+/// A set over several axes, with as many numbers as there are axes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Shape {
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[non_exhaustive]
+pub enum Shape {
+    /// The sum of coordinates times coefficients is at most the offset.
     HalfSpace {
+        /// One for each axis.
         coefficients: Vec<Real>,
+        /// The greatest sum.
         offset: Real,
     },
+    /// An ellipsoid.
     Ball {
+        /// One for each axis.
         centre: Vec<Real>,
+        /// One for each axis.
         radii: Vec<Real>,
     },
 }
 
 impl OverAxes {
-    pub fn half_space(coefficients: impl IntoIterator<Item = (Axis, Real)>, offset: Real) -> Self {
+    pub(crate) fn half_space(
+        coefficients: impl IntoIterator<Item = (Axis, Real)>,
+        offset: Real,
+    ) -> Self {
         let (axes, coefficients) = coefficients.into_iter().unzip();
         let shape = Shape::HalfSpace {
             coefficients,
@@ -43,7 +63,7 @@ impl OverAxes {
         }
     }
 
-    pub fn ball(ball: impl IntoIterator<Item = (Axis, Real, Real)>) -> Self {
+    pub(crate) fn ball(ball: impl IntoIterator<Item = (Axis, Real, Real)>) -> Self {
         let (mut axes, mut centre, mut radii) = (Vec::new(), Vec::new(), Vec::new());
         for (axis, middle, radius) in ball {
             axes.push(axis);
@@ -58,6 +78,15 @@ impl OverAxes {
     }
 
     /// The coordinates along the axes; NaN where the user's axis has no value.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn has_equal_lengths(&self) -> bool {
+        let axes = self.axes.len();
+        match &self.shape {
+            Shape::HalfSpace { coefficients, .. } => coefficients.len() == axes,
+            Shape::Ball { centre, radii } => centre.len() == axes && radii.len() == axes,
+        }
+    }
+
     fn coordinates<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec<T> {
         let pose = to_dpose3(&self.pose);
         let arm = local.point - constant(pose.translation);
@@ -71,7 +100,7 @@ impl OverAxes {
 
     /// How far outside the sample is, negative inside and zero on the border: along the steepest
     /// direction for a half-space, in units of the smallest radius for a ball.
-    pub fn excess<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+    pub(crate) fn excess<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
         let coordinates = self.coordinates(local).into_iter();
         match &self.shape {
             Shape::HalfSpace {
@@ -100,7 +129,7 @@ impl OverAxes {
     }
 
     /// The direction of the steepest way out, in the space of all axes.
-    pub fn outward<T: Number>(&self, local: &LocalQuery<'_, T>) -> Normal {
+    pub(crate) fn outward<T: Number>(&self, local: &LocalQuery<'_, T>) -> Normal {
         let slopes: Vec<f64> = match &self.shape {
             Shape::HalfSpace { coefficients, .. } => {
                 coefficients.iter().map(|c| to_f64(*c)).collect()
@@ -130,7 +159,7 @@ impl OverAxes {
     }
 
     /// Farthest distance from the field's origin, if the set is bounded in space.
-    pub fn extent(&self) -> Option<Real> {
+    pub(crate) fn extent(&self) -> Option<Real> {
         let Shape::Ball { centre, radii } = &self.shape else {
             return None;
         };
@@ -142,7 +171,7 @@ impl OverAxes {
         Some(corner.length() + self.pose.translation.length())
     }
 
-    pub fn validate(&self, field: &str) -> Result<(), BuildError> {
+    pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         rigid(field, "the pose of the region", &self.pose)?;
         match &self.shape {
             Shape::HalfSpace {
@@ -166,55 +195,5 @@ impl OverAxes {
                 Ok(())
             }
         }
-    }
-}
-
-type Function = dyn Fn(&Sample<'_>) -> bool + Send + Sync;
-
-/// A user's function that says where a field is defined.
-pub(crate) struct Predicate {
-    axes: Vec<Axis>,
-    function: Box<Function>,
-}
-
-impl Predicate {
-    pub fn new(
-        axes: Vec<Axis>,
-        function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
-    ) -> Self {
-        Predicate {
-            axes,
-            function: Box::new(function),
-        }
-    }
-
-    pub fn axes(&self) -> &[Axis] {
-        &self.axes
-    }
-
-    pub fn holds<T: Number>(&self, local: &LocalQuery<'_, T>) -> bool {
-        let value = |axis| local.axis(axis).map_or(Real::NAN, from_f64);
-        let axes: Vec<Real> = self.axes.iter().map(value).collect();
-        let velocity = real(&local.velocity);
-        (self.function)(&Sample::new(
-            local.query,
-            local.local_point(),
-            velocity,
-            &axes,
-        ))
-    }
-}
-
-/// Equal to itself only.
-impl PartialEq for Predicate {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self, other)
-    }
-}
-
-impl fmt::Debug for Predicate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut predicate = f.debug_struct("Predicate");
-        predicate.field("axes", &self.axes).finish_non_exhaustive()
     }
 }

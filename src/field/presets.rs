@@ -4,6 +4,7 @@
 use super::anchor::Anchor;
 use super::formula::LinearKernel;
 use super::leaf::{Field, ForceMode};
+use super::lifetime::Lifetime;
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
@@ -129,11 +130,10 @@ impl Field {
             .within(Region::ball(reach))
     }
 
-    /// An explosion, to act for one step: it changes velocities, by `speed` in its middle and by
-    /// less farther out, down to zero at `reach`.
+    /// An explosion: it changes velocities, by `speed` in its middle and by less farther out, down
+    /// to zero at `reach`. It acts for one step and then leaves its [set](crate::FieldSet).
     ///
-    /// Light and heavy bodies fly off alike. What is left in the tree goes off again in the next
-    /// step.
+    /// Light and heavy bodies fly off alike.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -146,6 +146,7 @@ impl Field {
     /// fields.step(&mut world)?;
     /// // 5 halfway out, and a little less while it moves within the step.
     /// assert!((world.bodies[barrel].linvel().x - 5.0).abs() < 0.1);
+    /// assert!(fields.set.is_empty());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[doc(alias("blast", "radial impulse"))]
@@ -154,6 +155,7 @@ impl Field {
             .force_mode(ForceMode::VelocityChange)
             .scaled_by(Scalar::distance().ramp(reach, 0.0))
             .within(Region::ball(reach))
+            .lifetime(Lifetime::steps(1))
     }
 }
 

@@ -66,6 +66,10 @@ pub enum PropertyError {
 /// let nitrogen = ColliderProperties::new().charge(-1.02).mass(14.0067).axis("dispersion", 1.0);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 #[non_exhaustive]
 pub struct ColliderProperties {
     /// Electric charge, for [`Axis::Charge`](crate::Axis::Charge). Zero by default.
@@ -122,6 +126,10 @@ impl ColliderProperties {
 
 /// The user's axes with the world's values, the properties of colliders, and what bodies ask for.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub(crate) struct Properties {
     axes: Vec<(Arc<str>, f64)>,
     /// In the order of handles.
@@ -248,7 +256,7 @@ impl Properties {
     }
 
     /// Checks what was read from somewhere: that all is in its range and in order.
-    #[allow(dead_code, reason = "for mode sets from files")]
+    #[cfg(feature = "serde-serialize")]
     pub(super) fn checked(self) -> Result<Self, PropertyError> {
         let mut checked = Properties::default();
         for (name, value) in self.axes {

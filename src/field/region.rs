@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::axis::Axis;
 use super::boundary::{Neighbourhood, Normal, Pieces};
+use super::closure::Closure;
 use super::error::{BuildError, rigid, validate_interval};
 use super::number::Number;
-use super::over_axes::{OverAxes, Predicate};
+use super::over_axes::OverAxes;
 use super::query::{LocalQuery, Sample};
 use super::solid::{AnyShape, Solid};
 use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
@@ -26,21 +27,45 @@ use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[must_use = "setters and operators take the value and return the changed one"]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "super::saved::RegionSteps")
+)]
 pub struct Region {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
     pub(crate) steps: Vec<Step>,
 }
 
+/// One step of a region: a set, or what combines sets before it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Step {
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[non_exhaustive]
+pub enum Step {
+    /// All of space.
     Everywhere,
+    /// A solid, and its frame in that of the field.
     Solid(Solid, Pose),
-    Interval(Axis, Real, Real),
+    /// The lower and the upper end of an axis that is not x, y or z.
+    Interval(
+        Axis,
+        #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::lower"))] Real,
+        #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::upper"))] Real,
+    ),
+    /// A set over several axes.
     OverAxes(OverAxes),
-    Predicate(Arc<Predicate>),
+    /// Where a function says so.
+    Predicate(Arc<Closure<bool>>),
+    /// Of the two sets before.
     Union,
+    /// Of the two sets before.
     Intersection,
+    /// Of the two sets before.
     Difference,
+    /// Of the set before.
     Complement,
 }
 
@@ -147,9 +172,23 @@ impl Region {
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
     ) -> Self {
-        let predicate = Predicate::new(reads.into_iter().collect(), function);
         Region {
-            steps: vec![Step::Predicate(Arc::new(predicate))],
+            steps: vec![Step::Predicate(Arc::new(Closure::new(
+                None, reads, function,
+            )))],
+        }
+    }
+
+    /// Like [`predicate`](Self::predicate), with a name under which it can be saved; see
+    /// [`Registry`](super::Registry).
+    pub fn predicate_named(
+        name: &str,
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
+    ) -> Self {
+        let closure = Closure::new(Some(name), reads, function);
+        Region {
+            steps: vec![Step::Predicate(Arc::new(closure))],
         }
     }
 
@@ -273,6 +312,7 @@ impl Region {
                 }
                 Step::Interval(_, min, max) => validate_interval(field, *min, *max)?,
                 Step::OverAxes(set) => set.validate(field)?,
+                Step::Predicate(predicate) => predicate.validate(field)?,
                 _ => {}
             }
         }
@@ -382,7 +422,7 @@ impl Step {
                     & here.behind(value - to_f64(*max), || local.normal_along(axis, 1.0))
             }
             Step::OverAxes(set) => here.behind(set.excess(local).re(), || set.outward(local)),
-            Step::Predicate(predicate) if !predicate.holds(local) => Pieces::NONE,
+            Step::Predicate(predicate) if !predicate.at(local) => Pieces::NONE,
             _ => here.all(),
         }
     }
@@ -396,7 +436,7 @@ impl Step {
                 lesser(value - to_f64(*min), -value + to_f64(*max))
             }
             Step::OverAxes(set) => -set.excess(local),
-            Step::Predicate(predicate) if !predicate.holds(local) => f64::NEG_INFINITY.into(),
+            Step::Predicate(predicate) if !predicate.at(local) => f64::NEG_INFINITY.into(),
             _ => f64::INFINITY.into(),
         }
     }

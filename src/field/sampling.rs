@@ -23,6 +23,7 @@ use crate::math::Real;
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Sampling {
     /// As the field asks for:
     ///

@@ -1,14 +1,14 @@
 //! Scalar fields: numbers that depend on the sample, to scale vectors with.
 
-use std::fmt;
 use std::sync::Arc;
 
 use super::axis::Axis;
+use super::closure::Closure;
 use super::error::{BuildError, bad, finite, positive};
-use super::number::{Number, length, real};
+use super::number::{Number, length};
 use super::query::{LocalQuery, Sample};
 use super::region::Region;
-use crate::math::{Real, from_f64, to_f64};
+use crate::math::{Real, to_f64};
 
 /// A number for each sample: masks, soft edges, falloff curves, time envelopes.
 ///
@@ -28,32 +28,70 @@ use crate::math::{Real, from_f64, to_f64};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[must_use = "setters and operators take the value and return the changed one"]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "super::saved::ScalarSteps")
+)]
 pub struct Scalar {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
     pub(crate) steps: Vec<Step>,
 }
 
+/// One step of a scalar: a number, or what is done with numbers before it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Step {
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[non_exhaustive]
+pub enum Step {
+    /// A number.
     Constant(Real),
+    /// The coordinate along an axis.
     Axis(Axis),
+    /// The distance from the origin.
     Distance,
+    /// How deep the sample lies in a region.
     Depth(Box<Region>),
-    Function(Arc<Function>),
+    /// A function of the user's.
+    Function(Arc<Closure<Real>>),
+    /// A function of the number before.
     Curve(Curve),
+    /// The sum of the two numbers before.
     Plus,
+    /// Their product.
     Times,
+    /// The lesser of them.
     Lesser,
+    /// The greater of them.
     Greater,
 }
 
 /// A function of one number.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Curve {
-    Ramp { from: Real, to: Real, smooth: bool },
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[non_exhaustive]
+pub enum Curve {
+    /// From zero to one.
+    Ramp {
+        /// Where it is zero.
+        from: Real,
+        /// Where it is one.
+        to: Real,
+        /// Whether its ends are level.
+        smooth: bool,
+    },
+    /// To this power.
     Power(Real),
+    /// The exponential of the number times this.
     Exponential(Real),
+    /// A bell of this width.
     Gaussian(Real),
+    /// Lines between points.
     Table(Arc<[(Real, Real)]>),
 }
 
@@ -91,10 +129,20 @@ impl Scalar {
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
     ) -> Self {
-        Self::from(Step::Function(Arc::new(Function {
-            axes: reads.into_iter().collect(),
-            function: Box::new(function),
-        })))
+        Self::from(Step::Function(Arc::new(Closure::new(
+            None, reads, function,
+        ))))
+    }
+
+    /// Like [`closure`](Self::closure), with a name under which it can be saved; see
+    /// [`Registry`](super::Registry).
+    pub fn closure_named(
+        name: &str,
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
+    ) -> Self {
+        let closure = Closure::new(Some(name), reads, function);
+        Self::from(Step::Function(Arc::new(closure)))
     }
 
     /// From 0 at `from` to 1 at `to`, in a straight line, constant beyond. `to` may be the
@@ -171,7 +219,7 @@ impl Scalar {
                 Step::Axis(axis) => local.coordinate(axis).unwrap_or_else(nan),
                 Step::Distance => length(&local.point),
                 Step::Depth(region) => region.depth(local),
-                Step::Function(function) => function.at(local).into(),
+                Step::Function(function) => to_f64(function.at(local)).into(),
                 Step::Curve(curve) => curve.at(stack.pop().unwrap_or_else(nan)),
                 Step::Plus | Step::Times | Step::Lesser | Step::Greater => {
                     let right = stack.pop().unwrap_or_else(nan);
@@ -196,7 +244,7 @@ impl Scalar {
             let axes: Box<dyn Iterator<Item = &Axis>> = match step {
                 Step::Axis(axis) => Box::new(std::iter::once(axis)),
                 Step::Depth(region) => Box::new(region.axes()),
-                Step::Function(function) => Box::new(function.axes.iter()),
+                Step::Function(function) => Box::new(function.axes().iter()),
                 _ => Box::new(std::iter::empty()),
             };
             axes
@@ -227,6 +275,7 @@ impl Scalar {
             match step {
                 Step::Constant(value) => finite(field, "a number of the scale", *value)?,
                 Step::Depth(region) => region.validate(field)?,
+                Step::Function(function) => function.validate(field)?,
                 Step::Curve(curve) => curve.validate(field)?,
                 _ => {}
             }
@@ -307,35 +356,5 @@ impl Curve {
                 Ok(())
             }
         }
-    }
-}
-
-/// A user's own scalar field.
-pub(crate) struct Function {
-    axes: Vec<Axis>,
-    function: Box<dyn Fn(&Sample<'_>) -> Real + Send + Sync>,
-}
-
-impl Function {
-    fn at<T: Number>(&self, local: &LocalQuery<'_, T>) -> f64 {
-        let value = |axis| local.axis(axis).map_or(Real::NAN, from_f64);
-        let axes: Vec<Real> = self.axes.iter().map(value).collect();
-        let velocity = real(&local.velocity);
-        let sample = Sample::new(local.query, local.local_point(), velocity, &axes);
-        to_f64((self.function)(&sample))
-    }
-}
-
-/// Equal to itself only.
-impl PartialEq for Function {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self, other)
-    }
-}
-
-impl fmt::Debug for Function {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut function = f.debug_struct("Function");
-        function.field("axes", &self.axes).finish_non_exhaustive()
     }
 }

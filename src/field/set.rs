@@ -3,6 +3,8 @@
 mod arena;
 mod changes;
 mod names;
+#[cfg(feature = "serde-serialize")]
+mod saved;
 mod validity;
 
 use std::ops::{Index, IndexMut};
@@ -62,6 +64,10 @@ pub(crate) struct Term {
 
 /// The trees of a set, each with the serials of its terms.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 struct InsertedTree {
     generation: u32,
     terms: Vec<u64>,
@@ -93,6 +99,11 @@ struct InsertedTree {
 ///
 /// What one changes is looked at when it is used; see [`validate_changes`](Self::validate_changes).
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "saved::Saved", into = "saved::Saved")
+)]
 pub struct FieldSet {
     arena: Arena,
     /// By serial.
@@ -438,6 +449,20 @@ impl FieldSet {
         self.data.set_sampling(body, sampling.into())?;
         self.changes.push(Change::Samplings);
         Ok(())
+    }
+}
+
+/// What was said, to read.
+impl FieldSet {
+    /// All colliders that were given properties, in the order of handles.
+    pub fn colliders(&self) -> impl Iterator<Item = (ColliderHandle, &ColliderProperties)> {
+        let colliders = self.data.colliders().iter();
+        colliders.map(|(handle, properties)| (*handle, properties))
+    }
+
+    /// All bodies that ask for a sampling of their own, in the order of handles.
+    pub fn samplings(&self) -> impl Iterator<Item = (RigidBodyHandle, Sampling)> {
+        self.data.samplings().iter().copied()
     }
 }
 

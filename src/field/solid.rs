@@ -8,20 +8,66 @@ use crate::math::{
 
 /// A closed body in space, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Solid {
-    Ball { radius: Real },
-    Cuboid { half_extents: Vector },
-    Cylinder { half_height: Real, radius: Real },
-    Cone { half_height: Real, radius: Real },
-    Capsule { half_height: Real, radius: Real },
-    HalfSpace { outward: Vector },
-    Slab { axis: usize, min: Real, max: Real },
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[non_exhaustive]
+pub enum Solid {
+    /// Around the origin.
+    Ball {
+        /// Its radius.
+        radius: Real,
+    },
+    /// Around the origin.
+    Cuboid {
+        /// Half its edges.
+        half_extents: Vector,
+    },
+    /// Around the y axis.
+    Cylinder {
+        /// Half its height.
+        half_height: Real,
+        /// Its radius.
+        radius: Real,
+    },
+    /// Around the y axis, its apex up.
+    Cone {
+        /// Half its height.
+        half_height: Real,
+        /// The radius of its base.
+        radius: Real,
+    },
+    /// Around the y axis.
+    Capsule {
+        /// Half the length of its axis.
+        half_height: Real,
+        /// Its radius.
+        radius: Real,
+    },
+    /// What is behind the plane through the origin.
+    HalfSpace {
+        /// The direction out of it, of length one.
+        outward: Vector,
+    },
+    /// Between two planes.
+    Slab {
+        /// 0, 1 or 2: x, y or z.
+        axis: usize,
+        /// The lower end.
+        #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::lower"))]
+        min: Real,
+        /// The upper end.
+        #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::upper"))]
+        max: Real,
+    },
+    /// A shape of Parry's.
     Shape(AnyShape),
 }
 
 /// A shape of Parry's; equal to itself only.
 #[derive(Clone)]
-pub(crate) struct AnyShape(pub SharedShape);
+pub struct AnyShape(pub SharedShape);
 
 impl PartialEq for AnyShape {
     fn eq(&self, other: &Self) -> bool {

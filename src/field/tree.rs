@@ -32,6 +32,11 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 /// ```
 #[derive(Clone, Debug, Default)]
 #[must_use = "setters and operators take the value and return the changed one"]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "super::saved::Nodes")
+)]
 pub struct Tree {
     /// Operands stand before the operators that use them; the root is the last node. A flat
     /// list, so that neither depth nor drop can exhaust the stack.
@@ -321,6 +326,16 @@ impl Tree {
 
     pub(crate) fn nodes(&self) -> Nodes<'_> {
         Nodes(&self.nodes)
+    }
+
+    /// Of nodes that are in order.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn from_nodes(nodes: Vec<Node>) -> Self {
+        Tree { nodes }
+    }
+
+    pub(super) fn node_mut(&mut self, place: usize) -> &mut Node {
+        &mut self.nodes[place]
     }
 
     pub(crate) fn root(&self) -> u32 {

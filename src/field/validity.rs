@@ -17,6 +17,15 @@ use crate::math::Pose;
 pub(super) type Misplaced = (BuildError, u32);
 
 impl Tree {
+    /// Whether fields can be built from it, where these axes are declared; nothing is built.
+    ///
+    /// # Errors
+    /// It cannot.
+    pub fn check(&self, axes: &[&str]) -> Result<(), BuildError> {
+        let declared: Vec<Arc<str>> = axes.iter().map(|name| Arc::from(*name)).collect();
+        self.validate(&declared)
+    }
+
     /// Checks the tree, and every field in it, against the declared user axes.
     pub(crate) fn validate(&self, declared: &[Arc<str>]) -> Result<(), BuildError> {
         if self.nodes().0.is_empty() {

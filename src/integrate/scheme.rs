@@ -33,6 +33,7 @@ use crate::math::{Real, to_f64};
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Scheme {
     /// Half the impulse before Rapier's step, half of the next one after it (velocity Verlet).
     /// One evaluation per step: the second half is the next step's first, unless something moved
@@ -80,6 +81,7 @@ pub enum Scheme {
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Substeps {
     /// So many for every body, from 1 to 1024.
     Fixed(u32),

@@ -39,6 +39,7 @@ impl FieldPipeline {
         }
         self.follow(fields);
         self.warnings.clear();
+        self.recognise(state, &world.view())?;
         self.check_anchors(fields.set, state, &world.view())?;
         self.find_links(&world);
         let expected = self.expect(fields, state, &world);
@@ -74,6 +75,25 @@ impl FieldPipeline {
             listening: state.listening.clone(),
             asked: AtomicBool::new(false),
         })
+    }
+
+    /// A state that was read from elsewhere must know some body of the world as it stands there.
+    fn recognise(&mut self, state: &FieldState, view: &View<'_>) -> Result<(), StepError> {
+        let Some(evaluation) = state.evaluation.as_ref().filter(|_| !self.met) else {
+            self.met = true;
+            return Ok(());
+        };
+        let known = evaluation.bodies.iter().zip(&state.records);
+        let stands = |(handle, was): (&RigidBodyHandle, &BodyRecord)| {
+            let body = view.body(*handle);
+            body.is_some_and(|body| *body.position() == was.pose)
+        };
+        let any = known.clone().any(stands);
+        self.met |= any || evaluation.bodies.is_empty();
+        match evaluation.bodies.first() {
+            Some(body) if !any => Err(StepError::OtherWorld { body: *body }),
+            _ => Ok(()),
+        }
     }
 
     /// The first time fields meet a world, every anchor must be there; what is missing later was

@@ -227,7 +227,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         }
     }
 
-    /// The rule at [`Tree::layers`], for operands of falling priority.
+    /// The rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
     fn layers(&self, values: Vec<Value<T>>, modes: &[Override]) -> Value<T> {
         let mut gathered = Value::undefined();
         let mut stopped_by: Option<Vec<u32>> = None;

@@ -7,7 +7,9 @@
 extern crate rapier3d_fields_f64 as rapier3d_fields;
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+use std::backtrace::Backtrace;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 
 use rapier3d_fields::prelude::*;
 
@@ -16,11 +18,42 @@ struct Counting;
 
 thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
+    /// Whether to note who allocates.
+    static TRACED: Cell<bool> = const { Cell::new(false) };
+    static CALLERS: RefCell<BTreeMap<String, usize>> = const { RefCell::new(BTreeMap::new()) };
 }
 
 fn count() {
     // A thread may allocate while it ends; that is of no interest.
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
+    if TRACED.try_with(|traced| traced.replace(false)) == Ok(true) {
+        let trace = Backtrace::force_capture().to_string();
+        *CALLERS.with_borrow_mut(|callers| callers.entry(caller(&trace)).or_default()) += 1;
+        TRACED.set(true);
+    }
+}
+
+/// The innermost functions of this crate on the stack, innermost first.
+fn caller(trace: &str) -> String {
+    let names = trace
+        .lines()
+        .filter_map(|line| line.trim().split_once(": "));
+    let ours = names.filter(|(_, name)| name.contains("rapier3d_fields"));
+    let ours = ours.take(3).map(|(_, name)| name);
+    ours.collect::<Vec<_>>().join(" < ")
+}
+
+/// Who of this crate allocates in `work`, and how often.
+fn callers(work: impl FnOnce()) -> Vec<(usize, String)> {
+    TRACED.set(true);
+    work();
+    TRACED.set(false);
+    let callers = CALLERS.take().into_iter();
+    let mut callers: Vec<_> = callers.map(|(caller, count)| (count, caller)).collect();
+    callers.retain(|(_, caller)| !caller.is_empty());
+    callers.sort_unstable_by(|a, b| b.cmp(a));
+    callers.truncate(12);
+    callers
 }
 
 // SAFETY: every call goes to the system's allocator as it came.
@@ -81,14 +114,14 @@ fn balls() -> (PhysicsWorld, Vec<(RigidBodyHandle, ColliderHandle)>) {
     (world, balls)
 }
 
-/// Steps without the fields, then with them; the allocations of each, after a warm-up.
-fn compared(tree: impl Into<Tree>, world: &dyn Fn() -> PhysicsWorld, scheme: Scheme) -> [usize; 2] {
+/// Steps without the fields, then with them; what is wrong with the allocations after a warm-up.
+fn compared(tree: &Tree, world: &dyn Fn() -> PhysicsWorld, scheme: Scheme) -> Option<String> {
     let mut bare = world();
     (0..WARM_UP).for_each(|_| bare.step());
     let without = allocations(|| (0..STEPS).for_each(|_| bare.step()));
 
     let mut world = world();
-    let mut fields = Fields::builder(tree)
+    let mut fields = Fields::builder(tree.clone())
         .scheme(scheme)
         .build()
         .expect("a valid tree");
@@ -101,7 +134,14 @@ fn compared(tree: impl Into<Tree>, world: &dyn Fn() -> PhysicsWorld, scheme: Sch
     let with = allocations(|| steps(STEPS));
     let pairs = world.narrow_phase.contact_pairs().count();
     assert_eq!(pairs, 0, "the scene is one without contacts");
-    [without, with]
+    (with > without + SLACK).then(|| {
+        let callers = callers(|| fields.step(&mut world).map(drop).expect("a finite step"));
+        let lines = callers
+            .iter()
+            .map(|(count, caller)| format!("\n  {count:5} in {caller}"));
+        let lines: String = lines.collect();
+        format!("{scheme:?}: {with} allocations, {without} without the fields; in one step{lines}")
+    })
 }
 
 const SCHEMES: [Scheme; 8] = [
@@ -117,18 +157,11 @@ const SCHEMES: [Scheme; 8] = [
 
 /// Fails unless the steps of each scheme allocate no more than Rapier's alone.
 fn assert_free(tree: &Tree, world: &dyn Fn() -> PhysicsWorld) {
-    let mut wrong = Vec::new();
-    for scheme in SCHEMES {
-        let [without, with] = compared(tree.clone(), world, scheme);
-        if with > without + SLACK {
-            wrong.push(format!("{scheme:?}: {with}, {without} without the fields"));
-        }
-    }
-    assert!(
-        wrong.is_empty(),
-        "allocations in {STEPS} steps:\n{}",
-        wrong.join("\n")
-    );
+    let wrong = SCHEMES
+        .into_iter()
+        .filter_map(|scheme| compared(tree, world, scheme));
+    let wrong: Vec<String> = wrong.collect();
+    assert!(wrong.is_empty(), "in {STEPS} steps:\n{}", wrong.join("\n"));
 }
 
 fn all_balls() -> PhysicsWorld {

@@ -4,22 +4,29 @@
 use crate::lab::scenes::ammonia::AmmoniaSettings;
 use crate::lab::scenes::flock::FlockSettings;
 use crate::lab::scenes::spheres::SpheresSettings;
-use rapier3d_fields::files::{FieldsSnapshot, FileError};
 use rapier3d_fields::prelude::*;
 
 use crate::support::bits::bits;
+use crate::support::formats::Format;
 
 type Run = (PhysicsWorld, Fields);
 
-/// As bytes and back.
-fn restored((world, fields): &Run) -> Run {
-    let snapshot = FieldsSnapshot::new(fields).expect("fields without code");
-    let mut saved = Vec::new();
-    ciborium::into_writer(&snapshot, &mut saved).expect("what can be written");
+/// Every format in turn.
+const FORMATS: [Format; 4] = [
+    Format::Json,
+    Format::Cbor,
+    Format::Bincode,
+    Format::Postcard,
+];
+
+/// As bytes and back, with a fresh pipeline. Rapier's own world is in a format that it can read.
+fn restored((world, fields): &Run, format: Format) -> Run {
     let world = postcard::to_allocvec(world).expect("what can be written");
     let world: PhysicsWorld = postcard::from_bytes(&world).expect("what was written");
-    let snapshot: FieldsSnapshot = ciborium::from_reader(&saved[..]).expect("what was written");
-    let fields = snapshot.restore(&world).expect("the fields of this world");
+    let saved = (&fields.set, &fields.settings, &fields.state);
+    let saved = format.write(&saved).expect("fields without code");
+    let (set, settings, state) = format.read(&saved).expect("what was written");
+    let fields = Fields::from_parts(set, settings, state).expect("the fields of this world");
     (world, fields)
 }
 
@@ -45,7 +52,7 @@ fn goes_on(what: &str, build: impl Fn() -> Run, interrupted_after: &[usize], ste
     let last = interrupted_after.iter().max().copied().unwrap_or(0);
     for now in 0..last + steps {
         if interrupted_after.contains(&now) {
-            others.push((now, restored(&whole)));
+            others.extend(FORMATS.map(|format| (now, restored(&whole, format))));
         }
         step(&mut whole);
         for (after, other) in &mut others {
@@ -245,30 +252,33 @@ fn handles_of_any_generation() {
 fn code_is_refused_by_name() {
     let field = Field::closure([], |_: &rapier3d_fields::Sample| Vector::X).named("mine");
     let fields = Fields::new(field).expect("a valid tree");
-    let error = FieldsSnapshot::new(&fields).expect_err("a closure");
-    assert!(matches!(error, FileError::Code { .. }), "{error:?}");
-    assert_eq!(
-        error.to_string(),
-        "field `mine`: a closure is code, and cannot stand in a file"
-    );
+    for format in FORMATS {
+        let error = format
+            .write(&fields.set)
+            .expect_err("a closure without a name");
+        assert!(error.contains("closure"), "{format:?}: {error}");
+    }
 }
 
 #[test]
 fn a_damaged_snapshot_is_an_error_or_runs() {
-    let run = ammonia(Scheme::KickDriftKick, Detection::Discrete);
-    let mut run = run;
+    let mut run = ammonia(Scheme::KickDriftKick, Detection::Discrete);
     step(&mut run);
-    let mut saved = Vec::new();
-    let snapshot = FieldsSnapshot::new(&run.1).expect("fields without code");
-    ciborium::into_writer(&snapshot, &mut saved).expect("what can be written");
-    for cut in [0, 1, saved.len() / 2, saved.len() - 1] {
-        let read: Result<FieldsSnapshot, _> = ciborium::from_reader(&saved[..cut]);
-        assert!(read.is_err(), "cut after {cut} bytes");
-    }
-    // In another world it is refused, or evaluates anew.
-    let mut empty = PhysicsWorld::new();
-    let read: FieldsSnapshot = ciborium::from_reader(&saved[..]).expect("what was written");
-    if let Ok(mut fields) = read.restore(&empty) {
-        let _ = fields.step(&mut empty);
+    let saved = (&run.1.set, &run.1.settings, &run.1.state);
+    for format in FORMATS {
+        let saved = format.write(&saved).expect("fields without code");
+        type Parts = (FieldSet, FieldSettings, FieldState);
+        for cut in [0, 1, saved.len() / 2, saved.len() - 1] {
+            let read: Result<Parts, _> = format.read(&saved[..cut]);
+            assert!(read.is_err(), "{format:?}, cut after {cut} bytes");
+        }
+        // In another world its anchors are not there.
+        let (set, settings, state): Parts = format.read(&saved).expect("what was written");
+        let mut empty = PhysicsWorld::new();
+        let mut fields = Fields::from_parts(set, settings, state).expect("sound parts");
+        let error = fields
+            .step(&mut empty)
+            .expect_err("a world that is not theirs");
+        assert!(matches!(error, StepError::OtherWorld { .. }), "{error}");
     }
 }

@@ -18,6 +18,12 @@ use crate::math::{DVec3, Real, to_f64};
 /// an upright cuboid displace without gaps. Potential density · gravity · ∫V dh. Parts without a
 /// volume feel nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Buoyancy {
     /// Mass per volume of the fluid.
     pub density: Real,

@@ -17,6 +17,12 @@ use crate::math::DVec3;
 /// `sqrt`, `abs`, `atan2`, …, `PI`, `E`. A sign binds more tightly than `^`: `-x^2` is x², and
 /// what most people mean is `-(x^2)`. Derivatives are exact: the text is differentiated.
 #[derive(Clone, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(from = "[String; 3]", into = "[String; 3]")
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Expression {
     texts: [String; 3],
     parsed: Result<Vec<Component>, String>,
@@ -57,6 +63,7 @@ impl Input {
 
 impl Component {
     fn parse(text: &str) -> Result<Self, String> {
+        check_size(text)?;
         let readable = |error: exmex::ExError| format!("`{text}`: {error}");
         let value = FlatEx::<f64>::parse(text).map_err(readable)?;
         let inputs = value.var_names().iter().map(|name| Input::named(name));
@@ -109,6 +116,43 @@ impl Expression {
     /// The three texts.
     pub fn texts(&self) -> &[String; 3] {
         &self.texts
+    }
+}
+
+/// The parser calls itself for each bracket, and derivatives grow with the text.
+fn check_size(text: &str) -> Result<(), String> {
+    const LONGEST: usize = 4096;
+    const DEEPEST: usize = 64;
+    let (mut depth, mut deepest) = (0_usize, 0);
+    for c in text.chars() {
+        match c {
+            '(' => depth += 1,
+            ')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        deepest = deepest.max(depth);
+    }
+    if text.len() <= LONGEST && deepest <= DEEPEST {
+        return Ok(());
+    }
+    Err(format!(
+        "expected at most {LONGEST} characters and {DEEPEST} levels of brackets, found {} and \
+         {deepest}",
+        text.len()
+    ))
+}
+
+#[cfg(feature = "serde-serialize")]
+impl From<[String; 3]> for Expression {
+    fn from([x, y, z]: [String; 3]) -> Self {
+        Expression::new([&x, &y, &z])
+    }
+}
+
+#[cfg(feature = "serde-serialize")]
+impl From<Expression> for [String; 3] {
+    fn from(expression: Expression) -> Self {
+        expression.texts
     }
 }
 

@@ -17,14 +17,23 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 /// # let _ = field;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Grid {
     /// The corner with the smallest coordinates.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub low: Vector,
     /// The corner with the largest coordinates.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub high: Vector,
     /// Nodes along x, y and z, at least two each.
     pub counts: [usize; 3],
     /// The vectors, x running fastest and z slowest.
+    #[cfg_attr(feature = "schemars", schemars(with = "Vec<[f64; 3]>"))]
     pub values: Vec<Vector>,
 }
 

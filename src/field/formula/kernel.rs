@@ -13,24 +13,38 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 /// a is a vector of random numbers from 0 to 1. Here it is a hash of the sample's place and time,
 /// so that a run repeats bit by bit. Its derivatives are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields, default)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct LinearKernel {
     /// What the components mean.
     pub coordinates: Coordinates,
     /// K.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub constant: Vector,
     /// P.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub position_target: Vector,
     /// M_p, by rows.
+    #[cfg_attr(feature = "schemars", schemars(with = "[[f64; 3]; 3]"))]
     pub position_multiplier: [Vector; 3],
     /// V.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub velocity_target: Vector,
     /// M_v, by rows.
+    #[cfg_attr(feature = "schemars", schemars(with = "[[f64; 3]; 3]"))]
     pub velocity_multiplier: [Vector; 3],
     /// N.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub noise: Vector,
     /// l.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub falloff_linear: Vector,
     /// q.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub falloff_quadratic: Vector,
 }
 
@@ -38,6 +52,12 @@ pub struct LinearKernel {
 /// components of p, v and f are along an orthonormal triad that turns with the point; its first
 /// direction is outward, and where that is not defined the force is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Coordinates {
     /// x, y and z.
     #[default]

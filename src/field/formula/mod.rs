@@ -1,7 +1,6 @@
 //! The algebraic component of a field: the function from a sample to a vector.
 
 mod buoyancy;
-mod closure;
 #[cfg(feature = "expression")]
 mod expression;
 mod grid;
@@ -19,7 +18,6 @@ mod velocity;
 use std::sync::Arc;
 
 pub use buoyancy::Buoyancy;
-pub use closure::Closure;
 #[cfg(feature = "expression")]
 pub use expression::Expression;
 pub use grid::Grid;
@@ -34,6 +32,7 @@ pub use turbulence::Turbulence;
 pub use velocity::{Drag, Magnetic, Wind};
 
 use super::axis::Axis;
+use super::closure::Closure;
 use super::contact::ContactLaw;
 use super::error::BuildError;
 use super::number::{Number, Vec3, constant};
@@ -45,6 +44,10 @@ use crate::math::DVec3;
 /// Each formula maps the sample, seen in the field's own frame, to a vector in that frame.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub enum Formula {
     /// The same vector everywhere.
     Uniform(Uniform),
@@ -72,14 +75,15 @@ pub enum Formula {
     Grid(Arc<Grid>),
     /// The linear kernel of PhysX 2.8.
     LinearKernel(Box<LinearKernel>),
-    /// Three expressions, given as text.
-    #[cfg(feature = "expression")]
-    Expression(Arc<Expression>),
     /// A function of the user's.
     Closure(Arc<Closure>),
     /// Detects who touches the collider the field is anchored to (§3.3), and answers by a law.
     /// Where nothing touches, and as a force, it is zero.
     Contact(ContactLaw),
+    /// Three expressions, given as text.
+    // Last, so that numbers of variants do not depend on the feature.
+    #[cfg(feature = "expression")]
+    Expression(Arc<Expression>),
 }
 
 /// Does the same with whatever law a formula is.

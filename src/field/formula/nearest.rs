@@ -1,8 +1,8 @@
 //! Radial forces from a shape rather than a point.
 
 use super::Law;
-use super::closure::difference_step;
 use super::radial::Radial;
+use crate::field::closure::difference_step;
 use crate::field::error::BuildError;
 use crate::field::number::{Number, Vec3, chain, differences};
 use crate::field::query::LocalQuery;
@@ -16,6 +16,10 @@ use crate::math::{DVec3, SharedShape, from_dvec3, to_dvec3};
 /// The nearest point is Parry's, to the rounding of [`Real`](crate::math::Real). Where two points
 /// are equally near, the force jumps. Its derivatives are central differences.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub struct Nearest {
     pub(crate) shape: AnyShape,
     /// The force as a function of d.

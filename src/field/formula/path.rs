@@ -13,6 +13,12 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 /// near, the force jumps; at corners its derivatives do.
 #[derive(Clone, Debug, PartialEq)]
 #[must_use = "setters and operators take the value and return the changed one"]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(from = "Settings", into = "Settings")
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Path {
     pub(crate) points: Vec<DVec3>,
     /// Length of the path up to each point.
@@ -112,6 +118,61 @@ impl Path {
         let direction = (self.points[beyond] - start).normalize_or_zero();
         let along = constant::<T>(direction) * (place - self.lengths[beyond - 1]);
         (constant::<T>(start) + along, direction)
+    }
+}
+
+/// What a file holds of it.
+#[cfg(feature = "serde-serialize")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+struct Settings {
+    #[cfg_attr(feature = "schemars", schemars(with = "Vec<[f64; 3]>"))]
+    points: Vec<Vector>,
+    #[serde(default)]
+    closed: bool,
+    #[serde(default)]
+    speed: Real,
+    #[serde(default, alias = "look-ahead")]
+    look_ahead: Real,
+    #[serde(default = "usual_stiffness")]
+    stiffness: Real,
+    #[serde(default)]
+    damping: Real,
+}
+
+#[cfg(feature = "serde-serialize")]
+fn usual_stiffness() -> Real {
+    1.0
+}
+
+#[cfg(feature = "serde-serialize")]
+impl From<Settings> for Path {
+    fn from(settings: Settings) -> Self {
+        Path {
+            speed: settings.speed,
+            look_ahead: settings.look_ahead,
+            stiffness: settings.stiffness,
+            damping: settings.damping,
+            ..Path::new(settings.points, settings.closed)
+        }
+    }
+}
+
+#[cfg(feature = "serde-serialize")]
+impl From<Path> for Settings {
+    fn from(path: Path) -> Self {
+        let points = path.points.iter().copied().map(crate::math::from_dvec3);
+        // A closed path holds its first point twice.
+        let distinct = path.points.len() - usize::from(path.closed && !path.points.is_empty());
+        Settings {
+            points: points.take(distinct).collect(),
+            closed: path.closed,
+            speed: path.speed,
+            look_ahead: path.look_ahead,
+            stiffness: path.stiffness,
+            damping: path.damping,
+        }
     }
 }
 

@@ -8,8 +8,15 @@ use crate::math::{Real, Vector, to_dvec3, to_f64};
 
 /// F = the vector. Potential −F·d.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Uniform {
     /// The vector, in the field's frame.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub vector: Vector,
 }
 
@@ -36,12 +43,20 @@ impl Law for Uniform {
 /// Potential k (r − L)²/2, of the spring alone. At the very centre a spring with a rest length
 /// pushes nowhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Spring {
     /// k, force per length.
     pub stiffness: Real,
     /// c, force per velocity; isotropic.
+    #[cfg_attr(feature = "serde-serialize", serde(default))]
     pub damping: Real,
     /// L.
+    #[cfg_attr(feature = "serde-serialize", serde(default))]
     pub rest_length: Real,
 }
 

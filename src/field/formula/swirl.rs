@@ -14,16 +14,26 @@ use crate::math::{Real, to_f64};
 /// n < 0 without a core; where it is not singular it pushes nowhere but along. Only the part
 /// along the axis is given a potential.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Swirl {
     /// Strength around the axis, right-handed about +y.
+    #[cfg_attr(feature = "serde-serialize", serde(default))]
     pub around: Real,
     /// Strength towards the axis.
+    #[cfg_attr(feature = "serde-serialize", serde(default))]
     pub inward: Real,
     /// Strength along the axis.
+    #[cfg_attr(feature = "serde-serialize", serde(default))]
     pub along: Real,
     /// n.
     pub power: Real,
     /// Radius within which it is smoothed.
+    #[cfg_attr(feature = "serde-serialize", serde(default))]
     pub core: Real,
 }
 

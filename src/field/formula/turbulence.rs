@@ -20,6 +20,12 @@ use crate::math::{DVec3, Real, to_f64};
 /// to the rounding of the platform's sine.
 #[derive(Clone, Debug, PartialEq)]
 #[must_use = "setters and operators take the value and return the changed one"]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(from = "Settings", into = "Settings")
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Turbulence {
     pub(crate) seed: u64,
     pub(crate) speed: Real,
@@ -96,6 +102,54 @@ impl Turbulence {
             wave.sine *= scale;
         }
         self
+    }
+}
+
+/// What a file holds of it; the waves follow.
+#[cfg(feature = "serde-serialize")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+struct Settings {
+    seed: u64,
+    speed: Real,
+    size: Real,
+    #[serde(default = "usual_detail")]
+    detail: Real,
+    #[serde(default)]
+    turnover: Real,
+}
+
+#[cfg(feature = "serde-serialize")]
+fn usual_detail() -> Real {
+    8.0
+}
+
+#[cfg(feature = "serde-serialize")]
+impl From<Settings> for Turbulence {
+    fn from(settings: Settings) -> Self {
+        Turbulence {
+            seed: settings.seed,
+            speed: settings.speed,
+            size: settings.size,
+            detail: settings.detail,
+            turnover: settings.turnover,
+            waves: Vec::new(),
+        }
+        .made()
+    }
+}
+
+#[cfg(feature = "serde-serialize")]
+impl From<Turbulence> for Settings {
+    fn from(law: Turbulence) -> Self {
+        Settings {
+            seed: law.seed,
+            speed: law.speed,
+            size: law.size,
+            detail: law.detail,
+            turnover: law.turnover,
+        }
     }
 }
 

@@ -9,11 +9,19 @@ use crate::math::{Real, Vector, to_dvec3, to_f64};
 
 /// F = −(c₁ + c₂ |v|) v, with v relative to the field's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Drag {
     /// c₁, force per velocity.
+    #[cfg_attr(feature = "serde-serialize", serde(default))]
     pub linear: Real,
     /// c₂, force per velocity squared: ½ ρ C A for a body of drag coefficient C and area A in a
     /// fluid of density ρ.
+    #[cfg_attr(feature = "serde-serialize", serde(default))]
     pub quadratic: Real,
 }
 
@@ -54,12 +62,21 @@ impl Law for Drag {
 ///
 /// The flow is another formula's vector, read as a velocity in the field's frame.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub struct Wind {
     /// u.
+    #[cfg_attr(feature = "serde-serialize", serde(with = "crate::field::saved::flow"))]
     pub flow: Box<Formula>,
     /// c₁ and c₂.
     pub drag: Drag,
     /// The largest |w| that counts; may be infinite.
+    #[cfg_attr(
+        feature = "serde-serialize",
+        serde(with = "crate::field::saved::upper")
+    )]
     pub speed_cap: Real,
 }
 
@@ -98,8 +115,15 @@ impl Law for Wind {
 
 /// F = v × B, with v relative to the field's frame. It does no work: its potential is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Magnetic {
     /// B, in the field's frame.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub field: Vector,
 }
 

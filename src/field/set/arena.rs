@@ -25,6 +25,34 @@ struct Slot {
 }
 
 impl Arena {
+    /// Nodes, generations and free places.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn into_parts(self) -> (Vec<Node>, Vec<u32>, Vec<u32>) {
+        let generations = self.slots.iter().map(|slot| slot.generation);
+        (self.nodes, generations.collect(), self.free)
+    }
+
+    /// Of parts that fit, with the parent of each node.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn from_parts(
+        nodes: Vec<Node>,
+        generations: Vec<u32>,
+        free: Vec<u32>,
+        parents: Vec<u32>,
+    ) -> Self {
+        let slots = generations.into_iter().zip(parents);
+        let slots = slots.map(|(generation, parent)| Slot {
+            generation,
+            parent,
+            serial: 0,
+        });
+        Arena {
+            nodes,
+            slots: slots.collect(),
+            free,
+        }
+    }
+
     pub(super) fn list(&self) -> &[Node] {
         &self.nodes
     }

@@ -55,6 +55,12 @@ impl Changes {
         self.mark
     }
 
+    /// Takes up the mark of a set that was saved in this state.
+    #[cfg(feature = "serde-serialize")]
+    pub(super) fn go_on_from(&mut self, mark: u64) {
+        self.mark = mark;
+    }
+
     pub(super) fn last(&self) -> u64 {
         self.list.last().map_or(0, |(number, _)| *number)
     }

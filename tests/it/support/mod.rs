@@ -4,6 +4,7 @@ pub mod ammonia;
 pub mod bits;
 pub mod collide;
 pub mod flight;
+pub mod formats;
 pub mod model;
 pub mod trees;
 pub mod worlds;

@@ -4,12 +4,12 @@
 //! formula is singular, or jumps, at points whose coordinates are odd multiples of a quarter.
 
 use proptest::prelude::*;
-use rapier3d_fields::field::{Coordinates, Grid, LinearKernel, Path, Turbulence};
+use rapier3d_fields::field::{Coordinates, Grid, LinearKernel, Path, Registry, Turbulence};
 use rapier3d_fields::math::to_f64;
 use rapier3d_fields::prelude::*;
 
+use super::super::worlds::vector;
 use super::{Numbers, triple};
-use crate::support::worlds::vector;
 
 /// The length parameter of the laws that have one.
 const LENGTH: Real = 1.5;
@@ -330,14 +330,30 @@ fn expression(number: u8) -> Field {
 
 fn closure(number: u8) -> Field {
     match number {
-        0 => Field::closure([], |s: &Sample| s.local_point + Vector::X),
-        1 => Field::closure(["delta".into(), Axis::Time], |s: &Sample| {
-            Vector::new(s.axes[0], s.axes[1], s.charge)
-        }),
-        _ => Field::closure([Axis::Speed], |s: &Sample| {
-            s.local_velocity.cross(s.local_point)
-        }),
+        0 => Field::closure_named("beside", [], beside),
+        1 => Field::closure_named("axes", ["delta".into(), Axis::Time], axes),
+        _ => Field::closure_named("gyration", [Axis::Speed], gyration),
     }
+}
+
+fn beside(s: &Sample) -> Vector {
+    s.local_point + Vector::X
+}
+
+fn axes(s: &Sample) -> Vector {
+    Vector::new(s.axes[0], s.axes[1], s.charge)
+}
+
+fn gyration(s: &Sample) -> Vector {
+    s.local_velocity.cross(s.local_point)
+}
+
+/// With the functions of the formulas.
+pub fn registry() -> Registry {
+    Registry::new()
+        .formula("beside", [], beside)
+        .formula("axes", ["delta".into(), Axis::Time], axes)
+        .formula("gyration", [Axis::Speed], gyration)
 }
 
 fn number() -> impl Strategy<Value = i32> + Clone {

@@ -26,6 +26,10 @@ pub enum ScalarPlan {
     Combined(u8, Box<ScalarPlan>, Box<ScalarPlan>),
 }
 
+pub fn height_and_mass(s: &Sample) -> Real {
+    s.axes[0] + s.axes[1]
+}
+
 impl ScalarPlan {
     pub fn scalar(&self) -> Scalar {
         let real = |i: i32| i as Real;
@@ -54,7 +58,7 @@ impl ScalarPlan {
             ScalarPlan::Gaussian(of) => of.scalar().gaussian(1.5),
             ScalarPlan::Exponential(of) => of.scalar().gaussian(4.0).exponential(-0.5),
             ScalarPlan::Closure => {
-                Scalar::closure([Axis::Y, Axis::Mass], |s: &Sample| s.axes[0] + s.axes[1])
+                Scalar::closure_named("height and mass", [Axis::Y, Axis::Mass], height_and_mass)
             }
             ScalarPlan::Combined(kind, a, b) => {
                 let (a, b) = (a.scalar(), b.scalar());

@@ -1,0 +1,16 @@
+//! Scene files in 64 bits, for [`rapier3d_fields_f64`].
+
+#![allow(
+    clippy::duplicate_mod,
+    reason = "the same source in two precisions: its types are those of two crates"
+)]
+
+use rapier3d_fields_f64 as fields;
+
+#[path = "files/mod.rs"]
+mod files;
+#[cfg(feature = "simulate")]
+#[path = "run/mod.rs"]
+pub(crate) mod run;
+
+pub use files::*;

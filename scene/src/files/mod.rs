@@ -1,0 +1,42 @@
+//! The types of a file, in the precision of `super::fields`.
+
+use super::fields;
+
+mod body;
+mod collider;
+mod document;
+mod error;
+mod field;
+mod formula;
+mod mass;
+mod names;
+mod number;
+mod parameters;
+mod pretty;
+mod region;
+mod scalar;
+mod scene;
+mod settings;
+mod shape;
+mod tree;
+
+pub use document::Document;
+pub use error::FileError;
+pub use scene::{Scene, SceneFile};
+
+/// Levels of a tree, region or scalar that are written.
+const MOST_LEVELS: usize = 64;
+
+/// How deeply brackets are nested at most: readers of JSON take no more.
+const MOST_BRACES: usize = 127;
+
+/// Bounds what writers, which call themselves, are to do.
+fn check_depth(depth: usize) -> Result<(), FileError> {
+    if depth > MOST_LEVELS {
+        return Err(FileError::TooDeep {
+            depth,
+            limit: MOST_LEVELS,
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,263 @@
+//! Trees, nested for people to read.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::{FileError, content};
+use super::field::{AnchorDoc, FieldDoc};
+use super::fields::BuildError;
+use super::fields::field::visit::{NodeView, Override};
+use super::fields::field::{Layer, Operator, Tree};
+use super::names::{Directory, Names};
+use super::number::Num;
+use super::scalar::{self, ScalarDoc};
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(
+    remote = "Self",
+    rename_all = "kebab-case",
+    rename_all_fields = "kebab-case",
+    deny_unknown_fields
+)]
+pub(super) enum TreeDoc {
+    /// Defined nowhere.
+    Empty,
+    Field(Box<FieldDoc>),
+    /// One of the definitions.
+    Use(String),
+    SumUnion(Vec<TreeDoc>),
+    SumIntersection(Vec<TreeDoc>),
+    CrossUnion(Vec<TreeDoc>),
+    CrossIntersection(Vec<TreeDoc>),
+    ReplaceUnion(Vec<TreeDoc>),
+    ReplaceIntersection(Vec<TreeDoc>),
+    Difference(Vec<TreeDoc>),
+    Strongest(Vec<TreeDoc>),
+    Weakest(Vec<TreeDoc>),
+    Minimum(Vec<TreeDoc>),
+    Maximum(Vec<TreeDoc>),
+    Instances {
+        prototype: Box<TreeDoc>,
+        at: Vec<AnchorDoc>,
+    },
+    Scaled {
+        tree: Box<TreeDoc>,
+        by: ScalarDoc,
+        #[serde(default, skip_serializing_if = "AnchorDoc::is_world")]
+        at: AnchorDoc,
+    },
+    Limited {
+        tree: Box<TreeDoc>,
+        to: Num,
+    },
+    Layers(Vec<LayerDoc>),
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) struct LayerDoc {
+    tree: TreeDoc,
+    #[serde(default)]
+    priority: i32,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    replacing: bool,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    stopping: bool,
+}
+
+crate::choice::one_of!(TreeDoc, "tree");
+
+fn operation(operator: Operator, operands: Vec<TreeDoc>) -> TreeDoc {
+    let make = match operator {
+        Operator::SumUnion => TreeDoc::SumUnion,
+        Operator::SumIntersection => TreeDoc::SumIntersection,
+        Operator::CrossUnion => TreeDoc::CrossUnion,
+        Operator::CrossIntersection => TreeDoc::CrossIntersection,
+        Operator::ReplaceUnion => TreeDoc::ReplaceUnion,
+        Operator::ReplaceIntersection => TreeDoc::ReplaceIntersection,
+        Operator::Difference => TreeDoc::Difference,
+        Operator::Strongest => TreeDoc::Strongest,
+        Operator::Weakest => TreeDoc::Weakest,
+        Operator::Minimum => TreeDoc::Minimum,
+        Operator::Maximum => TreeDoc::Maximum,
+    };
+    make(operands)
+}
+
+impl TreeDoc {
+    /// The operator and its operands, if it is an operation.
+    fn as_operation(&self) -> Option<(Operator, &'static str, &[TreeDoc])> {
+        Some(match self {
+            TreeDoc::SumUnion(o) => (Operator::SumUnion, "sum-union", o),
+            TreeDoc::SumIntersection(o) => (Operator::SumIntersection, "sum-intersection", o),
+            TreeDoc::CrossUnion(o) => (Operator::CrossUnion, "cross-union", o),
+            TreeDoc::CrossIntersection(o) => (Operator::CrossIntersection, "cross-intersection", o),
+            TreeDoc::ReplaceUnion(o) => (Operator::ReplaceUnion, "replace-union", o),
+            TreeDoc::ReplaceIntersection(o) => {
+                (Operator::ReplaceIntersection, "replace-intersection", o)
+            }
+            TreeDoc::Difference(o) => (Operator::Difference, "difference", o),
+            TreeDoc::Strongest(o) => (Operator::Strongest, "strongest", o),
+            TreeDoc::Weakest(o) => (Operator::Weakest, "weakest", o),
+            TreeDoc::Minimum(o) => (Operator::Minimum, "minimum", o),
+            TreeDoc::Maximum(o) => (Operator::Maximum, "maximum", o),
+            _ => return None,
+        })
+    }
+
+    /// The trees it is made of, each with its path in this one.
+    fn parts(&self) -> Vec<(String, &TreeDoc)> {
+        if let Some((_, name, operands)) = self.as_operation() {
+            let numbered = operands.iter().enumerate();
+            return numbered
+                .map(|(number, operand)| (format!("{name}[{number}]"), operand))
+                .collect();
+        }
+        match self {
+            TreeDoc::Instances { prototype, .. } => {
+                vec![("instances.prototype".to_owned(), &**prototype)]
+            }
+            TreeDoc::Scaled { tree, .. } => vec![("scaled.tree".to_owned(), &**tree)],
+            TreeDoc::Limited { tree, .. } => vec![("limited.tree".to_owned(), &**tree)],
+            TreeDoc::Layers(layers) => {
+                let numbered = layers.iter().enumerate();
+                numbered
+                    .map(|(number, layer)| (format!("layers[{number}].tree"), &layer.tree))
+                    .collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    pub(super) fn read(&self, scene: &Names<'_>) -> Result<Tree, FileError> {
+        let mut parts = Vec::new();
+        for (path, part) in self.parts() {
+            parts.push(part.read(scene).map_err(|error| error.within(&path))?);
+        }
+        if let Some((operator, ..)) = self.as_operation() {
+            return Ok(Tree::fold(operator, parts));
+        }
+        let only = parts.pop().unwrap_or_default();
+        let within = |name: &'static str| move |error: FileError| error.within(name);
+        match self {
+            TreeDoc::Field(field) => {
+                let field = field.read(scene).map_err(within("field"))?;
+                Ok(field.into())
+            }
+            TreeDoc::Use(name) => scene.definition(name).map_err(within("use")),
+            TreeDoc::Instances { at, .. } => {
+                let mut anchors = Vec::with_capacity(at.len());
+                for (number, anchor) in at.iter().enumerate() {
+                    let here = |error: FileError| error.within(&format!("instances.at[{number}]"));
+                    anchors.push(anchor.read(scene).map_err(here)?);
+                }
+                Ok(Tree::instances(only, anchors))
+            }
+            TreeDoc::Scaled { by, at, .. } => {
+                let scale = scalar::read(by).map_err(within("scaled.by"))?;
+                let anchor = at.read(scene).map_err(within("scaled.at"))?;
+                Ok(only.scaled_at(scale, anchor))
+            }
+            TreeDoc::Limited { to, .. } => Ok(only.limited_to(to.0)),
+            TreeDoc::Layers(layers) => {
+                parts.push(only);
+                let layers = layers.iter().zip(parts);
+                Ok(Tree::layers(layers.map(|(layer, tree)| layer.layer(tree))))
+            }
+            _ => Ok(Tree::empty()),
+        }
+    }
+
+    /// Says where in the file stands what the whole tree was refused for: in the innermost part
+    /// that by itself is refused for the same reason.
+    pub(super) fn blame(&self, scene: &Names<'_>, axes: &[&str], error: BuildError) -> FileError {
+        let alike =
+            |other: &BuildError| std::mem::discriminant(other) == std::mem::discriminant(&error);
+        for (path, part) in self.parts() {
+            let refused = part
+                .read(scene)
+                .ok()
+                .and_then(|tree| tree.check(axes).err());
+            if let Some(own) = refused.filter(alike) {
+                return part.blame(scene, axes, own).within(&path);
+            }
+        }
+        let whole = content(error.to_string());
+        match self {
+            TreeDoc::Field(_) => whole.within("field"),
+            _ => whole,
+        }
+    }
+
+    pub(super) fn write(tree: &Tree, scene: Option<&Directory>) -> Result<Self, FileError> {
+        super::check_depth(tree.depth())?;
+        // Operands stand before the operators that use them, each of which is used once.
+        let mut done: Vec<TreeDoc> = Vec::new();
+        for (place, node) in (0..).zip(tree.nodes_view()) {
+            let mut take =
+                |operand: &u32| std::mem::replace(&mut done[*operand as usize], TreeDoc::Empty);
+            let label = || tree.node_label(place);
+            let named = |error: FileError| error.of_field(&label()).within(&label());
+            let doc = match node {
+                NodeView::Field(field) => {
+                    TreeDoc::Field(Box::new(FieldDoc::write(field, &label(), scene)?))
+                }
+                NodeView::Operation { operator, operands } => {
+                    operation(operator, operands.iter().map(take).collect())
+                }
+                NodeView::Instances { prototype, anchors } => {
+                    let anchors = anchors.iter().map(|anchor| AnchorDoc::write(anchor, scene));
+                    TreeDoc::Instances {
+                        prototype: Box::new(take(&prototype)),
+                        at: anchors.collect::<Result<_, _>>().map_err(named)?,
+                    }
+                }
+                NodeView::Limited { operand, length } => TreeDoc::Limited {
+                    tree: Box::new(take(&operand)),
+                    to: Num(length),
+                },
+                NodeView::Scaled {
+                    operand,
+                    scale,
+                    anchor,
+                } => TreeDoc::Scaled {
+                    tree: Box::new(take(&operand)),
+                    by: scalar::write(scale).map_err(named)?,
+                    at: AnchorDoc::write(anchor, scene).map_err(named)?,
+                },
+                NodeView::Layers { operands, modes } => {
+                    let count = operands.len() as i32;
+                    let layers = operands.iter().zip(modes.iter()).zip(1..);
+                    let layers = layers.map(|((operand, mode), place)| {
+                        LayerDoc::write(take(operand), *mode, count - place)
+                    });
+                    TreeDoc::Layers(layers.collect())
+                }
+                _ => return Err(named(content("this cannot stand in a file"))),
+            };
+            done.push(doc);
+        }
+        Ok(done.pop().unwrap_or(TreeDoc::Empty))
+    }
+}
+
+impl LayerDoc {
+    fn layer(&self, tree: Tree) -> Layer {
+        let layer = Layer::new(tree).priority(self.priority);
+        layer.mode(Override {
+            replaces: self.replacing,
+            stops: self.stopping,
+        })
+    }
+
+    /// A tree remembers the order of its layers only; priorities that give it are as good.
+    fn write(tree: TreeDoc, mode: Override, priority: i32) -> Self {
+        LayerDoc {
+            tree,
+            priority,
+            replacing: mode.replaces,
+            stopping: mode.stops,
+        }
+    }
+}

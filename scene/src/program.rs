@@ -1,0 +1,210 @@
+//! The program `simulate`: its command line. [`single`](crate::single) or
+//! [`double`](crate::double) does the rest.
+
+use std::error::Error;
+use std::fmt::{self, Display};
+use std::fs;
+use std::process::ExitCode;
+use std::str::FromStr;
+
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+
+/// Whatever stops the program.
+pub(crate) type AnyError = Box<dyn Error + Send + Sync>;
+
+const USAGE: &str = "\
+usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detection D]
+                [--steps N | --duration T] [--every K] [--strict]
+                [--trajectory FILE] [--wrenches FILE] [--contacts FILE]
+                [--energies FILE] [--warnings FILE]
+  --precision   of all numbers (f32)
+  --dt          the time step, in place of the file's
+  --scheme      how forces become motion, in place of the file's: a name such as kick, or JSON
+                such as '{\"substep\": {\"fixed\": 4}}'
+  --detection   discrete or swept, in place of the file's
+  --steps       how many to simulate (600)
+  --duration    how long to simulate, in seconds, to the nearest step
+  --every       write trajectory, wrenches and energies after every K-th step (1); contacts and
+                warnings of every step
+  --strict      end with an error if there was a warning, or a contact that one side only found
+  --trajectory  where bodies are: step, time, body, centre of mass, quaternion from body to world
+                axes (w, x, y, z), velocity of the centre of mass, angular velocity in world axes
+  --wrenches    of the fields on each body that can move, where it is: force, and torque about the
+                centre of mass, in world axes
+  --contacts    who touches whom: for each the number of its body and of the collider on it, normal
+                from the first to the second, point, depth, and whether the fields found it or
+                Rapier (at the same step, both are for the same poses); how fast they approached
+                along the normal (for Rapier, when its next step begins), the impulses on the first and on the second by who found it
+                (Rapier's along its normals), and who answered the contact
+  --energies    of motion, in the scene's gravity, and in the fields that have a potential; their
+                sum; and how many terms of the fields have none
+  --warnings    of each step, with the body
+Bodies are numbered from 0, in the order of the file.";
+
+const VALUES: [&str; 12] = [
+    "precision",
+    "dt",
+    "scheme",
+    "detection",
+    "steps",
+    "duration",
+    "every",
+    "trajectory",
+    "wrenches",
+    "contacts",
+    "energies",
+    "warnings",
+];
+
+/// Where tables are written; an empty path is a table that was not asked for.
+pub(crate) struct Paths {
+    pub trajectory: String,
+    pub wrenches: String,
+    pub contacts: String,
+    pub energies: String,
+    pub warnings: String,
+}
+
+/// What the command line asks for.
+pub(crate) struct Options {
+    pub dt: Option<f64>,
+    pub scheme: Option<String>,
+    pub detection: Option<String>,
+    pub steps: usize,
+    pub duration: Option<f64>,
+    pub every: usize,
+    pub strict: bool,
+    pub tables: Paths,
+}
+
+/// Runs the program on the arguments of this process.
+pub fn main() -> ExitCode {
+    match run(std::env::args().skip(1)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(words: impl Iterator<Item = String>) -> Result<(), AnyError> {
+    let Some(args) = Args::read(words)? else {
+        println!("{USAGE}");
+        return Ok(());
+    };
+    let [name] = &args.files[..] else {
+        let count = args.files.len();
+        return Err(format!("expected one scene file, found {count}\n{USAGE}").into());
+    };
+    let options = args.options()?;
+    let run = match &*args.get("precision")?.unwrap_or_else(|| "f32".to_owned()) {
+        "f32" => crate::single::run::run,
+        "f64" => crate::double::run::run,
+        other => return Err(format!("--precision {other}: expected f32 or f64").into()),
+    };
+    let text = fs::read_to_string(name).map_err(|error| format!("cannot read {name}: {error}"))?;
+    run(&text, &options).map_err(|error| format!("{name}: {error}").into())
+}
+
+/// The words of a command line.
+struct Args {
+    files: Vec<String>,
+    values: Vec<(String, String)>,
+    strict: bool,
+}
+
+impl Args {
+    /// `None` if help was asked for.
+    fn read(mut words: impl Iterator<Item = String>) -> Result<Option<Self>, AnyError> {
+        let mut args = Args {
+            files: Vec::new(),
+            values: Vec::new(),
+            strict: false,
+        };
+        while let Some(word) = words.next() {
+            let Some(name) = word.strip_prefix("--") else {
+                if word == "-h" {
+                    return Ok(None);
+                }
+                args.files.push(word);
+                continue;
+            };
+            match name {
+                "help" => return Ok(None),
+                "strict" => args.strict = true,
+                _ if VALUES.contains(&name) => {
+                    let value = words.next();
+                    let value = value.ok_or_else(|| format!("{word} needs a value\n{USAGE}"))?;
+                    args.values.push((name.to_owned(), value));
+                }
+                _ => return Err(format!("what is `{word}`?\n{USAGE}").into()),
+            }
+        }
+        Ok(Some(args))
+    }
+
+    /// The value of an option, the last if it was given twice.
+    fn get<T: FromStr<Err: Display>>(&self, name: &str) -> Result<Option<T>, AnyError> {
+        let Some((_, value)) = self.values.iter().rfind(|(given, _)| given == name) else {
+            return Ok(None);
+        };
+        let parsed = value.parse().map(Some);
+        parsed.map_err(|error| format!("--{name} {value}: {error}").into())
+    }
+
+    fn positive(&self, name: &str) -> Result<Option<f64>, AnyError> {
+        match self.get::<f64>(name)? {
+            Some(value) if !(value > 0.0 && value.is_finite()) => {
+                Err(format!("--{name} {value}: expected more than zero").into())
+            }
+            value => Ok(value),
+        }
+    }
+
+    fn options(&self) -> Result<Options, AnyError> {
+        let path = |name: &str| Ok::<_, AnyError>(self.get(name)?.unwrap_or_default());
+        let steps = self.get("steps")?;
+        let duration = self.positive("duration")?;
+        if steps.is_some() && duration.is_some() {
+            return Err("expected --steps or --duration, found both".into());
+        }
+        let every = self.get("every")?.unwrap_or(1);
+        for (name, count) in [("steps", steps.unwrap_or(600)), ("every", every)] {
+            if count == 0 {
+                return Err(format!("--{name} 0: expected one or more").into());
+            }
+        }
+        Ok(Options {
+            dt: self.positive("dt")?,
+            scheme: self.get("scheme")?,
+            detection: self.get("detection")?,
+            steps: steps.unwrap_or(600),
+            duration,
+            every,
+            strict: self.strict,
+            tables: Paths {
+                trajectory: path("trajectory")?,
+                wrenches: path("wrenches")?,
+                contacts: path("contacts")?,
+                energies: path("energies")?,
+                warnings: path("warnings")?,
+            },
+        })
+    }
+}
+
+/// A bar over `steps` with rate and time to go; invisible when the output is not a terminal.
+pub(crate) fn progress_bar(steps: usize) -> ProgressBar {
+    let bar = ProgressBar::new(steps as u64);
+    let template = "{bar:40.cyan/blue} {pos}/{len} steps, {rate}, {eta} to go  {msg}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(
+            style.with_key("rate", |state: &ProgressState, out: &mut dyn fmt::Write| {
+                // A rate that cannot be written is not worth stopping for.
+                let _ = write!(out, "{:.0}/s", state.per_sec());
+            }),
+        );
+    }
+    bar
+}

@@ -1,0 +1,167 @@
+//! Runs a scene in one precision.
+
+mod tables;
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use super::fields::math::{from_f64, to_f64};
+use super::fields::{Detection, Scheme};
+use super::{Document, Scene, SceneFile, fields};
+use crate::program::{AnyError, Options, progress_bar};
+use tables::Tables;
+
+/// Runs a scene as the options say, writes the tables, and prints what there is to tell.
+///
+/// # Errors
+/// The scene or an option is wrong, a step failed, a table cannot be written; or, if that was asked
+/// for, there was a warning.
+pub(crate) fn run(text: &str, options: &Options) -> Result<(), AnyError> {
+    let mut file = SceneFile::from_json(text)?;
+    if let Some(dt) = options.dt {
+        file = file.dt(from_f64(dt));
+    }
+    if let Some(scheme) = &options.scheme {
+        file = file.scheme(choice::<Scheme>("scheme", scheme)?);
+    }
+    if let Some(detection) = &options.detection {
+        file = file.detection(choice::<Detection>("detection", detection)?);
+    }
+    let mut scene = file.build()?;
+    let dt = to_f64(scene.world.integration_parameters.dt);
+    let steps = match options.duration {
+        Some(duration) if dt > 0.0 => (duration / dt).round() as usize,
+        _ => options.steps,
+    };
+    if steps == 0 {
+        return Err("there is nothing to run".into());
+    }
+    let mut tables = Tables::create(&options.tables)?;
+    println!("{} bodies\n{}", scene.bodies.len(), scene.fields.plan());
+
+    let mut told = Told::default();
+    let began = Instant::now();
+    told.simulate(&mut scene, &mut tables, steps, options.every)?;
+    let seconds = began.elapsed().as_secs_f64();
+    tables.finish()?;
+    told.print(&scene);
+    println!(
+        "speed                   {:.0} steps/s",
+        steps as f64 / seconds
+    );
+    match told.complaints(&scene) {
+        Some(complaints) if options.strict => Err(complaints.into()),
+        _ => Ok(()),
+    }
+}
+
+/// A choice on the command line: a name, or JSON.
+fn choice<T: for<'de> serde::Deserialize<'de>>(name: &str, value: &str) -> Result<T, AnyError> {
+    let json = if value.trim_start().starts_with('{') {
+        value.to_owned()
+    } else {
+        serde_json::to_string(value)?
+    };
+    let mut reader = serde_json::Deserializer::from_str(&json);
+    let read = crate::choice::optional::<T, _>(&mut reader).map_err(|error| error.to_string());
+    let read = read.and_then(|read| read.ok_or_else(|| "there is none".to_owned()));
+    read.map_err(|error| format!("--{name} {value}: {error}").into())
+}
+
+/// What a run has to tell.
+#[derive(Default)]
+struct Told {
+    contacts: usize,
+    warnings: usize,
+    /// Each distinct warning without its numbers: the first in full, its step, and how many.
+    distinct: BTreeMap<String, (usize, String, usize)>,
+}
+
+impl Told {
+    fn simulate(
+        &mut self,
+        scene: &mut Scene,
+        tables: &mut Tables,
+        steps: usize,
+        every: usize,
+    ) -> Result<(), AnyError> {
+        tables.poses(0, scene)?;
+        tables.wrenches(0, scene)?;
+        tables.energies(0, scene)?;
+        let bar = progress_bar(steps);
+        for step in 1..=steps {
+            tables.before(scene);
+            let outcome = scene.fields.step(&mut scene.world);
+            let outcome = outcome.map_err(|error| format!("in step {step}: {error}"))?;
+            self.contacts += outcome.contacts;
+            self.warnings += outcome.warnings;
+            self.note(step, scene);
+            tables.contacts(step, scene)?;
+            tables.warnings(step, scene)?;
+            if step % every == 0 {
+                tables.poses(step, scene)?;
+                tables.wrenches(step, scene)?;
+                tables.energies(step, scene)?;
+            }
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        tables.last_contacts(steps, scene)
+    }
+
+    fn note(&mut self, step: usize, scene: &Scene) {
+        for warning in scene.fields.warnings() {
+            let text = warning.to_string();
+            // The same warning of the same body has other numbers in each step.
+            let body = tables::body_of(warning);
+            let kind = format!("{:?} {body:?}", std::mem::discriminant(warning));
+            let entry = self.distinct.entry(kind).or_insert((step, text, 0));
+            entry.2 += 1;
+        }
+    }
+
+    fn print(&self, scene: &Scene) {
+        println!("simulated               {:.6}", scene.fields.time());
+        println!("contacts of the fields  {}", self.contacts);
+        println!("warnings                {}", self.warnings);
+        let mut distinct: Vec<_> = self.distinct.values().collect();
+        distinct.sort();
+        for (step, text, count) in distinct {
+            println!("  from step {step}, {count} times: {text}");
+        }
+        if let Some(check) = scene.fields.cross_check() {
+            print_cross_check(check);
+        }
+    }
+
+    /// What a strict run ends with.
+    fn complaints(&self, scene: &Scene) -> Option<String> {
+        let disagreed = scene
+            .fields
+            .cross_check()
+            .map_or(0, |check| check.total.disagreed());
+        let quiet = self.warnings == 0 && disagreed == 0;
+        (!quiet).then(|| {
+            let warnings = self.warnings;
+            format!("{warnings} warnings, and {disagreed} contacts found by one side only")
+        })
+    }
+}
+
+/// Prints the two sides' counts and how far apart they were.
+fn print_cross_check(report: &fields::CrossCheckReport) {
+    let total = &report.total;
+    println!("fields beside Rapier, same poses, {} steps", report.steps);
+    println!("  found by both         {}", total.both);
+    println!("  only by the fields    {}", total.only_field);
+    println!("  only by Rapier        {}", total.only_rapier);
+    println!(
+        "  within rounding       {}   (by one side only, too shallow to tell)",
+        total.within_band
+    );
+    println!(
+        "  largest difference    depth {:.1e} length units, point {:.1e} length units, normal {:.1e} \
+         rad",
+        report.depth_error, report.point_error, report.normal_error
+    );
+}

@@ -1,0 +1,23 @@
+//! Files in 64 bits: the tests of `single`.
+
+extern crate rapier3d_fields_f64 as rapier3d_fields;
+
+use rapier3d_fields_lab::double as lab;
+use rapier3d_fields_scene::double as files;
+
+#[path = "../../tests/it/support/bits.rs"]
+mod bits;
+#[path = "it/hostile_files.rs"]
+mod hostile_files;
+#[path = "it/messages.rs"]
+mod messages;
+#[path = "it/round_trips.rs"]
+mod round_trips;
+#[path = "it/scene_files.rs"]
+mod scene_files;
+#[path = "../../tests/it/support/trees/mod.rs"]
+#[allow(dead_code, reason = "shared with other tests")]
+mod trees;
+#[path = "../../tests/it/support/worlds.rs"]
+#[allow(dead_code, reason = "shared with other tests")]
+mod worlds;

@@ -1,0 +1,394 @@
+//! Files that are wrong: the error says where, and what was expected; nothing panics.
+use crate::files::{Document, FileError, SceneFile};
+use rapier3d_fields::prelude::*;
+use rapier3d_fields_lab::random::Random;
+use serde_json::{Value, json};
+
+/// What reading and building a scene says.
+fn error(text: &str) -> String {
+    let scene = SceneFile::from_json(text).and_then(|file| file.build());
+    scene.err().expect("an error").to_string()
+}
+
+/// A scene of one body and one tree.
+fn scene(body: &str, tree: &str) -> String {
+    format!(
+        "{{\n\"version\": 1,\n\"bodies\": [\n{body}\n],\n\"fields\": {{\n\"tree\": {tree}\n}}\n}}"
+    )
+}
+
+const BALL: &str = r#"{ "colliders": [{ "shape": { "ball": { "radius": 1 } } }] }"#;
+const PULL: &str = r#"{ "field": { "formula": { "point-gravity": { "mu": 4 } } } }"#;
+
+fn with_body(body: &str) -> String {
+    error(&scene(body, PULL))
+}
+
+fn with_tree(tree: &str) -> String {
+    error(&scene(BALL, tree))
+}
+
+#[test]
+fn errors_of_the_text_say_line_column_path_and_what_was_expected() {
+    for (found, expected) in [
+        (
+            with_body(r#"{ "colliders": [{ "shape": { "bal": { "radius": 1 } } }] }"#),
+            "line 4, column 34, at `bodies[0].colliders[0].shape`: unknown variant `bal`, expected \
+             one of `ball`, `cuboid`",
+        ),
+        (
+            with_body(r#"{ "colour": "red" }"#),
+            "line 4, column 10, at `bodies[0].colour`: unknown field `colour`, expected one of `name`, \
+             `type`",
+        ),
+        (
+            with_body(r#"{ "at": [1, 2] }"#),
+            "line 4, column 14, at `bodies[0].at`: invalid length 2, expected an array of length 3",
+        ),
+        (
+            with_body(r#"{ "at": [1, 2, "three"] }"#),
+            "line 4, column 22, at `bodies[0].at[2]`: invalid type: string \"three\", expected a \
+             finite number",
+        ),
+        (
+            with_body(r#"{ "at": [1, 2, 1e999] }"#),
+            "line 4, column 20, at `bodies[0].at[2]`: number out of range",
+        ),
+        (
+            with_body(r#"{ "at": [1, 2, NaN] }"#),
+            "line 4, column 16, at `bodies[0].at[2]`: expected value",
+        ),
+        (
+            with_tree(r#"{ "field": { "formula": { "spring": { } } } }"#),
+            "line 7, column 47, at `fields.tree.field.formula.spring`: missing field `stiffness`",
+        ),
+        (
+            with_tree(&format!(
+                r#"{{ "sum-union": [{PULL}, {{ "field": {{}} }}] }}"#
+            )),
+            "line 7, column 99, at `fields.tree.sum-union[1].field`: missing field `formula`",
+        ),
+        (
+            error("{ \"version\": 1,"),
+            "line 1, column 15, at `.`: EOF while parsing a value",
+        ),
+        (
+            error(""),
+            "line 1, column 0, at `.`: EOF while parsing a value",
+        ),
+        (
+            error(&(scene(BALL, PULL) + "]")),
+            "line 9, column 2, at `.`: trailing characters",
+        ),
+    ] {
+        assert!(found.starts_with(expected), "{found}\nis not\n{expected}");
+    }
+}
+
+#[test]
+fn what_is_not_possible_is_named_with_its_place_and_value() {
+    let ball = |rest: &str| {
+        format!(r#"{{ "colliders": [{{ "shape": {{ "ball": {{ "radius": 1 }} }}, {rest} }}] }}"#)
+    };
+    let anchored = |at: &str| {
+        format!(
+            r#"{{ "field": {{ "name": "sun", "formula": {{ "spring": {{ "stiffness": 1 }} }}, "at": {at} }} }}"#
+        )
+    };
+    for (found, expected) in [
+        (
+            with_tree(&anchored(r#"{ "body": 7 }"#)),
+            "at `fields.tree.field.at.body`: there is no body 7; the scene has 1, from 0",
+        ),
+        (
+            with_tree(&anchored(r#"{ "body": 0, "part": 1 }"#)),
+            "at `fields.tree.field.at.part`: body 0 has no part 1; it has 1, from 0",
+        ),
+        (
+            with_tree(&anchored(r#"{ "body-handle": [0, 0] }"#)),
+            "at `fields.tree.field.at`: expected `body`, or `body` and `part`, by their numbers in \
+             the scene",
+        ),
+        (
+            with_tree(&anchored(r#"{ "rotation": [0, 0, 0, 0] }"#)),
+            "at `fields.tree.field.at.rotation`: expected a quaternion [w, x, y, z] of length one, but its \
+             length is 0",
+        ),
+        (
+            with_body(r#"{ "colliders": [{ "shape": { "ball": { "radius": -1 } } }] }"#),
+            "at `bodies[0].colliders[0].shape.ball.radius`: expected a size from 1e-6 to 1e6, found \
+             -1",
+        ),
+        (
+            with_body(&ball(r#""density": -2"#)),
+            "at `bodies[0].colliders[0].density`: expected zero or more, found -2",
+        ),
+        (
+            with_body(&ball(r#""density": 1, "mass": 1"#)),
+            "at `bodies[0].colliders[0]`: expected one of `density`, `mass` and `mass-properties`, \
+             found several",
+        ),
+        (
+            with_body(&ball(r#""probe": { "axes": { "heat": 1 } }"#)),
+            "at `bodies[0].colliders[0].probe`: there is no axis `heat`",
+        ),
+        (
+            with_body(r#"{ "sampling": { "adaptive": { "tolerance": 0 } } }"#),
+            "at `bodies[0].sampling`: the tolerance of",
+        ),
+        (
+            error(&scene(BALL, PULL).replace("1,", "2,")),
+            "at `version`: expected 1, found 2",
+        ),
+        (
+            with_tree(r#"{ "field": { "formula": { "closure": "x => 2x" } } }"#),
+            "at `fields.tree.field.formula`: a closure is code, and cannot stand in a file",
+        ),
+        (
+            with_tree(r#"{ "sum-union": [] }"#),
+            "at `fields.tree`: the tree is empty: it needs at least one field",
+        ),
+        (
+            with_tree(
+                r#"{ "field": { "name": "well", "formula": { "spring": { "stiffness": 1 } },
+                     "scaled-by": [{ "ramp": [0, 1] }] } }"#,
+            ),
+            "at `fields.tree.field.scaled-by[0]`: the first step must be a source: constant, axis, \
+             distance or depth",
+        ),
+        (
+            with_tree(
+                r#"{ "field": { "formula": { "spring": { "stiffness": 1 } }, "within": { "union": [] } } }"#,
+            ),
+            "at `fields.tree.field.within.union`: expected at least one region",
+        ),
+        (
+            with_tree(
+                r#"{ "field": { "name": "pit", "formula": { "lennard-jones": { "epsilon": 1, "sigma": -1 } } } }"#,
+            ),
+            "at `fields.tree.field`: field `pit`: sigma must be positive and finite, but is -1",
+        ),
+    ] {
+        let (place, _) = found.split_once(", at `").unwrap_or_default();
+        assert!(place.starts_with("line "), "{found}");
+        assert!(found.contains(expected), "{found}\nis not\n{expected}");
+    }
+}
+
+#[test]
+fn code_is_refused_by_name_when_writing() {
+    let fields = [
+        (
+            Field::closure([], |_: &Sample| Vector::X).named("mine"),
+            "field `mine`: a closure is code, and cannot stand in a file",
+        ),
+        (
+            Field::uniform(Vector::X)
+                .within(Region::predicate([], |_: &Sample| true))
+                .named("here"),
+            "field `here`: a predicate is code, and cannot stand in a file",
+        ),
+        (
+            Field::uniform(Vector::X).scaled_by(Scalar::closure([], |_: &Sample| 1.0)),
+            "field: a closure is code, and cannot stand in a file",
+        ),
+    ];
+    for (field, expected) in fields {
+        let error = field.to_json().expect_err("code");
+        assert!(matches!(error, FileError::Code { .. }), "{error:?}");
+        assert_eq!(error.to_string(), expected);
+        let tree = Tree::from(field.named("leaf")).sum_union(Field::uniform(Vector::Y));
+        let error = tree.to_json().expect_err("code").to_string();
+        assert!(error.starts_with("field `leaf`: a "), "{error}");
+    }
+}
+
+#[test]
+fn numbers_that_json_has_not_are_not_written() {
+    let wells = [
+        Field::spring(Real::INFINITY),
+        Field::uniform(Vector::new(0.0, Real::NAN, 0.0)),
+        Field::uniform(Vector::X).within(Region::ball(Real::INFINITY)),
+    ];
+    for field in wells {
+        let error = field.to_json().expect_err("no finite number").to_string();
+        assert!(
+            error.contains("is not finite, and cannot stand in a file"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn deep_nesting_does_not_exhaust_the_stack() {
+    let levels = 100_000;
+    for (open, middle, close) in [
+        ("{\"sum-union\":[", PULL, "]}"),
+        ("{\"limited\":{\"to\":1,\"tree\":", PULL, "}}"),
+        ("{\"instances\":{\"at\":[],\"prototype\":", PULL, "}}"),
+    ] {
+        let text = open.repeat(levels) + middle + &close.repeat(levels);
+        let tree = Tree::from_json(&text).expect_err("too deep").to_string();
+        assert!(tree.ends_with("recursion limit exceeded"), "{tree}");
+        assert!(error(&scene(BALL, &text)).ends_with("recursion limit exceeded"));
+    }
+    for (open, middle, close) in [
+        ("{\"complement\":", "\"everywhere\"", "}"),
+        ("{\"union\":[", "\"everywhere\"", "]}"),
+        ("[", "", "]"),
+        ("{\"x\":", "1", "}"),
+    ] {
+        let text = open.repeat(levels) + middle + &close.repeat(levels);
+        assert!(Region::from_json(&text).is_err());
+        assert!(SceneFile::from_json(&text).is_err());
+    }
+    let times = |levels: usize| "[{\"axis\":\"x\"},{\"times\":".repeat(levels);
+    assert!(Scalar::from_json(&times(levels)).is_err());
+    let brackets = format!("{}x{}", "(".repeat(levels), ")".repeat(levels));
+    let text = format!(r#"{{ "formula": {{ "expression": ["{brackets}", "0", "0"] }} }}"#);
+    let error = Field::from_json(&text).expect_err("too deep").to_string();
+    assert!(error.contains("64 levels of brackets"), "{error}");
+}
+
+#[test]
+fn what_is_written_is_read_however_deep() {
+    let leaf = || Field::uniform(Vector::X).within(Region::ball(2.0));
+    let mut tree = Tree::from(leaf());
+    let mut written = 0;
+    for level in 0..512 {
+        tree = match level % 3 {
+            0 => tree.difference(leaf()),
+            1 => tree.scaled_by(Scalar::axis("time")),
+            _ => tree.sum_intersection(leaf()),
+        };
+        match tree.to_json() {
+            Ok(text) => {
+                let read = Tree::from_json(&text);
+                assert!(read.is_ok(), "what was written");
+                written = level;
+            }
+            Err(error) => assert!(matches!(error, FileError::TooDeep { .. }), "{error}"),
+        }
+    }
+    assert!(written >= 40, "only {written} levels");
+    let chain = Tree::fold(Operator::SumUnion, (0..20_000).map(|_| leaf()));
+    let text = chain.to_json().expect("a chain is one level");
+    let read = Tree::from_json(&text).expect("what was written");
+    assert_eq!(read.field_count(), 20_000);
+    let mut region = Region::ball(1.0);
+    for level in 0..200 {
+        region = if level % 2 == 0 {
+            region.complement()
+        } else {
+            region.union(Region::ball(1.0))
+        };
+        if let Ok(text) = region.to_json() {
+            assert_eq!(Region::from_json(&text).expect("what was written"), region);
+        }
+    }
+}
+
+const EVERYTHING: &str = include_str!("../data/everything.json");
+
+#[test]
+fn truncated_files_are_errors() {
+    let text = EVERYTHING.trim_end();
+    assert!(SceneFile::from_json(text).is_ok());
+    for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
+        assert!(
+            SceneFile::from_json(&text[..end]).is_err(),
+            "cut after {end}"
+        );
+    }
+}
+
+/// Values that files should not hold.
+fn strange(random: &mut Random) -> Value {
+    let numbers = [
+        0.0, -0.0, -1.0, 1e-300, 1e-40, 1e-10, 0.5, 3.0, 1e7, 1e15, 1e30, 3e38, 1e300,
+    ];
+    let pick = (random.uniform() * 26.0) as usize;
+    match pick {
+        0..13 => json!(numbers[pick]),
+        13 => json!(u64::MAX),
+        14 => json!(i64::MIN),
+        15 => json!("text"),
+        16 => json!(null),
+        17 => json!([]),
+        18 => json!({}),
+        19 => json!([0, 0, 0]),
+        20 => json!([0, 0, 0, 1]),
+        21 => json!(true),
+        22 => json!(vec![json!([0, 0, 0]); 5]),
+        23 => json!("everywhere"),
+        24 => json!(7),
+        _ => json!({ "body": 1 }),
+    }
+}
+
+/// Changes one value somewhere in a document.
+fn change(value: &mut Value, random: &mut Random, mut depth: usize) {
+    let mut place = value;
+    loop {
+        let count = match place {
+            Value::Array(list) => list.len(),
+            Value::Object(map) => map.len(),
+            _ => 0,
+        };
+        if count == 0 || depth == 0 {
+            break;
+        }
+        depth -= 1;
+        let chosen = (random.uniform() * count as f64) as usize;
+        if depth % 7 == 3 && random.uniform() < 0.05 {
+            match place {
+                Value::Array(list) => drop(list.remove(chosen)),
+                Value::Object(map) => {
+                    let key = map.keys().nth(chosen).cloned();
+                    key.and_then(|key| map.remove(&key));
+                }
+                _ => {}
+            }
+            return;
+        }
+        place = match place {
+            Value::Array(list) => &mut list[chosen],
+            Value::Object(map) => map.values_mut().nth(chosen).expect("that many"),
+            _ => return,
+        };
+    }
+    *place = strange(random);
+}
+
+/// Files that are almost right: reading, building and running them gives errors or scenes that run,
+/// and never panics.
+#[test]
+fn changed_files_are_errors_or_scenes() {
+    let mut whole: Value = serde_json::from_str(EVERYTHING).expect("a JSON file");
+    // A body stands where one field is singular, at which every run would end.
+    let trees = whole["fields"]["tree"]["sum-union"].as_array_mut();
+    trees.expect("a list").remove(10);
+    let cases = std::env::var("HOSTILE_CASES")
+        .ok()
+        .and_then(|n| n.parse().ok());
+    let cases = cases.unwrap_or(3000);
+    let mut random = Random::new(7);
+    let (mut built, mut steps) = (0, 0);
+    for _ in 0..cases {
+        let mut value = whole.clone();
+        for _ in 0..1 + (random.uniform() * 3.0) as usize {
+            let depth = 1 + (random.uniform() * 14.0) as usize;
+            change(&mut value, &mut random, depth);
+        }
+        match SceneFile::from_json(&value.to_string()).and_then(|file| file.build()) {
+            Ok(mut scene) => {
+                built += 1;
+                let ran = (0..2).take_while(|_| scene.fields.step(&mut scene.world).is_ok());
+                steps += ran.count();
+            }
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
+    assert!(built > cases / 20, "only {built} were built");
+    assert!(steps > built, "only {steps} steps");
+}

@@ -1,0 +1,99 @@
+//! What terms become, apart from programs.
+
+use super::anchors::AnchorId;
+use super::ordered::Key;
+use crate::field::{ContactLaw, Coupling, Field, ForceMode, Radial, SamplingRule};
+use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
+
+/// What sources of one batch have in common.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct RadialKey {
+    pub law: [u64; 6],
+    pub range: u64,
+    pub weighting: Weighting,
+    pub how: (u8, u64, bool, bool),
+    pub lifetime: (u64, u64),
+}
+
+/// How the vector of a field becomes a force on a sample.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Weighting {
+    pub mode: ForceMode,
+    pub coupling: Coupling,
+    pub groups: Option<InteractionGroups>,
+}
+
+/// The same vector for every body, whatever its place.
+#[derive(Clone, Debug)]
+pub(crate) struct ConstantField {
+    pub serial: Key,
+    pub leaf: u32,
+    pub vector: Vector,
+    pub mode: ForceMode,
+}
+
+/// Radial fields that differ in strength and anchor only.
+#[derive(Debug)]
+pub(crate) struct RadialBatch {
+    pub key: RadialKey,
+    /// The law for a strength of one.
+    pub law: Radial,
+    /// One of the fields, for all that they have in common.
+    pub prototype: Field,
+    /// Radius of the ball the fields act in; without one they act everywhere.
+    pub range: Option<Real>,
+    pub weighting: Weighting,
+    pub how: SamplingRule,
+    pub sources: Vec<RadialSource>,
+    /// Of the term of each source.
+    pub serials: Vec<Key>,
+    /// How many sources are at the origin of a collider.
+    pub on_colliders: usize,
+    /// How many sources hang on a body or collider.
+    pub moving: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RadialSource {
+    pub anchor: AnchorId,
+    /// The collider whose origin it is at, if it is.
+    pub collider: Option<ColliderHandle>,
+    pub strength: Real,
+    /// Bound of the force's length, infinite without one.
+    pub strongest: Real,
+    pub leaf: u32,
+}
+
+impl RadialSource {
+    /// The law of the source, strength and all.
+    pub(crate) fn law_in(&self, batch: &RadialBatch) -> Radial {
+        let strongest = (self.strongest < Real::INFINITY).then_some(self.strongest);
+        Radial {
+            strongest,
+            ..batch.law.times(self.strength)
+        }
+    }
+}
+
+/// A detection field.
+#[derive(Clone, Debug)]
+pub(crate) struct Detector {
+    pub serial: Key,
+    /// The number of the instance within the term.
+    pub instance: u32,
+    pub leaf: u32,
+    pub anchor: AnchorId,
+    pub collider: ColliderHandle,
+    pub law: ContactLaw,
+    /// The program instance that says whether the field acts at a sample; without one it does
+    /// everywhere.
+    pub mask: Option<FieldMask>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FieldMask {
+    pub program: u32,
+    pub instance: u32,
+    /// Which of the program's leaves is the detection field.
+    pub leaf: u32,
+}

@@ -1,0 +1,59 @@
+//! Where forces can be felt.
+
+use super::compiled::Compiled;
+use super::facts::Facts;
+use crate::field::Frames;
+use crate::math::Real;
+use crate::rapier::parry::bounding_volume::Aabb;
+
+/// Where forces can be felt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Reach {
+    /// Nowhere.
+    Nowhere,
+    /// In this box at most.
+    Within(Aabb),
+    /// Anywhere.
+    Everywhere,
+}
+
+impl Compiled {
+    /// Where any force can be felt, the anchors being where they are in `world`. Looks up only
+    /// those that hang on bodies and colliders.
+    pub(crate) fn reach(&self, world: &impl Frames) -> Reach {
+        if self.tally.any(Facts::UNBOUNDED) {
+            return Reach::Everywhere;
+        }
+        let mut bounds = self.extent.still;
+        let mut add = |anchor: u32, radius: Real| {
+            if !self.anchors.stands_still(anchor)
+                && let Some(frame) = world.frame(&self.anchors[anchor as usize])
+            {
+                bounds.add(frame.pose.translation, radius);
+            }
+        };
+        if self.tally.any(Facts::MOVES) {
+            let moving = self.radials.iter().filter(|(_, batch)| batch.moving > 0);
+            for (_, batch) in moving {
+                let range = batch.range.unwrap_or(Real::INFINITY);
+                batch
+                    .sources
+                    .iter()
+                    .for_each(|source| add(source.anchor, range));
+            }
+            let programs = self.roster.moving().iter();
+            for program in programs.filter_map(|number| self.programs.get(*number)) {
+                let reach = program.reach.unwrap_or(Real::INFINITY);
+                program
+                    .instances
+                    .centres
+                    .iter()
+                    .for_each(|centre| add(*centre, reach));
+            }
+        }
+        match bounds.low.cmple(bounds.high).all() {
+            true => Reach::Within(Aabb::new(bounds.low, bounds.high)),
+            false => Reach::Nowhere,
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! What an evaluation gives beside wrenches.
+
+use crate::math::Real;
+
+/// A bound of how far a [`Wrench`](crate::Wrench) may be off; see [`Fields::wrench_error`](crate::Fields).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub struct WrenchError {
+    /// Length of the force that is missing or too much.
+    pub force: Real,
+    /// Length of the torque that is missing or too much.
+    pub torque: Real,
+}
+
+/// The potential energy of bodies in fields.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PotentialEnergy {
+    /// The sum over all fields that have a potential. A field anchored to a body counts half,
+    /// because the field of the body it acts on acts back; so it is exact where fields of bodies
+    /// come in such pairs.
+    pub total: f64,
+    /// Terms without a potential: drag, closures, and operators other than the sum of union.
+    pub without: usize,
+}
+
+/// What is summed over sources.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Force,
+    /// The potential, in x; half of it where the source belongs to a body, because the body it
+    /// acts on has a field that acts back.
+    Potential,
+}

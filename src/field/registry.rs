@@ -1,0 +1,181 @@
+//! Named functions, for trees that were saved.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::axis::Axis;
+use super::closure::{Closure, Output};
+use super::error::BuildError;
+use super::formula::Formula;
+use super::leaf::Field;
+use super::modifier::Modifier;
+use super::nodes::Node;
+use super::query::Sample;
+use super::region::{self, Region};
+use super::scalar::{self, Scalar};
+use super::tree::Tree;
+use crate::math::{Real, Vector};
+
+/// The functions behind the names of closures.
+///
+/// A saved tree holds the names of its closures only. Whoever reads it gives the functions again:
+///
+/// ```
+/// use rapier3d_fields::field::Registry;
+/// use rapier3d_fields::prelude::*;
+/// let pulse = |sample: &Sample| Vector::Y * sample.time.sin();
+/// let tree = Tree::from(Field::closure_named("pulse", [], pulse));
+/// # #[cfg(feature = "serde-serialize")] {
+/// let mut read: Tree = serde_json::from_str(&serde_json::to_string(&tree)?)?;
+/// assert!(Fields::new(read.clone()).is_err(), "which function is `pulse`?");
+/// read.resolve(&Registry::new().formula("pulse", [], pulse))?;
+/// assert!(Fields::new(read).is_ok());
+/// # }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Registry {
+    formulas: Names<Vector>,
+    scalars: Names<Real>,
+    predicates: Names<bool>,
+}
+
+type Names<R> = BTreeMap<Arc<str>, Arc<Closure<R>>>;
+
+impl Registry {
+    /// Without functions.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds the function of a [`Field::closure_named`]. Another of that name is replaced.
+    pub fn formula(
+        mut self,
+        name: &str,
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> Vector + Send + Sync + 'static,
+    ) -> Self {
+        let closure = Closure::new(Some(name), reads, function);
+        self.formulas.insert(name.into(), Arc::new(closure));
+        self
+    }
+
+    /// Adds the function of a [`Scalar::closure_named`]. Another of that name is replaced.
+    pub fn scalar(
+        mut self,
+        name: &str,
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
+    ) -> Self {
+        let closure = Closure::new(Some(name), reads, function);
+        self.scalars.insert(name.into(), Arc::new(closure));
+        self
+    }
+
+    /// Adds the function of a [`Region::predicate_named`]. Another of that name is replaced.
+    pub fn predicate(
+        mut self,
+        name: &str,
+        reads: impl IntoIterator<Item = Axis>,
+        function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
+    ) -> Self {
+        let closure = Closure::new(Some(name), reads, function);
+        self.predicates.insert(name.into(), Arc::new(closure));
+        self
+    }
+}
+
+/// Puts the function of that name in the place of a closure that has none.
+fn fill<R: Output>(
+    closure: &mut Arc<Closure<R>>,
+    names: &Names<R>,
+    field: &str,
+) -> Result<(), BuildError> {
+    if closure.is_resolved() {
+        return Ok(());
+    }
+    let name = closure.name().unwrap_or_default();
+    let Some(known) = names.get(name) else {
+        return Err(BuildError::UnknownClosure {
+            field: field.to_owned(),
+            kind: R::KIND,
+            closure: name.to_owned(),
+        });
+    };
+    *closure = known.clone();
+    Ok(())
+}
+
+impl Tree {
+    /// Looks up the functions of closures that were read by name.
+    ///
+    /// # Errors
+    /// The registry has no function of that name, and of that kind.
+    pub fn resolve(&mut self, registry: &Registry) -> Result<(), BuildError> {
+        for place in 0..self.nodes().0.len() {
+            let label = self.nodes().label(place as u32);
+            match self.node_mut(place) {
+                Node::Leaf(field) => field.resolve(registry, &label)?,
+                Node::Modified {
+                    modifier: Modifier::Scale { scale, .. },
+                    ..
+                } if !scale.is_resolved() => {
+                    Arc::make_mut(scale).resolve(registry, &label)?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Field {
+    pub(crate) fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
+        self.region.resolve(registry, label)?;
+        if let Some(scale) = &mut self.scale {
+            scale.resolve(registry, label)?;
+        }
+        let mut formula = &mut self.formula;
+        while let Formula::Wind(wind) = formula {
+            formula = &mut wind.flow;
+        }
+        match formula {
+            Formula::Closure(closure) => fill(closure, &registry.formulas, label),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Region {
+    fn is_resolved(&self) -> bool {
+        self.steps.iter().all(|step| match step {
+            region::Step::Predicate(predicate) => predicate.is_resolved(),
+            _ => true,
+        })
+    }
+
+    fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
+        self.steps.iter_mut().try_for_each(|step| match step {
+            region::Step::Predicate(predicate) => fill(predicate, &registry.predicates, label),
+            _ => Ok(()),
+        })
+    }
+}
+
+impl Scalar {
+    fn is_resolved(&self) -> bool {
+        self.steps.iter().all(|step| match step {
+            scalar::Step::Function(function) => function.is_resolved(),
+            scalar::Step::Depth(region) => region.is_resolved(),
+            _ => true,
+        })
+    }
+
+    fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
+        self.steps.iter_mut().try_for_each(|step| match step {
+            scalar::Step::Function(function) => fill(function, &registry.scalars, label),
+            scalar::Step::Depth(region) => region.resolve(registry, label),
+            _ => Ok(()),
+        })
+    }
+}

@@ -1,0 +1,195 @@
+//! Shapes as data.
+//!
+//! Simple shapes are saved as Parry saves them. Of meshes and compounds the parts are saved and
+//! the rest (trees of bounds, topology, normals) is made anew when they are read: Parry takes what
+//! it reads on trust, so that an index out of range ends in a panic, and compounds within compounds
+//! in an overflow of the stack.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::field::solid::AnyShape;
+use crate::math::{Pose, SharedShape, Vector};
+use crate::rapier::parry::shape::{
+    Ball, Capsule, Cone, Cuboid, Cylinder, HalfSpace, RoundCone, RoundCuboid, RoundCylinder,
+    Segment, Shape, TriMeshFlags, Triangle, TypedShape,
+};
+
+#[derive(Serialize, Deserialize)]
+enum Saved {
+    One(Simple),
+    Compound(Vec<(Pose, Simple)>),
+    Mesh {
+        vertices: Vec<Vector>,
+        indices: Vec<[u32; 3]>,
+        flags: u16,
+    },
+    Polyline {
+        vertices: Vec<Vector>,
+        indices: Vec<[u32; 2]>,
+    },
+}
+
+/// Shapes that hold no others.
+#[derive(Serialize, Deserialize)]
+enum Simple {
+    Ball(Ball),
+    Cuboid(Cuboid),
+    Capsule(Capsule),
+    Segment(Segment),
+    Triangle(Triangle),
+    HalfSpace(HalfSpace),
+    Cylinder(Cylinder),
+    Cone(Cone),
+    RoundCuboid(RoundCuboid),
+    RoundCylinder(RoundCylinder),
+    RoundCone(RoundCone),
+    Hull(Vec<Vector>),
+}
+
+impl Simple {
+    fn of(shape: &SharedShape) -> Result<Self, String> {
+        Ok(match shape.as_typed_shape() {
+            TypedShape::Ball(shape) => Simple::Ball(*shape),
+            TypedShape::Cuboid(shape) => Simple::Cuboid(*shape),
+            TypedShape::Capsule(shape) => Simple::Capsule(*shape),
+            TypedShape::Segment(shape) => Simple::Segment(*shape),
+            TypedShape::Triangle(shape) => Simple::Triangle(*shape),
+            TypedShape::HalfSpace(shape) => Simple::HalfSpace(*shape),
+            TypedShape::Cylinder(shape) => Simple::Cylinder(*shape),
+            TypedShape::Cone(shape) => Simple::Cone(*shape),
+            TypedShape::RoundCuboid(shape) => Simple::RoundCuboid(*shape),
+            TypedShape::RoundCylinder(shape) => Simple::RoundCylinder(*shape),
+            TypedShape::RoundCone(shape) => Simple::RoundCone(*shape),
+            TypedShape::ConvexPolyhedron(hull) => Simple::Hull(hull.points().to_vec()),
+            _ => {
+                let kind = shape.shape_type();
+                return Err(format!("a shape of the kind {kind:?} cannot be saved"));
+            }
+        })
+    }
+
+    fn shape(self) -> Result<SharedShape, String> {
+        match self {
+            Simple::Ball(shape) => bounded(shape),
+            Simple::Cuboid(shape) => bounded(shape),
+            Simple::Capsule(shape) => bounded(shape),
+            Simple::Segment(shape) => bounded(shape),
+            Simple::Triangle(shape) => bounded(shape),
+            Simple::Cylinder(shape) => bounded(shape),
+            Simple::Cone(shape) => bounded(shape),
+            Simple::RoundCuboid(shape) => bounded(shape),
+            Simple::RoundCylinder(shape) => bounded(shape),
+            Simple::RoundCone(shape) => bounded(shape),
+            Simple::HalfSpace(shape) if (shape.normal.length() - 1.0).abs() <= 1e-3 => {
+                Ok(SharedShape::new(shape))
+            }
+            Simple::HalfSpace(_) => Err("the normal of a half-space must be of length one".into()),
+            Simple::Hull(points) => hull(&points),
+        }
+    }
+}
+
+fn bounded(shape: impl Shape) -> Result<SharedShape, String> {
+    let bounds = shape.compute_local_aabb();
+    let extents = bounds.half_extents();
+    if extents.is_finite() && bounds.center().is_finite() && extents.min_element() >= 0.0 {
+        return Ok(SharedShape::new(shape));
+    }
+    Err("a shape must be finite, and its sizes not negative".into())
+}
+
+fn hull(points: &[Vector]) -> Result<SharedShape, String> {
+    let fits = points.len() >= 4 && points.iter().all(|point| point.is_finite());
+    let hull = fits.then(|| SharedShape::convex_hull(points)).flatten();
+    let has_volume = |hull: &SharedShape| {
+        let volume = hull.mass_properties(1.0).mass();
+        volume > 0.0 && volume.is_finite()
+    };
+    let hull = hull.filter(has_volume);
+    hull.ok_or_else(|| "a convex hull needs finite points with a volume between them".into())
+}
+
+fn check_indices<const N: usize>(vertices: &[Vector], indices: &[[u32; N]]) -> Result<(), String> {
+    if indices.is_empty() || !vertices.iter().all(|vertex| vertex.is_finite()) {
+        return Err("a mesh needs triangles, or segments, of finite vertices".into());
+    }
+    let missing = |index: &&u32| **index as usize >= vertices.len();
+    match indices.iter().flatten().find(missing) {
+        Some(index) => Err(format!("a mesh has no vertex {index}")),
+        None => Ok(()),
+    }
+}
+
+impl Saved {
+    fn of(shape: &SharedShape) -> Result<Self, String> {
+        Ok(match shape.as_typed_shape() {
+            TypedShape::TriMesh(mesh) => Saved::Mesh {
+                vertices: mesh.vertices().to_vec(),
+                indices: mesh.indices().to_vec(),
+                flags: mesh.flags().bits(),
+            },
+            TypedShape::Polyline(line) => Saved::Polyline {
+                vertices: line.vertices().to_vec(),
+                indices: line.indices().to_vec(),
+            },
+            TypedShape::Compound(compound) => {
+                let parts = compound.shapes().iter();
+                let parts = parts.map(|(pose, shape)| Ok((*pose, Simple::of(shape)?)));
+                Saved::Compound(parts.collect::<Result<_, String>>()?)
+            }
+            _ => Saved::One(Simple::of(shape)?),
+        })
+    }
+
+    fn shape(self) -> Result<SharedShape, String> {
+        match self {
+            Saved::One(simple) => simple.shape(),
+            Saved::Mesh {
+                vertices,
+                indices,
+                flags,
+            } => {
+                check_indices(&vertices, &indices)?;
+                let flags = TriMeshFlags::from_bits_truncate(flags);
+                let mesh = SharedShape::trimesh_with_flags(vertices, indices, flags);
+                mesh.map_err(|error| error.to_string())
+            }
+            Saved::Polyline { vertices, indices } => {
+                check_indices(&vertices, &indices)?;
+                Ok(SharedShape::polyline(vertices, Some(indices)))
+            }
+            Saved::Compound(parts) => {
+                let mut shapes = Vec::new();
+                for (pose, part) in parts {
+                    let length = pose.rotation.length();
+                    let rigid = pose.is_finite() && (length - 1.0).abs() <= 1e-3;
+                    if !rigid || matches!(part, Simple::HalfSpace(_)) {
+                        return Err("a part of a compound needs a pose and a size".into());
+                    }
+                    shapes.push((pose, part.shape()?));
+                }
+                if shapes.is_empty() {
+                    return Err("a compound needs a part".into());
+                }
+                Ok(SharedShape::compound(shapes))
+            }
+        }
+    }
+}
+
+impl Serialize for AnyShape {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let saved = Saved::of(&self.0).map_err(serde::ser::Error::custom)?;
+        saved.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for AnyShape {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let saved = Saved::deserialize(deserializer)?;
+        saved
+            .shape()
+            .map(AnyShape)
+            .map_err(serde::de::Error::custom)
+    }
+}

@@ -1,0 +1,193 @@
+//! Reading what trees are made of: for whoever writes, draws or translates them.
+//!
+//! [`Tree::nodes_view`], [`Field::view`], [`Region::steps`] and [`Scalar::steps`] say
+//! everything that was put in.
+//!
+//! ```
+//! use rapier3d_fields::field::visit::NodeView;
+//! use rapier3d_fields::prelude::*;
+//! let tree = Field::uniform(Vector::X).sum_union(Field::point_gravity(4.0).named("sun"));
+//! let nodes: Vec<NodeView<'_>> = tree.nodes_view().collect();
+//! let NodeView::Field(sun) = &nodes[1] else { panic!("a field") };
+//! assert_eq!(sun.view().name, Some("sun"));
+//! let NodeView::Operation { operator, operands } = &nodes[2] else { panic!("an operation") };
+//! assert_eq!((*operator, *operands), (Operator::SumUnion, &[0, 1][..]));
+//! ```
+
+pub use super::over_axes::{OverAxes, Shape as ShapeOverAxes};
+pub use super::region::Step as RegionStep;
+pub use super::scalar::{Curve, Step as ScalarStep};
+pub use super::solid::{AnyShape, Solid};
+
+use super::anchor::Anchor;
+use super::formula::Formula;
+use super::layer::Layer;
+use super::leaf::{Coupling, Field, ForceMode};
+use super::modifier::Modifier;
+use super::nodes::Node;
+use super::operator::Operator;
+use super::region::Region;
+use super::sampling::Sampling;
+use super::scalar::Scalar;
+use super::tree::Tree;
+use crate::math::{InteractionGroups, Real};
+
+/// A node of a tree. Operands are numbers of nodes before it.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub enum NodeView<'a> {
+    /// A leaf.
+    Field(&'a Field),
+    /// An operator, applied from left to right.
+    Operation {
+        /// Which.
+        operator: Operator,
+        /// What it combines.
+        operands: &'a [u32],
+    },
+    /// A copy of one prototype at each anchor.
+    Instances {
+        /// The prototype.
+        prototype: u32,
+        /// Where the copies are.
+        anchors: &'a [Anchor],
+    },
+    /// A composite times a number.
+    Scaled {
+        /// The composite.
+        operand: u32,
+        /// The number.
+        scale: &'a Scalar,
+        /// In whose frame the sample is seen.
+        anchor: &'a Anchor,
+    },
+    /// A composite, shortened.
+    Limited {
+        /// The composite.
+        operand: u32,
+        /// The greatest length.
+        length: Real,
+    },
+    /// Layers, of falling priority.
+    Layers {
+        /// What they hold.
+        operands: &'a [u32],
+        /// Of each, whether it replaces, and whether it stops.
+        modes: &'a [Override],
+    },
+    /// A field that was removed: defined nowhere.
+    Removed,
+}
+
+pub use super::layer::Override;
+
+/// What a field is made of.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct FieldView<'a> {
+    /// Its name.
+    pub name: Option<&'a str>,
+    /// Where it is defined.
+    pub region: &'a Region,
+    /// The function from a sample to a vector.
+    pub formula: &'a Formula,
+    /// What it moves with.
+    pub anchor: &'a Anchor,
+    /// What the vector is.
+    pub force_mode: ForceMode,
+    /// What the vector is multiplied with.
+    pub coupling: &'a Coupling,
+    /// What else it is multiplied with.
+    pub scale: Option<&'a Scalar>,
+    /// To which length it is shortened.
+    pub limit: Option<Real>,
+    /// On what it acts.
+    pub groups: Option<InteractionGroups>,
+    /// Whether the opposite force acts on its body.
+    pub reacts: bool,
+    /// Where on a body it is sampled.
+    pub sampling: Sampling,
+    /// The setter that does not fit its formula: such a field is refused.
+    pub misfit: Option<&'static str>,
+}
+
+impl Tree {
+    /// The nodes. Operands stand before the operators that use them; the root is the last.
+    pub fn nodes_view(&self) -> impl ExactSizeIterator<Item = NodeView<'_>> {
+        self.nodes().0.iter().map(|node| match node {
+            Node::Leaf(field) => NodeView::Field(field),
+            Node::Operation { operator, operands } => NodeView::Operation {
+                operator: *operator,
+                operands,
+            },
+            Node::Instances { prototype, anchors } => NodeView::Instances {
+                prototype: *prototype,
+                anchors,
+            },
+            Node::Modified {
+                operand,
+                modifier: Modifier::Scale { scale, anchor },
+            } => NodeView::Scaled {
+                operand: *operand,
+                scale,
+                anchor,
+            },
+            Node::Modified {
+                operand,
+                modifier: Modifier::Limit(length),
+            } => NodeView::Limited {
+                operand: *operand,
+                length: *length,
+            },
+            Node::Layers { operands, modes } => NodeView::Layers { operands, modes },
+            Node::Vacant => NodeView::Removed,
+        })
+    }
+
+    /// How messages name a node.
+    pub fn node_label(&self, node: u32) -> String {
+        self.nodes().label(node)
+    }
+}
+
+impl Field {
+    /// What it is made of.
+    pub fn view(&self) -> FieldView<'_> {
+        FieldView {
+            name: self.name.as_deref(),
+            region: &self.region,
+            formula: &self.formula,
+            anchor: &self.anchor,
+            force_mode: self.mode,
+            coupling: &self.coupling,
+            scale: self.scale.as_ref(),
+            limit: self.limit,
+            groups: self.groups,
+            reacts: self.reacts,
+            sampling: self.sampling,
+            misfit: self.misfit,
+        }
+    }
+}
+
+impl Region {
+    /// What it is made of, in postfix order: operands before what combines them.
+    pub fn steps(&self) -> &[RegionStep] {
+        &self.steps
+    }
+}
+
+impl Scalar {
+    /// What it is made of, in postfix order: operands before what combines them.
+    pub fn steps(&self) -> &[ScalarStep] {
+        &self.steps
+    }
+}
+
+impl Layer {
+    /// With these two, at once.
+    pub fn mode(mut self, mode: Override) -> Self {
+        self.mode = mode;
+        self
+    }
+}
