@@ -23,6 +23,8 @@ pub(crate) struct Anchors {
     /// How often each is used.
     uses: Vec<u32>,
     free: Vec<AnchorId>,
+    /// Those on bodies and colliders, in order.
+    moving: Vec<AnchorId>,
     ids: HashMap<AnchorKey, AnchorId, BuildHasherDefault<Fingerprint>>,
 }
 
@@ -30,6 +32,12 @@ impl Anchors {
     /// How many there are.
     pub(crate) fn count(&self) -> usize {
         self.list.len() - self.free.len()
+    }
+
+    /// Those on bodies and colliders.
+    pub(crate) fn moving(&self) -> impl Iterator<Item = (AnchorId, &Anchor)> {
+        let moving = self.moving.iter();
+        moving.map(|id| (*id, &self.list[*id as usize]))
     }
 
     /// Whether an anchor stands still.
@@ -50,6 +58,12 @@ impl Anchors {
             id
         });
         self.uses[id as usize] += 1;
+        if self.uses[id as usize] == 1
+            && !self.stands_still(id)
+            && let Err(place) = self.moving.binary_search(&id)
+        {
+            self.moving.insert(place, id);
+        }
         id
     }
 
@@ -62,6 +76,9 @@ impl Anchors {
         if *uses == 0 {
             let anchor = std::mem::replace(&mut self.list[id as usize], Anchor::WORLD);
             self.ids.remove(&anchor_key(&anchor));
+            if let Ok(place) = self.moving.binary_search(&id) {
+                self.moving.remove(place);
+            }
             self.free.push(id);
         }
     }

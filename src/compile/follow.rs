@@ -194,7 +194,7 @@ impl Compiled {
         if let Some(likeness) = likeness {
             self.alike.entry(likeness).or_default().push(number);
         }
-        self.roster.note(number, self.programs.get(number));
+        self.roster.note(number, serial, self.programs.get(number));
         number
     }
 
@@ -225,7 +225,7 @@ impl Compiled {
                 }
             }
         }
-        self.roster.note(number, self.programs.get(number));
+        self.roster.note(number, serial, self.programs.get(number));
         self.masks_moved = true;
     }
 

@@ -1,5 +1,7 @@
 //! Instances of programs.
 
+use std::ops::Range;
+
 use super::anchors::{AnchorId, Anchors, NO_ANCHOR};
 use super::ordered::{Key, places_of};
 use crate::math::Real;
@@ -31,8 +33,13 @@ impl Instances {
     }
 
     /// The number of the first instance of a term.
-    pub(super) fn start_of(&self, serial: Key) -> u32 {
+    pub(crate) fn start_of(&self, serial: Key) -> u32 {
         places_of(&self.serials, serial).start as u32
+    }
+
+    /// The numbers of the instances of a term.
+    pub(crate) fn of_term(&self, serial: Key) -> Range<usize> {
+        places_of(&self.serials, serial)
     }
 
     /// All anchors, those that are used several times so many times.

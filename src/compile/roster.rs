@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::ordered::Key;
 use super::program::Program;
 
 /// Followers that are more changes behind than this begin anew.
@@ -18,7 +19,8 @@ pub(crate) struct Roster {
     moving: Vec<u32>,
     /// How many changes are no longer in the list.
     forgotten: u64,
-    changed: Vec<u32>,
+    /// Programs, and whose instances in them were changed.
+    changed: Vec<(u32, Key)>,
 }
 
 /// Up to where a roster was followed.
@@ -43,8 +45,8 @@ impl Default for Roster {
 }
 
 impl Roster {
-    /// Notes that a program was changed, or is gone.
-    pub(super) fn note(&mut self, number: u32, program: Option<&Program>) {
+    /// Notes that a program was changed by a term, or is gone.
+    pub(super) fn note(&mut self, number: u32, serial: Key, program: Option<&Program>) {
         let program = program.filter(|program| program.has_force);
         let unbounded = program.is_some_and(|program| program.reach.is_none());
         let moving = program.is_some_and(|program| program.instances.moving > 0);
@@ -54,7 +56,7 @@ impl Roster {
             self.changed.drain(..LONGEST);
             self.forgotten += LONGEST as u64;
         }
-        self.changed.push(number);
+        self.changed.push((number, serial));
     }
 
     /// Those that give forces anywhere.
@@ -67,8 +69,8 @@ impl Roster {
         &self.moving
     }
 
-    /// Which programs were changed since; `None` if all may have been.
-    pub(crate) fn since(&self, followed: Followed) -> Option<&[u32]> {
+    /// Which programs were changed since, and by which terms; `None` if all may have been.
+    pub(crate) fn since(&self, followed: Followed) -> Option<&[(u32, Key)]> {
         let known = followed.changes.checked_sub(self.forgotten);
         let known = known.filter(|_| followed.name == self.name)?;
         self.changed.get(known as usize..)

@@ -7,7 +7,7 @@
 
 use std::collections::BinaryHeap;
 
-use super::index::Reach;
+use super::instances::Reach;
 use super::interpreter::{Interpreter, RegionOverride, boundaries_within};
 use super::quantity::WrenchError;
 use crate::compile::Program;
@@ -190,7 +190,11 @@ impl Refiner {
         let radius = solids.iter().map(farthest).fold(0.0, f64::max);
         // Rounded up, not to lose what only just reaches.
         let near = from_f64(radius) * (1.0 + Real::EPSILON * 4.0);
-        reach.near(centre.world_point, near, &mut self.instances);
+        reach.near(
+            field.program,
+            (centre.world_point, near),
+            &mut self.instances,
+        );
         if self.instances.is_empty() {
             return None;
         }

@@ -1,9 +1,10 @@
-//! Which programs, and which of their instances, may act at a point.
+//! Which programs may act at a point.
 
 use super::frames::FrameCache;
-use crate::compile::{AnchorId, Compiled, Followed, IndexKind, Key, Program};
-use crate::field::{Frame, Frames};
-use crate::math::{Real, Vector};
+use super::instances::Reach;
+use crate::compile::{Compiled, Followed, Key};
+use crate::field::Frames;
+use crate::math::Vector;
 use crate::neighbors::hierarchy;
 use crate::rapier::parry::bounding_volume::Aabb;
 use crate::rapier::parry::partitioning::Bvh;
@@ -23,6 +24,8 @@ pub(super) struct ProgramIndex {
     /// By number: whether the tree holds it.
     in_tree: Vec<bool>,
     indexed: bool,
+    /// How often boxes were put in or taken out since all were.
+    moved: usize,
 }
 
 impl ProgramIndex {
@@ -44,9 +47,16 @@ impl ProgramIndex {
         );
         self.in_tree.resize(self.reaches.len(), false);
         match changed {
+            // What moves lets boxes overlap that need not: from time to time all is built anew.
+            Some(_) if self.moved > 64 + 4 * compiled.programs.len() => {
+                self.renew_all(compiled, frames, world);
+            }
             Some(changed) => {
-                for number in changed.iter().chain(roster.moving()) {
-                    self.renew(compiled, frames, world, *number);
+                for (number, serial) in changed {
+                    self.renew(compiled, frames, world, (*number, Some(*serial)));
+                }
+                for number in roster.moving() {
+                    self.renew(compiled, frames, world, (*number, None));
                 }
             }
             None => self.renew_all(compiled, frames, world),
@@ -55,6 +65,7 @@ impl ProgramIndex {
     }
 
     fn renew_all(&mut self, compiled: &Compiled, frames: &mut FrameCache, world: &impl Frames) {
+        self.moved = 0;
         self.in_tree.fill(false);
         let mut boxes = Vec::new();
         for (number, program) in compiled.programs.iter().filter(|(_, p)| p.has_force) {
@@ -76,7 +87,7 @@ impl ProgramIndex {
         compiled: &Compiled,
         frames: &mut FrameCache,
         world: &impl Frames,
-        number: u32,
+        (number, serial): (u32, Option<Key>),
     ) {
         let place = number as usize;
         let program = compiled.programs.get(number);
@@ -84,20 +95,29 @@ impl ProgramIndex {
         let reach = &mut self.reaches[place];
         let bounded = match program {
             Some(program) => {
-                let moved = reach.refresh(compiled, frames, world, program);
+                let moved = match serial {
+                    Some(serial) => reach.change(compiled, frames, world, (program, serial)),
+                    None => reach.refresh(compiled, frames, world, program),
+                };
                 if !moved && self.in_tree[place] == program.reach.is_some() {
                     return;
                 }
                 self.indexed && program.reach.is_some()
             }
-            None => false,
+            None => {
+                // The number may be given to another program.
+                *reach = Reach::default();
+                false
+            }
         };
         let bounds = reach.bounds().filter(|_| bounded);
-        match bounds {
-            Some(bounds) => self.tree.insert(bounds, number),
-            None if self.in_tree[place] => self.tree.remove(number),
-            None => {}
+        if self.in_tree[place] {
+            self.tree.remove(number);
         }
+        if let Some(bounds) = bounds {
+            self.tree.insert(bounds, number);
+        }
+        self.moved += 1;
         self.in_tree[place] = bounds.is_some();
     }
 
@@ -142,122 +162,5 @@ impl ProgramIndex {
 
     pub(super) fn reach(&mut self, number: u32) -> &mut Reach {
         &mut self.reaches[number as usize]
-    }
-}
-
-/// Which instances of a program may act at a point.
-#[derive(Debug, Default)]
-pub(super) struct Reach {
-    /// Holds all that any instance can reach.
-    low: Vector,
-    high: Vector,
-    balls: Vec<Option<(Vector, Real)>>,
-    bvh: Option<Bvh>,
-    found: Vec<u32>,
-}
-
-impl Reach {
-    /// Takes up where the instances are now; whether that is elsewhere.
-    fn refresh(
-        &mut self,
-        compiled: &Compiled,
-        frames: &mut FrameCache,
-        world: &impl Frames,
-        program: &Program,
-    ) -> bool {
-        for centre in &program.instances.centres {
-            frames.get(compiled, world, *centre);
-        }
-        self.take_up(program, frames.all())
-    }
-
-    fn take_up(&mut self, program: &Program, frames: &[Option<Frame>]) -> bool {
-        let reach = program.reach.unwrap_or(Real::INFINITY);
-        let ball = |centre: &AnchorId| match (&frames[*centre as usize], program.reach) {
-            (Some(frame), _) => Some((frame.pose.translation, reach)),
-            // Some field hangs elsewhere, and may be there still.
-            (None, None) => Some((Vector::ZERO, reach)),
-            (None, Some(_)) => None,
-        };
-        let balls = program.instances.centres.iter().map(ball);
-        // Zones that stand still keep their hierarchy.
-        if balls.clone().eq(self.balls.iter().copied()) {
-            return false;
-        }
-        self.balls.clear();
-        self.balls.extend(balls);
-        let bounds = self
-            .balls
-            .iter()
-            .enumerate()
-            .filter_map(|(instance, ball)| {
-                let (centre, radius) = (*ball)?;
-                let extent = Vector::splat(radius);
-                Some((instance, Aabb::from_half_extents(centre, extent)))
-            });
-        let infinity = Vector::splat(Real::INFINITY);
-        (self.low, self.high) = bounds
-            .clone()
-            .fold((infinity, -infinity), |(low, high), (_, bounds)| {
-                (low.min(bounds.mins), high.max(bounds.maxs))
-            });
-        self.bvh = (program.index_kind() == IndexKind::Bvh).then(|| hierarchy(bounds.collect()));
-        true
-    }
-
-    /// A box that holds all that any instance can reach, if there is anything.
-    fn bounds(&self) -> Option<Aabb> {
-        let filled = self.low.cmple(self.high).all() && !self.balls.is_empty();
-        filled.then(|| Aabb::new(self.low, self.high))
-    }
-
-    /// Puts into `found` the instances that may act within a distance of a point, in their order.
-    pub(super) fn near(&self, point: Vector, distance: Real, found: &mut Vec<u32>) {
-        found.clear();
-        let reaches = |ball: &Option<(Vector, Real)>| {
-            ball.is_some_and(|(centre, radius)| {
-                (point - centre).abs().max_element() <= radius + distance
-            })
-        };
-        match &self.bvh {
-            Some(bvh) => {
-                let here = Aabb::from_half_extents(point, Vector::splat(distance));
-                found.extend(bvh.intersect_aabb(&here));
-                found.sort_unstable();
-            }
-            None => {
-                let instances = self.balls.iter().enumerate();
-                let near = instances.filter(|(_, ball)| reaches(ball));
-                found.extend(near.map(|(instance, _)| instance as u32));
-            }
-        }
-    }
-
-    /// The instances that may act at a point, in their order.
-    pub(super) fn at(&mut self, point: Vector) -> &[u32] {
-        self.found.clear();
-        if point.cmplt(self.low).any() || point.cmpgt(self.high).any() {
-            return &self.found;
-        }
-        match &self.bvh {
-            Some(bvh) => {
-                let here = Aabb::new(point, point);
-                self.found.extend(bvh.intersect_aabb(&here));
-                // Sums must not depend on how the hierarchy was built.
-                self.found.sort_unstable();
-            }
-            None => {
-                let acts = |ball: &Option<(Vector, Real)>| {
-                    ball.is_some_and(|(centre, radius)| {
-                        (point - centre).abs().max_element() <= radius
-                    })
-                };
-                let instances = self.balls.iter().enumerate();
-                let acting = instances.filter(|(_, ball)| acts(ball));
-                self.found
-                    .extend(acting.map(|(instance, _)| instance as u32));
-            }
-        }
-        &self.found
     }
 }

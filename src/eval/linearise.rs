@@ -117,7 +117,7 @@ impl Lineariser {
             let Some(program) = program.filter(|program| wanted(program)) else {
                 continue;
             };
-            for instance in self.index.reach(*number).at(sample.world_point) {
+            for instance in self.index.reach(*number).at(program, sample.world_point) {
                 self.frames
                     .fill_instance(compiled, world, program, *instance);
                 let Seeded { query, motion } = seeded;

@@ -3,6 +3,7 @@
 mod adaptive;
 mod frames;
 mod index;
+mod instances;
 mod interpreter;
 mod kernel;
 mod lanes;
@@ -211,7 +212,7 @@ impl Evaluator {
         let reactions = &mut self.reactions;
         reactions.clear();
         let mut force_at = |sample: &SamplePoint| {
-            let instances = reach.at(sample.world_point);
+            let instances = reach.at(program, sample.world_point);
             if instances.is_empty() {
                 return Vector::ZERO;
             }

@@ -110,9 +110,9 @@ impl FieldPipeline {
             return Ok(());
         }
         let first = state.anchored.is_none() || edited;
-        let anchors = self.compiled.anchors.iter().enumerate();
+        let anchors = self.compiled.anchors.moving();
         let missing = anchors.filter(|(_, anchor)| view.frame(anchor).is_none());
-        let missing: Vec<(usize, Anchor)> = missing.map(|(n, anchor)| (n, *anchor)).collect();
+        let missing: Vec<_> = missing.map(|(id, a)| (id as usize, *a)).collect();
         for (number, anchor) in missing {
             if state.removed.contains(&anchor) {
                 continue;
@@ -316,7 +316,7 @@ impl FieldPipeline {
     /// Takes note of where everything is that fields hang on and that is no sampled body.
     pub(super) fn note_carriers(&self, state: &mut FieldState, view: &View<'_>) {
         state.carriers.clear();
-        for anchor in self.compiled.anchors.iter() {
+        for (_, anchor) in self.compiled.anchors.moving() {
             let carrier = match anchor {
                 Anchor::World { .. } => continue,
                 Anchor::Body { handle, .. } => Some(*handle),

@@ -241,10 +241,10 @@ impl FieldPipeline {
             set: fields.set,
             compiled: current.compiled(),
         };
-        let missing = compiled.anchors.iter().enumerate();
-        let missing = missing.filter(|(_, anchor)| view.frame(anchor).is_none());
+        let moving = compiled.compiled.anchors.moving();
+        let missing = moving.filter(|(_, anchor)| view.frame(anchor).is_none());
         missing
-            .map(|(number, _)| missing_anchor(compiled, number))
+            .map(|(id, _)| missing_anchor(compiled, id as usize))
             .collect()
     }
 }

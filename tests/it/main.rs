@@ -31,6 +31,7 @@ mod integrator_maps;
 mod laws;
 #[cfg(feature = "f32")]
 mod layering;
+mod live_edits;
 mod modes_of_others;
 mod modifier_laws;
 mod reference_dimers;

@@ -1,0 +1,230 @@
+//! Which instances of a program may act at a point.
+
+use std::collections::HashMap;
+
+use super::frames::FrameCache;
+use crate::compile::{Compiled, IndexKind, Key, Program};
+use crate::field::Frames;
+use crate::math::{Real, Vector};
+use crate::neighbors::hierarchy;
+use crate::rapier::parry::bounding_volume::Aabb;
+use crate::rapier::parry::partitioning::Bvh;
+
+type Ball = Option<(Vector, Real)>;
+
+/// Balls around the instances of a program, by number, or a hierarchy of them if they are many.
+#[derive(Debug)]
+pub(super) struct Reach {
+    /// Holds all that any instance can reach.
+    low: Vector,
+    high: Vector,
+    /// As they were built; empty once single terms were taken up.
+    balls: Vec<Ball>,
+    bvh: Option<Bvh>,
+    leaves: Leaves,
+    found: Vec<u32>,
+}
+
+/// What the leaves of a hierarchy stand for. Instances change their numbers when terms before them
+/// come and go, so they are known by their term, and their number within it.
+#[derive(Debug, Default)]
+struct Leaves {
+    /// The terms of the instances that the hierarchy was built of, by leaf.
+    built: Vec<Key>,
+    /// The leaves of terms that were taken up since.
+    changed: HashMap<Key, Vec<u32>>,
+    /// By leaf, once a term was taken up.
+    instances: Vec<(Key, u32)>,
+    free: Vec<u32>,
+}
+
+impl Leaves {
+    fn of(serials: &[Key]) -> Self {
+        Leaves {
+            built: serials.to_vec(),
+            ..Leaves::default()
+        }
+    }
+
+    /// Takes out the leaves of a term.
+    fn take(&mut self, serial: Key) -> Vec<u32> {
+        if self.instances.is_empty() {
+            let mut within = 0;
+            for (leaf, serial) in self.built.iter().enumerate() {
+                let follows = leaf > 0 && self.built[leaf - 1] == *serial;
+                within = if follows { within + 1 } else { 0 };
+                self.instances.push((*serial, within));
+            }
+        }
+        let taken = self.changed.insert(serial, Vec::new()).unwrap_or_else(|| {
+            let start = self.built.partition_point(|known| *known < serial);
+            let end = self.built.partition_point(|known| *known <= serial);
+            (start as u32..end as u32).collect()
+        });
+        self.free.extend(taken.iter().rev());
+        taken
+    }
+
+    /// A leaf for the next instance of a term that was taken out.
+    fn add(&mut self, serial: Key) -> u32 {
+        let of_term = self.changed.entry(serial).or_default();
+        let instance = (serial, of_term.len() as u32);
+        let leaf = self.free.pop().unwrap_or(self.instances.len() as u32);
+        match self.instances.get_mut(leaf as usize) {
+            Some(known) => *known = instance,
+            None => self.instances.push(instance),
+        }
+        of_term.push(leaf);
+        leaf
+    }
+}
+
+impl Default for Reach {
+    fn default() -> Self {
+        Reach {
+            low: Vector::splat(Real::INFINITY),
+            high: Vector::splat(-Real::INFINITY),
+            balls: Vec::new(),
+            bvh: None,
+            leaves: Leaves::default(),
+            found: Vec::new(),
+        }
+    }
+}
+
+impl Reach {
+    /// Takes up where the instances are now; whether that is elsewhere.
+    pub(super) fn refresh(
+        &mut self,
+        compiled: &Compiled,
+        frames: &mut FrameCache,
+        world: &impl Frames,
+        program: &Program,
+    ) -> bool {
+        let mut same = self.balls.len() == program.instances.len();
+        self.balls.resize(program.instances.len(), None);
+        for (ball, centre) in self.balls.iter_mut().zip(&program.instances.centres) {
+            let now = ball_at(program, frames.get(compiled, world, *centre));
+            same &= *ball == now;
+            *ball = now;
+        }
+        // Zones that stand still keep their hierarchy.
+        if !same {
+            self.build(program);
+        }
+        !same
+    }
+
+    fn build(&mut self, program: &Program) {
+        let infinity = Vector::splat(Real::INFINITY);
+        (self.low, self.high) = (infinity, -infinity);
+        let mut boxes = Vec::new();
+        for (instance, ball) in self.balls.iter().enumerate() {
+            if let Some(bounds) = bounds_of(ball) {
+                self.low = self.low.min(bounds.mins);
+                self.high = self.high.max(bounds.maxs);
+                boxes.push((instance, bounds));
+            }
+        }
+        self.leaves = Leaves::default();
+        self.bvh = (program.index_kind() == IndexKind::Bvh).then(|| hierarchy(boxes));
+        if self.bvh.is_some() && program.instances.moving == 0 {
+            self.leaves = Leaves::of(&program.instances.serials);
+        }
+    }
+
+    /// Takes up the instances of one term, which may be more or fewer than before; whether anything
+    /// is elsewhere. `program` is as it is now.
+    pub(super) fn change(
+        &mut self,
+        compiled: &Compiled,
+        frames: &mut FrameCache,
+        world: &impl Frames,
+        (program, serial): (&Program, Key),
+    ) -> bool {
+        let known = !self.leaves.built.is_empty() && program.instances.moving == 0;
+        let kept = known && program.index_kind() == IndexKind::Bvh;
+        let Some(bvh) = self.bvh.as_mut().filter(|_| kept) else {
+            return self.refresh(compiled, frames, world, program);
+        };
+        self.balls.clear();
+        for leaf in self.leaves.take(serial) {
+            bvh.remove(leaf);
+        }
+        for place in program.instances.of_term(serial) {
+            let centre = program.instances.centres[place];
+            let ball = ball_at(program, frames.get(compiled, world, centre));
+            let leaf = self.leaves.add(serial);
+            if let Some(bounds) = bounds_of(&ball) {
+                self.low = self.low.min(bounds.mins);
+                self.high = self.high.max(bounds.maxs);
+                bvh.insert(bounds, leaf);
+            }
+        }
+        true
+    }
+
+    /// A box that holds all that any instance can reach, if there is anything.
+    pub(super) fn bounds(&self) -> Option<Aabb> {
+        let filled = self.low.cmple(self.high).all();
+        filled.then(|| Aabb::new(self.low, self.high))
+    }
+
+    /// Puts into `found` the instances that may act within a distance of a point, in their order.
+    pub(super) fn near(
+        &self,
+        program: &Program,
+        (point, distance): (Vector, Real),
+        found: &mut Vec<u32>,
+    ) {
+        found.clear();
+        let Some(bvh) = &self.bvh else {
+            let reaches = |ball: &Ball| {
+                ball.is_some_and(|(centre, radius)| {
+                    (point - centre).abs().max_element() <= radius + distance
+                })
+            };
+            let instances = self.balls.iter().enumerate();
+            let near = instances.filter(|(_, ball)| reaches(ball));
+            found.extend(near.map(|(instance, _)| instance as u32));
+            return;
+        };
+        let here = Aabb::from_half_extents(point, Vector::splat(distance));
+        found.extend(bvh.intersect_aabb(&here));
+        if !self.leaves.instances.is_empty() {
+            for number in &mut *found {
+                let (serial, within) = self.leaves.instances[*number as usize];
+                *number = program.instances.start_of(serial) + within;
+            }
+        }
+        // Sums must not depend on how the hierarchy was built.
+        found.sort_unstable();
+    }
+
+    /// The instances that may act at a point, in their order.
+    pub(super) fn at(&mut self, program: &Program, point: Vector) -> &[u32] {
+        if point.cmplt(self.low).any() || point.cmpgt(self.high).any() {
+            return &[];
+        }
+        let mut found = std::mem::take(&mut self.found);
+        self.near(program, (point, 0.0), &mut found);
+        self.found = found;
+        &self.found
+    }
+}
+
+/// Where an instance can be felt, given where it is.
+fn ball_at(program: &Program, centre: Option<crate::field::Frame>) -> Ball {
+    let reach = program.reach.unwrap_or(Real::INFINITY);
+    match (centre, program.reach) {
+        (Some(frame), _) => Some((frame.pose.translation, reach)),
+        // Some field hangs elsewhere, and may be there still.
+        (None, None) => Some((Vector::ZERO, reach)),
+        (None, Some(_)) => None,
+    }
+}
+
+fn bounds_of(ball: &Ball) -> Option<Aabb> {
+    let (centre, radius) = (*ball)?;
+    Some(Aabb::from_half_extents(centre, Vector::splat(radius)))
+}
