@@ -23,6 +23,17 @@ pub(crate) struct Weighting {
     pub groups: Option<InteractionGroups>,
 }
 
+impl Weighting {
+    /// That of a vector that is shared out by mass.
+    pub(crate) fn shared(mode: ForceMode) -> Self {
+        Weighting {
+            mode,
+            coupling: Coupling::Share,
+            groups: None,
+        }
+    }
+}
+
 /// The same vector for every body, whatever its place.
 #[derive(Clone, Debug)]
 pub(crate) struct ConstantField {

@@ -4,7 +4,7 @@
 //! evaluated in whatever way suits it best:
 //!
 //! - radial fields that differ only in strength and anchor become one [`RadialBatch`];
-//! - an unbounded uniform field becomes a constant ([`ConstantField`](entries::ConstantField));
+//! - an unbounded uniform field becomes a constant ([`ConstantField`]);
 //! - detection fields go to the detector ([`Detector`]) and cost the force pass nothing;
 //! - every other term becomes a postfix [`Program`], with as many instances as it has anchors.
 
@@ -26,7 +26,7 @@ mod roster;
 
 pub(crate) use anchors::{AnchorId, NO_ANCHOR};
 pub(crate) use compiled::{Compiled, Prepared};
-pub(crate) use entries::{Detector, RadialBatch, RadialSource, Weighting};
+pub(crate) use entries::{ConstantField, Detector, RadialBatch, RadialSource, Weighting};
 pub(crate) use ordered::Key;
 pub use plan::{IndexKind, Plan, PlanEntry};
 pub(crate) use program::{Program, Step};

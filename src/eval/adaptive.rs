@@ -7,11 +7,14 @@
 
 use std::collections::BinaryHeap;
 
+use super::contract::{BatchEvaluator, Scene, Sums};
+use super::frames::FrameCache;
 use super::instances::Reach;
 use super::interpreter::{Interpreter, RegionOverride, boundaries_within};
+use super::programs::Programs;
 use super::quantity::WrenchError;
 use crate::compile::Program;
-use crate::field::{Frame, Motion, Query, real};
+use crate::field::{Frame, Frames, Motion, Query, real};
 use crate::math::{DMat3, DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rigid::Wrench;
 use crate::sample::{Cell, Moment, Samples, Solid};
@@ -28,11 +31,11 @@ const FEWEST_CELLS: usize = 32;
 const MOST_BORDERS: u32 = 6;
 
 /// A term and all it is sampled with.
-pub(super) struct Bordered<'a> {
-    pub program: &'a Program,
-    pub frames: &'a [Option<Frame>],
-    pub samples: &'a Samples,
-    pub moment: Moment,
+struct Bordered<'a> {
+    program: &'a Program,
+    frames: &'a [Option<Frame>],
+    samples: &'a Samples,
+    moment: Moment,
 }
 
 /// A cell with the force on it.
@@ -76,9 +79,56 @@ impl Sum {
     }
 }
 
-/// Samples bodies adaptively; keeps its buffers between calls.
+/// Evaluates programs, adaptively on the bodies that are sampled so; keeps its buffers between
+/// calls.
 #[derive(Debug, Default)]
-pub(super) struct Refiner {
+pub(super) struct Adaptive {
+    refiner: Refiner,
+    programs: Programs,
+}
+
+impl Adaptive {
+    /// Starts a new evaluation.
+    pub(super) fn forget(&mut self, samples: &Samples) {
+        self.refiner.forget(samples);
+    }
+
+    /// The bound of the error of the last wrench on a body, by its number.
+    pub(super) fn error(&self, body: usize) -> Option<WrenchError> {
+        self.refiner.error(body)
+    }
+}
+
+impl BatchEvaluator<Program> for Adaptive {
+    fn begin(&mut self, scene: &Scene<'_, impl Frames>, frames: &mut FrameCache) {
+        self.programs.begin(scene, frames);
+    }
+
+    fn add(
+        &mut self,
+        (number, program): (u32, &Program),
+        scene: &Scene<'_, impl Frames>,
+        frames: &mut FrameCache,
+        sums: &mut Sums<'_>,
+    ) {
+        frames.fill(scene.compiled, scene.world, program);
+        let field = Bordered {
+            program,
+            frames: frames.all(),
+            samples: scene.samples,
+            moment: scene.moment,
+        };
+        let (reach, machine) = self.programs.tools(number);
+        self.refiner.run(&field, reach, machine, sums.wrenches);
+        let wanted = |body| !self.refiner.has_done(body);
+        self.programs
+            .add_where((number, program), scene, frames, sums, wanted);
+    }
+}
+
+/// Samples bodies adaptively.
+#[derive(Debug, Default)]
+struct Refiner {
     /// By body: whether the present term has been dealt with.
     done: Vec<bool>,
     /// By body: the bounds, summed over terms.
@@ -121,7 +171,7 @@ impl Heap {
 
 impl Refiner {
     /// Starts a new evaluation.
-    pub(super) fn forget(&mut self, samples: &Samples) {
+    fn forget(&mut self, samples: &Samples) {
         let count = match samples.solids.is_empty() {
             true => 0,
             false => samples.bodies.len(),
@@ -132,18 +182,18 @@ impl Refiner {
         self.done.resize(count, false);
     }
 
-    pub(super) fn error(&self, body: usize) -> Option<WrenchError> {
+    fn error(&self, body: usize) -> Option<WrenchError> {
         self.errors.get(body).copied().flatten()
     }
 
     /// Whether a body needs no further samples in the present term.
-    pub(super) fn has_done(&self, body: u32) -> bool {
+    fn has_done(&self, body: u32) -> bool {
         self.done.get(body as usize).is_some_and(|done| *done)
     }
 
     /// Adds the wrenches of a term on those bodies that are sampled adaptively and that a border
     /// passes through.
-    pub(super) fn run(
+    fn run(
         &mut self,
         field: &Bordered<'_>,
         reach: &Reach,

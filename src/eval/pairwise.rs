@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::kernel::Kernel;
 use super::lanes::{Lanes, WIDTH, load, subtract};
+use super::quantity::Quantity;
 use crate::math::{Real, Vector};
 use crate::neighbors::{Cluster, VerletList};
 use crate::sample::Samples;
@@ -38,8 +39,21 @@ pub(super) struct Pairwise {
 }
 
 impl Pairwise {
-    /// Adds the forces (or with `POTENTIAL`, potentials) that the samples exert on each other.
-    pub(super) fn add<const POTENTIAL: bool>(
+    /// Adds the forces, or potentials, that the samples exert on each other.
+    pub(super) fn run(
+        &mut self,
+        law: impl Kernel,
+        pairs: Pairs<'_>,
+        quantity: Quantity,
+        sums: &mut [Vector],
+    ) {
+        match quantity {
+            Quantity::Force => self.add::<false>(law, pairs, sums),
+            Quantity::Potential => self.add::<true>(law, pairs, sums),
+        }
+    }
+
+    fn add<const POTENTIAL: bool>(
         &mut self,
         law: impl Kernel,
         pairs: Pairs<'_>,

@@ -23,7 +23,8 @@ pub struct PotentialEnergy {
     /// because the field of the body it acts on acts back; so it is exact where fields of bodies
     /// come in such pairs.
     pub total: f64,
-    /// Terms without a potential: drag, closures, and operators other than the sum of union.
+    /// How many batches or terms act without a known potential, in part at least: drag, closures,
+    /// bounded forces, what is scaled or limited, and operators other than the sum of union.
     pub without: usize,
 }
 

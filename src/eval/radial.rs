@@ -1,102 +1,200 @@
 //! Batches of radial fields: every sample against every source in range, several at a time.
 
+use std::ops::Range;
+
+use super::contract::{BatchEvaluator, Scene, Sums};
+use super::frames::FrameCache;
 use super::kernel::{Kernel, Law};
 use super::lanes::{Lanes, WIDTH, counting, load};
 use super::pairwise::{Pairs, Pairwise};
 use super::quantity::Quantity;
 use crate::compile::{AnchorId, RadialBatch, RadialSource};
-use crate::field::Frame;
+use crate::field::{Frame, Frames};
 use crate::math::{Real, Vector};
 use crate::neighbors::{FEWEST_FOR_GRID, Grid};
-use crate::sample::{Moment, SamplePoint, Samples, owner};
+use crate::sample::{SamplePoint, Samples, owner};
 
-/// Evaluates radial batches; keeps its buffers between calls.
+/// Evaluates radial batches, each in the way that suits it; keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(super) struct Radials {
-    one_way: OneWay,
-    /// One per batch, because each keeps its neighbours.
-    mutual: Vec<Pairwise>,
-    strengths: Vec<Real>,
+    one_way: OneWayRadials,
+    pairwise: PairwiseRadials,
     weights: Vec<Real>,
-    /// Sources that are not samples, or that are but few.
+}
+
+/// Every source against every sample in range.
+#[derive(Debug, Default)]
+pub(super) struct OneWayRadials {
+    sources: OneWay,
+}
+
+/// Sources that are samples, pair by pair, both ways; the others one way.
+#[derive(Debug, Default)]
+pub(super) struct PairwiseRadials {
+    /// One per batch, because each keeps its neighbours.
+    pairwise: Vec<Pairwise>,
+    strengths: Vec<Real>,
+    /// Sources that are not samples.
     apart: Vec<RadialSource>,
+    sources: OneWay,
+}
+
+/// A batch with all that it is evaluated on.
+struct Task<'a> {
+    number: u32,
+    batch: &'a RadialBatch,
+    samples: &'a Samples,
+    /// Of each sample of the list: what turns the vector of the fields into a force.
+    weights: &'a [Real],
+    quantity: Quantity,
+}
+
+impl BatchEvaluator<RadialBatch> for Radials {
+    fn add(
+        &mut self,
+        batch: (u32, &RadialBatch),
+        scene: &Scene<'_, impl Frames>,
+        frames: &mut FrameCache,
+        sums: &mut Sums<'_>,
+    ) {
+        self.add_quantity(batch, scene, frames, sums.forces, Quantity::Force);
+    }
 }
 
 impl Radials {
-    /// Adds the forces (or potentials) of a batch, given with its number, on every sample.
-    pub(super) fn add(
+    /// Adds the forces, or potentials, of a batch on every sample.
+    pub(super) fn add_quantity(
         &mut self,
-        (number, batch): (usize, &RadialBatch),
-        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
-        samples: &Samples,
-        moment: Moment,
-        quantity: Quantity,
+        (number, batch): (u32, &RadialBatch),
+        scene: &Scene<'_, impl Frames>,
+        frames: &mut FrameCache,
         sums: &mut [Vector],
+        quantity: Quantity,
     ) {
-        let weight = |sample| match samples.takes(batch.how, sample) {
-            true => samples.weight(sample, &batch.weighting, moment),
-            false => 0.0,
-        };
-        self.weights.clear();
-        self.weights.extend(samples.list.iter().map(weight));
-        let is_mutual = self.split(batch, samples);
-        // What is no site meets all sources one by one.
-        let several = is_mutual && self.weights[samples.sites..].iter().any(|w| *w != 0.0);
-        if several {
-            let (_, sums) = sums.split_at_mut(samples.sites);
-            let sources = &batch.sources;
-            self.one_way.gather(batch, sources, &mut frame, quantity);
-            match Law::new(&batch.law) {
-                Law::InverseSquare(law) => self.add_to_several(law, batch, samples, quantity, sums),
-                Law::LennardJones(law) => self.add_to_several(law, batch, samples, quantity, sums),
-                Law::Other(law) => self.add_to_several(law, batch, samples, quantity, sums),
-            }
+        if !batch.prototype.is_on(scene.moment.time) {
+            return;
         }
-        self.one_way.gather(batch, &self.apart, frame, quantity);
-        if self.mutual.len() <= number {
-            self.mutual.resize_with(number + 1, Pairwise::default);
-        }
-        let mut both = Both {
-            radials: self,
+        weigh(batch, scene, &mut self.weights);
+        let task = Task {
             number,
             batch,
-            samples,
+            samples: scene.samples,
+            weights: &self.weights,
             quantity,
-            sums,
-            is_mutual,
         };
+        let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
+        if self.pairwise.is_worth_it(&task) {
+            self.pairwise.run(&task, frame, sums);
+        } else {
+            self.one_way.run(&task, frame, sums);
+        }
+    }
+}
+
+/// What turns the vector of a batch into a force on each sample; zero where it is not sampled.
+fn weigh(batch: &RadialBatch, scene: &Scene<'_, impl Frames>, weights: &mut Vec<Real>) {
+    let samples = scene.samples;
+    let weight = |sample| match samples.takes(batch.how, sample) {
+        true => samples.weight(sample, &batch.weighting, scene.moment),
+        false => 0.0,
+    };
+    weights.clear();
+    weights.extend(samples.list.iter().map(weight));
+}
+
+/// The two ways by themselves: whatever the batch, they differ in rounding only.
+macro_rules! by_itself {
+    ($way:ty) => {
+        impl BatchEvaluator<RadialBatch> for $way {
+            fn add(
+                &mut self,
+                (number, batch): (u32, &RadialBatch),
+                scene: &Scene<'_, impl Frames>,
+                frames: &mut FrameCache,
+                sums: &mut Sums<'_>,
+            ) {
+                let mut weights = Vec::new();
+                weigh(batch, scene, &mut weights);
+                let task = Task {
+                    number,
+                    batch,
+                    samples: scene.samples,
+                    weights: &weights,
+                    quantity: Quantity::Force,
+                };
+                let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
+                if batch.prototype.is_on(scene.moment.time) {
+                    self.run(&task, frame, sums.forces);
+                }
+            }
+        }
+    };
+}
+
+by_itself!(OneWayRadials);
+by_itself!(PairwiseRadials);
+
+impl OneWayRadials {
+    fn run(
+        &mut self,
+        task: &Task<'_>,
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
+        sums: &mut [Vector],
+    ) {
+        let sources = &task.batch.sources;
+        self.sources
+            .gather(task.batch, sources, frame, task.quantity);
+        self.sources.add_to(task, 0..task.samples.list.len(), sums);
+    }
+}
+
+impl PairwiseRadials {
+    fn run(
+        &mut self,
+        task: &Task<'_>,
+        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+        sums: &mut [Vector],
+    ) {
+        let (batch, sites) = (task.batch, task.samples.sites);
+        self.split(task);
+        // What is no site meets all sources one by one.
+        if task.weights[sites..].iter().any(|weight| *weight != 0.0) {
+            let sources = &batch.sources;
+            self.sources
+                .gather(batch, sources, &mut frame, task.quantity);
+            let several = sites..task.samples.list.len();
+            self.sources.add_to(task, several, sums);
+        }
+        self.sources
+            .gather(batch, &self.apart, frame, task.quantity);
+        let number = task.number as usize;
+        if self.pairwise.len() <= number {
+            self.pairwise.resize_with(number + 1, Pairwise::default);
+        }
+        let pairs = Pairs {
+            samples: task.samples,
+            strengths: &self.strengths,
+            weights: &task.weights[..sites],
+            range: batch.range,
+        };
+        let pairwise = &mut self.pairwise[number];
         match Law::new(&batch.law) {
-            Law::InverseSquare(law) => both.add(law),
-            Law::LennardJones(law) => both.add(law),
-            Law::Other(law) => both.add(law),
+            Law::InverseSquare(law) => pairwise.run(law, pairs, task.quantity, sums),
+            Law::LennardJones(law) => pairwise.run(law, pairs, task.quantity, sums),
+            Law::Other(law) => pairwise.run(law, pairs, task.quantity, sums),
+        }
+        if !self.apart.is_empty() {
+            self.sources.add_to(task, 0..sites, sums);
         }
     }
 
-    /// Adds what the gathered sources give on the samples that are no sites.
-    fn add_to_several(
-        &self,
-        law: impl Kernel,
-        batch: &RadialBatch,
-        samples: &Samples,
-        quantity: Quantity,
-        sums: &mut [Vector],
-    ) {
-        let (samples, weights) = (
-            &samples.list[samples.sites..],
-            &self.weights[samples.sites..],
-        );
-        let range = batch.range;
-        self.one_way
-            .add(law, range, quantity, samples, weights, sums);
-    }
-
-    /// Sets the strengths of the samples that are sources; the others are kept apart. Whether
-    /// there are enough of the former for every pair of samples to be worth a look.
-    fn split(&mut self, batch: &RadialBatch, samples: &Samples) -> bool {
+    /// Sets the strengths of the samples that are sources; the others are kept apart.
+    fn split(&mut self, task: &Task<'_>) {
+        let samples = task.samples;
         self.strengths.clear();
         self.strengths.resize(samples.sites, 0.0);
         self.apart.clear();
-        for source in &batch.sources {
+        for source in &task.batch.sources {
             let number = source
                 .collider
                 .and_then(|collider| samples.of_collider(collider));
@@ -105,60 +203,19 @@ impl Radials {
                 None => self.apart.push(*source),
             }
         }
-        let weights = &self.weights[..samples.sites];
-        let coupled = weights.iter().filter(|weight| **weight != 0.0).count();
-        let matched = batch.sources.len() - self.apart.len();
-        if matched * 2 >= coupled && matched > 0 {
-            return true;
-        }
-        self.apart.clone_from(&batch.sources);
-        false
     }
-}
 
-/// One evaluation of a batch, for a law known to the compiler.
-struct Both<'a> {
-    radials: &'a mut Radials,
-    number: usize,
-    batch: &'a RadialBatch,
-    samples: &'a Samples,
-    quantity: Quantity,
-    sums: &'a mut [Vector],
-    is_mutual: bool,
-}
-
-impl Both<'_> {
-    fn add(&mut self, law: impl Kernel) {
-        let Radials {
-            one_way,
-            mutual,
-            strengths,
-            weights,
-            apart,
-        } = &mut *self.radials;
-        let range = self.batch.range;
-        let (mut samples, mut weights) = (&self.samples.list[..], &weights[..]);
-        if self.is_mutual {
-            // The others have met all sources already.
-            (samples, weights) = (
-                &samples[..self.samples.sites],
-                &weights[..self.samples.sites],
-            );
-            let pairs = Pairs {
-                samples: self.samples,
-                strengths,
-                weights,
-                range,
-            };
-            let mutual = &mut mutual[self.number];
-            match self.quantity {
-                Quantity::Force => mutual.add::<false>(law, pairs, self.sums),
-                Quantity::Potential => mutual.add::<true>(law, pairs, self.sums),
-            }
+    /// Whether there are enough sources among the samples for every pair of samples to be worth a
+    /// look.
+    fn is_worth_it(&mut self, task: &Task<'_>) -> bool {
+        if task.batch.on_colliders == 0 {
+            return false;
         }
-        if !apart.is_empty() {
-            one_way.add(law, range, self.quantity, samples, weights, self.sums);
-        }
+        self.split(task);
+        let weights = &task.weights[..task.samples.sites];
+        let coupled = weights.iter().filter(|weight| **weight != 0.0).count();
+        let matched = task.batch.sources.len() - self.apart.len();
+        matched * 2 >= coupled && matched > 0
     }
 }
 
@@ -227,6 +284,18 @@ impl OneWay {
         self.z.push(point.z);
         self.strength.push(strength);
         self.owner.push(owner);
+    }
+
+    /// Adds what the gathered sources give on some samples of the list.
+    fn add_to(&self, task: &Task<'_>, places: Range<usize>, sums: &mut [Vector]) {
+        let (range, quantity) = (task.batch.range, task.quantity);
+        let samples = &task.samples.list[places.clone()];
+        let (weights, sums) = (&task.weights[places.clone()], &mut sums[places]);
+        match Law::new(&task.batch.law) {
+            Law::InverseSquare(law) => self.add(law, range, quantity, samples, weights, sums),
+            Law::LennardJones(law) => self.add(law, range, quantity, samples, weights, sums),
+            Law::Other(law) => self.add(law, range, quantity, samples, weights, sums),
+        }
     }
 
     fn add(

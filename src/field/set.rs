@@ -195,7 +195,7 @@ impl FieldSet {
         let entry = &mut self.trees[index as usize];
         entry.terms.clear();
         entry.there = false;
-        entry.generation += 1;
+        entry.generation = entry.generation.wrapping_add(1);
         self.free_trees.push(index);
     }
 

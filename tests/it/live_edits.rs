@@ -306,9 +306,9 @@ fn hundreds_of_edits_of_many_fields() {
     let mut bench = Bench::new(World::new(&plans), &[]);
     let at = |k: usize| {
         Vector::new(
-            (k % 7) as Real - 3.0,
-            (k % 5) as Real - 2.0,
-            (k % 3) as Real,
+            (k % 7) as Real - 2.75,
+            (k % 5) as Real - 1.75,
+            (k % 3) as Real + 0.25,
         )
     };
     let zone = |k: usize| {

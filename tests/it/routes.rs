@@ -57,7 +57,7 @@ fn all(world: &PhysicsWorld) -> Vec<u64> {
         let numbers = places.flat_map(|(x, v)| [x.to_array(), v.to_array()].concat());
         numbers.map(|x| to_f64(x).to_bits()).collect::<Vec<_>>()
     });
-    bits(world).into_iter().chain(particles).collect()
+    bits(world).into_iter().flatten().chain(particles).collect()
 }
 
 #[track_caller]
@@ -72,11 +72,22 @@ fn agree(what: &str, build: impl Fn() -> Run, steps: usize) {
     let (one, other) = (Counting::default(), Counting::default());
     for step in 0..steps {
         let plain = easy.1.step(&mut easy.0).expect("a step");
-        let hooked = with.1.step_with(&mut with.0, &one, &events).expect("a step");
+        let hooked = with
+            .1
+            .step_with(&mut with.0, &one, &events)
+            .expect("a step");
         let warnings = own_step(&mut own, &mut pipeline, &other, &());
         assert_eq!(plain, hooked, "{what}, step {step}");
-        assert_eq!(all(&easy.0), all(&with.0), "{what}, step {step}: with hooks");
-        assert_eq!(all(&easy.0), all(&own.0), "{what}, step {step}: own pipeline");
+        assert_eq!(
+            all(&easy.0),
+            all(&with.0),
+            "{what}, step {step}: with hooks"
+        );
+        assert_eq!(
+            all(&easy.0),
+            all(&own.0),
+            "{what}, step {step}: own pipeline"
+        );
         assert_eq!(easy.1.warnings(), warnings, "{what}, step {step}");
         assert_eq!(easy.1.contacts(), own.1.contacts(), "{what}, step {step}");
         assert_eq!(easy.1.cross_check(), own.1.cross_check(), "{what}");
@@ -117,7 +128,11 @@ fn two_elastic_balls() {
             own_step(&mut run, &mut pipeline, &(), &());
         }
         let speeds = run.0.bodies.iter().map(|(_, body)| to_f64(body.linvel().x));
-        assert_eq!(speeds.collect::<Vec<_>>(), [-1.0, 1.0], "{detection:?}: they part");
+        assert_eq!(
+            speeds.collect::<Vec<_>>(),
+            [-1.0, 1.0],
+            "{detection:?}: they part"
+        );
     }
 }
 
@@ -150,7 +165,8 @@ fn a_soft_body_in_wind() {
     for scheme in SCHEMES {
         let build = || {
             let mut world = PhysicsWorld::new();
-            let soft = SoftBodyBuilder::cloth(Vector::ZERO, Vector::X * 0.5, Vector::Z * 0.5, 4, 4).mass(2.0);
+            let soft = SoftBodyBuilder::cloth(Vector::ZERO, Vector::X * 0.5, Vector::Z * 0.5, 4, 4)
+                .mass(2.0);
             let PhysicsWorld {
                 soft_bodies,
                 bodies,
@@ -172,7 +188,14 @@ fn rules_for_pairs() {
     let build = || {
         let mut world = weightless(1.0 / 60.0);
         let balls: Vec<_> = (0..6)
-            .map(|k| ball(&mut world, 1.3 * k as Real, if k % 2 == 0 { 1.0 } else { -1.0 }).1)
+            .map(|k| {
+                ball(
+                    &mut world,
+                    1.3 * k as Real,
+                    if k % 2 == 0 { 1.0 } else { -1.0 },
+                )
+                .1
+            })
             .collect();
         let tree = Tree::fold(Operator::SumUnion, balls.iter().map(|part| elastic(*part)));
         let fields = Fields::builder(tree)
@@ -192,7 +215,11 @@ fn heap(scheme: Scheme) -> Run {
     world.colliders.insert(floor);
     let mut last = None;
     for k in 0..24 {
-        let place = Vector::new((k % 3) as Real * 0.9, 0.6 + 0.7 * k as Real, (k % 2) as Real);
+        let place = Vector::new(
+            (k % 3) as Real * 0.9,
+            0.6 + 0.7 * k as Real,
+            (k % 2) as Real,
+        );
         let body = RigidBodyBuilder::dynamic().translation(place);
         let collider = match k % 5 {
             0 => ColliderBuilder::ball(0.4),
@@ -227,14 +254,17 @@ fn a_heap_under_gravity_in_every_scheme() {
 #[test]
 fn one_uniform_field_is_the_same_by_its_own_path_and_by_the_general_one() {
     for scheme in [Scheme::KickDriftKick, Scheme::Kick] {
-        let wind = || Field::uniform(Vector::new(0.3, 0.1, -0.2)).force_mode(ForceMode::Acceleration);
+        let wind =
+            || Field::uniform(Vector::new(0.3, 0.1, -0.2)).force_mode(ForceMode::Acceleration);
         let build = |tree: Tree| {
             let (world, _) = heap(scheme);
             let fields = Fields::builder(tree).scheme(scheme).build();
             (world, fields.expect("a valid tree"))
         };
         // A far field of no strength worth naming takes the general path.
-        let far = Field::uniform(Vector::X * 1e-30).within(Region::ball(1.0)).at(Vector::X * 1e6);
+        let far = Field::uniform(Vector::X * 1e-30)
+            .within(Region::ball(1.0))
+            .at(Vector::X * 1e6);
         let (mut short, mut long) = (build(wind().into()), build(wind().sum_union(far)));
         for step in 0..200 {
             short.1.step(&mut short.0).expect("a step");
@@ -252,7 +282,9 @@ fn forgotten_hooks_are_told() {
     for _ in 0..90 {
         let open = fields.begin(WorldMut::from(&mut world)).expect("a step");
         world.step();
-        fields.finish(open, WorldMut::from(&mut world)).expect("a step");
+        fields
+            .finish(open, WorldMut::from(&mut world))
+            .expect("a step");
         told |= fields.warnings().contains(&StepWarning::HooksNotGiven);
     }
     assert!(told);
@@ -265,7 +297,9 @@ fn changes_between_the_halves() {
     for scheme in SCHEMES {
         let build = || {
             let mut world = weightless(1.0 / 60.0);
-            let handles: Vec<_> = (0..3).map(|k| ball(&mut world, 3.0 * k as Real, 0.0).0).collect();
+            let handles: Vec<_> = (0..3)
+                .map(|k| ball(&mut world, 3.0 * k as Real, 0.0).0)
+                .collect();
             let tree = Field::uniform(Vector::Y)
                 .within(Region::ball(100.0))
                 .named("push")
@@ -279,7 +313,9 @@ fn changes_between_the_halves() {
         let (added, _) = ball(&mut world, 20.0, 0.0);
         fields["push"].strength = 3.0;
         world.step_with_events(&open.hooks(&()), &());
-        fields.finish(open, WorldMut::from(&mut world)).expect("a step");
+        fields
+            .finish(open, WorldMut::from(&mut world))
+            .expect("a step");
         let mass = to_f64(world.bodies[handles[0]].mass());
         let dt = 1.0 / 60.0;
         let gained = to_f64(world.bodies[handles[0]].linvel().y) * mass / dt;
@@ -290,7 +326,10 @@ fn changes_between_the_halves() {
         for _ in 0..3 {
             fields.step(&mut world).expect("a step");
         }
-        assert!(world.bodies[added].linvel().y > 0.0, "{scheme:?}: the new one");
+        assert!(
+            world.bodies[added].linvel().y > 0.0,
+            "{scheme:?}: the new one"
+        );
         assert!(world.bodies.get(handles[1]).is_none());
     }
 }

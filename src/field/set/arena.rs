@@ -120,7 +120,8 @@ impl Arena {
     /// Takes a leaf out and leaves its place empty, for the operation that uses it.
     pub(super) fn vacate(&mut self, place: u32) {
         self.nodes[place as usize] = Node::Vacant;
-        self.slots[place as usize].generation += 1;
+        let slot = &mut self.slots[place as usize];
+        slot.generation = slot.generation.wrapping_add(1);
     }
 
     /// Takes a node out, and its place may be used again.

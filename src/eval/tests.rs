@@ -1,0 +1,353 @@
+//! One suite, stamped on every evaluator: see [`BatchEvaluator`].
+
+use super::adaptive::Adaptive;
+use super::constants::Constants;
+use super::contract::{BatchEvaluator, Scene, Sums};
+use super::frames::FrameCache;
+use super::programs::Programs;
+use super::radial::{OneWayRadials, PairwiseRadials, Radials};
+use crate::bridge::{View, is_movable};
+use crate::compile::{Compiled, ConstantField, Program, RadialBatch};
+use crate::diagnose::explain;
+use crate::field::{
+    ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Sampling, Tree,
+};
+use crate::math::{Pose, Real, Vector, to_dvec3, to_f64};
+use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
+use crate::rigid::{Body, Lookup, Wrench};
+use crate::sample::{Gatherer, Moment, Properties, Samples};
+
+/// Fields, and bodies that they act on.
+struct Stage {
+    set: FieldSet,
+    compiled: Compiled,
+    world: PhysicsWorld,
+    time: f64,
+}
+
+/// Two pairs of balls, each with its handles, a ball by itself, and a box.
+fn world() -> PhysicsWorld {
+    let mut world = PhysicsWorld::new();
+    let places = [[0.0, 0.0, 0.0], [2.5, 0.5, 0.0], [-1.0, 2.0, 1.5]];
+    for (number, place) in places.into_iter().enumerate() {
+        let body = RigidBodyBuilder::dynamic()
+            .translation(Vector::from_array(place.map(|x: f64| x as Real)))
+            .linvel(Vector::new(0.5, -0.25, number as Real))
+            .angvel(Vector::new(0.0, 1.0, -0.5));
+        let body = world.insert_body(body);
+        for x in [-0.5, 0.5]
+            .into_iter()
+            .take(if number == 2 { 1 } else { 2 })
+        {
+            let ball = ColliderBuilder::ball(0.25)
+                .translation(Vector::X * x)
+                .mass(2.0);
+            world.insert_collider(ball, Some(body));
+        }
+    }
+    let body = RigidBodyBuilder::dynamic().translation(Vector::new(1.0, -2.0, 0.5));
+    let body = world.insert_body(body);
+    world.insert_collider(
+        ColliderBuilder::cuboid(0.5, 0.25, 0.125).mass(3.0),
+        Some(body),
+    );
+    let PhysicsWorld {
+        bodies, colliders, ..
+    } = &mut world;
+    for (_, body) in bodies.iter_mut() {
+        body.recompute_mass_properties_from_colliders(colliders);
+    }
+    world
+}
+
+impl Stage {
+    fn new(fields: fn(&PhysicsWorld) -> Vec<Tree>) -> Self {
+        let world = world();
+        let mut set = FieldSet::new();
+        for (number, (collider, _)) in world.colliders.iter().enumerate() {
+            let charge = ColliderProperties::new().charge(number as Real - 2.0);
+            set.set_properties(collider, charge).expect("finite");
+        }
+        for tree in fields(&world) {
+            set.insert(tree);
+        }
+        set.validate_changes().expect("valid");
+        Stage {
+            compiled: Compiled::new(&set),
+            set,
+            world,
+            time: 0.0,
+        }
+    }
+
+    fn handles(&self) -> Vec<RigidBodyHandle> {
+        self.world.bodies.iter().map(|(handle, _)| handle).collect()
+    }
+
+    fn samples(&self) -> Samples {
+        let view = View::new(&self.world.bodies, &self.world.colliders);
+        let movable = view.bodies().filter(|(_, body)| is_movable(body));
+        let bodies: Vec<Body> = movable
+            .map(|(handle, body)| Body::of(handle, body))
+            .collect();
+        let mut properties = Properties::default();
+        properties.update(&self.set);
+        let mut samples = Samples::default();
+        let wanted = self.compiled.requirements;
+        Gatherer::default().gather(&mut samples, (&properties, 0), wanted, &bodies, &view);
+        samples.place(&bodies, None);
+        samples
+    }
+
+    fn moment(&self) -> Moment {
+        Moment {
+            time: self.time,
+            dt: 0.5,
+        }
+    }
+
+    /// What an evaluator adds to sums that hold something already.
+    fn evaluate<B: ?Sized>(
+        &self,
+        evaluator: &mut impl BatchEvaluator<B>,
+        batches: fn(&Compiled) -> Vec<(u32, &B)>,
+        start: Real,
+    ) -> Vec<Wrench> {
+        let samples = self.samples();
+        let view = View::new(&self.world.bodies, &self.world.colliders);
+        let mut frames = FrameCache::default();
+        frames.clear(&self.compiled);
+        let scene = Scene {
+            compiled: &self.compiled,
+            world: &view,
+            samples: &samples,
+            moment: self.moment(),
+        };
+        let mut forces = vec![Vector::splat(start); samples.list.len()];
+        let begun = Wrench {
+            force: Vector::splat(start),
+            torque: Vector::ZERO,
+        };
+        let mut wrenches = vec![begun; samples.bodies.len()];
+        let mut sums = Sums {
+            forces: &mut forces,
+            wrenches: &mut wrenches,
+        };
+        evaluator.begin(&scene, &mut frames);
+        for batch in batches(&self.compiled) {
+            evaluator.add(batch, &scene, &mut frames, &mut sums);
+        }
+        for wrench in &mut wrenches {
+            wrench.force -= Vector::splat(start);
+        }
+        for (sample, force) in samples.list.iter().zip(forces) {
+            let wrench = &mut wrenches[sample.body as usize];
+            let added = force - Vector::splat(start);
+            wrench.force += added;
+            wrench.torque += sample.arm.cross(added);
+        }
+        wrenches
+    }
+
+    fn reference(&self) -> Vec<Wrench> {
+        let samples = self.samples();
+        let view = View::new(&self.world.bodies, &self.world.colliders);
+        let bodies = 0..samples.bodies.len() as u32;
+        let explained = bodies.map(|b| explain(&self.set, &view, &samples, self.moment(), b));
+        explained.map(|explanation| explanation.wrench).collect()
+    }
+}
+
+#[track_caller]
+fn agree(found: &[Wrench], want: &[Wrench], scale: f64) {
+    assert_eq!(found.len(), want.len());
+    for (found, want) in found.iter().zip(want) {
+        let error = to_dvec3(found.force - want.force).length()
+            + to_dvec3(found.torque - want.torque).length();
+        let bound = 512.0 * to_f64(Real::EPSILON) * scale;
+        assert!(
+            error <= bound,
+            "{found:?}, reference {want:?}: {error:e} > {bound:e}"
+        );
+    }
+}
+
+fn size(wrenches: &[Wrench]) -> f64 {
+    let size = |w: &Wrench| to_dvec3(w.force).length() + to_dvec3(w.torque).length();
+    wrenches.iter().map(size).fold(1.0, f64::max)
+}
+
+fn bits(wrenches: &[Wrench]) -> Vec<[u64; 6]> {
+    let numbers = |w: &Wrench| {
+        let [a, b] = [w.force, w.torque].map(|v| to_dvec3(v).to_array().map(f64::to_bits));
+        [a[0], a[1], a[2], b[0], b[1], b[2]]
+    };
+    wrenches.iter().map(numbers).collect()
+}
+
+fn constants(_: &PhysicsWorld) -> Vec<Tree> {
+    let field = |vector, mode| Tree::from(Field::uniform(vector).force_mode(mode));
+    vec![
+        field(Vector::new(1.0, 2.0, 3.0), ForceMode::Force),
+        field(Vector::Y * -9.81, ForceMode::Acceleration),
+        field(Vector::X * 0.25, ForceMode::VelocityChange),
+    ]
+}
+
+/// Of colliders, of bodies, and of the world; bounded and not.
+fn radials(world: &PhysicsWorld) -> Vec<Tree> {
+    let mut all = Vec::new();
+    for (number, (collider, _)) in world.colliders.iter().enumerate() {
+        let charge = number as Real - 1.5;
+        all.push(Field::coulomb(1.0, charge).at(collider).into());
+        let law = Field::lennard_jones(0.5, 1.0)
+            .shifted_to_zero_at(3.0)
+            .at(collider);
+        all.push(law.into());
+    }
+    for (body, _) in world.bodies.iter() {
+        all.push(Field::point_gravity(0.5).softened(0.5).at(body).into());
+    }
+    for k in 0..70 {
+        let place = Vector::new(k as Real * 0.1 - 3.4, 0.3, (k % 7) as Real * 0.3);
+        let star = Field::radial(0.1, -1.0).within(Region::ball(1.4)).at(place);
+        all.push(star.lifetime(Lifetime::between(0.0, 1.0)).into());
+    }
+    all
+}
+
+/// Composites, instances, fields that react, that are off, and many unlike ones.
+fn programs(world: &PhysicsWorld) -> Vec<Tree> {
+    let bodies: Vec<RigidBodyHandle> = world.bodies.iter().map(|(handle, _)| handle).collect();
+    let pull = Field::radial(-1.0, 0.0).within(Region::ball(4.1));
+    let push = Field::radial(10.0, 0.0).within(Region::ball(1.3));
+    let mut all = vec![
+        Tree::instances(pull.replace_union(push), bodies.iter().copied()),
+        Tree::from(Field::spring(2.0).reacting().at(bodies[0])),
+        Field::drag(0.5, 0.1)
+            .sum_union(Field::spring(1.0))
+            .limited_to(3.0),
+        Field::uniform(Vector::Z)
+            .within(Region::ball(2.7))
+            .scaled_by(0.5)
+            .into(),
+        Tree::from(Field::spring(1.0).lifetime(Lifetime::between(0.0, 1.0))),
+        Tree::from(Field::spring(9.0).enabled(false)),
+    ];
+    for k in 0..60 {
+        let place = Pose::from_translation(Vector::X * (k as Real * 0.1 - 3.0));
+        let zone = Region::ball(0.9 + k as Real * 0.01);
+        all.push(
+            Field::uniform(Vector::Y * k as Real)
+                .within(zone)
+                .at(place)
+                .into(),
+        );
+    }
+    all
+}
+
+/// What the interpreter gets, where bodies are also cut into cells.
+fn cells(world: &PhysicsWorld) -> Vec<Tree> {
+    let mut all = programs(world);
+    let fine = Sampling::Adaptive { tolerance: 0.01 };
+    all.push(Tree::from(Field::spring(1.0).sampled(fine)));
+    all
+}
+
+fn all_constants(compiled: &Compiled) -> Vec<(u32, &[ConstantField])> {
+    vec![(0, &compiled.constants[..])]
+}
+
+fn all_radials(compiled: &Compiled) -> Vec<(u32, &RadialBatch)> {
+    compiled.radials.iter().collect()
+}
+
+fn all_programs(compiled: &Compiled) -> Vec<(u32, &Program)> {
+    let programs = compiled.programs.iter();
+    programs.filter(|(_, program)| program.has_force).collect()
+}
+
+/// A fresh adaptive evaluator, which is told of the samples before.
+fn adaptive() -> Adaptive {
+    let mut adaptive = Adaptive::default();
+    adaptive.forget(&Stage::new(cells).samples());
+    adaptive
+}
+
+macro_rules! keeps_the_contract {
+    ($($name:ident: $fresh:expr, $fields:expr, $batches:expr;)*) => {$(
+        mod $name {
+            use super::*;
+
+            #[test]
+            fn adds_what_the_reference_gives() {
+                let mut stage = Stage::new($fields);
+                assert!(!$batches(&stage.compiled).is_empty());
+                // Before, within and after the lifetimes.
+                for time in [-0.5, 0.25, 1.0] {
+                    stage.time = time;
+                    let want = stage.reference();
+                    let found = stage.evaluate(&mut $fresh, $batches, 0.0);
+                    agree(&found, &want, size(&want));
+                    let more = stage.evaluate(&mut $fresh, $batches, 8.0);
+                    agree(&more, &want, 60.0 + size(&want));
+                }
+            }
+
+            #[test]
+            fn leaves_out_what_is_gone() {
+                let mut stage = Stage::new($fields);
+                let gone = stage.handles()[1];
+                stage.world.remove_body(gone);
+                let want = stage.reference();
+                let found = stage.evaluate(&mut $fresh, $batches, 0.0);
+                agree(&found, &want, size(&want));
+            }
+
+            #[test]
+            fn shows_nothing_of_what_it_keeps() {
+                let mut stage = Stage::new($fields);
+                let mut kept = $fresh;
+                for step in 0..6 {
+                    let fresh = stage.evaluate(&mut $fresh, $batches, 0.0);
+                    let again = stage.evaluate(&mut kept, $batches, 0.0);
+                    assert_eq!(bits(&fresh), bits(&again), "step {step}");
+                    for (number, (_, body)) in stage.world.bodies.iter_mut().enumerate() {
+                        let way = Vector::new(0.07, -0.03 * step as Real, 0.02 * number as Real);
+                        body.set_translation(body.translation() + way, false);
+                    }
+                }
+            }
+
+            #[test]
+            fn follows_edits() {
+                let mut stage = Stage::new($fields);
+                let mut kept = $fresh;
+                for round in 0..12 {
+                    let handles: Vec<_> = stage.set.iter().map(|(handle, _)| handle).collect();
+                    let handle = handles[round * 7 % handles.len()];
+                    match round % 3 {
+                        0 => stage.set[handle].strength = 2.0,
+                        1 => stage.set[handle].enabled = false,
+                        _ => drop(stage.set.remove_field(handle)),
+                    }
+                    stage.set.validate_changes().expect("valid");
+                    stage.compiled.update(&stage.set);
+                    let fresh = stage.evaluate(&mut $fresh, $batches, 0.0);
+                    let again = stage.evaluate(&mut kept, $batches, 0.0);
+                    assert_eq!(bits(&fresh), bits(&again), "round {round}");
+                }
+            }
+        }
+    )*};
+}
+
+keeps_the_contract! {
+    constants_at_once: Constants, constants, all_constants;
+    radials_one_way: OneWayRadials::default(), radials, all_radials;
+    radials_pair_by_pair: PairwiseRadials::default(), radials, all_radials;
+    radials_in_the_better_way: Radials::default(), radials, all_radials;
+    programs_by_the_interpreter: Programs::default(), programs, all_programs;
+    programs_on_cells: adaptive(), cells, all_programs;
+}
