@@ -6,6 +6,8 @@ cd "$(dirname "$0")"
 # The same random cases each time, so that what fails is what was changed.
 export PROPTEST_RNG_SEED=20250
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
+# Nobody debugs what is built here.
+export CARGO_PROFILE_DEV_DEBUG=0 CARGO_INCREMENTAL=0
 
 step() { printf '\n== %s (%d s)\n' "$1" "$SECONDS"; }
 
@@ -23,7 +25,7 @@ features() { # PACKAGE, FEATURES
     echo "$1: $2"
     cargo clippy --quiet --package "$1" --lib --no-default-features --features "$2" -- -D warnings
 }
-for each in "" parallel enhanced-determinism debug-render serde-serialize expression \
+for each in "" parallel enhanced-determinism debug-render serde-serialize expression schemars \
     parallel,serde-serialize,expression \
     parallel,enhanced-determinism,debug-render,serde-serialize,expression; do
     features rapier3d-fields "f32,$each"

@@ -377,7 +377,7 @@ fn lifetimes_end() {
         parts: vec![([0; 3], 0, 0, None)],
     };
     for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
-        let mut world = World::new(&[plan.clone()]);
+        let mut world = World::new(std::slice::from_ref(&plan));
         world.physics.gravity = Vector::ZERO;
         let tree = Tree::from(Field::uniform(Vector::Y).enabled(false));
         let mut fields = world.fields(&tree);
