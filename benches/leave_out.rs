@@ -1,13 +1,87 @@
-//! What a scene does not use must cost nothing: each part beside the same scene without it.
+//! What a scene does not use must cost nothing: each scene beside the same without the part.
 //!
-//! `cargo bench --bench leave_out`. Ratios within one run are what counts.
+//! `cargo bench --bench leave_out [-- NAME]`. In each round every variant makes a stretch of steps,
+//! in an order that rotates; a ratio is of two stretches of one round. Printed are medians, and
+//! quartiles of the ratios. The first variant is the rival of the others.
 
-use criterion::measurement::WallTime;
-use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use rapier3d_fields::prelude::*;
+use std::hint::black_box;
+use std::time::Instant;
 
-/// Steps in one measured stretch.
-const STRETCH: usize = 20;
+const ROUNDS: usize = 31;
+
+/// A world of its own that goes on from round to round.
+struct Variant {
+    name: &'static str,
+    step: Box<dyn FnMut()>,
+}
+
+fn variant(name: &'static str, step: impl FnMut() + 'static) -> Variant {
+    let step = Box::new(step);
+    Variant { name, step }
+}
+
+fn quantile(values: &[f64], part: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[(part * (sorted.len() - 1) as f64).round() as usize]
+}
+
+/// Makes stretches of `stretch` steps of each of `variants`, and prints what they take.
+fn compare(scene: &str, stretch: usize, variants: impl FnOnce() -> Vec<Variant>) {
+    // `cargo bench` adds an option of its own.
+    let chosen = std::env::args().skip(1).find(|a| !a.starts_with("--"));
+    if chosen.is_some_and(|chosen| !scene.contains(&chosen)) {
+        return;
+    }
+    let mut variants = variants();
+    let mut times = vec![Vec::new(); variants.len()];
+    for round in 0..=ROUNDS {
+        for turn in 0..variants.len() {
+            let which = (turn + round) % variants.len();
+            let start = Instant::now();
+            (0..stretch).for_each(|_| (variants[which].step)());
+            let micros = 1e6 * start.elapsed().as_secs_f64() / stretch as f64;
+            // The first round warms up.
+            if round > 0 {
+                times[which].push(micros);
+            }
+        }
+    }
+    println!("{scene}");
+    for (variant, own) in variants.iter().zip(&times) {
+        let pairs = own.iter().zip(&times[0]);
+        let ratios: Vec<f64> = pairs.clone().map(|(a, b)| a / b).collect();
+        let added: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        println!(
+            "  {:36} {:10.2} µs a step  {:+10.2} µs  × {:.3} ({:.3} to {:.3})",
+            variant.name,
+            quantile(own, 0.5),
+            quantile(&added, 0.5),
+            quantile(&ratios, 0.5),
+            quantile(&ratios, 0.25),
+            quantile(&ratios, 0.75),
+        );
+    }
+    compare_added(&variants, &times);
+}
+
+/// What the fields add to Rapier's step, over what the loops by hand add.
+fn compare_added(variants: &[Variant], times: &[Vec<f64>]) {
+    let named = |part| {
+        let all = variants.iter().zip(times);
+        all.filter(move |(variant, _)| variant.name.contains(part))
+    };
+    for (by_hand, rival) in named("by hand") {
+        for (field, own) in named("field") {
+            let rounds = own.iter().zip(rival).zip(&times[0]);
+            let ratios = rounds.map(|((own, rival), alone)| (own - alone) / (rival - alone));
+            let ratio = quantile(&ratios.collect::<Vec<_>>(), 0.5);
+            let [field, by_hand] = [field.name, by_hand.name];
+            println!("  added by {field} ÷ added by {by_hand}: {ratio:.2}");
+        }
+    }
+}
 
 /// `count` free balls on a wide lattice, at rest, without gravity.
 fn balls(count: usize) -> PhysicsWorld {
@@ -26,128 +100,175 @@ fn balls(count: usize) -> PhysicsWorld {
     world
 }
 
-fn measure<S>(
-    group: &mut BenchmarkGroup<'_, WallTime>,
-    name: &str,
-    make: impl Fn() -> S,
-    step: impl Fn(&mut S),
-) {
-    group.bench_function(name, |bencher| {
-        bencher.iter_batched_ref(
-            || {
-                let mut state = make();
-                step(&mut state);
-                state
-            },
-            |state| (0..STRETCH).for_each(|_| step(state)),
-            BatchSize::LargeInput,
-        );
-    });
+fn alone(mut world: PhysicsWorld) -> Variant {
+    variant("Rapier alone", move || world.step())
 }
 
-fn with(tree: impl Into<Tree>, scheme: Scheme, count: usize) -> (PhysicsWorld, Fields) {
+fn with(name: &'static str, world: PhysicsWorld, tree: impl Into<Tree>, scheme: Scheme) -> Variant {
     let fields = Fields::builder(tree).scheme(scheme).build();
-    (balls(count), fields.expect("a sound tree"))
-}
-
-fn step((world, fields): &mut (PhysicsWorld, Fields)) {
-    fields.step(world).expect("finite fields");
+    let mut fields = fields.expect("a sound tree");
+    let mut world = world;
+    variant(name, move || {
+        fields.step(&mut world).expect("finite fields");
+    })
 }
 
 /// One uniform field against the loop that does the same by hand, and against Rapier's gravity.
-fn uniform(criterion: &mut Criterion) {
-    const COUNT: usize = 2000;
+fn uniform(count: usize) -> Vec<Variant> {
     let g = Vector::Y * -9.81;
-    let mut group = criterion.benchmark_group("uniform field, 2000 balls");
-    measure(
-        &mut group,
-        "Rapier's gravity",
-        || {
-            let mut world = balls(COUNT);
-            world.gravity = g;
-            world
-        },
-        PhysicsWorld::step,
-    );
-    measure(
-        &mut group,
-        "impulse loop by hand",
-        || balls(COUNT),
-        |world| {
-            let dt = world.integration_parameters.dt;
-            for (_, body) in world.bodies.iter_mut() {
-                let impulse = g * (body.mass() * dt);
-                body.apply_impulse(impulse, true);
-            }
-            world.step();
-        },
-    );
+    let mut looped = balls(count);
+    let by_hand = variant("impulse loop by hand", move || {
+        let dt = looped.integration_parameters.dt;
+        for (_, body) in looped.bodies.iter_mut() {
+            let impulse = g * (body.mass() * dt);
+            body.apply_impulse(impulse, true);
+        }
+        looped.step();
+    });
+    let mut forced = balls(count);
+    let force = variant("force loop by hand", move || {
+        for (_, body) in forced.bodies.iter_mut() {
+            body.reset_forces(true);
+            let force = g * body.mass();
+            body.add_force(force, true);
+        }
+        forced.step();
+    });
+    let mut own = balls(count);
+    own.gravity = g;
     let uniform = || Field::uniform(g).force_mode(ForceMode::Acceleration);
-    measure(
-        &mut group,
-        "field, kick",
-        || with(uniform(), Scheme::Kick, COUNT),
-        step,
-    );
-    measure(
-        &mut group,
-        "field, kick-drift-kick",
-        || with(uniform(), Scheme::KickDriftKick, COUNT),
-        step,
-    );
-    group.finish();
+    let kdk = Scheme::KickDriftKick;
+    vec![
+        alone(balls(count)),
+        variant("Rapier's gravity", move || own.step()),
+        by_hand,
+        force,
+        with("field, kick", balls(count), uniform(), Scheme::Kick),
+        with("field, kick-drift-kick", balls(count), uniform(), kdk),
+    ]
 }
 
-/// Fields that reach nobody, and bodies that feel nothing, beside the world without fields.
-fn out_of_reach(criterion: &mut Criterion) {
-    const COUNT: usize = 2000;
-    let mut group = criterion.benchmark_group("nothing in reach, 2000 balls");
-    measure(
-        &mut group,
-        "Rapier alone",
-        || balls(COUNT),
-        PhysicsWorld::step,
+/// Fields that reach nobody.
+fn out_of_reach(count: usize) -> Vec<Variant> {
+    let far = Field::point_gravity(1.0).within(Region::ball(10.0));
+    let zones = (0..100).map(|i| {
+        let zone = Field::drag(1.0, 0.0).within(Region::ball(10.0));
+        zone.at(Vector::X * (1e4 + 100.0 * i as Real))
+    });
+    let zones = Tree::fold(Operator::SumUnion, zones);
+    let kdk = Scheme::KickDriftKick;
+    vec![
+        alone(balls(count)),
+        with(
+            "one far field",
+            balls(count),
+            far.at(Vector::X * 1e4),
+            Scheme::default(),
+        ),
+        with("100 far zones", balls(count), zones, kdk),
+    ]
+}
+
+/// Bodies that came to rest on a floor under gravity and, if there is one, a field.
+fn asleep(count: usize, boxes: bool, tree: Option<Tree>) -> (PhysicsWorld, Fields) {
+    let mut world = PhysicsWorld::new();
+    let side = (count as f64).sqrt().ceil() as usize;
+    let half = 2.0 * side as Real;
+    world.insert_collider(
+        ColliderBuilder::cuboid(half, 1.0, half).translation(Vector::Y * -1.0),
+        None,
     );
-    let far = || {
-        Field::point_gravity(1.0)
-            .within(Region::ball(10.0))
-            .at(Vector::X * 1e4)
+    for i in 0..count {
+        let cell = Vector::new((i % side) as Real, 0.0, (i / side) as Real);
+        let place = cell * 3.0 - Vector::new(half * 0.75, -0.5, half * 0.75);
+        let body = RigidBodyBuilder::dynamic().translation(place);
+        let shape = match boxes {
+            true => ColliderBuilder::cuboid(0.5, 0.5, 0.5),
+            false => ColliderBuilder::ball(0.5),
+        };
+        world.insert(body, shape);
+    }
+    let tree = tree.unwrap_or_else(Tree::empty);
+    let mut fields = Fields::new(tree).expect("a sound tree");
+    for _ in 0..600 {
+        fields.step(&mut world).expect("finite fields");
+    }
+    let awake = world.bodies.iter().filter(|(_, body)| !body.is_sleeping());
+    assert_eq!(awake.count(), 0, "everything came to rest");
+    (world, fields)
+}
+
+fn sleeping(count: usize, boxes: bool, tree: Tree) -> Vec<Variant> {
+    let (mut world, mut fields) = asleep(count, boxes, Some(tree));
+    vec![
+        alone(asleep(count, boxes, None).0),
+        variant("one unchanged field", move || {
+            fields.step(&mut world).expect("finite fields");
+        }),
+    ]
+}
+
+/// A world of a hundred balls among `leaves` small zones, one of which is edited before each step.
+fn edits(leaves: usize) -> Vec<Variant> {
+    let place = |k: usize| {
+        let [x, y, z] = [k % 100, k / 100 % 100, k / 10_000].map(|n| 3.0 * n as Real);
+        Vector::new(x, y, z)
     };
-    measure(
-        &mut group,
-        "one far field",
-        || with(far(), Scheme::KickDriftKick, COUNT),
-        step,
-    );
-    let many = || {
-        Tree::fold(
-            Operator::SumUnion,
-            (0..100).map(|i| {
-                Field::drag(1.0, 0.0)
-                    .within(Region::ball(10.0))
-                    .at(Vector::X * (1e4 + 100.0 * i as Real))
-            }),
-        )
+    let leaf = move |k: usize| {
+        let zone = Region::ball(1.4);
+        Field::radial((1.0 + k as Real) * 1e-9, -2.0)
+            .within(zone)
+            .at(place(k))
     };
-    measure(
-        &mut group,
-        "100 far zones",
-        || with(many(), Scheme::KickDriftKick, COUNT),
-        step,
-    );
-    group.finish();
+    type Edit = fn(&mut FieldSet, FieldHandle, &dyn Fn(usize) -> Field, usize);
+    let edited = move |name: &'static str, edit: Edit| {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::ZERO;
+        for k in 0..100 {
+            let at = Vector::new(3.0 * k as Real, 0.2, 15.0);
+            let body = RigidBodyBuilder::dynamic().translation(at).can_sleep(false);
+            world.insert(body, ColliderBuilder::ball(0.3));
+        }
+        let tree = Tree::fold(Operator::SumUnion, (0..leaves).map(leaf));
+        let mut fields = Fields::new(tree).expect("a sound tree");
+        let handles: Vec<_> = fields.set.iter().map(|(handle, _)| handle).collect();
+        let mut count = 0;
+        variant(name, move || {
+            count += 1;
+            let handle = handles[(count * 2411 + 7) % leaves];
+            edit(&mut fields.set, handle, &leaf, count);
+            fields.step(&mut world).expect("finite fields");
+        })
+    };
+    vec![
+        edited("no edit", |_, _, _, _| ()),
+        edited("strength of one", |set, handle, _, count| {
+            set[handle].strength = 1.0 + 1e-3 * count as Real;
+        }),
+        edited("place of one", |set, handle, _, count| {
+            let along = Vector::X * (1e-3 * count as Real);
+            set[handle].anchor = along.into();
+        }),
+        edited("one switched", |set, handle, _, _| {
+            set[handle].enabled = !set[handle].enabled;
+        }),
+        edited("one added", |set, _, leaf, count| {
+            black_box(set.insert_field(leaf(count)));
+        }),
+        edited("one removed, one added", |set, handle, leaf, count| {
+            if set.remove_field(handle).is_some() {
+                black_box(set.insert_field(leaf(count)));
+            }
+        }),
+    ]
 }
 
 /// What the choice of `Auto` costs where nothing is stiff, and what stiff bodies cost.
-fn choice(criterion: &mut Criterion) {
-    const COUNT: usize = 2000;
-    let mut group = criterion.benchmark_group("wells, 2000 balls");
+fn choice(count: usize) -> Vec<Variant> {
     let soft = || Field::spring(1.0).force_mode(ForceMode::Acceleration);
     // dt·ω is 0.017 and, in the stiff ball that holds a few of them, 10.
-    let partly = || {
-        let stiff = Field::spring(3.6e5).within(Region::ball(12.0));
-        soft().sum_union(stiff.force_mode(ForceMode::Acceleration))
-    };
+    let stiff = Field::spring(3.6e5).within(Region::ball(12.0));
+    let partly = soft().sum_union(stiff.force_mode(ForceMode::Acceleration));
     let auto = Scheme::Auto { tolerance: 1e-2 };
     let schemes = [
         ("kick-drift-kick", Scheme::KickDriftKick),
@@ -156,85 +277,67 @@ fn choice(criterion: &mut Criterion) {
         ("Suzuki's fourth order", Scheme::Suzuki4),
         ("linearly implicit", Scheme::LinearlyImplicit),
     ];
-    for (name, scheme) in schemes {
-        let make = || with(soft(), scheme, COUNT);
-        measure(&mut group, &format!("soft, {name}"), make, step);
-    }
-    measure(
-        &mut group,
-        "stiff for some, auto",
-        || with(partly(), auto, COUNT),
-        step,
-    );
-    group.finish();
+    let each = schemes.map(|(name, scheme)| with(name, balls(count), soft(), scheme));
+    let some = with("stiff for some, auto", balls(count), partly, auto);
+    each.into_iter().chain([some]).collect()
 }
 
-/// What the second order costs where forces depend on velocities: a derivative and a linear equation
-/// for each body.
-fn drag(criterion: &mut Criterion) {
-    const COUNT: usize = 2000;
-    let mut group = criterion.benchmark_group("drag, 2000 balls");
-    for (name, scheme) in [
-        ("kick", Scheme::Kick),
-        ("kick-drift-kick", Scheme::KickDriftKick),
-    ] {
-        let make = || {
-            let (mut world, fields) = with(Field::drag(0.1, 0.0), scheme, COUNT);
-            for (_, body) in world.bodies.iter_mut() {
-                body.set_linvel(Vector::X, true);
-            }
-            (world, fields)
-        };
-        measure(&mut group, name, make, step);
-    }
-    group.finish();
+/// What the second order costs where forces depend on velocities: a derivative and a linear
+/// equation for each body.
+fn drag(count: usize) -> Vec<Variant> {
+    let moving = || {
+        let mut world = balls(count);
+        for (_, body) in world.bodies.iter_mut() {
+            body.set_linvel(Vector::X, true);
+        }
+        world
+    };
+    let drag = || Field::drag(0.1, 0.0);
+    vec![
+        with("kick", moving(), drag(), Scheme::Kick),
+        with("kick-drift-kick", moving(), drag(), Scheme::KickDriftKick),
+    ]
 }
 
 /// What Rapier's next step costs more after bodies were written to: its change tracking. Written
 /// are velocities as they are, so that nothing else differs.
-fn change_tracking(criterion: &mut Criterion) {
-    const COUNT: usize = 2000;
-    let mut group = criterion.benchmark_group("change tracking, 2000 balls");
-    let touch = |world: &mut PhysicsWorld, every: usize| {
+fn change_tracking(count: usize) -> Vec<Variant> {
+    let touched = |name, every: usize| {
+        let mut world = balls(count);
         let handles: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
-        for handle in handles.into_iter().step_by(every) {
-            if let Some(body) = world.bodies.get_mut(handle) {
+        variant(name, move || {
+            for handle in handles.iter().step_by(every) {
+                let body = &mut world.bodies[*handle];
                 let linvel = body.linvel();
                 body.set_linvel(linvel, false);
             }
-        }
-    };
-    measure(
-        &mut group,
-        "none written",
-        || balls(COUNT),
-        |world| {
-            let handles: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
-            std::hint::black_box(handles);
             world.step();
-        },
-    );
-    for (name, every) in [
-        ("one written", COUNT),
-        ("half written", 2),
-        ("all written", 1),
-    ] {
-        measure(
-            &mut group,
-            name,
-            || balls(COUNT),
-            |world| {
-                touch(world, every);
-                world.step();
-            },
-        );
-    }
-    group.finish();
+        })
+    };
+    vec![
+        alone(balls(count)),
+        touched("one written", count),
+        touched("half written", 2),
+        touched("all written", 1),
+    ]
 }
 
-criterion_group! {
-    name = leave_out;
-    config = Criterion::default().sample_size(20);
-    targets = uniform, out_of_reach, choice, drag, change_tracking
+fn main() {
+    compare("uniform field, 10,000 balls", 20, || uniform(10_000));
+    compare("nothing in reach, 10,000 balls", 20, || {
+        out_of_reach(10_000)
+    });
+    compare("asleep, 10,000 balls, uniform field", 200, || {
+        sleeping(10_000, false, Field::uniform(Vector::Y * -0.1).into())
+    });
+    compare("asleep, 10,000 boxes, point gravity", 200, || {
+        let pull = Field::point_gravity(1e3).softened(10.0);
+        sleeping(10_000, true, pull.at(Vector::Y * -100.0).into())
+    });
+    compare("edits among 100,000 leaves", 5, || edits(100_000));
+    compare("wells, 2,000 balls", 20, || choice(2_000));
+    compare("drag, 2,000 balls", 20, || drag(2_000));
+    compare("change tracking, 2,000 balls", 20, || {
+        change_tracking(2_000)
+    });
 }
-criterion_main!(leave_out);
