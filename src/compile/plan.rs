@@ -3,14 +3,12 @@
 use std::fmt;
 
 use super::compiled::Compiled;
+use super::cost;
 use super::entries::{ConstantField, RadialBatch};
 use super::facts::Facts;
+use super::index_kind::IndexKind;
 use super::program::Program;
 use crate::field::{Coupling, Field, FieldSet, Node, Sampling, SamplingRule, Term};
-use crate::neighbors::FEWEST_FOR_GRID;
-
-/// Bounded programs of fewer instances are each tested against every sample.
-pub(crate) const FEWEST_FOR_TREE: usize = 16;
 
 /// What a tree needs and what was left out. Printed, it is a short report.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,21 +53,9 @@ pub struct PlanEntry {
     pub spares_balls: bool,
     /// The samples of a body of one cube; where sampling is adaptive, of a body clear of borders.
     pub samples_of_a_cube: usize,
-}
-
-/// How samples find the fields that reach them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum IndexKind {
-    /// Every field is tried.
-    None,
-    /// A uniform grid over the sources.
-    Grid,
-    /// Pairs of bodies in reach of each other, kept from step to step; each pair of parts is
-    /// worked out once, for both.
-    Neighbours,
-    /// A bounding volume hierarchy over the bounds of the instances.
-    Bvh,
+    /// Roughly how many nanoseconds it takes on one sample: for each source or instance that
+    /// reaches it where they are found by an index or are bounded, else for all together.
+    pub cost: f64,
 }
 
 impl PlanEntry {
@@ -90,6 +76,7 @@ impl PlanEntry {
             sampling,
             spares_balls: auto && several,
             samples_of_a_cube,
+            cost: 0.0,
         }
     }
 
@@ -119,6 +106,7 @@ impl PlanEntry {
         PlanEntry {
             what: format!("{}, the same everywhere", set.label(constant.leaf)),
             count: 1,
+            cost: cost::CONSTANTS,
             index: IndexKind::None,
             ..PlanEntry::sampled(Sampling::Centre, false)
         }
@@ -136,6 +124,7 @@ impl PlanEntry {
         PlanEntry {
             what: format!("{} sources{range}{coupling}", batch.law.profile.kind()),
             count: batch.sources.len(),
+            cost: cost::of_batch(batch),
             index: batch.index_kind(),
             ..PlanEntry::of(batch.how)
         }
@@ -149,42 +138,10 @@ impl PlanEntry {
         PlanEntry {
             what,
             count: program.instances.len(),
+            cost: cost::of_program(program),
             index: program.index_kind(),
             ..PlanEntry::of(program.how)
         }
-    }
-}
-
-impl RadialBatch {
-    pub(crate) fn index_kind(&self) -> IndexKind {
-        if self.on_colliders * 2 > self.sources.len() {
-            IndexKind::Neighbours
-        } else if self.range.is_some() && self.sources.len() >= FEWEST_FOR_GRID {
-            IndexKind::Grid
-        } else {
-            IndexKind::None
-        }
-    }
-}
-
-impl Program {
-    pub(crate) fn index_kind(&self) -> IndexKind {
-        if self.reach.is_some() && self.instances.len() >= FEWEST_FOR_TREE {
-            IndexKind::Bvh
-        } else {
-            IndexKind::None
-        }
-    }
-}
-
-impl fmt::Display for IndexKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            IndexKind::None => "no index",
-            IndexKind::Grid => "grid",
-            IndexKind::Neighbours => "neighbour list",
-            IndexKind::Bvh => "bounding volume hierarchy",
-        })
     }
 }
 
@@ -199,7 +156,7 @@ impl fmt::Display for Plan {
         for entry in &self.entries {
             write!(f, "  {:>6} × {}; ", entry.count, entry.what)?;
             entry.write_sampling(f)?;
-            writeln!(f, ", {}", entry.index)?;
+            writeln!(f, ", {}, about {:.0} ns a sample", entry.index, entry.cost)?;
         }
         if self.detectors > 0 {
             writeln!(

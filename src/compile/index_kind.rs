@@ -1,0 +1,58 @@
+//! How samples find what reaches them.
+
+use std::fmt;
+
+use super::entries::RadialBatch;
+use super::program::Program;
+use crate::neighbors::FEWEST_FOR_GRID;
+
+/// Bounded programs of fewer instances are each tested against every sample.
+const FEWEST_FOR_TREE: usize = 16;
+
+/// How samples find the fields that reach them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum IndexKind {
+    /// Every field is tried.
+    None,
+    /// A uniform grid over the sources.
+    Grid,
+    /// Pairs of bodies in reach of each other, kept from step to step; each pair of parts is
+    /// worked out once, for both.
+    Neighbours,
+    /// A bounding volume hierarchy over the bounds of the instances.
+    Bvh,
+}
+
+impl RadialBatch {
+    pub(crate) fn index_kind(&self) -> IndexKind {
+        if self.on_colliders * 2 > self.sources.len() {
+            IndexKind::Neighbours
+        } else if self.range.is_some() && self.sources.len() >= FEWEST_FOR_GRID {
+            IndexKind::Grid
+        } else {
+            IndexKind::None
+        }
+    }
+}
+
+impl Program {
+    pub(crate) fn index_kind(&self) -> IndexKind {
+        if self.reach.is_some() && self.instances.len() >= FEWEST_FOR_TREE {
+            IndexKind::Bvh
+        } else {
+            IndexKind::None
+        }
+    }
+}
+
+impl fmt::Display for IndexKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            IndexKind::None => "no index",
+            IndexKind::Grid => "grid",
+            IndexKind::Neighbours => "neighbour list",
+            IndexKind::Bvh => "bounding volume hierarchy",
+        })
+    }
+}
