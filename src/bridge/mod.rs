@@ -17,4 +17,7 @@ pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;
 pub(crate) use soft::SoftBodies;
 pub(crate) use world::View;
-pub(crate) use write::{ForceOverride, Push, apply, finish, push, restore, write, write_linear};
+pub(crate) use write::{
+    ForceOverride, Push, apply, finish, let_precess, push, restore, set_hooks, weigh, write,
+    write_linear,
+};

@@ -1,8 +1,10 @@
 //! What is written into Rapier's bodies, and taken back.
 
+use super::world::WorldMut;
 use crate::integrate::{MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
-use crate::math::{Pose, Real, RigidBodyHandle, RigidBodySet, Vector, from_dvec3};
+use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, from_dvec3};
 use crate::rapier::dynamics::RigidBody;
+use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Inertia, Wrench, to_dquat};
 
 /// A user's forces, while those of fields stand in their place.
@@ -103,6 +105,32 @@ pub(crate) fn finish(
         let kept = damped(body.linear_damping(), dt);
         let pushed = body.linvel() - mean.expected * kept;
         body.set_linvel(mean.linvel * kept + pushed, false);
+    }
+}
+
+/// Works out the mass of a body as Rapier will in its next step, and reads the body anew.
+pub(crate) fn weigh(world: &mut WorldMut<'_>, handle: RigidBodyHandle) -> Option<Body> {
+    let body = world.bodies.get_mut(handle)?;
+    body.recompute_mass_properties_from_colliders(world.colliders);
+    Some(Body::of(handle, body))
+}
+
+/// Sets about what Rapier asks hooks; `false` for a collider that is gone.
+pub(crate) fn set_hooks(
+    world: &mut WorldMut<'_>,
+    collider: ColliderHandle,
+    hooks: ActiveHooks,
+) -> bool {
+    let collider = world.colliders.get_mut(collider);
+    collider.map(|it| it.set_active_hooks(hooks)).is_some()
+}
+
+/// Leaves the free rotation of bodies to Rapier again.
+pub(crate) fn let_precess(bodies: &mut RigidBodySet, steady: &[RigidBodyHandle]) {
+    for body in steady {
+        if let Some(body) = bodies.get_mut(*body) {
+            body.enable_gyroscopic_forces(true);
+        }
     }
 }
 

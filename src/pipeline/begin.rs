@@ -262,9 +262,8 @@ impl FieldPipeline {
             if stands {
                 continue;
             }
-            if let Some(body) = world.bodies.get_mut(self.bodies[place].handle) {
-                body.recompute_mass_properties_from_colliders(world.colliders);
-                self.bodies[place] = crate::rigid::Body::of(self.bodies[place].handle, body);
+            if let Some(weighed) = bridge::weigh(world, body.handle) {
+                self.bodies[place] = weighed;
             }
         }
     }
@@ -397,8 +396,7 @@ impl FieldPipeline {
         }
         let listening = Arc::make_mut(&mut state.listening);
         for (handle, own) in silent {
-            if let Some(collider) = world.colliders.get_mut(handle) {
-                collider.set_active_hooks(own | ActiveHooks::FILTER_CONTACT_PAIRS);
+            if bridge::set_hooks(world, handle, own | ActiveHooks::FILTER_CONTACT_PAIRS) {
                 listening.insert(handle, own);
             }
         }
@@ -422,9 +420,5 @@ fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
 /// Takes back what a step that was never finished has left in a world.
 fn take_back(open: &OpenRecord, world: &mut WorldMut<'_>) {
     bridge::restore(world.bodies, &open.overrides);
-    for body in &open.steady {
-        if let Some(body) = world.bodies.get_mut(*body) {
-            body.enable_gyroscopic_forces(true);
-        }
-    }
+    bridge::let_precess(world.bodies, &open.steady);
 }

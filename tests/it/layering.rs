@@ -165,6 +165,24 @@ fn modules_use_what_the_table_allows() {
 }
 
 #[test]
+fn only_the_bridge_writes_into_rapiers_sets() {
+    let writes = [
+        ["bodies", ".", "get_mut"],
+        ["bodies", ".", "iter_mut"],
+        ["colliders", ".", "get_mut"],
+        ["&", "mut", "RigidBodySet"],
+        ["&", "mut", "ColliderSet"],
+    ];
+    let sources = sources();
+    let writers = sources.files.iter().filter(|source| {
+        let mut triples = source.tokens.windows(3);
+        triples.any(|triple| writes.iter().any(|write| triple == write))
+    });
+    let rooms: BTreeSet<_> = writers.map(|source| source.module[0].as_str()).collect();
+    assert_eq!(rooms, BTreeSet::from(["bridge"]));
+}
+
+#[test]
 fn no_files_need_each_other_in_a_circle() {
     let sources = sources();
     let needs = sources.needs();
