@@ -32,21 +32,26 @@ impl Fields {
         evaluation.wrenches.get(place).copied()
     }
 
-    /// How far the last wrench on a body, by a step or by [`Fields::sample`], may be off because
-    /// borders of regions pass through the body; `None` if it was not sampled
-    /// [adaptively](crate::Sampling::Adaptive).
+    /// How far the wrench that [`Fields::sample`] gives may be off because borders of regions pass
+    /// through the body; `None` if it is not sampled [adaptively](crate::Sampling::Adaptive).
     ///
     /// It bounds what follows from not knowing where in a cell a border is, for forces that are
     /// constant over each cell: so all of the error for uniform forces on a body of cuboids, but
     /// not what a formula varies within a cell, nor what is uncertain about the volume in cells at
     /// the surface of other shapes. Borders are those of regions, predicates and soft edges aside;
     /// infinite if too many pass through one cell to be told apart (more than six of a term).
-    #[must_use]
-    pub fn wrench_error(&self, body: RigidBodyHandle) -> Option<WrenchError> {
-        let evaluation = self.state.evaluation.as_ref()?;
-        let mut errors = evaluation.errors.iter();
-        let found = errors.find(|(handle, _)| *handle == body);
-        found.map(|(_, error)| *error)
+    ///
+    /// # Errors
+    /// See [`StepError`].
+    pub fn wrench_error(
+        &self,
+        body: RigidBodyHandle,
+        bodies: &RigidBodySet,
+        colliders: &ColliderSet,
+    ) -> Result<Option<WrenchError>, StepError> {
+        let view = View::new(bodies, colliders);
+        self.pipeline
+            .wrench_error(&self.definition(), (&self.state, 1.0), view, body)
     }
 
     /// The points at which a body is sampled, as the world is now, whichever fields use them:

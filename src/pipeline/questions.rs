@@ -5,7 +5,7 @@ use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, View};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
-use crate::eval::{Evaluator, PotentialEnergy};
+use crate::eval::{Evaluator, PotentialEnergy, WrenchError};
 use crate::field::{FieldSet, Frames, Query, Sampling};
 use crate::integrate::{Evaluation, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{Real, RigidBodyHandle, Vector};
@@ -141,6 +141,21 @@ impl FieldPipeline {
         let (evaluation, _) = scene.evaluate(fields, state)?;
         let bodies = evaluation.bodies.into_iter();
         Ok(bodies.zip(evaluation.wrenches).collect())
+    }
+
+    /// How far the wrench on a body may be off, if it is sampled adaptively.
+    pub(crate) fn wrench_error(
+        &self,
+        fields: &Definition<'_>,
+        (state, dt): (&FieldState, Real),
+        view: View<'_>,
+        body: RigidBodyHandle,
+    ) -> Result<Option<WrenchError>, StepError> {
+        let scene = self.scene(fields, (state, dt), view);
+        let (evaluation, _) = scene.evaluate(fields, state)?;
+        let mut errors = evaluation.errors.iter();
+        let found = errors.find(|(handle, _)| *handle == body);
+        Ok(found.map(|(_, error)| *error))
     }
 
     /// How stiff the fields are for a body.
