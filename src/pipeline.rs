@@ -75,7 +75,9 @@ pub struct FieldPipeline {
     /// Of the second half.
     late: Motions,
     rollback: Rollback,
-    spare: Option<Evaluation>,
+    /// An evaluation that nothing begins with any more. What it holds is that of the last step, if
+    /// the state has none.
+    spare: Evaluation,
     acting: Vec<bool>,
     links: Vec<RigidBodyHandle>,
     softs: SoftBodies,
@@ -112,7 +114,7 @@ impl Default for FieldPipeline {
             motions: Motions::default(),
             late: Motions::default(),
             rollback: Rollback::default(),
-            spare: None,
+            spare: Evaluation::default(),
             acting: Vec::new(),
             links: Vec::new(),
             softs: SoftBodies::default(),

@@ -1,6 +1,6 @@
 //! Contacts that fields answer are claimed from Rapier by physics hooks, together with the user's.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Responder;
@@ -22,7 +22,31 @@ pub(crate) struct Claims {
 }
 
 /// Colliders that were given a hook bit, with the bits that were theirs.
-pub(crate) type Listening = HashMap<ColliderHandle, ActiveHooks>;
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Listening(Vec<(ColliderHandle, ActiveHooks)>);
+
+impl Listening {
+    fn own(&self, collider: ColliderHandle) -> Option<ActiveHooks> {
+        let place = self.0.binary_search_by_key(&key(collider), |of| key(of.0));
+        Some(self.0[place.ok()?].1)
+    }
+
+    pub(crate) fn add(&mut self, told: impl Iterator<Item = (ColliderHandle, ActiveHooks)>) {
+        let told: Vec<_> = told.collect();
+        // Of two entries of a collider the later is first, and stays.
+        self.0.splice(0..0, told);
+        self.0.sort_by_key(|of| key(of.0));
+        self.0.dedup_by_key(|of| key(of.0));
+    }
+}
+
+fn key(collider: ColliderHandle) -> (u32, u32) {
+    collider.into_raw_parts()
+}
 
 impl Claims {
     pub(crate) fn new(rules: &Rules, detecting: impl Iterator<Item = ColliderHandle>) -> Self {
@@ -71,14 +95,12 @@ impl StepHooks<'_> {
         bits: ActiveHooks,
         has: impl Fn(ColliderHandle) -> ActiveHooks,
     ) -> bool {
-        if self.listening.is_empty() {
+        if self.listening.0.is_empty() {
             return true;
         }
         let own = |collider| {
-            self.listening
-                .get(&collider)
-                .copied()
-                .unwrap_or_else(|| has(collider))
+            let own = self.listening.own(collider);
+            own.unwrap_or_else(|| has(collider))
         };
         pair.into_iter()
             .any(|collider| own(collider).contains(bits))

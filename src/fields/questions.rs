@@ -27,9 +27,7 @@ impl Fields {
     /// The last wrench of the fields on a body, in world axes; `None` if it was not sampled.
     #[must_use]
     pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
-        let evaluation = self.state.evaluation.as_ref()?;
-        let place = evaluation.place_of(body)?;
-        evaluation.wrenches.get(place).copied()
+        self.pipeline.last_wrench(&self.state, body)
     }
 
     /// How far the wrench that [`Fields::sample`] gives may be off because borders of regions pass

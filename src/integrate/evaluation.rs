@@ -44,7 +44,12 @@ impl Evaluation {
         found.ok().map(|found| &self.estimates[found])
     }
 
-    fn clear(&mut self) {
+    /// The wrench on a body, if it was sampled.
+    pub(crate) fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
+        self.wrenches.get(self.place_of(body)?).copied()
+    }
+
+    pub(crate) fn clear(&mut self) {
         self.bodies.clear();
         self.wrenches.clear();
         self.errors.clear();

@@ -1,6 +1,5 @@
 //! The first half of a step.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -45,7 +44,12 @@ impl FieldPipeline {
         let expected = self.expect(fields, state, &world);
         let power = self.begin_audit(fields, state, &world);
         let soft = self.begin_soft(fields, state, &world)?;
-        let (idle, sleepers) = self.begin_bodies(fields, state, &mut world)?;
+        let begun = self.begin_bodies(fields, state, &mut world);
+        if begun.is_err() {
+            // It may be that of bodies which the records do not know.
+            self.retire(state);
+        }
+        let (idle, sleepers) = begun?;
         if soft {
             let (scheme, policy) = (fields.settings.scheme, fields.settings.wake);
             self.softs
@@ -206,8 +210,8 @@ impl FieldPipeline {
         if !sleepers && self.is_idle(fields, world) {
             self.motions.clear();
             self.bodies.clear();
-            state.evaluation = None;
-            state.records.clear();
+            self.retire(state);
+            self.spare.clear();
             return Ok((true, false));
         }
         if !sleepers && self.pushes_alike(fields, world) {
@@ -387,19 +391,17 @@ impl FieldPipeline {
         let check = &fields.settings.cross_check;
         let watched = self.watched.iter().copied();
         let fresh = watched.filter(|_| check.on && !check.lets_recycle());
-        let silent: HashMap<_, _> = {
+        let silent: Vec<_> = {
             let view = world.view();
             silent(self.claims.colliders().chain(fresh), &view).collect()
         };
         if silent.is_empty() {
             return;
         }
-        let listening = Arc::make_mut(&mut state.listening);
-        for (handle, own) in silent {
-            if bridge::set_hooks(world, handle, own | ActiveHooks::FILTER_CONTACT_PAIRS) {
-                listening.insert(handle, own);
-            }
-        }
+        let told = silent.into_iter().filter(|(handle, own)| {
+            bridge::set_hooks(world, *handle, *own | ActiveHooks::FILTER_CONTACT_PAIRS)
+        });
+        Arc::make_mut(&mut state.listening).add(told);
     }
 }
 

@@ -168,8 +168,7 @@ impl FieldPipeline {
         }
         if !fields.settings.scheme.kicks_twice() {
             self.note_sleepers(fields, state, &open.bodies, world);
-            state.evaluation = None;
-            state.records.clear();
+            self.retire(state);
             return Ok(0);
         }
         let dt = open.dt;
@@ -185,7 +184,7 @@ impl FieldPipeline {
         self.read(world, (open.sleepers, false), &open.bodies);
         self.see(state, Some(dt * 0.5));
         self.sample(&world.view());
-        let mut evaluation = self.spare.take().unwrap_or_default();
+        let mut evaluation = std::mem::take(&mut self.spare);
         let last = state.evaluation.take();
         let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
         let mut integrator = std::mem::take(&mut self.integrator);
@@ -213,7 +212,7 @@ impl FieldPipeline {
             });
         (self.integrator, self.links, self.acting) = (integrator, links, acting);
         (self.late, self.warnings) = (late, warnings);
-        self.spare = last;
+        self.spare = last.unwrap_or_default();
         if let Err(fault) = outcome {
             return Err(blame(fields.set, &fault));
         }

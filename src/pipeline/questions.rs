@@ -143,6 +143,12 @@ impl FieldPipeline {
         Ok(bodies.zip(evaluation.wrenches).collect())
     }
 
+    /// The wrench on a body in the last step.
+    pub(crate) fn last_wrench(&self, state: &FieldState, body: RigidBodyHandle) -> Option<Wrench> {
+        let evaluation = state.evaluation.as_ref().unwrap_or(&self.spare);
+        evaluation.wrench(body)
+    }
+
     /// How far the wrench on a body may be off, if it is sampled adaptively.
     pub(crate) fn wrench_error(
         &self,

@@ -99,6 +99,14 @@ impl FieldPipeline {
         remade
     }
 
+    /// The next step is not to begin with the last evaluation.
+    pub(super) fn retire(&mut self, state: &mut FieldState) {
+        if let Some(evaluation) = state.evaluation.take() {
+            self.spare = evaluation;
+        }
+        state.records.clear();
+    }
+
     pub(super) fn context<'a>(
         &'a self,
         view: &'a View<'a>,

@@ -5,6 +5,7 @@ use crate::bridge::{self, WakePolicy, Wanted, WorldMut};
 use crate::field::ForceMode;
 use crate::integrate::{FASTEST, Scheme, VelocityUpdate};
 use crate::math::{Real, Vector};
+use crate::rigid::Wrench;
 
 impl FieldPipeline {
     /// Whether the fields are the same vector for every body, and a kick is all that is done with
@@ -50,8 +51,7 @@ impl FieldPipeline {
         self.motions.clear();
         self.bodies.clear();
         self.rollback.clear();
-        state.evaluation = None;
-        state.records.clear();
+        self.retire(state);
         state.carriers.clear();
         let duration = match (fields.settings.scheme, first) {
             (Scheme::Kick, true) => dt,
@@ -66,6 +66,8 @@ impl FieldPipeline {
         let (acceleration, change) = (sum(ForceMode::Acceleration), sum(ForceMode::VelocityChange));
         let updates = &mut self.late.updates;
         updates.clear();
+        let shown = &mut self.spare;
+        shown.clear();
         let wanted = Wanted {
             sleepers: false,
             all: false,
@@ -82,6 +84,11 @@ impl FieldPipeline {
                 if change != Vector::ZERO {
                     pull += change * (mass / dt);
                 }
+                shown.bodies.push(handle);
+                shown.wrenches.push(Wrench {
+                    force: pull,
+                    torque: Vector::ZERO,
+                });
                 let inv_mass = body.mass_properties().effective_inv_mass;
                 updates.push(VelocityUpdate {
                     body: handle,

@@ -82,7 +82,7 @@ fn is_sampled(collider: &Collider) -> bool {
 impl Gatherer {
     /// Brings `samples` up to date with some bodies, in the order of their handles. `revision` says
     /// when properties changed. `velocities`: those that fields are to see in place of the bodies'
-    /// own. Whether anything but places and velocities changed.
+    /// own. Whether anything but places and velocities changed since it gathered before.
     pub(crate) fn gather(
         &mut self,
         samples: &mut Samples,
@@ -91,12 +91,12 @@ impl Gatherer {
         bodies: &[Body],
         world: &impl Lookup,
     ) -> bool {
-        let fresh = self.still_holds((requirements, revision), bodies, world);
-        if !fresh {
-            self.made_for = Some((requirements, revision));
-            self.make(samples, properties, requirements, bodies, world);
+        if self.still_holds((requirements, revision), bodies, world) {
+            return false;
         }
-        !fresh
+        let before = self.made_for.replace((requirements, revision));
+        self.make(samples, properties, requirements, bodies, world);
+        before.is_some()
     }
 
     /// No part of a body is farther from its centre of mass.
@@ -291,9 +291,7 @@ impl Making<'_> {
         }
         centre.volume += sample.volume;
         centre.charge += sample.charge;
-        centre.radius = centre
-            .radius
-            .max((body.pose.rotation * local_arm).length() + radius);
+        centre.radius = centre.radius.max(local_arm.length() + radius);
         self.samples.list.push(sample);
     }
 

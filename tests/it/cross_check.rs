@@ -1,6 +1,6 @@
 //! The cross-check with Rapier: what it compares, and what it counts.
 
-use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
+use rapier3d_fields::math::{InteractionGroups, Real, Vector, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::{ContactCounts, CrossCheck, CrossCheckReport};
 
@@ -96,6 +96,11 @@ fn contacts_are_compared_at_the_same_poses() {
 fn with_recycling(on: bool) -> CrossCheckReport {
     let (mut world, [a, b]) = spinning_pair(1.0 / 240.0, 0.1);
     world.integration_parameters.contact_recycling = true;
+    // What fields answer is claimed by a hook, and Rapier recycles no contact that has one. So
+    // Rapier is to find these contacts itself, and to solve none of them.
+    for (_, collider) in world.colliders.iter_mut() {
+        collider.set_solver_groups(InteractionGroups::none());
+    }
     let tree = touch(parts(&[&a, &b]), ContactLaw::Observe);
     let check = if on {
         CrossCheck::all().let_recycle()
@@ -104,6 +109,7 @@ fn with_recycling(on: bool) -> CrossCheckReport {
     };
     let mut fields = Fields::builder(tree)
         .cross_check(check)
+        .responder(Responder::Both)
         .build()
         .expect("a valid tree");
     for _ in 0..4000 {

@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::lab::random::Random;
-use rapier3d_fields::math::{DVec3, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::WrenchError;
+use rapier3d_fields::math::{DVec3, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 

@@ -256,7 +256,9 @@ fn code_is_refused_by_name() {
         let error = format
             .write(&fields.set)
             .expect_err("a closure without a name");
-        assert!(error.contains("closure"), "{format:?}: {error}");
+        // Postcard's errors have no words.
+        let told = format == Format::Postcard || error.contains("closure");
+        assert!(told, "{format:?}: {error}");
     }
 }
 
