@@ -3,7 +3,7 @@
 use super::world::View;
 use crate::math::{ColliderHandle, ColliderSet, Pose, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{IslandManager, RigidBody, RigidBodyActivation};
-use crate::rigid::Lookup;
+use crate::rigid::{Body, Lookup};
 
 /// Copies of the bodies that Rapier may move in a step. Of sleepers, which it may wake, those of
 /// when they fell asleep are kept.
@@ -36,9 +36,15 @@ impl BodyCopy {
 }
 
 impl Rollback {
-    /// Takes the present state: of `all` bodies that can move, or of those that Rapier has awake
-    /// and those that it had when this was called last.
-    pub(crate) fn take(&mut self, view: &View<'_>, islands: &IslandManager, all: bool) {
+    /// Takes the present state: of `all` bodies that can move, or of those that Rapier has awake,
+    /// those that it had when this was called last, and those that were read as awake.
+    pub(crate) fn take(
+        &mut self,
+        view: &View<'_>,
+        islands: &IslandManager,
+        all: bool,
+        read: &[Body],
+    ) {
         if all || self.copies.is_empty() {
             self.copies.clear();
             let movable = view.bodies().filter(|(_, body)| !body.is_fixed());
@@ -46,14 +52,17 @@ impl Rollback {
                 self.put(handle, body);
             }
         } else {
-            for handle in std::mem::take(&mut self.active) {
+            let last = std::mem::take(&mut self.active);
+            for handle in last.iter().copied().chain(islands.active_bodies()) {
                 if let Some(body) = view.body(handle) {
                     self.put(handle, body);
                 }
             }
-            for handle in islands.active_bodies() {
-                if let Some(body) = view.body(handle) {
-                    self.put(handle, body);
+            self.active = last;
+            // Whoever was woken since the last step is not among Rapier's active ones yet.
+            for copy in read {
+                if let Some(body) = view.body(copy.handle).filter(|_| !self.knows(copy)) {
+                    self.put(copy.handle, body);
                 }
             }
         }
@@ -72,6 +81,15 @@ impl Rollback {
             self.copies.resize(index + 1, None);
         }
         self.copies[index] = Some(BodyCopy::of(handle, body));
+    }
+
+    /// Whether a body was copied as it is.
+    fn knows(&self, body: &Body) -> bool {
+        let same = |copy: &BodyCopy| {
+            let sleeping = copy.activation.sleeping == body.sleeping;
+            sleeping && copy.pose == body.pose && copy.linvel == body.linvel
+        };
+        self.copy(body.handle).is_some_and(same)
     }
 
     fn copy(&self, handle: RigidBodyHandle) -> Option<&BodyCopy> {

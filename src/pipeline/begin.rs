@@ -370,7 +370,7 @@ impl FieldPipeline {
         (self.motions, self.warnings) = (motions, warnings);
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         let all = state.steps == 0 || state.mark.is_none();
-        self.rollback.take(&view, world.islands, all);
+        self.rollback.take(&view, world.islands, all, &self.bodies);
         let open = state.open.get_or_insert_default();
         let (motions, copies) = (&self.motions, (&self.bodies[..], &wrenches[..]));
         bridge::apply(world.bodies, motions, copies, &mut open.overrides);

@@ -292,10 +292,10 @@ fn depth_cannot_exhaust_the_stack() {
     ];
     let operator = |level: usize| alternating[level % alternating.len()];
     let start = || Tree::from(leaf());
-    let left = (0..DEEP).fold(start(), |tree, i| {
+    let left = (1..DEEP).fold(start(), |tree, i| {
         Tree::fold(operator(i), [tree, leaf().into()])
     });
-    let right = (0..DEEP).fold(start(), |tree, i| {
+    let right = (1..DEEP).fold(start(), |tree, i| {
         Tree::fold(operator(i), [leaf().into(), tree])
     });
     // A sum of union outside of everything is none of the levels of a set.
