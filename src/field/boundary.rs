@@ -24,6 +24,7 @@
 //! the pieces are the two sides of it. The apex of a cone counts as a point of a plane across its
 //! axis.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::ops::{BitAnd, BitOr, Not};
 
@@ -69,7 +70,7 @@ pub(crate) struct Neighbourhood {
     /// One unit normal for each plane through the sample.
     planes: Vec<Normal>,
     /// For each piece, bit k: it lies behind plane k.
-    pieces: Vec<u64>,
+    pieces: Cow<'static, [u64]>,
     /// Whether a surface was met that is not among the planes.
     unknown_surface: Cell<bool>,
 }
@@ -79,7 +80,7 @@ impl Neighbourhood {
     pub(crate) fn open() -> Self {
         Neighbourhood {
             planes: Vec::new(),
-            pieces: vec![0],
+            pieces: Cow::Borrowed(&[0]),
             unknown_surface: Cell::new(false),
         }
     }
@@ -98,7 +99,7 @@ impl Neighbourhood {
         pieces.truncate(MOST_PIECES);
         Neighbourhood {
             planes,
-            pieces,
+            pieces: pieces.into(),
             unknown_surface: Cell::new(false),
         }
     }

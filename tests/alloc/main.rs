@@ -114,11 +114,25 @@ fn balls() -> (PhysicsWorld, Vec<(RigidBodyHandle, ColliderHandle)>) {
     (world, balls)
 }
 
+/// A step around which every body is written to: Rapier lists them, in a list that grows anew after
+/// each step.
+fn loop_by_hand(world: &mut PhysicsWorld) {
+    let write = |world: &mut PhysicsWorld| {
+        for (_, body) in world.bodies.iter_mut() {
+            let linvel = body.linvel();
+            body.set_linvel(linvel, false);
+        }
+    };
+    write(world);
+    world.step();
+    write(world);
+}
+
 /// Steps without the fields, then with them; what is wrong with the allocations after a warm-up.
 fn compared(tree: &Tree, world: &dyn Fn() -> PhysicsWorld, scheme: Scheme) -> Option<String> {
     let mut bare = world();
-    (0..WARM_UP).for_each(|_| bare.step());
-    let without = allocations(|| (0..STEPS).for_each(|_| bare.step()));
+    (0..WARM_UP).for_each(|_| loop_by_hand(&mut bare));
+    let without = allocations(|| (0..STEPS).for_each(|_| loop_by_hand(&mut bare)));
 
     let mut world = world();
     let mut fields = Fields::builder(tree.clone())
@@ -140,7 +154,7 @@ fn compared(tree: &Tree, world: &dyn Fn() -> PhysicsWorld, scheme: Scheme) -> Op
             .iter()
             .map(|(count, caller)| format!("\n  {count:5} in {caller}"));
         let lines: String = lines.collect();
-        format!("{scheme:?}: {with} allocations, {without} without the fields; in one step{lines}")
+        format!("{scheme:?}: {with} allocations, {without} by hand; in one step{lines}")
     })
 }
 
@@ -155,7 +169,7 @@ const SCHEMES: [Scheme; 8] = [
     Scheme::Auto { tolerance: 1e-3 },
 ];
 
-/// Fails unless the steps of each scheme allocate no more than Rapier's alone.
+/// Fails unless the steps of each scheme allocate no more than a loop by hand.
 fn assert_free(tree: &Tree, world: &dyn Fn() -> PhysicsWorld) {
     let wrong = SCHEMES
         .into_iter()
