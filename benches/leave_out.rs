@@ -188,7 +188,8 @@ fn asleep(count: usize, boxes: bool, tree: Option<Tree>) -> (PhysicsWorld, Field
         };
         world.insert(body, shape);
     }
-    let tree = tree.unwrap_or_else(Tree::empty);
+    // A field without strength is none.
+    let tree = tree.unwrap_or_else(|| Field::uniform(Vector::ZERO).into());
     let mut fields = Fields::new(tree).expect("a sound tree");
     for _ in 0..600 {
         fields.step(&mut world).expect("finite fields");
