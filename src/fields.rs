@@ -102,7 +102,7 @@ impl Fields {
     pub fn from_parts(
         mut set: FieldSet,
         settings: FieldSettings,
-        state: FieldState,
+        mut state: FieldState,
     ) -> Result<Self, StepError> {
         set.validate_changes()?;
         settings.scheme.validate()?;

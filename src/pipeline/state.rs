@@ -50,6 +50,9 @@ pub struct FieldState {
     /// never is.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub(crate) open: Option<OpenRecord>,
+    /// Whether it was found to be sound, once; what is read from elsewhere was not yet.
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
+    checked: bool,
 }
 
 /// A body as a step left it.
@@ -91,13 +94,15 @@ impl FieldState {
     }
 
     /// Whether it is of one piece, and could have been left behind by a step.
-    pub(crate) fn is_sound(&self) -> bool {
-        let evaluated = self.evaluation.as_ref();
-        let count = evaluated.map_or(self.records.len(), |evaluation| evaluation.bodies.len());
-        self.time.is_finite()
-            && evaluated.is_none_or(Evaluation::is_sound)
-            && self.records.len() == count
-            && self.resting.is_sound()
+    pub(crate) fn is_sound(&mut self) -> bool {
+        if !self.checked {
+            let evaluated = self.evaluation.as_ref();
+            let count = evaluated.map_or(self.records.len(), |last| last.bodies.len());
+            self.checked = evaluated.is_none_or(Evaluation::is_sound)
+                && self.records.len() == count
+                && self.resting.is_sound();
+        }
+        self.checked && self.time.is_finite()
     }
 }
 
