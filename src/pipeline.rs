@@ -90,6 +90,8 @@ pub struct FieldPipeline {
     claims_for: Rules,
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
+    /// Whether bodies were added or removed since the last step.
+    other_bodies: bool,
     /// Bodies sampled in the last step.
     sampled: usize,
     /// Whether it has made a step.
@@ -124,6 +126,7 @@ impl Default for FieldPipeline {
             claims_for: Rules::default(),
             watched: Watched::default(),
             warnings: Vec::new(),
+            other_bodies: false,
             sampled: 0,
             met: false,
         }

@@ -5,8 +5,8 @@ use crate::math::RigidBodyHandle;
 use crate::rapier::dynamics::{IslandManager, RigidBody};
 use crate::rigid::{Body, Lookup};
 
-/// Beside as many as are awake, so many sleepers are looked at in any case: bodies that were added
-/// or woken since the last step are not among Rapier's active ones yet.
+/// Beside as many as are awake, so many sleepers are looked at in any case: bodies that users woke
+/// since the last step are not among Rapier's active ones yet.
 const FEW: usize = 256;
 
 /// Finds the bodies that a step samples; keeps its buffers.

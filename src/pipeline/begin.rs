@@ -110,6 +110,7 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let counts = [view.body_count(), view.collider_count()];
         let edited = state.mark != Some(set.mark());
+        self.other_bodies = state.anchored.map(|known| known[0]) != Some(counts[0]);
         if !edited && state.anchored == Some(counts) {
             return Ok(());
         }
@@ -218,7 +219,7 @@ impl FieldPipeline {
             self.push_alike(fields, state, world, true);
             return Ok((false, false));
         }
-        self.read(world, (sleepers, first), &[]);
+        self.read(world, (sleepers, first || self.other_bodies), &[]);
         self.weigh(state, world);
         self.see(state, None);
         let remade = self.sample(&world.view());

@@ -147,7 +147,7 @@ impl FieldPipeline {
         let mut idle = true;
         let wanted = Wanted {
             sleepers: false,
-            all: false,
+            all: self.other_bodies,
             besides: &[],
         };
         self.reader

@@ -70,7 +70,7 @@ impl FieldPipeline {
         shown.clear();
         let wanted = Wanted {
             sleepers: false,
-            all: false,
+            all: first && self.other_bodies,
             besides: &[],
         };
         let view = world.view();

@@ -633,3 +633,29 @@ fn fields_may_move_between_threads() {
     is_send_and_sync::<FieldPipeline>();
     is_send_and_sync::<StepError>();
 }
+
+/// Where nearly all sleep, a body that was just added is kicked as one in an empty world.
+#[test]
+fn a_body_added_among_sleepers_feels_its_first_step() {
+    let velocity = |sleepers: usize| {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::ZERO;
+        for i in 0..sleepers {
+            let place = Vector::X * (3.0 * i as Real + 3.0);
+            let body = RigidBodyBuilder::dynamic()
+                .translation(place)
+                .sleeping(true);
+            world.insert(body, ColliderBuilder::ball(0.5));
+        }
+        // Not uniform, so that bodies are read and sampled.
+        let mut fields = Fields::new(Field::spring(1e-3)).expect("a valid tree");
+        fields.settings.wake = WakePolicy::Never;
+        (0..5).for_each(|_| step(&mut fields, &mut world));
+        let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 5.0);
+        let (body, _) = world.insert(body, ColliderBuilder::ball(0.5));
+        step(&mut fields, &mut world);
+        assert!(world.bodies[body].linvel().y < 0.0);
+        world.bodies[body].linvel()
+    };
+    assert_eq!(velocity(1000), velocity(0));
+}
