@@ -67,6 +67,8 @@ pub struct FieldPipeline {
     reader: Reader,
     gatherer: Gatherer,
     bodies: Vec<Body>,
+    /// A buffer for those of the second half.
+    late_bodies: Vec<Body>,
     samples: Samples,
     /// The velocities that fields see.
     seen: Vec<(Vector, Vector)>,
@@ -110,6 +112,7 @@ impl Default for FieldPipeline {
             reader: Reader::default(),
             gatherer: Gatherer::default(),
             bodies: Vec::new(),
+            late_bodies: Vec::new(),
             samples: Samples::default(),
             seen: Vec::new(),
             integrator: Integrator::default(),

@@ -18,6 +18,8 @@ pub(crate) struct Grid {
     /// Cell of each point, then (see `build`) the point at each place.
     cell_of: Vec<u32>,
     order: Vec<u32>,
+    /// While points are sorted: the next free place of each cell.
+    next: Vec<u32>,
 }
 
 /// More cells than this per point cost more to clear than they save.
@@ -63,9 +65,9 @@ impl Grid {
         }
         self.order.clear();
         self.order.resize(points.len(), 0);
-        let mut next = self.starts.clone();
+        self.next.clone_from(&self.starts);
         for (point, cell) in self.cell_of.iter().enumerate() {
-            let place = &mut next[*cell as usize];
+            let place = &mut self.next[*cell as usize];
             self.order[*place as usize] = point as u32;
             *place += 1;
         }

@@ -69,7 +69,7 @@ impl FieldPipeline {
             dt,
             idle,
             motions: std::mem::take(&mut self.motions),
-            bodies: std::mem::take(&mut self.bodies),
+            bodies: std::mem::replace(&mut self.bodies, std::mem::take(&mut self.late_bodies)),
             rollback: std::mem::take(&mut self.rollback),
             expected,
             power,
@@ -300,7 +300,8 @@ impl FieldPipeline {
         world: &WorldMut<'_>,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
-        let mut evaluation = state.evaluation.take().unwrap_or_default();
+        let last = state.evaluation.take();
+        let mut evaluation = last.unwrap_or_else(|| std::mem::take(&mut self.spare));
         let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
         let mut integrator = std::mem::take(&mut self.integrator);
         let view = world.view();

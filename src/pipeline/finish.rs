@@ -40,10 +40,7 @@ impl FieldPipeline {
         // The buffers are used again.
         self.motions = open.motions;
         self.rollback = open.rollback;
-        let mut bodies = open.bodies;
-        if bodies.capacity() > self.bodies.capacity() {
-            std::mem::swap(&mut bodies, &mut self.bodies);
-        }
+        self.late_bodies = std::mem::replace(&mut self.bodies, open.bodies);
         outcome
     }
 
