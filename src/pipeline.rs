@@ -15,6 +15,7 @@ pub use open_step::OpenStep;
 pub use questions::{BodySample, FieldValue};
 pub use settings::FieldSettings;
 pub use state::FieldState;
+use state::OpenRecord;
 
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
@@ -80,6 +81,8 @@ pub struct FieldPipeline {
     /// An evaluation that nothing begins with any more. What it holds is that of the last step, if
     /// the state has none.
     spare: Evaluation,
+    /// A buffer for what is taken back of a step.
+    spare_record: OpenRecord,
     acting: Vec<bool>,
     links: Vec<RigidBodyHandle>,
     softs: SoftBodies,
@@ -120,6 +123,7 @@ impl Default for FieldPipeline {
             late: Motions::default(),
             rollback: Rollback::default(),
             spare: Evaluation::default(),
+            spare_record: OpenRecord::default(),
             acting: Vec::new(),
             links: Vec::new(),
             softs: SoftBodies::default(),

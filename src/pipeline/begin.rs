@@ -62,7 +62,9 @@ impl FieldPipeline {
         });
         self.detector.begin(&world.view(), momenta);
         self.listen(fields, state, &mut world);
-        let open = state.open.get_or_insert_default();
+        let open = state
+            .open
+            .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
         open.number = state.steps;
         Ok(OpenStep {
             number: state.steps,
@@ -373,7 +375,9 @@ impl FieldPipeline {
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         let all = state.steps == 0 || state.mark.is_none();
         self.rollback.take(&view, world.islands, all, &self.bodies);
-        let open = state.open.get_or_insert_default();
+        let open = state
+            .open
+            .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
         let (motions, copies) = (&self.motions, (&self.bodies[..], &wrenches[..]));
         bridge::apply(world.bodies, motions, copies, &mut open.overrides);
         open.steady

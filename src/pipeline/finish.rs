@@ -20,7 +20,7 @@ impl FieldPipeline {
         mut open: OpenStep,
         mut world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
-        let record = match state.open.take() {
+        let mut record = match state.open.take() {
             Some(record) if record.number == open.number => record,
             other => {
                 state.open = other;
@@ -38,6 +38,8 @@ impl FieldPipeline {
             state.records.clear();
         }
         // The buffers are used again.
+        record.clear();
+        self.spare_record = record;
         self.motions = open.motions;
         self.rollback = open.rollback;
         self.late_bodies = std::mem::replace(&mut self.bodies, open.bodies);

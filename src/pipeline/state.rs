@@ -78,6 +78,13 @@ pub(crate) struct OpenRecord {
     pub steady: Vec<RigidBodyHandle>,
 }
 
+impl OpenRecord {
+    pub(crate) fn clear(&mut self) {
+        self.overrides.clear();
+        self.steady.clear();
+    }
+}
+
 impl FieldState {
     /// Simulated time: the sum of all steps.
     pub fn time(&self) -> f64 {

@@ -129,7 +129,12 @@ fn loop_by_hand(world: &mut PhysicsWorld) {
 }
 
 /// Steps without the fields, then with them; what is wrong with the allocations after a warm-up.
-fn compared(tree: &Tree, world: &dyn Fn() -> PhysicsWorld, scheme: Scheme) -> Option<String> {
+fn compared(
+    tree: &Tree,
+    world: &dyn Fn() -> PhysicsWorld,
+    scheme: Scheme,
+    most: usize,
+) -> Option<String> {
     let mut bare = world();
     (0..WARM_UP).for_each(|_| loop_by_hand(&mut bare));
     let without = allocations(|| (0..STEPS).for_each(|_| loop_by_hand(&mut bare)));
@@ -148,7 +153,7 @@ fn compared(tree: &Tree, world: &dyn Fn() -> PhysicsWorld, scheme: Scheme) -> Op
     let with = allocations(|| steps(STEPS));
     let pairs = world.narrow_phase.contact_pairs().count();
     assert_eq!(pairs, 0, "the scene is one without contacts");
-    (with > without + SLACK).then(|| {
+    (with > without + SLACK + STEPS * most).then(|| {
         let callers = callers(|| fields.step(&mut world).map(drop).expect("a finite step"));
         let lines = callers
             .iter()
@@ -163,9 +168,14 @@ const SCHEMES: [Scheme; 2] = [Scheme::KickDriftKick, Scheme::Kick];
 
 /// Fails unless the steps of each scheme allocate no more than a loop by hand.
 fn assert_free(tree: &Tree, world: &dyn Fn() -> PhysicsWorld) {
+    assert_few(tree, world, 0);
+}
+
+/// Fails unless they allocate at most `most` times a step more.
+fn assert_few(tree: &Tree, world: &dyn Fn() -> PhysicsWorld, most: usize) {
     let wrong = SCHEMES
         .into_iter()
-        .filter_map(|scheme| compared(tree, world, scheme));
+        .filter_map(|scheme| compared(tree, world, scheme, most));
     let wrong: Vec<String> = wrong.collect();
     assert!(wrong.is_empty(), "in {STEPS} steps:\n{}", wrong.join("\n"));
 }
@@ -206,7 +216,8 @@ fn instances_of_a_composite() {
     let (_, balls) = balls();
     let bodies = balls.into_iter().map(|ball| ball.0).step_by(10);
     let tree = Tree::instances(pull.replace_union(push), bodies);
-    assert_free(&tree, &all_balls);
+    // Parry builds the hierarchy of instances that moved anew, in three lists an evaluation.
+    assert_few(&tree, &all_balls, 3);
 }
 
 /// Every ball acts on every other near it; the neighbours are listed anew now and then.
