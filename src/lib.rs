@@ -184,7 +184,7 @@ pub use bridge::{StepError, WakePolicy, WorldMut};
 pub use compile::{IndexKind, Plan, PlanEntry};
 pub use contact::{ContactEvent, Detection, FieldContact, Responder, StepHooks};
 pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
-pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy};
+pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal};
 pub use eval::{PotentialEnergy, WrenchError};
 pub use field::{
     Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Field, FieldHandle,

@@ -28,11 +28,26 @@ pub struct Explanation {
     /// What single fields give, sample by sample. Fields whose region does not hold the sample
     /// are only counted.
     pub contributions: Vec<ExplainedField>,
+    /// What single fields give, summed over those samples where it counts, in the order in which
+    /// they first do. Under a plain sum these, with `reaction`, add up to `wrench`.
+    pub totals: Vec<FieldTotal>,
     /// How often a field's region did not hold a sample.
     pub outside: usize,
     /// What the body feels for the forces of its own [reacting](crate::Field::reacting) fields on
     /// others; part of `wrench`.
     pub reaction: Wrench,
+}
+
+/// What one field gives over all samples of a body.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FieldTotal {
+    /// The field's name, or its place in the tree.
+    pub field: String,
+    /// Its own forces, before any operator, and their torque about the centre of mass.
+    pub wrench: Wrench,
+    /// At so many samples it counts.
+    pub samples: usize,
 }
 
 /// What one field gives at one sample.
@@ -88,6 +103,7 @@ pub(crate) fn explain(
         body: samples.bodies[body as usize],
         wrench: Wrench::ZERO,
         contributions: Vec::new(),
+        totals: Vec::new(),
         outside: 0,
         reaction: reaction(set, frames, samples, moment, body),
     };
@@ -102,6 +118,7 @@ pub(crate) fn explain(
                 explanation.outside += 1;
             } else if !is_contact(set, contribution.place) {
                 let explained = ExplainedField::new(set, sample, contribution);
+                explanation.add_to_totals(&explained, sample);
                 explanation.contributions.push(explained);
             }
         }
@@ -172,6 +189,25 @@ impl ExplainedField {
 }
 
 impl Explanation {
+    fn add_to_totals(&mut self, explained: &ExplainedField, sample: &SamplePoint) {
+        let Some(force) = explained.force.filter(|_| explained.fate == Fate::Counts) else {
+            return;
+        };
+        let known = self.totals.iter().position(|t| t.field == explained.field);
+        let known = known.unwrap_or_else(|| {
+            self.totals.push(FieldTotal {
+                field: explained.field.clone(),
+                wrench: Wrench::ZERO,
+                samples: 0,
+            });
+            self.totals.len() - 1
+        });
+        let total = &mut self.totals[known];
+        total.wrench.force += force;
+        total.wrench.torque += sample.arm.cross(force);
+        total.samples += 1;
+    }
+
     /// Of everything single fields give, the largest; the first of those that are not finite.
     pub(crate) fn worst(&self) -> Option<&ExplainedField> {
         let mut worst: Option<&ExplainedField> = None;

@@ -240,3 +240,34 @@ fn reactions_without_a_carrier_are_refused() {
     let fine = Tree::instances(pull().replace_union(pull()), [a, b]);
     assert!(Fields::new(fine).is_ok());
 }
+
+/// Under a plain sum, what single fields give over all samples adds up to the wrench.
+#[test]
+fn totals_of_a_sum_add_up() {
+    let mut world = PhysicsWorld::new();
+    let boxed = RigidBodyBuilder::dynamic().translation(Vector::new(2.0, 1.0, 0.0));
+    let (body, _) = world.insert(boxed, ColliderBuilder::cuboid(0.5, 0.3, 0.2));
+    let pull = Field::point_gravity(9.0).named("planet");
+    let breeze = Field::uniform(Vector::X * 2.0).named("breeze");
+    let far = Field::uniform(Vector::Y)
+        .within(Region::ball(0.1))
+        .named("far");
+    let fields = Fields::new(pull + breeze + far).expect("a valid tree");
+    let told = fields.explain(body, &world.bodies, &world.colliders);
+    let told = told.expect("sampled");
+    let names: Vec<_> = told
+        .totals
+        .iter()
+        .map(|total| total.field.as_str())
+        .collect();
+    println!("{names:?}");
+    assert_eq!(told.totals.len(), 2, "one of them is out of reach");
+    assert!(
+        told.totals.iter().any(|total| total.samples > 1),
+        "over the volume"
+    );
+    let force: Vector = told.totals.iter().map(|total| total.wrench.force).sum();
+    let torque: Vector = told.totals.iter().map(|total| total.wrench.torque).sum();
+    assert!((force - told.wrench.force).length() < 1e-5 * told.wrench.force.length());
+    assert!((torque - told.wrench.torque).length() < 1e-5);
+}
