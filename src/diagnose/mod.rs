@@ -48,6 +48,8 @@ pub struct FieldTotal {
     pub wrench: Wrench,
     /// At so many samples it counts.
     pub samples: usize,
+    /// Its place in the set: names may be given twice.
+    place: u32,
 }
 
 /// What one field gives at one sample.
@@ -117,8 +119,9 @@ pub(crate) fn explain(
             if contribution.fate == Fate::OutsideRegion {
                 explanation.outside += 1;
             } else if !is_contact(set, contribution.place) {
+                let place = contribution.place;
                 let explained = ExplainedField::new(set, sample, contribution);
-                explanation.add_to_totals(&explained, sample);
+                explanation.add_to_totals(place, &explained, sample);
                 explanation.contributions.push(explained);
             }
         }
@@ -189,16 +192,17 @@ impl ExplainedField {
 }
 
 impl Explanation {
-    fn add_to_totals(&mut self, explained: &ExplainedField, sample: &SamplePoint) {
+    fn add_to_totals(&mut self, place: u32, explained: &ExplainedField, sample: &SamplePoint) {
         let Some(force) = explained.force.filter(|_| explained.fate == Fate::Counts) else {
             return;
         };
-        let known = self.totals.iter().position(|t| t.field == explained.field);
+        let known = self.totals.iter().position(|total| total.place == place);
         let known = known.unwrap_or_else(|| {
             self.totals.push(FieldTotal {
                 field: explained.field.clone(),
                 wrench: Wrench::ZERO,
                 samples: 0,
+                place,
             });
             self.totals.len() - 1
         });
