@@ -92,7 +92,7 @@ pub struct FieldPipeline {
     detection: Detection,
     pushes: Vec<Push>,
     claims: Arc<Claims>,
-    claims_for: Rules,
+    claims_for: (Rules, Detection),
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
     /// Whether bodies were added or removed since the last step.
@@ -130,7 +130,7 @@ impl Default for FieldPipeline {
             detection: Detection::default(),
             pushes: Vec::new(),
             claims: Arc::default(),
-            claims_for: Rules::default(),
+            claims_for: Default::default(),
             watched: Watched::default(),
             warnings: Vec::new(),
             other_bodies: false,
@@ -159,13 +159,14 @@ impl FieldPipeline {
             self.detection = settings.detection;
             self.detector = Detector::new(&self.compiled, self.detection);
         }
-        if stale || self.claims_for != settings.rules {
+        let claims_for = (settings.rules.clone(), settings.detection);
+        if stale || self.claims_for != claims_for {
             self.detectors_revision = found;
-            self.claims_for = settings.rules.clone();
             let detecting = self.compiled.detectors.iter();
-            let detecting = detecting.map(|detector| detector.collider);
-            self.watched = detecting.clone().collect();
-            self.claims = Arc::new(Claims::new(&settings.rules, detecting));
+            self.watched = detecting.map(|detector| detector.collider).collect();
+            let swept = settings.detection == Detection::Swept;
+            self.claims = Arc::new(Claims::new(&settings.rules, &self.compiled, swept));
+            self.claims_for = claims_for;
         }
     }
 }

@@ -1,17 +1,20 @@
 //! The detector: finds contacts at the end of a step or over the whole of it, and answers them.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
-use super::discrete::Discrete;
+use super::discrete::{Discrete, Found};
 use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
+use super::hooks::Pairs;
 use super::modes::Detection;
 use super::respond;
+use super::starts::Starts;
 use super::sweep::{Scene, Sweep};
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::field::{ContactLaw, Frames};
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_f64};
+use crate::math::{Real, Vector, to_f64};
 use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
@@ -22,6 +25,10 @@ pub(crate) struct Detector {
     masks: FieldMasks,
     /// Only with [`Detection::Swept`].
     sweep: Option<Box<Sweep>>,
+    /// The bodies when Rapier's step began.
+    pub starts: Arc<Starts>,
+    /// What overlaps at the end of the step.
+    found: Found,
     /// Touches of the step that has just ended, not yet among the contacts.
     touched: Vec<FieldContact>,
     /// Whether the last step had more impacts than one step may have.
@@ -36,20 +43,11 @@ impl Detector {
             touch: Discrete::new(compiled),
             masks: FieldMasks::default(),
             sweep: (mode == Detection::Swept && !compiled.detectors.is_empty()).then(Box::default),
+            starts: Arc::default(),
+            found: Found::default(),
             touched: Vec::new(),
             exhausted: false,
             contacts: Vec::new(),
-        }
-    }
-
-    /// Notes how the bodies begin Rapier's step; `momenta` are those that this crate turns freely.
-    pub(crate) fn begin(
-        &mut self,
-        world: &impl Lookup,
-        momenta: impl Iterator<Item = (RigidBodyHandle, DVec3)>,
-    ) {
-        if let Some(sweep) = &mut self.sweep {
-            sweep.starts.take(world, momenta);
         }
     }
 
@@ -62,7 +60,7 @@ impl Detector {
         world: &(impl Lookup + Frames),
         (moment, dt): (Moment, Real),
         samples: impl FnOnce(&mut Samples),
-        answers: impl Fn(&FieldContact) -> bool,
+        (answers, lifted): (impl Fn(&FieldContact) -> bool, &Pairs),
         pushes: &mut Vec<Push>,
     ) {
         self.touched.clear();
@@ -78,7 +76,9 @@ impl Detector {
             touch: &self.touch,
             masks: guarded.then_some(&mut self.masks),
             moment,
+            starts: &self.starts,
             answers: &answers,
+            lifted,
         };
         let found = (&mut self.touched, pushes);
         self.exhausted = sweep.run(scene, world, to_f64(dt), found);
@@ -106,9 +106,11 @@ impl Detector {
         moment: Moment,
         samples: impl FnOnce(&mut Samples),
     ) {
-        self.contacts.clear();
+        let found = &mut self.found;
+        found.contacts.clear();
+        found.points.clear();
         self.touch.gather(world);
-        self.touch.find(world, &mut self.contacts);
+        self.touch.find(world, found);
         if compiled
             .detectors
             .iter()
@@ -116,7 +118,7 @@ impl Detector {
         {
             self.masks.refresh(compiled, world, samples);
             let (touch, masks) = (&self.touch, &mut self.masks);
-            self.contacts.retain(|contact| {
+            found.contacts.retain(|(contact, _)| {
                 let [first, second] = contact.colliders;
                 [(first, second), (second, first)]
                     .into_iter()
@@ -133,7 +135,10 @@ impl Detector {
                     })
             });
         }
-        self.contacts.sort_unstable_by_key(FieldContact::key);
+        found.contacts.sort_unstable_by_key(|(contact, _)| contact.key());
+        self.contacts.clear();
+        self.contacts
+            .extend(found.contacts.iter().map(|(contact, _)| *contact));
     }
 
     /// Answers the contacts by their laws; says how bodies go on.
@@ -150,6 +155,7 @@ impl Detector {
             let late = !swept || matches!(contact.law, ContactLaw::Penalty { .. });
             late && answers(contact)
         };
-        respond::respond(&mut self.contacts, world, dt, answers, pushes);
+        let place = (world, &*self.starts);
+        respond::respond(&mut self.contacts, &self.found, place, dt, answers, pushes);
     }
 }

@@ -1,7 +1,10 @@
 //! A contact as detection fields find it, and the parts of bodies that can have one.
 
+use super::laws::combined;
+use super::overlap::OverlapPoint;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
+use crate::rapier::geometry::InteractionGroups;
 
 /// A contact found by detection fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,10 +42,7 @@ impl FieldContact {
         normal: Vector,
         depth: Real,
     ) -> Self {
-        let law = match (first.law, second.law) {
-            (Some(a), Some(b)) => a.stronger(b),
-            (law, None) | (None, law) => law.unwrap_or(ContactLaw::Observe),
-        };
+        let law = combined([first.law, second.law]).unwrap_or(ContactLaw::Observe);
         let swap = second.collider.into_raw_parts() < first.collider.into_raw_parts();
         let (parts, normal) = if swap {
             ([second, first], -normal)
@@ -63,6 +63,15 @@ impl FieldContact {
         }
     }
 
+    /// Where they overlap most.
+    pub(super) fn deepest(&self) -> OverlapPoint {
+        OverlapPoint {
+            world_point: self.world_point,
+            world_normal: self.world_normal,
+            depth: self.depth,
+        }
+    }
+
     pub(super) fn key(&self) -> [(u32, u32); 2] {
         self.colliders.map(ColliderHandle::into_raw_parts)
     }
@@ -76,12 +85,14 @@ pub(super) struct Part {
     pub dynamic: bool,
     /// Of its detection field, if it has one.
     pub law: Option<ContactLaw>,
+    pub groups: InteractionGroups,
 }
 
 impl Part {
-    /// Parts of one body never touch, nor do two that cannot move.
+    /// Parts of one body never touch, nor do two that cannot move, nor what Rapier's collision
+    /// groups keep apart.
     pub(super) fn may_touch(&self, other: &Part) -> bool {
         let same = self.body.is_some() && self.body == other.body;
-        !same && (self.dynamic || other.dynamic)
+        !same && (self.dynamic || other.dynamic) && self.groups.test(other.groups)
     }
 }

@@ -2,12 +2,16 @@
 
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
-use super::Responder;
-use super::Rules;
-use crate::math::ColliderHandle;
-use crate::rapier::dynamics::RigidBodyHandle;
-use crate::rapier::geometry::SolverFlags;
+use super::laws::Laws;
+use super::starts::Starts;
+use super::{Responder, Rules};
+use crate::compile::Compiled;
+use crate::field::ContactLaw;
+use crate::math::{ColliderHandle, ColliderSet, Real, Vector};
+use crate::rapier::dynamics::{RigidBody, RigidBodyHandle, RigidBodyType};
+use crate::rapier::geometry::{NarrowPhase, SolverContact, SolverFlags};
 use crate::rapier::pipeline::{
     ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks,
 };
@@ -17,73 +21,169 @@ use crate::rigid::Lookup;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Claims {
     rules: Rules,
-    /// Colliders with a detection field.
-    detecting: HashSet<ColliderHandle>,
+    laws: Laws,
+    /// Whether there is any field that answers.
+    any: bool,
+    /// Whether fast bodies are followed through the step, so that nothing needs to stop them.
+    swept: bool,
 }
 
-/// Colliders that were given a hook bit, with the bits that were theirs.
+/// Pairs of colliders, each in the order of its handles.
+pub(crate) type Pairs = HashSet<[ColliderHandle; 2]>;
+
+/// What the hooks of a step learn.
+#[derive(Debug, Default)]
+pub(crate) struct Heard {
+    /// Whether Rapier has asked about a claimed pair.
+    pub asked: AtomicBool,
+    /// Pairs that hooks of the user's own keep apart from any answer.
+    vetoed: Mutex<Pairs>,
+    /// Pairs of which Rapier's solver has lifted contacts.
+    lifted: Mutex<Pairs>,
+}
+
+impl Heard {
+    fn note(list: &Mutex<Pairs>, pair: [ColliderHandle; 2]) {
+        let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);
+        list.insert(in_order(pair));
+    }
+
+    /// The pairs that the user's hooks keep from being answered, and those that were lifted.
+    pub(crate) fn take(&mut self) -> [Pairs; 2] {
+        [&mut self.vetoed, &mut self.lifted].map(|list| {
+            let list = list.get_mut().unwrap_or_else(PoisonError::into_inner);
+            std::mem::take(list)
+        })
+    }
+}
+
+/// A collider that was given hook bits.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+struct Told {
+    collider: ColliderHandle,
+    /// The bits that were its own.
+    own: ActiveHooks,
+    /// Whether no field claims it any more. It keeps the bits for one more step: Rapier would go
+    /// on with contacts that were lifted last.
+    leaving: bool,
+}
+
+/// Colliders that were given hook bits, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) struct Listening(Vec<(ColliderHandle, ActiveHooks)>);
+pub(crate) struct Listening(Vec<Told>);
 
 impl Listening {
+    fn place(&self, collider: ColliderHandle) -> Result<usize, usize> {
+        let key = collider.into_raw_parts();
+        let of = |told: &Told| told.collider.into_raw_parts();
+        self.0.binary_search_by_key(&key, of)
+    }
+
     fn own(&self, collider: ColliderHandle) -> Option<ActiveHooks> {
-        let place = self.0.binary_search_by_key(&key(collider), |of| key(of.0));
-        Some(self.0[place.ok()?].1)
+        Some(self.0[self.place(collider).ok()?].own)
     }
 
-    pub(crate) fn add(&mut self, told: impl Iterator<Item = (ColliderHandle, ActiveHooks)>) {
-        let told: Vec<_> = told.collect();
-        // Of two entries of a collider the later is first, and stays.
-        self.0.splice(0..0, told);
-        self.0.sort_by_key(|of| key(of.0));
-        self.0.dedup_by_key(|of| key(of.0));
+    /// Notes that a collider has been given bits, beside those of its own.
+    pub(crate) fn add(&mut self, collider: ColliderHandle, own: ActiveHooks) {
+        let told = Told {
+            collider,
+            own,
+            leaving: false,
+        };
+        match self.place(collider) {
+            // Its own are those of before, unless the user has set them anew.
+            Ok(place) => self.0[place].leaving = false,
+            Err(place) => self.0.insert(place, told),
+        }
     }
-}
 
-fn key(collider: ColliderHandle) -> (u32, u32) {
-    collider.into_raw_parts()
+    /// Colliders that no field needs any more, each once they have been so for a step, with the
+    /// bits to be given back.
+    pub(crate) fn release(
+        &mut self,
+        wanted: impl Fn(ColliderHandle) -> ActiveHooks,
+    ) -> Vec<(ColliderHandle, ActiveHooks)> {
+        let mut free = Vec::new();
+        self.0.retain_mut(|told| {
+            let left = std::mem::replace(&mut told.leaving, wanted(told.collider).is_empty());
+            let go = left && told.leaving;
+            if go {
+                free.push((told.collider, told.own));
+            }
+            !go
+        });
+        free
+    }
+
+    /// Whether [`Self::release`] has anything to do.
+    pub(crate) fn any_free(&self, wanted: impl Fn(ColliderHandle) -> ActiveHooks) -> bool {
+        let free = |told: &Told| told.leaving || wanted(told.collider).is_empty();
+        self.0.iter().any(free)
+    }
 }
 
 impl Claims {
-    pub(crate) fn new(rules: &Rules, detecting: impl Iterator<Item = ColliderHandle>) -> Self {
-        let claims = rules.claim_any();
+    pub(crate) fn new(rules: &Rules, compiled: &Compiled, swept: bool) -> Self {
+        let mut detectors = compiled.detectors.iter();
         Claims {
             rules: rules.clone(),
-            detecting: detecting.filter(|_| claims).collect(),
+            laws: Laws::new(compiled),
+            any: rules.claim_any() && detectors.any(|it| it.law != ContactLaw::Observe),
+            swept,
         }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.detecting.is_empty()
+        !self.any
     }
 
-    /// The colliders that Rapier has to ask about.
-    pub(crate) fn colliders(&self) -> impl Iterator<Item = ColliderHandle> {
-        self.detecting.iter().copied()
+    /// The law by which fields answer a pair in Rapier's place.
+    pub(crate) fn law(&self, pair: [ColliderHandle; 2]) -> Option<ContactLaw> {
+        if self.is_empty() || self.rules.of(pair) != Responder::Fields {
+            return None;
+        }
+        let law = self.laws.of_pair(pair);
+        law.filter(|law| *law != ContactLaw::Observe)
     }
 
-    /// Whether fields answer contacts of a pair in Rapier's place.
-    pub(crate) fn claims(&self, pair: [ColliderHandle; 2]) -> bool {
-        let detected = pair
-            .iter()
-            .all(|collider| self.detecting.contains(collider));
-        detected && self.rules.of(pair) == Responder::Fields
+    /// The hook bits without which Rapier does not ask about a collider.
+    pub(crate) fn bits(&self, collider: ColliderHandle) -> ActiveHooks {
+        let law = self.laws.of(collider);
+        if self.is_empty() || law.is_none_or(|law| law == ContactLaw::Observe) {
+            ActiveHooks::empty()
+        } else if self.swept {
+            ActiveHooks::MODIFY_SOLVER_CONTACTS | ActiveHooks::FILTER_CONTACT_PAIRS
+        } else {
+            ActiveHooks::MODIFY_SOLVER_CONTACTS
+        }
     }
+}
+
+fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
+    pair.sort_unstable_by_key(|collider| collider.into_raw_parts());
+    pair
 }
 
 /// The hooks of an [open step](crate::OpenStep): hand them to `PhysicsPipeline::step`.
 ///
-/// Contacts that the fields answer are found and reported by Rapier, but not solved, and stop
-/// nobody in continuous collision detection. Whatever else comes goes to the user's hooks, for the
-/// colliders whose own `active_hooks` ask for it.
+/// Rapier finds and reports contacts that the fields answer as any other, and holds those that
+/// last, with the friction of the law and no restitution. Those that approach or part fast are
+/// lifted off, so that its solver finds nothing to do: they are impacts, which the fields answer.
+/// Whatever else comes goes to the user's hooks, for the colliders whose own `active_hooks` ask for
+/// it; a contact that they take away is nobody's.
 pub struct StepHooks<'a> {
     pub(crate) claims: &'a Claims,
     pub(crate) listening: &'a Listening,
-    pub(crate) asked: &'a AtomicBool,
+    pub(crate) starts: &'a Starts,
+    pub(crate) heard: &'a Heard,
     pub(crate) user: &'a dyn PhysicsHooks,
 }
 
@@ -93,43 +193,92 @@ impl StepHooks<'_> {
         &self,
         pair: [ColliderHandle; 2],
         bits: ActiveHooks,
-        has: impl Fn(ColliderHandle) -> ActiveHooks,
+        colliders: &ColliderSet,
     ) -> bool {
         if self.listening.0.is_empty() {
             return true;
         }
-        let own = |collider| {
-            let own = self.listening.own(collider);
-            own.unwrap_or_else(|| has(collider))
-        };
-        pair.into_iter()
-            .any(|collider| own(collider).contains(bits))
+        let has = |collider| colliders.get(collider).map(|it| it.active_hooks());
+        pair.into_iter().any(|collider| {
+            let own = self.listening.own(collider).or_else(|| has(collider));
+            own.is_some_and(|own| own.contains(bits))
+        })
     }
+
+    /// Leaves the contacts of a manifold to Rapier if they last, else lifts them off.
+    fn lift_impacts(&self, law: ContactLaw, context: &mut ContactModificationContext<'_>) {
+        let pair = [context.collider1, context.collider2];
+        let handles = [context.rigid_body1, context.rigid_body2];
+        let (bodies, dt) = (context.bodies, self.starts.dt());
+        let Some(manifold) = context.rigid_mut() else {
+            return;
+        };
+        let slow = self.starts.slow(law, handles);
+        let velocity = |which: usize, point| {
+            let body = handles[which].and_then(|handle| bodies.get(handle));
+            body.map_or(Vector::ZERO, |body| velocity_at(body, point, dt))
+        };
+        let approach = |contact: &SolverContact| {
+            let point = (contact.anchor1 + contact.anchor2) * 0.5;
+            (velocity(0, point) - velocity(1, point)).dot(*manifold.normal)
+        };
+        let contacts = manifold.solver_contacts.iter();
+        let fastest = contacts.map(|contact| approach(contact).abs());
+        let fastest = fastest.fold(0.0, Real::max);
+        let held = matches!(law, ContactLaw::Penalty { .. });
+        if fastest > slow || held {
+            Heard::note(&self.heard.lifted, pair);
+            // Both ends alike: the solver's lever arms are taken from the middle. So far that what
+            // moves within the step does not touch.
+            let lift = 10.0 + 4.0 * fastest * dt + 10.0 * self.starts.rebound();
+            for contact in manifold.solver_contacts.iter_mut() {
+                contact.anchor1 -= *manifold.normal * (0.5 * lift);
+                contact.anchor2 += *manifold.normal * (0.5 * lift);
+                contact.dist += lift;
+            }
+        } else {
+            *manifold.restitution = 0.0;
+            *manifold.friction = match law {
+                ContactLaw::Impulse { friction, .. } => friction,
+                _ => 0.0,
+            };
+        }
+    }
+}
+
+/// The velocity of a point of a body; of one that is moved to a place, that of its way there.
+pub(super) fn velocity_at(body: &RigidBody, point: Vector, dt: Real) -> Vector {
+    if body.body_type() != RigidBodyType::KinematicPositionBased || dt <= 0.0 {
+        return body.velocity_at_point(point);
+    }
+    let local = body.position().inverse_transform_point(point);
+    (body.next_position().transform_point(local) - point) / dt
 }
 
 impl PhysicsHooks for StepHooks<'_> {
     fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
         let pair = [context.collider1, context.collider2];
-        let has = |collider| active_hooks(context.colliders.get(collider));
-        let claimed = self.claims.claims(pair);
-        if claimed {
-            self.asked.store(true, Ordering::Relaxed);
-        }
-        let flags = if self.is_users(pair, ActiveHooks::FILTER_CONTACT_PAIRS, has) {
-            self.user.filter_contact_pair(context)?
+        let claimed = self.claims.law(pair).is_some();
+        let bits = ActiveHooks::FILTER_CONTACT_PAIRS;
+        let flags = if self.is_users(pair, bits, context.colliders) {
+            self.user.filter_contact_pair(context)
         } else {
-            SolverFlags::COMPUTE_RIGID_IMPULSES
+            Some(SolverFlags::COMPUTE_RIGID_IMPULSES)
         };
-        if !claimed {
-            return Some(flags);
+        if claimed {
+            self.heard.asked.store(true, Ordering::Relaxed);
+            if flags.is_none_or(|flags| flags.is_empty()) {
+                Heard::note(&self.heard.vetoed, pair);
+            }
         }
         // Rapier asks once more when bodies have moved, to stop the fast ones.
         let moved = |body: Option<RigidBodyHandle>| {
             let body = body.and_then(|body| context.bodies.get(body));
             body.is_some_and(|body| body.is_dynamic() && body.next_position() != body.position())
         };
-        let stops = moved(context.rigid_body1) || moved(context.rigid_body2);
-        (!stops).then(SolverFlags::empty)
+        let followed = claimed && self.claims.swept;
+        let stops = followed && (moved(context.rigid_body1) || moved(context.rigid_body2));
+        flags.filter(|_| !stops)
     }
 
     fn filter_intersection_pair(&self, context: &PairFilterContext<'_>) -> bool {
@@ -137,33 +286,43 @@ impl PhysicsHooks for StepHooks<'_> {
     }
 
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext<'_>) {
-        self.user.modify_solver_contacts(context);
+        let pair = [context.collider1, context.collider2];
+        let bits = ActiveHooks::MODIFY_SOLVER_CONTACTS;
+        let count = |context: &ContactModificationContext<'_>| {
+            context.rigid().map_or(0, |it| it.solver_contacts.len())
+        };
+        let found = count(context);
+        if self.is_users(pair, bits, context.colliders) {
+            self.user.modify_solver_contacts(context);
+        }
+        let Some(law) = self.claims.law(pair) else {
+            return;
+        };
+        self.heard.asked.store(true, Ordering::Relaxed);
+        if found > 0 && count(context) == 0 {
+            Heard::note(&self.heard.vetoed, pair);
+        }
+        self.lift_impacts(law, context);
     }
 }
 
-fn active_hooks(collider: Option<&crate::rapier::geometry::Collider>) -> ActiveHooks {
-    collider.map_or(ActiveHooks::empty(), |collider| collider.active_hooks())
-}
-
-/// Whether Rapier holds a touching pair that fields claim.
-pub(crate) fn holds_claimed(
+/// Whether Rapier holds a touching pair that fields claim, of which a body is awake, so that it is
+/// to ask about it in its next step.
+pub(crate) fn is_to_ask(
     claims: &Claims,
-    narrow_phase: &crate::rapier::geometry::NarrowPhase,
+    narrow_phase: &NarrowPhase,
+    world: &impl Lookup,
 ) -> bool {
-    let mut pairs = narrow_phase.contact_pairs();
-    pairs.any(|pair| {
-        pair.has_any_active_contact() && claims.claims([pair.collider1, pair.collider2])
-    })
-}
-
-/// Colliders of a world that are to be told that hooks are there for them.
-pub(crate) fn silent<'a>(
-    colliders: impl Iterator<Item = ColliderHandle> + 'a,
-    world: &'a impl Lookup,
-) -> impl Iterator<Item = (ColliderHandle, ActiveHooks)> + 'a {
-    colliders.filter_map(|handle| {
-        let hooks = world.collider(handle)?.active_hooks();
-        let told = hooks.contains(ActiveHooks::FILTER_CONTACT_PAIRS);
-        (!told).then_some((handle, hooks))
-    })
+    let awake = |collider: ColliderHandle| {
+        let body = world.collider(collider).and_then(|it| it.parent());
+        let body = body.and_then(|body| world.body(body));
+        body.is_some_and(|body| body.is_dynamic() && !body.is_sleeping())
+    };
+    !claims.is_empty()
+        && narrow_phase.contact_pairs().any(|pair| {
+            let colliders = [pair.collider1, pair.collider2];
+            pair.has_any_active_contact()
+                && colliders.into_iter().any(awake)
+                && claims.law(colliders).is_some()
+        })
 }

@@ -3,9 +3,9 @@
 use super::FieldContact;
 use super::solve::{ContactBody, Meeting, resolve};
 use super::sweep::{Event, Scene, Sweep};
-use super::time_of_impact::{ContactPoint, spot};
+use super::time_of_impact::{ContactPoint, spots};
 use crate::field::ContactLaw;
-use crate::math::{DVec3, Real, from_dvec3, from_f64, to_f64};
+use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_f64};
 use crate::rigid::Lookup;
 
 impl Sweep {
@@ -28,45 +28,56 @@ impl Sweep {
         let mut meetings = Vec::new();
         let mut found = Vec::new();
         for event in batch {
-            let Some(spot) = self.spot(event, time) else {
-                self.settled.insert(event.parts);
-                continue;
-            };
-            let Some(mut contact) = self.contact(event, &spot, time, scene) else {
+            let [a, b] = self.carried(event.tracks, event.parts);
+            let spots = spots(a, b, time);
+            let contact = spots.first().filter(|spot| spot.point.is_finite());
+            let contact = contact.and_then(|spot| self.contact(event, spot, time, scene));
+            let Some(mut contact) = contact else {
                 self.settled.insert(event.parts);
                 continue;
             };
             let places = event.tracks.map(|track| numbers.binary_search(&track).ok());
-            let mut meeting = self.meeting(event, &spot, &contact, places, scene);
-            contact.approach_speed = from_f64(meeting.approach(&movers));
-            if meeting.law == ContactLaw::Observe {
+            let first = meetings.len();
+            let meeting = |spot| self.meeting(event, spot, &contact, places, scene);
+            meetings.extend(spots.iter().map(meeting));
+            let own = &mut meetings[first..];
+            let approach = own.iter().map(|meeting: &Meeting| meeting.approach(&movers));
+            let approach = approach.fold(f64::NEG_INFINITY, f64::max);
+            contact.approach_speed = from_f64(approach);
+            let law = own[0].law;
+            if law == ContactLaw::Observe {
                 self.settled.insert(event.parts);
-            } else if self.rests(&meeting, &movers, &spot, dt) {
+            } else if approach <= own[0].slow {
+                // It lasts, and is Rapier's, unless it was fast when Rapier's step began.
+                self.settled.insert(event.parts);
+                let falls = scene.lifted.contains(&contact.colliders);
+                own.iter_mut().for_each(|meeting| meeting.lay_down(falls, &mut movers));
+            } else if self.rests(&own[0], &movers, &spots[0], dt) {
                 // Answered once more, and then no longer: Zeno's bounces come to rest.
                 self.settled.insert(event.parts);
             }
-            if matches!(meeting.law, ContactLaw::Impulse { restitution, .. } if restitution < 1.0) {
+            if matches!(law, ContactLaw::Impulse { restitution, .. } if restitution < 1.0) {
                 self.count(event.parts, time, dt);
             }
-            meeting.depth = 0.0;
-            meetings.push(meeting);
-            found.push((contact, event.parts));
+            own.iter_mut().for_each(|meeting| meeting.depth = 0.0);
+            found.push((contact, event.parts, first..meetings.len()));
         }
         resolve(&mut movers, &mut meetings, 0.0);
-        for ((contact, parts), meeting) in found.iter_mut().zip(&meetings) {
-            contact.impulses = meeting.impulses.map(from_dvec3);
-            let unanswered = meeting.impulses == [DVec3::ZERO; 2];
-            if unanswered || meeting.approach(&movers) > meeting.rounding(&movers) {
+        for (contact, parts, own) in &mut found {
+            let own = &meetings[own.clone()];
+            for meeting in own {
+                for (sum, impulse) in contact.impulses.iter_mut().zip(meeting.impulses) {
+                    *sum += from_dvec3(impulse);
+                }
+            }
+            let unanswered = contact.impulses == [Vector::ZERO; 2];
+            let approach = |meeting: &Meeting| meeting.approach(&movers) > meeting.rounding(&movers);
+            if unanswered || own.iter().any(approach) {
                 self.settled.insert(*parts);
             }
         }
-        contacts.extend(found.into_iter().map(|(contact, _)| contact));
+        contacts.extend(found.into_iter().map(|(contact, ..)| contact));
         self.go_on(&numbers, &movers, batch, world, [time, dt]);
-    }
-
-    fn spot(&self, event: &Event, time: f64) -> Option<ContactPoint> {
-        let [a, b] = self.carried(event.tracks, event.parts);
-        spot(a, b, time).filter(|spot| spot.point.is_finite())
     }
 
     /// The contact of an event as it is reported; `None` if no detection field acts there.
@@ -134,6 +145,7 @@ impl Sweep {
             depth: spot.depth,
             law,
             has_field: contact.has_field,
+            slow: to_f64(scene.starts.slow(contact.law, contact.bodies)),
             impulses: [DVec3::ZERO; 2],
         }
     }

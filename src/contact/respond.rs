@@ -1,7 +1,9 @@
 //! Answers to the contacts found at the end of a step.
 
 use super::FieldContact;
+use super::discrete::Found;
 use super::solve::{ContactBody, Meeting, resolve};
+use super::starts::Starts;
 use crate::bridge::Push;
 use crate::field::ContactLaw;
 use crate::math::{DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
@@ -10,46 +12,69 @@ use crate::rigid::Lookup;
 /// Answers contacts by their laws, notes the impulses, and says how bodies go on.
 pub(super) fn respond(
     contacts: &mut [FieldContact],
-    world: &impl Lookup,
+    found: &Found,
+    (world, starts): (&impl Lookup, &Starts),
     dt: Real,
     answers: impl Fn(&FieldContact) -> bool,
     pushes: &mut Vec<Push>,
 ) {
+    let slow = |contact: &FieldContact| to_f64(starts.slow(contact.law, contact.bodies));
     let mut handles: Vec<RigidBodyHandle> =
         contacts.iter().flat_map(|c| c.bodies).flatten().collect();
     handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
     handles.dedup();
     handles.retain(|handle| world.body(*handle).is_some());
     let bodies = handles.iter().filter_map(|handle| world.body(*handle));
-    let mut movers: Vec<ContactBody> = bodies.map(ContactBody::of).collect();
+    let movers = bodies.zip(&handles).map(|(body, handle)| {
+        let start = starts.of(*handle, body);
+        ContactBody::pressed(body, &start)
+    });
+    let mut movers: Vec<ContactBody> = movers.collect();
     let place = |body: Option<RigidBodyHandle>| {
         let key = body?.into_raw_parts();
-        handles
-            .binary_search_by_key(&key, |handle| handle.into_raw_parts())
-            .ok()
+        let place = handles.binary_search_by_key(&key, |handle| handle.into_raw_parts());
+        place.ok()
     };
-    let mut meetings: Vec<Meeting> = contacts
-        .iter()
-        .map(|contact| Meeting {
-            places: contact.bodies.map(place),
-            point: to_dvec3(contact.world_point),
-            normal: to_dvec3(contact.world_normal),
-            depth: to_f64(contact.depth),
-            law: if answers(contact) {
-                contact.law
-            } else {
-                ContactLaw::Observe
-            },
-            has_field: contact.has_field,
-            impulses: [DVec3::ZERO; 2],
-        })
-        .collect();
+    let mut meetings = Vec::new();
+    let mut owners = Vec::new();
+    for (number, contact) in contacts.iter().enumerate() {
+        let law = if answers(contact) {
+            contact.law
+        } else {
+            ContactLaw::Observe
+        };
+        let (places, slow) = (contact.bodies.map(place), slow(contact));
+        // A spring pushes at the deepest point, and the paper's law acts once.
+        let points = &found.points[found.contacts[number].1.clone()];
+        let deepest = contact.deepest();
+        let points = match law {
+            ContactLaw::Impulse { .. } => points,
+            _ => std::slice::from_ref(&deepest),
+        };
+        for point in points {
+            owners.push(number);
+            meetings.push(Meeting {
+                places,
+                point: to_dvec3(point.world_point),
+                normal: to_dvec3(point.world_normal),
+                depth: to_f64(point.depth),
+                law,
+                has_field: contact.has_field,
+                slow,
+                impulses: [DVec3::ZERO; 2],
+            });
+        }
+    }
     resolve(&mut movers, &mut meetings, to_f64(dt));
-    for (contact, meeting) in contacts.iter_mut().zip(&meetings) {
-        contact.impulses = meeting.impulses.map(from_dvec3);
+    for (number, meeting) in owners.into_iter().zip(&meetings) {
+        for (sum, impulse) in contacts[number].impulses.iter_mut().zip(meeting.impulses) {
+            *sum += from_dvec3(impulse);
+        }
     }
     for (body, mover) in handles.iter().zip(movers).filter(|(_, mover)| mover.pushed) {
-        let (linvel, angvel) = (from_dvec3(mover.linvel), from_dvec3(mover.angvel));
+        let lag = world.body(*body).map(|found| starts.of(*body, found).lag);
+        let linvel = from_dvec3(mover.linvel) - lag.unwrap_or_default();
+        let angvel = from_dvec3(mover.angvel);
         if mover.linvel.is_finite() && mover.angvel.is_finite() {
             pushes.push(Push {
                 body: *body,

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::hooks::Pairs;
 use super::{FieldContact, Responder};
 use crate::math::ColliderHandle;
 
@@ -24,9 +25,9 @@ impl Rules {
         rule.map_or(self.everywhere, |(_, responder)| *responder)
     }
 
-    /// Whether fields answer a contact.
-    pub(crate) fn answers(&self, contact: &FieldContact) -> bool {
-        self.of(contact.colliders) != Responder::Rapier
+    /// Whether fields answer a contact, unless the user's hooks have taken it away.
+    pub(crate) fn answers(&self, contact: &FieldContact, vetoed: &Pairs) -> bool {
+        self.of(contact.colliders) != Responder::Rapier && !vetoed.contains(&contact.colliders)
     }
 
     /// Whether fields answer any contact at all.

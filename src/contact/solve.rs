@@ -10,6 +10,7 @@ use crate::math::{DQuat, DVec3, Real, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::dynamics::{LockedAxes, RigidBody};
 
 use super::lcp;
+use super::starts::Start;
 use crate::rigid::Rotor;
 
 /// A chain of bodies needs about as many rounds as it is long.
@@ -40,6 +41,8 @@ pub(super) struct ContactBody {
     pub attitude: DQuat,
     pub linvel: DVec3,
     pub angvel: DVec3,
+    /// What presses it.
+    pub acceleration: DVec3,
     pub pushed: bool,
 }
 
@@ -54,6 +57,8 @@ pub(super) struct Meeting {
     pub depth: f64,
     pub law: ContactLaw,
     pub has_field: [bool; 2],
+    /// Who approaches more slowly rests, and is not answered.
+    pub slow: f64,
     /// What each was given so far.
     pub impulses: [DVec3; 2],
 }
@@ -92,7 +97,18 @@ impl ContactBody {
             attitude: pose.rotation,
             linvel: to_dvec3(body.linvel()),
             angvel: to_dvec3(body.angvel()),
+            acceleration: DVec3::ZERO,
             pushed: false,
+        }
+    }
+
+    /// A body on the parabola that Rapier takes it along.
+    pub(super) fn pressed(body: &RigidBody, start: &Start) -> Self {
+        let here = ContactBody::of(body);
+        ContactBody {
+            linvel: here.linvel + to_dvec3(start.lag),
+            acceleration: to_dvec3(start.acceleration()),
+            ..here
         }
     }
 
@@ -153,6 +169,54 @@ impl Meeting {
     pub(super) fn approach(&self, movers: &[ContactBody]) -> f64 {
         let [first, second] = self.velocities(movers);
         (first - second).dot(self.normal)
+    }
+
+    /// Makes of a touch one that lasts: of what `falls` the approach is taken, and what presses it
+    /// on; else it is held by Rapier already, and is not answered.
+    pub(super) fn lay_down(&mut self, falls: bool, movers: &mut [ContactBody]) {
+        if !falls {
+            self.law = ContactLaw::Observe;
+            return;
+        }
+        let friction = match self.law {
+            ContactLaw::Impulse { friction, .. } => friction,
+            _ => 0.0,
+        };
+        self.law = ContactLaw::restitution(0.0).with_friction(friction);
+        self.slow = 0.0;
+        let of = |place: Option<usize>| place.map(|place| &movers[place]);
+        let pull = |place| of(place).map_or(DVec3::ZERO, |mover: &ContactBody| mover.acceleration);
+        let yields = |place| {
+            of(place).map_or(0.0, |mover| mover.resistance.inverse_mass.max_element())
+        };
+        let [first, second] = self.places.map(pull);
+        let shares = self.places.map(yields);
+        let pressing = (first - second).dot(self.normal);
+        let whole = shares[0] + shares[1];
+        if pressing <= 0.0 || whole <= 0.0 {
+            return;
+        }
+        for (place, share) in self.places.into_iter().zip([-shares[0], shares[1]]) {
+            if let Some(place) = place {
+                movers[place].acceleration += self.normal * (pressing * share / whole);
+                movers[place].pushed = true;
+            }
+        }
+    }
+
+    /// The speed at which parts that approach at another are to part, by a restitution: what
+    /// they gained within the overlap, where they should not be, is neither lost nor returned
+    /// twice. What would rebound slowly rests.
+    fn rebound(&self, movers: &[ContactBody], restitution: f64, approach: f64) -> f64 {
+        let acceleration = |place: usize| movers[place].acceleration;
+        let [first, second] = self.places.map(|it| it.map_or(DVec3::ZERO, acceleration));
+        let pressing = (first - second).dot(self.normal).max(0.0);
+        let gained = (2.0 * pressing * self.depth.max(0.0)).min(approach * approach);
+        let touching = restitution * (approach * approach - gained).sqrt();
+        if touching <= self.slow {
+            return 0.0;
+        }
+        (touching * touching + gained).sqrt()
     }
 
     /// Approach slower than this is rounding.
@@ -226,8 +290,8 @@ impl Solver<'_> {
             [meeting.normal * -push(0), meeting.normal * push(1)]
         };
         match meeting.law {
-            ContactLaw::Paper if approach > 0.0 => by_the_field(&|part| velocities[part].length()),
-            ContactLaw::PaperRelative if approach > 0.0 => by_the_field(&|_| approach),
+            ContactLaw::Paper if approach > meeting.slow => by_the_field(&|part| velocities[part].length()),
+            ContactLaw::PaperRelative if approach > meeting.slow => by_the_field(&|_| approach),
             ContactLaw::Penalty { stiffness, damping } => {
                 let spring = to_f64(stiffness) * meeting.depth;
                 let force = (spring + to_f64(damping) * approach).max(0.0);
@@ -246,8 +310,8 @@ impl Solver<'_> {
                 return false;
             }
             let rounding = match round {
-                0 => 0.0,
-                _ => meeting.rounding(self.movers),
+                0 => meeting.slow,
+                _ => meeting.rounding(self.movers).max(meeting.slow),
             };
             let yields =
                 self.inverse_effective_mass(meeting, meeting.point, meeting.normal, meeting.normal);
@@ -341,7 +405,8 @@ impl Solver<'_> {
             let ContactLaw::Impulse { restitution, .. } = meeting.law else {
                 return 0.0;
             };
-            (1.0 + to_f64(restitution)) * self.closing(meeting).approach
+            let approach = self.closing(meeting).approach;
+            approach + meeting.rebound(self.movers, to_f64(restitution), approach)
         };
         let wanted: Vec<f64> = cluster.iter().map(wanted).collect();
         let sizes = lcp::solve(&matrix, &wanted);

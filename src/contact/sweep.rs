@@ -13,7 +13,9 @@ use std::collections::{BinaryHeap, HashMap, HashSet};
 use super::FieldContact;
 use super::discrete::Discrete;
 use super::field_mask::FieldMasks;
-use super::swept_body::{Starts, SweptBodies, near_each_other};
+use super::hooks::Pairs;
+use super::starts::Starts;
+use super::swept_body::{SweptBodies, near_each_other};
 use super::time_of_impact::{MovingShape, time_of_impact};
 use crate::bridge::Push;
 use crate::compile::Compiled;
@@ -41,7 +43,6 @@ const LOOKS: f64 = 64.0;
 /// Swept detection; keeps its buffers between steps.
 #[derive(Debug, Default)]
 pub(super) struct Sweep {
-    pub starts: Starts,
     pub(super) tracks: SweptBodies,
     queue: BinaryHeap<Event>,
     /// Pairs of parts done with in this step: only observed, or at rest.
@@ -95,8 +96,11 @@ pub(super) struct Scene<'a> {
     pub masks: Option<&'a mut FieldMasks>,
     /// The moment when the step began.
     pub moment: Moment,
+    pub starts: &'a Starts,
     /// Whether the fields answer a contact.
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
+    /// Pairs that Rapier's solver leaves alone in this step, however slow they become.
+    pub lifted: &'a Pairs,
 }
 
 impl Sweep {
@@ -110,19 +114,35 @@ impl Sweep {
         dt: f64,
         (contacts, pushes): (&mut Vec<FieldContact>, &mut Vec<Push>),
     ) -> bool {
-        self.tracks.gather(scene.touch, &self.starts, world, dt);
+        self.tracks.gather(scene.touch, scene.starts, world, dt);
         self.foresee_all(world, dt);
         let mut left = MOST_IMPACTS + MOST_PER_BODY * self.tracks.list.len();
+        let mut exhausted = false;
         while let Some(batch) = self.next_batch(dt) {
-            if left < batch.len() {
-                self.queue.clear();
-                break;
+            exhausted |= left < batch.len();
+            if exhausted {
+                self.hold(&batch);
+                continue;
             }
             left -= batch.len();
             self.happen(&batch, &mut scene, world, dt, contacts);
         }
         self.push(dt, pushes);
-        left == 0
+        exhausted
+    }
+
+    /// Keeps what is to touch and cannot be answered any more where it touches.
+    fn hold(&mut self, batch: &[Event]) {
+        for number in batch.iter().flat_map(|event| event.tracks) {
+            let track = &mut self.tracks.list[number];
+            if !track.dynamic {
+                continue;
+            }
+            track.stop(batch[0].time);
+            if !std::mem::replace(&mut self.moved[number], true) {
+                self.redirected.push((number, track.bounds(batch[0].time, batch[0].time)));
+            }
+        }
     }
 
     /// Queues the first touch of every pair that may meet.

@@ -3,11 +3,12 @@
 
 use super::discrete::Discrete;
 use super::field_contact::Part;
+use super::starts::{Start, Starts};
 use super::solve::{ContactBody, Resistance};
 use super::trajectory::{Path, Turn};
 use crate::math::{
-    DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, SharedShape, Vector, from_dvec3, to_dpose3,
-    to_dvec3, to_f64,
+    DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, SharedShape, from_dvec3, from_f64,
+    to_dpose3, to_dvec3, to_f64,
 };
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::{Aabb, Collider};
@@ -16,62 +17,6 @@ use crate::rigid::Lookup;
 /// Roundings between where a body stood, how fast it was, and where Rapier put it: one for each
 /// substep, and a few for the frame.
 const ROUNDINGS: f64 = 32.0;
-
-/// A body when Rapier's step began.
-#[derive(Clone, Copy, Debug)]
-struct Start {
-    body: RigidBodyHandle,
-    pose: Pose,
-    linvel: Vector,
-    angvel: Vector,
-    /// Angular momentum, of a body that this crate turns.
-    momentum: Option<DVec3>,
-}
-
-/// All bodies when Rapier's step began, by their index.
-#[derive(Debug, Default)]
-pub(super) struct Starts(Vec<Option<Start>>);
-
-impl Starts {
-    /// Takes the present state; `momenta` are those of the bodies that this crate turns.
-    pub(super) fn take(
-        &mut self,
-        world: &impl Lookup,
-        momenta: impl Iterator<Item = (RigidBodyHandle, DVec3)>,
-    ) {
-        self.0.clear();
-        for (handle, body) in world.bodies() {
-            let index = handle.into_raw_parts().0 as usize;
-            self.0.resize(self.0.len().max(index + 1), None);
-            self.0[index] = Some(Start {
-                body: handle,
-                pose: *body.position(),
-                linvel: body.linvel(),
-                angvel: body.angvel(),
-                momentum: None,
-            });
-        }
-        for (handle, momentum) in momenta {
-            let start = self.0.get_mut(handle.into_raw_parts().0 as usize);
-            if let Some(Some(start)) = start {
-                start.momentum = Some(momentum);
-            }
-        }
-    }
-
-    /// How a body was; one that was not there yet has stood where it is.
-    fn of(&self, handle: RigidBodyHandle, body: &RigidBody) -> Start {
-        let known = self.0.get(handle.into_raw_parts().0 as usize).copied();
-        let known = known.flatten().filter(|start| start.body == handle);
-        known.unwrap_or(Start {
-            body: handle,
-            pose: *body.position(),
-            linvel: Vector::ZERO,
-            angvel: Vector::ZERO,
-            momentum: None,
-        })
-    }
-}
 
 /// A body, or a collider without one, on its way through a step.
 #[derive(Debug)]
@@ -92,6 +37,8 @@ pub(super) struct SweptBody {
     end: DPose3,
     end_linvel: DVec3,
     local_com: DVec3,
+    /// The angular velocity with which it goes on, if it was stopped for the rest of the step.
+    stopped: Option<DVec3>,
     /// Impacts so far; events foreseen before the last are void.
     pub generation: u32,
 }
@@ -149,8 +96,8 @@ impl SweptBodies {
             let first = self.parts.len();
             let local_com = to_dvec3(body.local_center_of_mass());
             for collider in body.colliders() {
-                let part = touch.part_of(*collider, Some(handle), body.is_dynamic());
                 if let Some(found) = world.collider(*collider) {
+                    let part = touch.part_of(*collider, found, (Some(handle), body.is_dynamic()));
                     let local = found.position_wrt_parent().copied();
                     self.add_part(part, found, &local.unwrap_or(Pose::IDENTITY), local_com);
                 }
@@ -163,7 +110,7 @@ impl SweptBodies {
         }
         for (handle, collider) in world.free_colliders() {
             let first = self.parts.len();
-            let part = touch.part_of(handle, None, false);
+            let part = touch.part_of(handle, collider, (None, false));
             self.add_part(part, collider, collider.position(), DVec3::ZERO);
             if self.parts.len() > first {
                 self.add_track(SweptBody::free(), first);
@@ -229,16 +176,7 @@ impl SweptBody {
     fn of_body(start: Start, body: &RigidBody, local_com: DVec3, dt: f64) -> Self {
         let (begin, end) = (to_dpose3(&start.pose), to_dpose3(body.position()));
         let [from, to] = [begin, end].map(|pose| pose.transform_point(local_com));
-        let linvel = to_dvec3(start.linvel);
-        let off = (from + linvel * dt - to).length();
-        let scale = from.length() + to.length() + local_com.length();
-        let rounding = ROUNDINGS * 0.5 * to_f64(Real::EPSILON) * scale;
-        // What was not pushed has kept the velocity it had; of what was, only the chord is known.
-        let velocity = if off <= rounding || dt <= 0.0 {
-            linvel
-        } else {
-            (to - from) / dt
-        };
+        let [linvel, acceleration] = way([from, to], &start, body, dt);
         let turn = Turn::Steady {
             attitude: begin.rotation,
             angvel: DVec3::ZERO,
@@ -249,7 +187,8 @@ impl SweptBody {
             path: Path {
                 from: 0.0,
                 com: from,
-                velocity,
+                linvel,
+                acceleration,
                 turn,
             },
             parts: 0..0,
@@ -260,6 +199,7 @@ impl SweptBody {
             end,
             end_linvel: to_dvec3(body.linvel()),
             local_com,
+            stopped: None,
             generation: 0,
         }
     }
@@ -276,23 +216,19 @@ impl SweptBody {
             path: Path {
                 from: 0.0,
                 com: DVec3::ZERO,
-                velocity: DVec3::ZERO,
+                linvel: DVec3::ZERO,
+                acceleration: DVec3::ZERO,
                 turn,
             },
             parts: 0..0,
             reach: 0.0,
             detects: false,
             resistance: None,
-            start: Start {
-                body: RigidBodyHandle::invalid(),
-                pose: Pose::IDENTITY,
-                linvel: Vector::ZERO,
-                angvel: Vector::ZERO,
-                momentum: None,
-            },
+            start: Start::nowhere(),
             end: DPose3::IDENTITY,
             end_linvel: DVec3::ZERO,
             local_com: DVec3::ZERO,
+            stopped: None,
             generation: 0,
         }
     }
@@ -327,23 +263,45 @@ impl SweptBody {
             resistance: self.resistance?,
             com: self.path.com(time),
             attitude,
-            linvel: self.path.velocity,
+            linvel: self.path.velocity(time),
             angvel: self.path.angvel(attitude),
+            acceleration: self.path.acceleration,
             pushed: false,
         })
     }
 
-    /// Goes on from a moment with other velocities.
+    /// Goes on from a moment with other velocities, and what presses it.
     pub(super) fn redirect(&mut self, mover: &ContactBody, free: bool, [time, end]: [f64; 2]) {
         let rotor = mover.resistance.rotor;
         let free = free && mover.resistance.may_turn == DVec3::ONE;
-        self.end_linvel += mover.linvel - self.path.velocity;
+        // What it is no longer pressed by in the rest of the step it does not gain either.
+        let lost = (mover.acceleration - self.path.acceleration) * (end - time);
+        self.end_linvel += mover.linvel - self.path.velocity(time) + lost;
         let span = [time, end];
         self.path = Path {
             from: time,
             com: mover.com,
-            velocity: mover.linvel,
+            linvel: mover.linvel,
+            acceleration: mover.acceleration,
             turn: Turn::new(&rotor, mover.attitude, mover.angvel, span, free),
+        };
+        self.generation += 1;
+    }
+
+    /// Keeps the body where it is at a moment, with the velocity that it has.
+    pub(super) fn stop(&mut self, time: f64) {
+        let attitude = self.path.attitude(time);
+        let angvel = self.path.angvel(attitude);
+        self.stopped = self.stopped.or(Some(angvel));
+        self.path = Path {
+            from: time,
+            com: self.path.com(time),
+            linvel: DVec3::ZERO,
+            acceleration: DVec3::ZERO,
+            turn: Turn::Steady {
+                attitude,
+                angvel: DVec3::ZERO,
+            },
         };
         self.generation += 1;
     }
@@ -353,7 +311,8 @@ impl SweptBody {
         let attitude = self.path.attitude(dt);
         let origin = self.path.com(dt) - attitude * self.local_com;
         let pose = DPose3::from_parts(origin, attitude);
-        (pose, self.end_linvel, self.path.angvel(attitude))
+        let angvel = self.stopped.unwrap_or_else(|| self.path.angvel(attitude));
+        (pose, self.end_linvel, angvel)
     }
 
     /// Where a world point carried by the body at a moment is at the end of Rapier's step.
@@ -367,7 +326,9 @@ impl SweptBody {
     pub(super) fn bounds(&self, from: f64, to: f64) -> Aabb {
         let (a, b) = (self.path.com(from), self.path.com(to));
         let rounding = 4.0 * to_f64(Real::EPSILON) * (a.length() + b.length() + self.reach);
-        let margin = DVec3::splat(self.reach + rounding);
+        // A parabola is no farther from its chord than this.
+        let sagitta = self.path.acceleration.abs() * ((to - from) * (to - from) / 8.0);
+        let margin = DVec3::splat(self.reach + rounding) + sagitta;
         Aabb {
             mins: from_dvec3(a.min(b) - margin),
             maxs: from_dvec3(a.max(b) + margin),
@@ -387,9 +348,12 @@ pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> 
         return Some([from, to]);
     }
     let apart = b.path.com(from) - a.path.com(from);
-    let closing = b.path.velocity - a.path.velocity;
+    let closing = b.path.velocity(from) - a.path.velocity(from);
+    // No farther from a straight line than this.
+    let pull = (b.path.acceleration - a.path.acceleration).length();
+    let off = 0.5 * pull * (to - from) * (to - from);
     // A little early and late, against rounding.
-    let reach = reach * (1.0 + 1e-9) + 1e-12 * (a.path.com.length() + b.path.com.length());
+    let reach = reach * (1.0 + 1e-9) + 1e-12 * (a.path.com.length() + b.path.com.length()) + off;
     let (square, half, rest) = (
         closing.length_squared(),
         apart.dot(closing),
@@ -412,6 +376,30 @@ pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> 
     let leave = (-half + root) / square + slack;
     let span = [(from + enter).max(from), (from + leave).min(to)];
     (span[0] <= span[1]).then_some(span)
+}
+
+/// The velocity and acceleration with which a centre of mass began a step that took it along a way.
+/// Of a body that something else pushed only the chord is known.
+fn way([from, to]: [DVec3; 2], start: &Start, body: &RigidBody, dt: f64) -> [DVec3; 2] {
+    let [linvel, acceleration] = start.way(from_f64(dt)).map(to_dvec3);
+    if dt <= 0.0 {
+        return [linvel, DVec3::ZERO];
+    }
+    let mean = (to - from) / dt;
+    let rounding = ROUNDINGS * 0.5 * to_f64(Real::EPSILON);
+    let gained = to_dvec3(start.spread) * dt;
+    let damped = to_f64(body.linear_damping()) * dt * to_dvec3(start.linvel).length();
+    let pushed = (to_dvec3(body.linvel()) - to_dvec3(start.linvel) - gained).length();
+    let scale = to_dvec3(start.linvel).length() + gained.length();
+    if pushed > rounding * scale + damped {
+        return [mean, DVec3::ZERO];
+    }
+    let expected = (linvel + acceleration * (0.5 * dt)) * dt;
+    if (from + expected - to).length() <= rounding * (from.length() + to.length()) {
+        [linvel, acceleration]
+    } else {
+        [mean - acceleration * (0.5 * dt), acceleration]
+    }
 }
 
 /// The constant angular velocity that turns a body from one attitude to another, of those that

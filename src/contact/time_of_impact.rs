@@ -1,12 +1,12 @@
 //! When and where two parts on their ways first touch.
 
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
+use super::overlap::Manifolds;
 use super::swept_body::{Form, Member, Solid, SweptBody};
 use crate::math::{
-    DPose3, DQuat, DVec3, Pose, Real, Rotation, from_dvec3, from_f64, to_dvec3, to_f64,
+    DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
 };
 use crate::rapier::parry::query::{self, Contact};
-use crate::rapier::parry::shape::{Ball, Shape};
 
 /// Roundings of coordinates in a gap, in 64 bits: less is not told from touching.
 const EXACT: f64 = 16.0 * f64::EPSILON;
@@ -72,17 +72,41 @@ pub(super) fn time_of_impact(
     }
 }
 
+/// How two centres of mass approach: their relative velocity at the start of a span, and their
+/// relative acceleration.
+struct Approach {
+    velocity: DVec3,
+    acceleration: DVec3,
+}
+
+impl Approach {
+    fn new(a: &MovingShape<'_>, b: &MovingShape<'_>, from: f64) -> Self {
+        let (one, two) = (&a.track.path, &b.track.path);
+        Approach {
+            velocity: two.velocity(from) - one.velocity(from),
+            acceleration: two.acceleration - one.acceleration,
+        }
+    }
+
+    /// No faster over a time.
+    fn fastest(&self, duration: f64) -> f64 {
+        self.velocity.length() + self.acceleration.length() * duration
+    }
+}
+
 /// Two balls. The value is the difference of squares, which is smooth even where they meet.
 fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
     let (one, two) = (&a.track.path, &b.track.path);
-    let closing = two.velocity - one.velocity;
+    let approach = Approach::new(&a, &b, span[0]);
     let (turn_a, turn_b) = (one.bounds(), two.bounds());
     let [arm_a, arm_b] = [a, b].map(|part| part.member.arm.length());
     let swing = turn_a.angvel * arm_a + turn_b.angvel * arm_b;
-    let bend = turn_a.acceleration * arm_a + turn_b.acceleration * arm_b;
+    let pull = approach.acceleration.length();
+    let bend = turn_a.acceleration * arm_a + turn_b.acceleration * arm_b + pull;
     // No closer than they can come: most pairs of parts end here.
     let apart = (b.place(span[0]) - a.place(span[0])).length();
-    if apart - reach > (closing.length() + swing) * (span[1] - span[0]) {
+    let duration = span[1] - span[0];
+    if apart - reach > (approach.fastest(duration) + swing) * duration {
         return None;
     }
     let scale = one.com.length() + two.com.length() + arm_a + arm_b + reach;
@@ -90,10 +114,11 @@ fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> 
     first_touch(span, tolerance, |time| {
         let ([at_a, swing_a], [at_b, swing_b]) = (a.arm(time), b.arm(time));
         let between = (two.com(time) - one.com(time)) + (at_b - at_a);
+        let closing = approach.velocity + approach.acceleration * (time - span[0]);
         let rate = closing + (swing_b - swing_a);
         let distance = between.length();
         let left = span[1] - time;
-        let farthest = distance + (closing.length() + swing) * left;
+        let farthest = distance + (closing.length() + pull * left + swing) * left;
         let slowest = (rate.length() - bend * left).max(0.0);
         GapBound {
             value: (distance - reach) * (distance + reach),
@@ -112,17 +137,16 @@ fn plane(
     span: [f64; 2],
 ) -> Option<f64> {
     let normal = a.track.path.attitude(span[0]) * normal;
-    let (wall, path) = (&a.track.path, &b.track.path);
-    let closing = path.velocity - wall.velocity;
+    let path = &b.track.path;
+    let approach = Approach::new(&a, &b, span[0]);
     let arm = b.member.arm.length();
-    let bend = path.bounds().acceleration * arm;
-    let origin = a.place(span[0]);
-    let scale = path.com.length() + origin.length() + arm + radius;
+    let bend = path.bounds().acceleration * arm + approach.acceleration.length();
+    let scale = path.com.length() + a.place(span[0]).length() + arm + radius;
     first_touch(span, EXACT * scale, |time| {
         let [at, swing] = b.arm(time);
-        let moved = origin + wall.velocity * (time - span[0]);
+        let closing = approach.velocity + approach.acceleration * (time - span[0]);
         GapBound {
-            value: (path.com(time) + at - moved).dot(normal) - radius,
+            value: (path.com(time) + at - a.place(time)).dot(normal) - radius,
             slope: (closing + swing).dot(normal),
             curvature: bend,
         }
@@ -131,7 +155,7 @@ fn plane(
 
 /// Any two shapes, by Parry's distance in [`Real`].
 fn shapes(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> Option<f64> {
-    let speed = most_approach(a, b);
+    let speed = most_approach(a, b, span);
     let size = [a, b].map(|part| part.member.arm.length() + finite_reach(&part.member.shape));
     let tolerance = 32.0 * to_f64(Real::EPSILON) * (size[0] + size[1]);
     let near = speed * (span[1] - span[0]) * 1.01 + tolerance;
@@ -148,12 +172,27 @@ fn finite_reach(shape: &Form) -> f64 {
 }
 
 /// No two points of the parts approach faster.
-fn most_approach(a: MovingShape<'_>, b: MovingShape<'_>) -> f64 {
+fn most_approach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> f64 {
     let swing = |part: MovingShape<'_>| {
         let reach = part.member.arm.length() + finite_reach(&part.member.shape);
         part.track.path.bounds().angvel * reach
     };
-    (a.track.path.velocity - b.track.path.velocity).length() + swing(a) + swing(b)
+    let approach = Approach::new(&a, &b, span[0]);
+    approach.fastest(span[1] - span[0]) + swing(a) + swing(b)
+}
+
+/// The frame of the second part in that of the first at a moment, the second moved by `back`.
+fn relative_pose(a: MovingShape<'_>, b: MovingShape<'_>, time: f64, back: DVec3) -> Pose {
+    let frame = |part: MovingShape<'_>| {
+        let pose = part.pose(time);
+        DPose3::from_parts(pose.translation, pose.rotation * own_rotation(&part.member.shape))
+    };
+    let (one, two) = (frame(a), frame(b));
+    // In 64 bits up to here, so that the distance from the origin costs nothing.
+    let to_first = one.rotation.inverse();
+    let place = from_dvec3(to_first * (two.translation + back - one.translation));
+    let [x, y, z, w] = (to_first * two.rotation).to_array().map(from_f64);
+    Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize())
 }
 
 /// Parry's contact at a moment, in the frame of the first, the second moved by `back`; `None` if
@@ -165,40 +204,71 @@ fn contact(
     near: f64,
     back: DVec3,
 ) -> Option<Contact> {
-    let frame = |part: MovingShape<'_>| {
-        let pose = part.pose(time);
-        match &part.member.shape {
-            Form::Ball { .. } => pose,
-            Form::Plane { shape, .. } | Form::Other(shape) => {
-                DPose3::from_parts(pose.translation, pose.rotation * shape.rotation)
-            }
-        }
-    };
-    let (one, two) = (frame(a), frame(b));
-    // In 64 bits up to here, so that the distance from the origin costs nothing.
-    let to_first = one.rotation.inverse();
-    let place = from_dvec3(to_first * (two.translation + back - one.translation));
-    let [x, y, z, w] = (to_first * two.rotation).to_array().map(from_f64);
-    let relative = Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize());
+    let relative = relative_pose(a, b, time, back);
     let near = from_f64(near);
-    with_shape(&a.member.shape, |first| {
-        with_shape(&b.member.shape, |second| {
-            query::contact(&Pose::IDENTITY, first, &relative, second, near)
-                .ok()
-                .flatten()
+    let shapes = [a, b].map(|part| part.member.shape.parry());
+    let [first, second] = [&shapes[0], &shapes[1]].map(|shape| &*shape.0);
+    query::contact(&Pose::IDENTITY, first, &relative, second, near).unwrap_or_else(|_| {
+        // Of some shapes Parry knows manifolds only.
+        let mut manifolds = Manifolds::default();
+        let points = manifolds.points([&shapes[0], &shapes[1]], &relative, near);
+        let deepest = points.reduce(|a, b| if b.depth > a.depth { b } else { a })?;
+        Some(Contact {
+            point1: deepest.world_point,
+            point2: deepest.world_point,
+            normal1: deepest.world_normal,
+            normal2: -(relative.rotation.inverse() * deepest.world_normal),
+            dist: -deepest.depth,
+            subshape1: 0,
+            subshape2: 0,
         })
     })
 }
 
-fn with_shape<T>(shape: &Form, act: impl FnOnce(&dyn Shape) -> T) -> T {
-    match shape {
-        Form::Ball { radius } => act(&Ball::new(from_f64(*radius))),
-        Form::Plane { shape, .. } | Form::Other(shape) => act(&*shape.shape.0),
+impl Form {
+    fn parry(&self) -> SharedShape {
+        match self {
+            Form::Ball { radius } => SharedShape::ball(from_f64(*radius)),
+            Form::Plane { shape, .. } | Form::Other(shape) => shape.shape.clone(),
+        }
     }
 }
 
+/// Corners whose gaps differ by less than this share of the size of the parts touch at once: a box
+/// that falls flat is not to roll from corner to corner.
+const FLAT: f64 = 1e-3;
+
+/// All points at which two parts that touch at a moment do so; the first is where they touch first.
+pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<ContactPoint> {
+    let first: Vec<_> = spot(a, b, time).into_iter().collect();
+    let forms = [a, b].map(|part| &part.member.shape);
+    let is_ball = |form: &Form| matches!(form, Form::Ball { .. });
+    let Some(depth) = first.first().map(|spot| spot.depth) else {
+        return first;
+    };
+    if forms.into_iter().any(is_ball) {
+        return first;
+    }
+    let flat = FLAT * (finite_reach(forms[0]) + finite_reach(forms[1]));
+    let shapes = forms.map(Form::parry);
+    let relative = relative_pose(a, b, time, DVec3::ZERO);
+    let (origin, rotation) = (a.place(time), a.pose(time).rotation * own_rotation(forms[0]));
+    let margin = from_f64(flat - depth);
+    let mut manifolds = Manifolds::default();
+    let all = manifolds.points([&shapes[0], &shapes[1]], &relative, margin);
+    let all = all.filter_map(|point| {
+        Some(ContactPoint {
+            point: origin + rotation * to_dvec3(point.world_point),
+            normal: (rotation * to_dvec3(point.world_normal)).try_normalize()?,
+            depth: to_f64(point.depth),
+        })
+    });
+    let all: Vec<_> = all.filter(|point| point.point.is_finite()).collect();
+    if all.len() > 1 { all } else { first }
+}
+
 /// Where two parts that touch at a moment do so.
-pub(super) fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoint> {
+fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoint> {
     match (&a.member.shape, &b.member.shape) {
         (Form::Ball { radius }, Form::Ball { radius: other }) => {
             let (from, to) = (a.place(time), b.place(time));
@@ -228,7 +298,7 @@ pub(super) fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<
             let found = contact(a, b, time, near, DVec3::ZERO)?;
             // Of parts that touch, rounding makes up the normal. A little way back it is known to
             // the root of a rounding, about as well as it can be.
-            let closing = b.track.path.velocity - a.track.path.velocity;
+            let closing = b.track.path.velocity(time) - a.track.path.velocity(time);
             let back = closing.normalize_or_zero() * -apart;
             let before = contact(a, b, time, near, back).filter(|c| c.dist > 0.0);
             let normal = before.map_or(found.normal1, |before| before.normal1);

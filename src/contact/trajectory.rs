@@ -3,14 +3,16 @@
 use crate::math::{DQuat, DVec3};
 use crate::rigid::{Rotor, Top};
 
-/// The motion of a body from some moment of a step to its end: its centre of mass in a straight
-/// line, its rotation free or steady. Times are since the step began.
+/// The motion of a body from some moment of a step to its end: its centre of mass on a parabola,
+/// its rotation free or steady. Times are since the step began.
 #[derive(Clone, Debug)]
 pub(super) struct Path {
     pub from: f64,
     /// The centre of mass at `from`.
     pub com: DVec3,
-    pub velocity: DVec3,
+    /// At `from`.
+    pub linvel: DVec3,
+    pub acceleration: DVec3,
     pub turn: Turn,
 }
 
@@ -64,7 +66,13 @@ impl Turn {
 
 impl Path {
     pub(super) fn com(&self, time: f64) -> DVec3 {
-        self.com + self.velocity * (time - self.from)
+        let since = time - self.from;
+        self.com + (self.linvel + self.acceleration * (0.5 * since)) * since
+    }
+
+    /// The velocity of the centre of mass.
+    pub(super) fn velocity(&self, time: f64) -> DVec3 {
+        self.linvel + self.acceleration * (time - self.from)
     }
 
     /// The rotation from body to world.

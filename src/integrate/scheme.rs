@@ -159,6 +159,11 @@ impl Scheme {
         matches!(self, Scheme::KickDriftKick) || self.choice().is_some()
     }
 
+    /// Whether bodies get the whole of a kick before Rapier's step.
+    pub(crate) fn kicks_once(self) -> bool {
+        matches!(self, Scheme::Kick | Scheme::LinearlyImplicit | Scheme::ExternalForce)
+    }
+
     /// The steps into which all bodies divide theirs, in units of it; empty if they do not.
     pub(super) fn stages(self) -> Vec<f64> {
         match self {

@@ -1,15 +1,14 @@
 //! The first half of a step.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
-use crate::contact::silent;
+use crate::contact::{Heard, is_to_ask};
 use crate::diagnose::{blame, missing_anchor};
 use crate::field::{Anchor, FieldSet, Frames};
-use crate::integrate::{StepWarning, TurnAfter, warn_of_caps};
+use crate::integrate::{StepWarning, TurnAfter, find, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::Lookup;
@@ -44,6 +43,7 @@ impl FieldPipeline {
         let expected = self.expect(fields, state, &world);
         let power = self.begin_audit(fields, state, &world);
         let soft = self.begin_soft(fields, state, &world)?;
+        self.note_starts(&world);
         let begun = self.begin_bodies(fields, state, &mut world);
         if begun.is_err() {
             // It may be that of bodies which the records do not know.
@@ -55,13 +55,9 @@ impl FieldPipeline {
             self.softs
                 .first_half((scheme, policy), dt, world.soft_bodies);
         }
-        let turns = self.motions.turns.iter();
-        let momenta = turns.filter_map(|turn| match turn.after {
-            TurnAfter::Momentum(momentum) => Some((turn.body, momentum)),
-            TurnAfter::Velocity(_) => None,
-        });
-        self.detector.begin(&world.view(), momenta);
+        self.note_kicks(fields, &world);
         self.listen(fields, state, &mut world);
+        let to_ask = is_to_ask(&self.claims, world.narrow_phase, &world.view());
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
@@ -79,7 +75,9 @@ impl FieldPipeline {
             sleepers,
             claims: self.claims.clone(),
             listening: state.listening.clone(),
-            asked: AtomicBool::new(false),
+            starts: self.detector.starts.clone(),
+            to_ask,
+            heard: Heard::default(),
         })
     }
 
@@ -386,8 +384,32 @@ impl FieldPipeline {
         Ok(())
     }
 
-    /// Gives the colliders whose contacts are claimed or checked the bit without which Rapier asks
-    /// no hook, and the others theirs back.
+    /// Takes note of how the bodies begin the step, for contacts: before fields act on them.
+    fn note_starts(&mut self, world: &WorldMut<'_>) {
+        if !self.compiled.detectors.is_empty() {
+            let starts = Arc::make_mut(&mut self.detector.starts);
+            starts.before(&world.view(), world.gravity, world.integration_parameters);
+        }
+    }
+
+    /// And after.
+    fn note_kicks(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
+        if self.compiled.detectors.is_empty() {
+            return;
+        }
+        let motions = &self.motions;
+        let turns = motions.turns.iter();
+        let momenta = turns.filter_map(|turn| match turn.after {
+            TurnAfter::Momentum(momentum) => Some((turn.body, momentum)),
+            TurnAfter::Velocity(_) => None,
+        });
+        let whole = fields.settings.scheme.kicks_once();
+        let halved = |body| !whole && find(&motions.settled, body).is_none();
+        Arc::make_mut(&mut self.detector.starts).after(&world.view(), halved, momenta);
+    }
+
+    /// Gives the colliders whose contacts are claimed or checked the bits without which Rapier asks
+    /// no hook, and those that no field needs any more theirs back.
     fn listen(
         &mut self,
         fields: &Definition<'_>,
@@ -395,19 +417,31 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) {
         let check = &fields.settings.cross_check;
-        let watched = self.watched.iter().copied();
-        let fresh = watched.filter(|_| check.on && !check.lets_recycle());
-        let silent: Vec<_> = {
-            let view = world.view();
-            silent(self.claims.colliders().chain(fresh), &view).collect()
+        let fresh = check.on && !check.lets_recycle();
+        let wanted = |collider| {
+            let bits = self.claims.bits(collider);
+            match fresh && self.watched.contains(&collider) {
+                true => bits | ActiveHooks::FILTER_CONTACT_PAIRS,
+                false => bits,
+            }
         };
-        if silent.is_empty() {
-            return;
+        let listening = &mut state.listening;
+        if listening.any_free(wanted) {
+            for (collider, own) in Arc::make_mut(listening).release(wanted) {
+                bridge::set_hooks(world, collider, own);
+            }
         }
-        let told = silent.into_iter().filter(|(handle, own)| {
-            bridge::set_hooks(world, *handle, *own | ActiveHooks::FILTER_CONTACT_PAIRS)
+        let view = world.view();
+        let silent = self.watched.iter().filter_map(|collider| {
+            let own = view.collider(*collider)?.active_hooks();
+            let bits = wanted(*collider);
+            (!own.contains(bits)).then_some((*collider, own, bits))
         });
-        Arc::make_mut(&mut state.listening).add(told);
+        let silent: Vec<_> = silent.collect();
+        for (collider, own, bits) in silent {
+            bridge::set_hooks(world, collider, own | bits);
+            Arc::make_mut(listening).add(collider, own);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::begin::moment;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, StepError, WakePolicy, WorldMut};
-use crate::contact::{FieldContact, holds_claimed, report};
+use crate::contact::{FieldContact, Pairs, report};
 use crate::diagnose::blame;
 use crate::integrate::{StepWarning, find};
 use crate::math::{Real, RigidBodyHandle, to_f64};
@@ -64,10 +64,7 @@ impl FieldPipeline {
                     rollback.pose_before(handle, &view)
                 });
         }
-        if !self.claims.is_empty()
-            && !open.asked.load(std::sync::atomic::Ordering::Relaxed)
-            && holds_claimed(&self.claims, world.narrow_phase)
-        {
+        if open.to_ask && !*open.heard.asked.get_mut() {
             self.warnings.push(StepWarning::HooksNotGiven);
         }
         let began = state.time;
@@ -76,12 +73,13 @@ impl FieldPipeline {
         if open.soft {
             self.finish_soft(fields, began + to_f64(dt), world)?;
         }
-        written += self.sweep(fields, (began, dt), world);
+        let [vetoed, lifted] = open.heard.take();
+        written += self.sweep(fields, (began, dt), [&vetoed, &lifted], world);
         let now = began + to_f64(dt);
         written += self.finish_bodies(fields, state, (open, now), world)?;
         state.time = now;
         state.steps += 1;
-        written += self.touch(fields, state, dt, world);
+        written += self.touch(fields, state, (dt, &vetoed), world);
         if fields.settings.audit {
             let view = world.view();
             let (_, samples) =
@@ -133,6 +131,7 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         (began, dt): (f64, Real),
+        [vetoed, lifted]: [&Pairs; 2],
         world: &mut WorldMut<'_>,
     ) -> usize {
         let rules = &fields.settings.rules;
@@ -144,7 +143,7 @@ impl FieldPipeline {
             &view,
             (moment(began, dt), dt),
             |samples| Self::sites(properties, &view, samples),
-            |contact: &FieldContact| rules.answers(contact),
+            (|contact: &FieldContact| rules.answers(contact, vetoed), lifted),
             &mut self.pushes,
         );
         bridge::push(world.bodies, &self.pushes)
@@ -272,7 +271,7 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
-        dt: Real,
+        (dt, vetoed): (Real, &Pairs),
         world: &mut WorldMut<'_>,
     ) -> usize {
         if self.compiled.detectors.is_empty() {
@@ -287,7 +286,7 @@ impl FieldPipeline {
             Self::sites(properties, &view, samples);
         });
         if rules.answer_any() {
-            let answers = |contact: &FieldContact| rules.answers(contact);
+            let answers = |contact: &FieldContact| rules.answers(contact, vetoed);
             self.detector.respond(&view, dt, answers, &mut self.pushes);
         }
         let written = bridge::push(world.bodies, &self.pushes);

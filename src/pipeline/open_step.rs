@@ -1,10 +1,9 @@
 //! A step between its two halves.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use crate::bridge::Rollback;
-use crate::contact::{Claims, Listening, StepHooks};
+use crate::contact::{Claims, Heard, Listening, Starts, StepHooks};
 use crate::cross_check::Sighting;
 use crate::integrate::Motions;
 use crate::math::Real;
@@ -38,7 +37,10 @@ pub struct OpenStep {
     pub(super) sleepers: bool,
     pub(super) claims: Arc<Claims>,
     pub(super) listening: Arc<Listening>,
-    pub(super) asked: AtomicBool,
+    pub(super) starts: Arc<Starts>,
+    /// Whether Rapier is to ask about claimed contacts.
+    pub(super) to_ask: bool,
+    pub(super) heard: Heard,
 }
 
 impl OpenStep {
@@ -48,7 +50,8 @@ impl OpenStep {
         StepHooks {
             claims: &self.claims,
             listening: &self.listening,
-            asked: &self.asked,
+            starts: &self.starts,
+            heard: &self.heard,
             user,
         }
     }
