@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::discrete::{Discrete, Found};
 use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
-use super::hooks::Pairs;
+use super::rules::Pairs;
 use super::modes::Detection;
 use super::respond;
 use super::starts::Starts;

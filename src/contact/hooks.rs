@@ -1,11 +1,11 @@
 //! Contacts that fields answer are claimed from Rapier by physics hooks, together with the user's.
 
-use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::laws::Laws;
 use super::starts::Starts;
+use super::rules::Pairs;
 use super::{Responder, Rules};
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
@@ -27,9 +27,6 @@ pub(crate) struct Claims {
     /// Whether fast bodies are followed through the step, so that nothing needs to stop them.
     swept: bool,
 }
-
-/// Pairs of colliders, each in the order of its handles.
-pub(crate) type Pairs = HashSet<[ColliderHandle; 2]>;
 
 /// What the hooks of a step learn.
 #[derive(Debug, Default)]
@@ -226,7 +223,7 @@ impl StepHooks<'_> {
         let fastest = contacts.map(|contact| approach(contact).abs());
         let fastest = fastest.fold(0.0, Real::max);
         let held = matches!(law, ContactLaw::Penalty { .. });
-        if fastest > slow || held {
+        if fastest >= slow || held {
             Heard::note(&self.heard.lifted, pair);
             // Both ends alike: the solver's lever arms are taken from the middle. So far that what
             // moves within the step does not touch.

@@ -28,6 +28,6 @@ pub use modes::{Detection, Responder};
 
 pub(crate) use detector::Detector;
 pub(crate) use event::report;
-pub(crate) use hooks::{Claims, Heard, Listening, Pairs, is_to_ask};
-pub(crate) use rules::Rules;
+pub(crate) use hooks::{Claims, Heard, Listening, is_to_ask};
+pub(crate) use rules::{Pairs, Rules};
 pub(crate) use starts::Starts;

@@ -2,9 +2,11 @@
 
 use std::collections::HashSet;
 
-use super::hooks::Pairs;
 use super::{FieldContact, Responder};
 use crate::math::ColliderHandle;
+
+/// Pairs of colliders, each in the order of its handles.
+pub(crate) type Pairs = HashSet<[ColliderHandle; 2]>;
 
 /// The responder of all contacts, and exceptions.
 #[derive(Clone, Debug, Default, PartialEq)]

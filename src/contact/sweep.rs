@@ -13,7 +13,7 @@ use std::collections::{BinaryHeap, HashMap, HashSet};
 use super::FieldContact;
 use super::discrete::Discrete;
 use super::field_mask::FieldMasks;
-use super::hooks::Pairs;
+use super::rules::Pairs;
 use super::starts::Starts;
 use super::swept_body::{SweptBodies, near_each_other};
 use super::time_of_impact::{MovingShape, time_of_impact};

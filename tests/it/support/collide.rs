@@ -38,6 +38,20 @@ pub fn ball(world: &mut PhysicsWorld, mass: Real, position: Vector, linvel: Vect
     insert_ball(world, body.translation(position), mass)
 }
 
+/// Keeps Rapier's solver, and its alone, from answering the contacts of some things.
+pub fn unsolved(world: &mut PhysicsWorld, things: &[&Thing]) {
+    for part in parts(things) {
+        world.colliders[part].set_solver_groups(InteractionGroups::none());
+    }
+}
+
+/// Keeps Rapier, and it alone, from seeing contacts of a thing.
+pub fn unseen(world: &mut PhysicsWorld, thing: &Thing) {
+    for part in &thing.parts {
+        world.colliders[*part].set_active_collision_types(ActiveCollisionTypes::empty());
+    }
+}
+
 /// A ball of radius 0.5 on a body.
 pub fn insert_ball(world: &mut PhysicsWorld, body: RigidBodyBuilder, mass: Real) -> Thing {
     insert(
