@@ -3,9 +3,10 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::discrete::{Discrete, Found};
+use super::discrete::{Discrete, Found, approach_speed};
 use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
+use super::hooks::Verdicts;
 use super::rules::Pairs;
 use super::modes::Detection;
 use super::respond;
@@ -60,7 +61,7 @@ impl Detector {
         world: &(impl Lookup + Frames),
         (moment, dt): (Moment, Real),
         samples: impl FnOnce(&mut Samples),
-        (answers, lifted): (impl Fn(&FieldContact) -> bool, &Pairs),
+        (answers, verdicts): (impl Fn(&FieldContact) -> bool, &Verdicts),
         pushes: &mut Vec<Push>,
     ) {
         self.touched.clear();
@@ -78,7 +79,7 @@ impl Detector {
             moment,
             starts: &self.starts,
             answers: &answers,
-            lifted,
+            verdicts,
         };
         let found = (&mut self.touched, pushes);
         self.exhausted = sweep.run(scene, world, to_f64(dt), found);
@@ -104,18 +105,28 @@ impl Detector {
         compiled: &Compiled,
         world: &(impl Lookup + Frames),
         moment: Moment,
+        held: Option<&Pairs>,
         samples: impl FnOnce(&mut Samples),
     ) {
         let found = &mut self.found;
-        found.contacts.clear();
-        found.points.clear();
-        self.touch.gather(world);
-        self.touch.find(world, found);
-        if compiled
-            .detectors
-            .iter()
-            .any(|detector| detector.mask.is_some())
-        {
+        let masked = compiled.detectors.iter().any(|it| it.mask.is_some());
+        if self.touch.gather(world) || masked {
+            self.touch.find(world, held, found);
+        } else {
+            for (contact, _) in &mut found.contacts {
+                contact.approach_speed = approach_speed(contact, world);
+            }
+        }
+        let starts = &self.starts;
+        let hit = |(contact, _): &(FieldContact, _)| {
+            let slow = starts.slow(contact.law, contact.bodies);
+            contact.approach_speed > 0.5 * slow && contact.law != ContactLaw::Observe
+        };
+        if held.is_some_and(|held| !held.is_empty()) && found.contacts.iter().any(hit) {
+            // An impact runs through all that rests, and is to meet it where it is.
+            self.touch.find(world, None, found);
+        }
+        if masked {
             self.masks.refresh(compiled, world, samples);
             let (touch, masks) = (&self.touch, &mut self.masks);
             found.contacts.retain(|(contact, _)| {

@@ -5,7 +5,9 @@ use std::ops::Range;
 
 use super::field_contact::{FieldContact, Part};
 use super::laws::Laws;
-use super::overlap::{Manifolds, OverlapPoint, PlacedBall, PlacedShape};
+use super::overlap::{OverlapPoint, PlacedBall, PlacedShape};
+use super::resting::RestingPoints;
+use super::rules::{Pairs, in_order};
 use crate::compile::Compiled;
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 use crate::neighbors::{Cluster, VerletList, hierarchy};
@@ -28,17 +30,19 @@ pub(super) struct Discrete {
     /// The bounded solids, by their number, and the numbers of the others.
     tree: Bvh,
     unbounded: Vec<u32>,
-    manifolds: Manifolds,
+    resting: RestingPoints,
+    /// The balls and solids of the time before.
+    last: (Vec<Ball>, Vec<Solid>),
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Ball {
     part: Part,
     placed: PlacedBall,
 }
 
 /// Another shape.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Solid {
     part: Part,
     placed: PlacedShape,
@@ -68,7 +72,8 @@ impl Discrete {
             solids: Vec::new(),
             tree: Bvh::new(),
             unbounded: Vec::new(),
-            manifolds: Manifolds::default(),
+            resting: RestingPoints::default(),
+            last: Default::default(),
         }
     }
 
@@ -93,8 +98,11 @@ impl Discrete {
         }
     }
 
-    /// Takes up all colliders that can touch or be touched.
-    pub(super) fn gather(&mut self, world: &impl Lookup) {
+    /// Takes up all colliders that can touch or be touched; returns whether any is not where it
+    /// was when this was called last.
+    pub(super) fn gather(&mut self, world: &impl Lookup) -> bool {
+        std::mem::swap(&mut self.balls, &mut self.last.0);
+        std::mem::swap(&mut self.solids, &mut self.last.1);
         self.balls.clear();
         self.clusters.clear();
         self.solids.clear();
@@ -116,7 +124,11 @@ impl Discrete {
             self.part(part, collider, *collider.position());
             self.cluster(start);
         }
-        self.arrange();
+        let moved = self.balls != self.last.0 || self.solids != self.last.1;
+        if moved {
+            self.arrange();
+        }
+        moved
     }
 
     fn part(&mut self, part: Part, collider: &Collider, pose: Pose) {
@@ -174,8 +186,11 @@ impl Discrete {
         self.tree = hierarchy(leaves);
     }
 
-    /// Finds all contacts in which at least one side has a detection field.
-    pub(super) fn find(&mut self, world: &impl Lookup, found: &mut Found) {
+    /// Finds all contacts in which at least one side has a detection field. Of pairs that are
+    /// `held` by Rapier the points known of them may do.
+    pub(super) fn find(&mut self, world: &impl Lookup, held: Option<&Pairs>, found: &mut Found) {
+        found.contacts.clear();
+        found.points.clear();
         self.list.refresh(&self.clusters, 0.0);
         let mut finder = Finder { world, found };
         for (i, cluster) in self.clusters.iter().enumerate() {
@@ -190,7 +205,6 @@ impl Discrete {
         if self.solids.is_empty() {
             return;
         }
-        let mut manifolds = std::mem::take(&mut self.manifolds);
         for ball in &self.balls {
             let margin = Vector::splat(ball.placed.radius);
             let bounds = Aabb::new(ball.placed.centre - margin, ball.placed.centre + margin);
@@ -198,19 +212,27 @@ impl Discrete {
             for number in near.chain(self.unbounded.iter().copied()) {
                 let solid = &self.solids[number as usize];
                 finder.pair(&solid.part, &ball.part, |points| {
-                    let placed = &solid.placed;
-                    placed.overlaps_ball(&ball.placed, &mut manifolds, points);
+                    solid.placed.overlaps_ball(&ball.placed, points);
                 });
             }
         }
-        for [first, second] in self.pairs_of_solids() {
-            let [first, second] = [first, second].map(|number| &self.solids[number as usize]);
-            finder.pair(&first.part, &second.part, |points| {
-                let placed = &first.placed;
-                placed.overlaps(&second.placed, &mut manifolds, points);
+        let mut resting = std::mem::take(&mut self.resting);
+        resting.turn();
+        for pair in self.pairs_of_solids() {
+            let [one, two] = pair.map(|number| &self.solids[number as usize]);
+            let colliders = in_order([one.part.collider, two.part.collider]);
+            let rests = held.is_some_and(|held| held.contains(&colliders));
+            finder.pair(&one.part, &two.part, |points| {
+                if rests {
+                    let both = [one, two].map(|solid| (&solid.placed, &solid.bounds));
+                    resting.overlaps(colliders, both, points);
+                } else {
+                    let near = one.placed.near(&two.placed);
+                    one.placed.place(&two.placed, &near, points);
+                }
             });
         }
-        self.manifolds = manifolds;
+        self.resting = resting;
     }
 
     fn pairs_of_solids(&self) -> Vec<[u32; 2]> {
@@ -267,12 +289,17 @@ impl<W: Lookup> Finder<'_, W> {
                 *point = point.flipped();
             }
         }
-        let velocity = |part: usize| {
-            let body = contact.bodies[part].and_then(|body| self.world.body(body));
-            body.map_or(Vector::ZERO, |body| body.velocity_at_point(point))
-        };
-        contact.approach_speed = (velocity(0) - velocity(1)).dot(contact.world_normal);
+        contact.approach_speed = approach_speed(&contact, self.world);
         let range = start..self.found.points.len();
         self.found.contacts.push((contact, range));
     }
+}
+
+/// How fast the parts of a contact approach.
+pub(super) fn approach_speed(contact: &FieldContact, world: &impl Lookup) -> Real {
+    let velocities = contact.bodies.map(|body| {
+        let body = body.and_then(|body| world.body(body));
+        body.map_or(Vector::ZERO, |body| body.velocity_at_point(contact.world_point))
+    });
+    (velocities[0] - velocities[1]).dot(contact.world_normal)
 }

@@ -78,7 +78,7 @@ impl FieldContact {
 }
 
 /// What balls and other shapes have in common.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Part {
     pub collider: ColliderHandle,
     pub body: Option<RigidBodyHandle>,

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::laws::Laws;
 use super::starts::Starts;
-use super::rules::Pairs;
+use super::rules::{Pairs, in_order};
 use super::{Responder, Rules};
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
@@ -35,8 +35,9 @@ pub(crate) struct Heard {
     pub asked: AtomicBool,
     /// Pairs that hooks of the user's own keep apart from any answer.
     vetoed: Mutex<Pairs>,
-    /// Pairs of which Rapier's solver has lifted contacts.
+    /// Pairs of which contacts were lifted off Rapier's solver, and those that it was left.
     lifted: Mutex<Pairs>,
+    held: Mutex<Pairs>,
 }
 
 impl Heard {
@@ -45,13 +46,32 @@ impl Heard {
         list.insert(in_order(pair));
     }
 
-    /// The pairs that the user's hooks keep from being answered, and those that were lifted.
-    pub(crate) fn take(&mut self) -> [Pairs; 2] {
-        [&mut self.vetoed, &mut self.lifted].map(|list| {
-            let list = list.get_mut().unwrap_or_else(PoisonError::into_inner);
-            std::mem::take(list)
-        })
+    /// What became of pairs.
+    pub(crate) fn take(&mut self) -> Verdicts {
+        let take = |list: &mut Mutex<Pairs>| {
+            std::mem::take(list.get_mut().unwrap_or_else(PoisonError::into_inner))
+        };
+        let lifted = take(&mut self.lifted);
+        let mut held = take(&mut self.held);
+        // Of shapes of many pieces some may be fast.
+        held.retain(|pair| !lifted.contains(pair));
+        Verdicts {
+            vetoed: take(&mut self.vetoed),
+            lifted,
+            held,
+        }
     }
+}
+
+/// What became of claimed pairs in Rapier's step.
+#[derive(Debug, Default)]
+pub(crate) struct Verdicts {
+    /// Kept from any answer by the user's hooks.
+    pub vetoed: Pairs,
+    /// Left alone by Rapier's solver, however slow they become in the step.
+    pub lifted: Pairs,
+    /// Held by Rapier's solver.
+    pub held: Pairs,
 }
 
 /// A collider that was given hook bits.
@@ -164,11 +184,6 @@ impl Claims {
     }
 }
 
-fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
-    pair.sort_unstable_by_key(|collider| collider.into_raw_parts());
-    pair
-}
-
 /// The hooks of an [open step](crate::OpenStep): hand them to `PhysicsPipeline::step`.
 ///
 /// Rapier finds and reports contacts that the fields answer as any other, and holds those that
@@ -223,6 +238,9 @@ impl StepHooks<'_> {
         let fastest = contacts.map(|contact| approach(contact).abs());
         let fastest = fastest.fold(0.0, Real::max);
         let held = matches!(law, ContactLaw::Penalty { .. });
+        if manifold.solver_contacts.is_empty() {
+            return;
+        }
         if fastest >= slow || held {
             Heard::note(&self.heard.lifted, pair);
             // Both ends alike: the solver's lever arms are taken from the middle. So far that what
@@ -234,6 +252,7 @@ impl StepHooks<'_> {
                 contact.dist += lift;
             }
         } else {
+            Heard::note(&self.heard.held, pair);
             *manifold.restitution = 0.0;
             *manifold.friction = match law {
                 ContactLaw::Impulse { friction, .. } => friction,

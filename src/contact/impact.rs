@@ -50,7 +50,7 @@ impl Sweep {
             } else if approach <= own[0].slow {
                 // It lasts, and is Rapier's, unless it was fast when Rapier's step began.
                 self.settled.insert(event.parts);
-                let falls = scene.lifted.contains(&contact.colliders);
+                let falls = scene.verdicts.lifted.contains(&contact.colliders);
                 own.iter_mut().for_each(|meeting| meeting.lay_down(falls, &mut movers));
             } else if self.rests(&own[0], &movers, &spots[0], dt) {
                 // Answered once more, and then no longer: Zeno's bounces come to rest.

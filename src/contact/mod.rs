@@ -13,6 +13,7 @@ mod lcp;
 mod modes;
 mod overlap;
 mod respond;
+mod resting;
 mod rules;
 mod solve;
 mod starts;
@@ -28,6 +29,6 @@ pub use modes::{Detection, Responder};
 
 pub(crate) use detector::Detector;
 pub(crate) use event::report;
-pub(crate) use hooks::{Claims, Heard, Listening, is_to_ask};
-pub(crate) use rules::{Pairs, Rules};
+pub(crate) use hooks::{Claims, Heard, Listening, Verdicts, is_to_ask};
+pub(crate) use rules::Rules;
 pub(crate) use starts::Starts;

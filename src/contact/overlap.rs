@@ -1,5 +1,7 @@
 //! Where two shapes overlap: balls exactly, all else by Parry's contact manifolds.
 
+use std::sync::Arc;
+
 use crate::math::{Pose, Real, SharedShape, Vector};
 use crate::rapier::parry::query::{
     ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher,
@@ -25,7 +27,7 @@ impl OverlapPoint {
 }
 
 /// A ball at its place; its radius is that with the skin.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlacedBall {
     pub centre: Vector,
     pub radius: Real,
@@ -37,6 +39,13 @@ pub(super) struct PlacedShape {
     pub pose: Pose,
     pub shape: SharedShape,
     pub skin: Real,
+}
+
+impl PartialEq for PlacedShape {
+    fn eq(&self, other: &Self) -> bool {
+        let same_shape = Arc::ptr_eq(&self.shape.0, &other.shape.0);
+        self.pose == other.pose && self.skin == other.skin && same_shape
+    }
 }
 
 impl PlacedBall {
@@ -62,76 +71,76 @@ impl PlacedBall {
     }
 }
 
-/// Parry's manifolds between any two shapes, and room for them.
-#[derive(Default)]
-pub(super) struct Manifolds(Vec<ContactManifold<(), ()>>);
+/// A point at which two shapes are near each other, as it lies in each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ManifoldPoint {
+    /// On each surface, in the frame of its shape.
+    pub local_points: [Vector; 2],
+    /// From the first to the second, in the frame of the first.
+    pub local_normal: Vector,
+}
 
-impl std::fmt::Debug for Manifolds {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Manifolds")
+impl ManifoldPoint {
+    /// Where it is, in the frame of the first, if the frame of the second is there.
+    pub(super) fn placed(&self, relative: &Pose) -> OverlapPoint {
+        let [one, two] = self.local_points;
+        let two = relative.transform_point(two);
+        OverlapPoint {
+            world_point: (one + two) * 0.5,
+            world_normal: self.local_normal,
+            depth: (one - two).dot(self.local_normal),
+        }
     }
 }
 
-impl Manifolds {
-    /// The points of two shapes that are at most `margin` apart, the second's frame given in the
-    /// first's; in the first's frame. None for shapes that Parry has no manifolds of.
-    pub(super) fn points(
-        &mut self,
-        shapes: [&SharedShape; 2],
-        relative: &Pose,
-        margin: Real,
-    ) -> impl Iterator<Item = OverlapPoint> {
-        self.0.clear();
-        let [first, second] = shapes.map(|shape| &*shape.0);
-        // Of what Parry does not know there is no contact, as in Rapier.
-        let _ = DefaultQueryDispatcher.contact_manifolds(
-            relative,
-            first,
-            second,
-            margin,
-            &mut self.0,
-            &mut None,
-        );
-        let (manifolds, relative) = (&self.0, *relative);
-        manifolds.iter().flat_map(move |manifold| {
-            let frame = manifold.subshape_pos1().copied().unwrap_or(Pose::IDENTITY);
-            let other = manifold.subshape_pos2().copied().unwrap_or(Pose::IDENTITY);
-            let normal = frame.rotation * manifold.local_n1;
-            let near = manifold.points.iter().filter(move |it| it.dist < margin);
-            near.map(move |point| {
-                let one = frame.transform_point(point.local_p1);
-                let two = relative.transform_point(other.transform_point(point.local_p2));
-                OverlapPoint {
-                    world_point: (one + two) * 0.5,
-                    world_normal: normal,
-                    depth: -point.dist,
-                }
-            })
+/// The points of two shapes that are less than `margin` apart, by Parry's manifolds; the second's
+/// frame is given in the first's. None for shapes of which Parry has no manifolds.
+pub(super) fn manifold_points(
+    shapes: [&SharedShape; 2],
+    relative: &Pose,
+    margin: Real,
+) -> Vec<ManifoldPoint> {
+    let [first, second] = shapes.map(|shape| &*shape.0);
+    let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
+    // Of what Parry does not know there is no contact, as in Rapier.
+    let _ = DefaultQueryDispatcher.contact_manifolds(
+        relative,
+        first,
+        second,
+        margin,
+        &mut manifolds,
+        &mut None,
+    );
+    let points = manifolds.iter().flat_map(|manifold| {
+        let one = manifold.subshape_pos1().copied().unwrap_or(Pose::IDENTITY);
+        let two = manifold.subshape_pos2().copied().unwrap_or(Pose::IDENTITY);
+        let local_normal = one.rotation * manifold.local_n1;
+        let near = manifold.points.iter().filter(move |it| it.dist < margin);
+        near.map(move |point| ManifoldPoint {
+            local_points: [
+                one.transform_point(point.local_p1),
+                two.transform_point(point.local_p2),
+            ],
+            local_normal,
         })
-    }
+    });
+    points.collect()
 }
 
 impl PlacedShape {
     /// Where it overlaps a ball.
-    pub(super) fn overlaps_ball(
-        &self,
-        ball: &PlacedBall,
-        manifolds: &mut Manifolds,
-        points: &mut Vec<OverlapPoint>,
-    ) {
+    pub(super) fn overlaps_ball(&self, ball: &PlacedBall, points: &mut Vec<OverlapPoint>) {
         let convex = self.shape.is_convex() && self.shape.as_composite_shape().is_none();
         if convex || self.shape.as_halfspace().is_some() {
             points.extend(self.nearest(ball));
             return;
         }
-        let shape = SharedShape::ball(ball.radius);
-        let place = Pose::from_translation(ball.centre);
         let other = PlacedShape {
-            pose: place,
-            shape,
+            pose: Pose::from_translation(ball.centre),
+            shape: SharedShape::ball(ball.radius),
             skin: 0.0,
         };
-        self.overlaps(&other, manifolds, points);
+        self.place(&other, &self.near(&other), points);
     }
 
     /// The overlap of a ball with what is in one piece.
@@ -162,17 +171,26 @@ impl PlacedShape {
         })
     }
 
-    /// Where it overlaps another shape.
-    pub(super) fn overlaps(
+    /// The points at which it overlaps another shape.
+    pub(super) fn near(&self, other: &PlacedShape) -> Vec<ManifoldPoint> {
+        let relative = self.pose.inv_mul(&other.pose);
+        let skins = self.skin + other.skin;
+        manifold_points([&self.shape, &other.shape], &relative, skins)
+    }
+
+    /// Puts points of it and another shape where the two are now, those that do not overlap any
+    /// more left out.
+    pub(super) fn place(
         &self,
         other: &PlacedShape,
-        manifolds: &mut Manifolds,
+        near: &[ManifoldPoint],
         points: &mut Vec<OverlapPoint>,
     ) {
         let relative = self.pose.inv_mul(&other.pose);
         let skins = self.skin + other.skin;
-        let found = manifolds.points([&self.shape, &other.shape], &relative, skins);
-        points.extend(found.map(|point| OverlapPoint {
+        let placed = near.iter().map(|point| point.placed(&relative));
+        let placed = placed.filter(|point| point.depth + skins > 0.0);
+        points.extend(placed.map(|point| OverlapPoint {
             world_point: self.pose.transform_point(point.world_point),
             world_normal: self.pose.rotation * point.world_normal,
             depth: point.depth + skins,

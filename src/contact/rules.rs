@@ -8,6 +8,12 @@ use crate::math::ColliderHandle;
 /// Pairs of colliders, each in the order of its handles.
 pub(crate) type Pairs = HashSet<[ColliderHandle; 2]>;
 
+/// A pair in the order of its handles.
+pub(super) fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
+    pair.sort_unstable_by_key(|collider| collider.into_raw_parts());
+    pair
+}
+
 /// The responder of all contacts, and exceptions.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(

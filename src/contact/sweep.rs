@@ -13,7 +13,8 @@ use std::collections::{BinaryHeap, HashMap, HashSet};
 use super::FieldContact;
 use super::discrete::Discrete;
 use super::field_mask::FieldMasks;
-use super::rules::Pairs;
+use super::hooks::Verdicts;
+use super::rules::{Pairs, in_order};
 use super::starts::Starts;
 use super::swept_body::{SweptBodies, near_each_other};
 use super::time_of_impact::{MovingShape, time_of_impact};
@@ -44,6 +45,8 @@ const LOOKS: f64 = 64.0;
 #[derive(Debug, Default)]
 pub(super) struct Sweep {
     pub(super) tracks: SweptBodies,
+    /// Pairs that rest on each other, held by Rapier: none touches anew unless something hits it.
+    held: Pairs,
     queue: BinaryHeap<Event>,
     /// Pairs of parts done with in this step: only observed, or at rest.
     pub(super) settled: HashSet<[usize; 2]>,
@@ -99,8 +102,8 @@ pub(super) struct Scene<'a> {
     pub starts: &'a Starts,
     /// Whether the fields answer a contact.
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
-    /// Pairs that Rapier's solver leaves alone in this step, however slow they become.
-    pub lifted: &'a Pairs,
+    /// What Rapier's solver has done with claimed pairs.
+    pub verdicts: &'a Verdicts,
 }
 
 impl Sweep {
@@ -115,6 +118,7 @@ impl Sweep {
         (contacts, pushes): (&mut Vec<FieldContact>, &mut Vec<Push>),
     ) -> bool {
         self.tracks.gather(scene.touch, scene.starts, world, dt);
+        self.held.clone_from(&scene.verdicts.held);
         self.foresee_all(world, dt);
         let mut left = MOST_IMPACTS + MOST_PER_BODY * self.tracks.list.len();
         let mut exhausted = false;
@@ -255,9 +259,12 @@ impl Sweep {
     ) -> impl Iterator<Item = ([usize; 2], [MovingShape<'_>; 2])> {
         let [a, b] = tracks.map(|number| self.tracks.list[number].parts.clone());
         let pairs = a.flat_map(move |i| b.clone().map(move |j| [i, j]));
-        let wanted = |parts: &[usize; 2]| {
-            let detects = |part: usize| self.tracks.parts[part].part.law.is_some();
-            parts.iter().any(|part| detects(*part)) && !self.settled.contains(parts)
+        let hit = tracks.iter().any(|number| self.tracks.list[*number].generation > 0);
+        let wanted = move |parts: &[usize; 2]| {
+            let both = parts.map(|part| &self.tracks.parts[part].part);
+            let detects = both.iter().any(|part| part.law.is_some());
+            let held = || self.held.contains(&in_order(both.map(|part| part.collider)));
+            detects && both[0].may_touch(both[1]) && !self.settled.contains(parts) && (hit || !held())
         };
         let carried = move |parts| (parts, self.carried(tracks, parts));
         pairs.filter(wanted).map(carried)

@@ -1,7 +1,7 @@
 //! When and where two parts on their ways first touch.
 
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
-use super::overlap::Manifolds;
+use super::overlap::manifold_points;
 use super::swept_body::{Form, Member, Solid, SweptBody};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
@@ -210,8 +210,8 @@ fn contact(
     let [first, second] = [&shapes[0], &shapes[1]].map(|shape| &*shape.0);
     query::contact(&Pose::IDENTITY, first, &relative, second, near).unwrap_or_else(|_| {
         // Of some shapes Parry knows manifolds only.
-        let mut manifolds = Manifolds::default();
-        let points = manifolds.points([&shapes[0], &shapes[1]], &relative, near);
+        let points = manifold_points([&shapes[0], &shapes[1]], &relative, near);
+        let points = points.iter().map(|point| point.placed(&relative));
         let deepest = points.reduce(|a, b| if b.depth > a.depth { b } else { a })?;
         Some(Contact {
             point1: deepest.world_point,
@@ -254,9 +254,9 @@ pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<Co
     let relative = relative_pose(a, b, time, DVec3::ZERO);
     let (origin, rotation) = (a.place(time), a.pose(time).rotation * own_rotation(forms[0]));
     let margin = from_f64(flat - depth);
-    let mut manifolds = Manifolds::default();
-    let all = manifolds.points([&shapes[0], &shapes[1]], &relative, margin);
-    let all = all.filter_map(|point| {
+    let all = manifold_points([&shapes[0], &shapes[1]], &relative, margin);
+    let all = all.iter().filter_map(|point| {
+        let point = point.placed(&relative);
         Some(ContactPoint {
             point: origin + rotation * to_dvec3(point.world_point),
             normal: (rotation * to_dvec3(point.world_normal)).try_normalize()?,

@@ -4,7 +4,7 @@ use super::begin::moment;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, StepError, WakePolicy, WorldMut};
-use crate::contact::{FieldContact, Pairs, report};
+use crate::contact::{FieldContact, Verdicts, report};
 use crate::diagnose::blame;
 use crate::integrate::{StepWarning, find};
 use crate::math::{Real, RigidBodyHandle, to_f64};
@@ -73,13 +73,13 @@ impl FieldPipeline {
         if open.soft {
             self.finish_soft(fields, began + to_f64(dt), world)?;
         }
-        let [vetoed, lifted] = open.heard.take();
-        written += self.sweep(fields, (began, dt), [&vetoed, &lifted], world);
+        let verdicts = open.heard.take();
+        written += self.sweep(fields, (began, dt), &verdicts, world);
         let now = began + to_f64(dt);
         written += self.finish_bodies(fields, state, (open, now), world)?;
         state.time = now;
         state.steps += 1;
-        written += self.touch(fields, state, (dt, &vetoed), world);
+        written += self.touch(fields, state, (dt, &verdicts), world);
         if fields.settings.audit {
             let view = world.view();
             let (_, samples) =
@@ -131,7 +131,7 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         (began, dt): (f64, Real),
-        [vetoed, lifted]: [&Pairs; 2],
+        verdicts: &Verdicts,
         world: &mut WorldMut<'_>,
     ) -> usize {
         let rules = &fields.settings.rules;
@@ -143,7 +143,7 @@ impl FieldPipeline {
             &view,
             (moment(began, dt), dt),
             |samples| Self::sites(properties, &view, samples),
-            (|contact: &FieldContact| rules.answers(contact, vetoed), lifted),
+            (|contact: &FieldContact| rules.answers(contact, &verdicts.vetoed), verdicts),
             &mut self.pushes,
         );
         bridge::push(world.bodies, &self.pushes)
@@ -271,7 +271,7 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
-        (dt, vetoed): (Real, &Pairs),
+        (dt, verdicts): (Real, &Verdicts),
         world: &mut WorldMut<'_>,
     ) -> usize {
         if self.compiled.detectors.is_empty() {
@@ -282,11 +282,12 @@ impl FieldPipeline {
         let view = world.view();
         let moment = moment(state.time, dt);
         let properties = &self.properties;
-        self.detector.run(&self.compiled, &view, moment, |samples| {
+        let held = Some(&verdicts.held);
+        self.detector.run(&self.compiled, &view, moment, held, |samples| {
             Self::sites(properties, &view, samples);
         });
         if rules.answer_any() {
-            let answers = |contact: &FieldContact| rules.answers(contact, vetoed);
+            let answers = |contact: &FieldContact| rules.answers(contact, &verdicts.vetoed);
             self.detector.respond(&view, dt, answers, &mut self.pushes);
         }
         let written = bridge::push(world.bodies, &self.pushes);

@@ -28,6 +28,7 @@ mod explain;
 mod force_lifetime;
 mod implosion;
 mod integrator_maps;
+mod lasting;
 mod laws;
 #[cfg(feature = "f32")]
 mod layering;

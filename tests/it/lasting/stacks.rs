@@ -1,0 +1,177 @@
+//! Stacks, pyramids and heaps: beside Rapier alone.
+
+use super::*;
+
+const STUFF: Stuff = Stuff {
+    restitution: 0.5,
+    friction: 0.5,
+};
+
+fn stack(count: usize, boxes: bool, hertz: u32) -> Scene {
+    let mut scene = Scene::new(STUFF, hertz);
+    scene.floor();
+    for number in 0..count {
+        let place = Vector::Y * (number as Real + 0.5);
+        let collider = match boxes {
+            true => ColliderBuilder::cuboid(0.5, 0.5, 0.5),
+            false => ColliderBuilder::ball(0.5),
+        };
+        scene.add(RigidBodyBuilder::dynamic().translation(place), collider);
+    }
+    scene
+}
+
+fn pyramid(hertz: u32) -> Scene {
+    let mut scene = Scene::new(STUFF, hertz);
+    scene.floor();
+    for (row, number) in (0..6).flat_map(|row| (0..6 - row).map(move |number| (row, number))) {
+        let x = f64::from(number) * 1.05 + f64::from(row) * 0.525;
+        let place = Vector::new(from_f64(x), row as Real + 0.5, 0.0);
+        let body = RigidBodyBuilder::dynamic().translation(place);
+        scene.add(body, ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+    }
+    scene
+}
+
+/// A heavy box or ball on a light one. Balls would roll off, so they may not turn.
+fn heavy(boxes: bool, hertz: u32) -> Scene {
+    let mut scene = stack(2, boxes, hertz);
+    let top = scene.bodies[1];
+    let collider = scene.world.bodies[top].colliders()[0];
+    scene.world.colliders[collider].set_density(100.0);
+    for body in &scene.bodies {
+        scene.world.bodies[*body].lock_rotations(!boxes, true);
+    }
+    scene
+}
+
+/// Fields hold what Rapier holds: as deep, as still, asleep as soon.
+fn compare(name: &str, scene: impl Fn() -> Scene, hertz: u32) {
+    let theirs = run(scene(), Way::Rapier, 20.0);
+    let theirs_at = theirs.asleep_at.expect("Rapier's rests");
+    for way in FIELDS {
+        let ours = run(scene(), way, 20.0);
+        let what = format!("{name}, {hertz} Hz, {way:?}: {ours:?} beside {theirs:?}");
+        // Rapier recycles no contact that has a hook, and rests a little otherwise for it.
+        assert!(ours.overlap <= 1.2 * theirs.overlap + 1e-3, "{what}");
+        assert!(ours.gained <= 1e-3, "{what}");
+        let at = ours.asleep_at.unwrap_or_else(|| panic!("awake: {what}"));
+        let later = (theirs_at * 3 / 10).max(hertz as usize / 6);
+        assert!(at <= theirs_at + later, "{what}");
+        for (ours, theirs) in ours.scene.places().iter().zip(theirs.scene.places()) {
+            assert!((*ours - theirs).length() < 0.02, "{what}");
+        }
+        assert_eq!(ours.start.len(), theirs.start.len());
+    }
+}
+
+#[test]
+fn stacks_stand() {
+    for hertz in [60, 240] {
+        for boxes in [false, true] {
+            for count in [2, 3, 5, 10] {
+                let name = format!("{count} of boxes {boxes}");
+                compare(&name, || stack(count, boxes, hertz), hertz);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_pyramid_stands() {
+    for hertz in [60, 240] {
+        compare("pyramid", || pyramid(hertz), hertz);
+    }
+}
+
+#[test]
+fn the_heavy_rests_on_the_light() {
+    for hertz in [60, 240] {
+        for boxes in [false, true] {
+            compare("1 to 100", || heavy(boxes, hertz), hertz);
+        }
+    }
+}
+
+/// Fifty shapes of five kinds in a box, let fall in layers.
+fn heap(hertz: u32) -> Scene {
+    let stuff = Stuff {
+        restitution: 0.3,
+        friction: 0.5,
+    };
+    let mut scene = Scene::new(stuff, hertz);
+    scene.floor();
+    for (x, z) in [(3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)] {
+        let half = |along: Real| if along == 0.0 { 3.5 } else { 0.5 };
+        let wall = ColliderBuilder::cuboid(half(x), 5.0, half(z));
+        scene.fixed(wall.translation(Vector::new(x, 5.0, z)));
+    }
+    for number in 0..50_u8 {
+        let layer = |count: u8| Real::from(number / count % 4) * 1.1 - 1.6;
+        let height = Real::from(number / 16) * 1.3 + 1.0;
+        let turn = Vector::new(Real::from(number) * 0.3, Real::from(number) * 0.2, 0.0);
+        let body = RigidBodyBuilder::dynamic();
+        let body = body.translation(Vector::new(layer(1), height, layer(4)));
+        let collider = match number % 5 {
+            0 => ColliderBuilder::ball(0.45),
+            1 => ColliderBuilder::cuboid(0.4, 0.45, 0.5),
+            2 => ColliderBuilder::capsule_y(0.3, 0.3),
+            3 => ColliderBuilder::cylinder(0.4, 0.4),
+            _ => ColliderBuilder::cone(0.5, 0.45),
+        };
+        scene.add(body.rotation(turn), collider);
+    }
+    scene
+}
+
+#[test]
+fn a_heap_of_mixed_shapes_comes_to_rest() {
+    let energies = |way| {
+        let end = run(heap(60), way, 12.0);
+        let bodies = end.scene.bodies.iter().map(|body| &end.scene.world.bodies[*body]);
+        let moving = bodies.map(|body| to_f64(body.kinetic_energy())).sum::<f64>();
+        let low = end.scene.places().iter().map(|place| place.y).fold(9.0, Real::min);
+        println!("{way:?}: {moving} left, overlap {}, asleep {:?}", end.overlap, end.asleep_at);
+        assert!(low > 0.2, "{way:?}: one is through the floor: {low}");
+        assert!(end.gained <= 1e-3, "{way:?}: {}", end.gained);
+        (moving, end.overlap)
+    };
+    let theirs = energies(Way::Rapier);
+    for way in FIELDS {
+        let (moving, overlap) = energies(way);
+        // One body that rolls keeps a heap awake in either way.
+        assert!(moving < 0.05 + theirs.0, "{way:?}: {moving}");
+        assert!(overlap < 0.02 + theirs.1, "{way:?}: {overlap}");
+    }
+}
+
+#[test]
+fn a_box_stays_on_a_slope_by_the_friction_of_the_law() {
+    for degrees in [0.0_f64, 10.0, 20.0, 25.0] {
+        let place = |way, friction| {
+            let stuff = Stuff { restitution: 0.0, friction };
+            let mut scene = Scene::new(stuff, 60);
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            scene.world.gravity = Vector::new(from_f64(9.81 * sine), from_f64(-9.81 * cosine), 0.0);
+            scene.floor();
+            let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.5);
+            scene.add(body.can_sleep(false), ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+            // The colliders' own friction is not the law's.
+            if way != Way::Rapier {
+                for (_, collider) in scene.world.colliders.iter_mut() {
+                    collider.set_friction(0.0);
+                }
+            }
+            let end = run(scene, way, 10.0);
+            to_f64((end.scene.places()[0] - end.start[0]).length())
+        };
+        let theirs = place(Way::Rapier, 0.5);
+        for way in FIELDS {
+            let ours = place(way, 0.5);
+            assert!(ours <= theirs + 1e-4, "{degrees}, {way:?}: {ours} for {theirs}");
+            if degrees > 0.0 {
+                assert!(place(way, 0.0) > 10.0, "nothing holds it");
+            }
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Contacts of fields among what users do of their own.
+
+use super::*;
+use rapier3d_fields::rapier::prelude::{
+    ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks, SolverFlags,
+};
+
+fn falling() -> Scene {
+    let stuff = Stuff {
+        restitution: 0.5,
+        friction: 0.5,
+    };
+    let mut scene = Scene::new(stuff, 60);
+    scene.floor();
+    let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 1.5);
+    scene.add(body, ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+    scene
+}
+
+/// Takes all contacts away.
+struct Nothing;
+
+impl PhysicsHooks for Nothing {
+    fn filter_contact_pair(&self, _: &PairFilterContext<'_>) -> Option<SolverFlags> {
+        None
+    }
+
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext<'_>) {
+        if let Some(manifold) = context.rigid_mut() {
+            manifold.solver_contacts.clear();
+        }
+    }
+}
+
+#[test]
+fn a_contact_that_the_users_hooks_take_away_is_nobodys() {
+    for way in FIELDS {
+        for bits in [ActiveHooks::FILTER_CONTACT_PAIRS, ActiveHooks::MODIFY_SOLVER_CONTACTS] {
+            for asked in [false, true] {
+                let mut scene = falling();
+                let collider = scene.world.bodies[scene.bodies[0]].colliders()[0];
+                if asked {
+                    scene.world.colliders[collider].set_active_hooks(bits);
+                }
+                let mut fields = scene.fields(way, None);
+                for _ in 0..180 {
+                    let outcome = fields.step_with(&mut scene.world, &Nothing, &());
+                    outcome.expect("a step");
+                }
+                let through = scene.places()[0].y < -1.0;
+                assert_eq!(through, asked, "{way:?}, {bits:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn fields_that_go_give_contacts_back() {
+    for way in FIELDS {
+        for groups_are_kept in [false, true] {
+            let mut scene = falling();
+            let collider = scene.world.bodies[scene.bodies[0]].colliders()[0];
+            let own = ActiveHooks::FILTER_INTERSECTION_PAIR;
+            scene.world.colliders[collider].set_active_hooks(own);
+            let mut fields = scene.fields(way, None);
+            // In the middle of a rebound, so that contacts were lifted last.
+            for _ in 0..28 {
+                fields.step(&mut scene.world).expect("a step");
+            }
+            if groups_are_kept {
+                drop(fields);
+                (0..300).for_each(|_| scene.world.step());
+            } else {
+                let nothing = Field::uniform(Vector::ZERO);
+                fields.set_tree(nothing).expect("a valid tree");
+                for _ in 0..300 {
+                    fields.step(&mut scene.world).expect("a step");
+                }
+                let hooks = scene.world.colliders[collider].active_hooks();
+                assert_eq!(hooks, own, "the user's bits are back");
+            }
+            let height = to_f64(scene.places()[0].y);
+            assert_close(height, 0.5, 0.01, "it rests by Rapier's solver");
+        }
+    }
+}
+
+#[test]
+fn what_stands_on_a_moving_platform_stays_there() {
+    let slip = |way| {
+        let stuff = Stuff {
+            restitution: 0.0,
+            friction: 0.7,
+        };
+        let mut scene = Scene::new(stuff, 60);
+        let platform = RigidBodyBuilder::kinematic_position_based();
+        let slab = stuff.of(ColliderBuilder::cuboid(3.0, 0.25, 3.0));
+        let (platform, _) = scene.world.insert(platform, slab);
+        let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.75);
+        scene.add(body, ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+        let mut fields = scene.fields(way, None);
+        for number in 1..=600 {
+            let time = f64::from(number) / 60.0;
+            let place = Vector::new(from_f64(time.sin()), from_f64(0.2 * (1.3 * time).sin()), 0.0);
+            scene.world.bodies[platform].set_next_kinematic_translation(place);
+            fields.step(&mut scene.world).expect("a step");
+        }
+        let under = scene.world.bodies[platform].translation();
+        let off = scene.places()[0] - under - Vector::Y * 0.75;
+        to_f64(off.length())
+    };
+    let theirs = slip(Way::Rapier);
+    for way in FIELDS {
+        let ours = slip(way);
+        assert!(ours < 1.1 * theirs + 1e-3, "{way:?}: {ours} for {theirs}");
+    }
+}
+
+#[test]
+fn skins_count() {
+    for way in FIELDS {
+        let mut scene = falling();
+        for (_, collider) in scene.world.colliders.iter_mut() {
+            collider.set_contact_skin(0.05);
+        }
+        let end = run(scene, way, 10.0);
+        let height = to_f64(end.scene.places()[0].y);
+        assert_close(height, 0.6, 0.01, "it rests on two skins");
+        assert!(end.asleep_at.is_some(), "{way:?}");
+    }
+}
+
+#[test]
+fn all_routes_rest_alike() {
+    let heights: Vec<Vector> = (0..3)
+        .map(|route| {
+            let mut scene = falling();
+            let mut fields = scene.fields(Way::Swept, None);
+            for _ in 0..120 {
+                let world = &mut scene.world;
+                let outcome = match route {
+                    0 => fields.step(world),
+                    1 => fields.step_with(world, &(), &()),
+                    _ => {
+                        let open = fields.begin(WorldMut::from(&mut *world)).expect("a start");
+                        world.step_with_events(&open.hooks(&()), &());
+                        fields.finish(open, WorldMut::from(&mut *world))
+                    }
+                };
+                outcome.expect("a step");
+            }
+            scene.places()[0]
+        })
+        .collect();
+    assert!(heights.iter().all(|height| *height == heights[0]), "{heights:?}");
+}
