@@ -12,6 +12,11 @@ const MAX_ITERATIONS: usize = 128;
 /// Samples of the time that is left when patience is at an end.
 const SAMPLES: f64 = 4096.0;
 
+/// The same of gaps that are dear to look at. What overlaps and parts is looked at as often, for
+/// when it closes again.
+const DEAR_ITERATIONS: usize = 32;
+const DEAR_SAMPLES: f64 = 64.0;
+
 /// A look at a gap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GapBound {
@@ -92,7 +97,7 @@ fn bracketed(mut positive: f64, mut negative: f64, value: impl Fn(f64) -> f64) -
 }
 
 /// As [`first_touch`], for a gap of which only the value is known, and how fast it can close.
-/// Advances by gap / speed until the gap is at most `tolerance`, and then by half of that.
+/// Advances by gap / speed until the gap is at most `tolerance`.
 pub(super) fn first_touch_of_distance(
     [from, to]: [f64; 2],
     tolerance: f64,
@@ -102,14 +107,15 @@ pub(super) fn first_touch_of_distance(
     if speed <= 0.0 {
         return None;
     }
-    let floor = (to - from) / SAMPLES;
+    let floor = (to - from) / DEAR_SAMPLES;
     let (mut time, mut last, mut looks) = (from, None, 0);
     while time <= to {
         // None is farther than can be reached.
         let seen = gap(time)?;
         if seen <= tolerance {
             let before: f64 = last.unwrap_or(time);
-            let closing = last.is_some() || gap((time + floor).min(to)).is_none_or(|g| g < seen);
+            let soon = (time + (to - from) / SAMPLES).min(to);
+            let closing = last.is_some() || gap(soon).is_none_or(|g| g < seen);
             if closing {
                 return Some(if seen < 0.0 {
                     bracketed(before, time, |t| gap(t).unwrap_or(f64::INFINITY))
@@ -122,7 +128,7 @@ pub(super) fn first_touch_of_distance(
         }
         looks += 1;
         let step = seen.max(tolerance * 0.5) / speed;
-        let patient = looks <= MAX_ITERATIONS && seen > tolerance;
+        let patient = looks <= DEAR_ITERATIONS && seen > tolerance;
         time += if patient { step } else { step.max(floor) };
     }
     None

@@ -135,7 +135,8 @@ impl Discrete {
         if !collider.is_enabled() || collider.is_sensor() {
             return;
         }
-        let skin = collider.contact_skin();
+        // Parry panics at what is negative.
+        let skin = collider.contact_skin().max(0.0);
         if let Some(ball) = collider.shape().as_ball() {
             let placed = PlacedBall {
                 centre: pose.translation,

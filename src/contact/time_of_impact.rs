@@ -206,6 +206,9 @@ fn contact(
 ) -> Option<Contact> {
     let relative = relative_pose(a, b, time, back);
     let near = from_f64(near);
+    if !(near >= 0.0 && near.is_finite()) {
+        return None;
+    }
     let shapes = [a, b].map(|part| part.member.shape.parry());
     let [first, second] = [&shapes[0], &shapes[1]].map(|shape| &*shape.0);
     query::contact(&Pose::IDENTITY, first, &relative, second, near).unwrap_or_else(|_| {
@@ -253,7 +256,7 @@ pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<Co
     let shapes = forms.map(Form::parry);
     let relative = relative_pose(a, b, time, DVec3::ZERO);
     let (origin, rotation) = (a.place(time), a.pose(time).rotation * own_rotation(forms[0]));
-    let margin = from_f64(flat - depth);
+    let margin = from_f64((flat - depth).max(0.0));
     let all = manifold_points([&shapes[0], &shapes[1]], &relative, margin);
     let all = all.iter().filter_map(|point| {
         let point = point.placed(&relative);

@@ -127,9 +127,9 @@ struct End {
     start: Vec<Vector>,
     /// The step since which all have slept.
     asleep_at: Option<usize>,
-    /// The largest overlap in the last half.
+    /// The largest overlap at the end of a step, in the last half.
     overlap: f64,
-    /// The most energy ever, less that of the start.
+    /// The most energy gained ever, as a share of that of the start.
     gained: f64,
 }
 
@@ -160,7 +160,7 @@ fn run(mut scene: Scene, way: Way, seconds: f64) -> End {
         if number > steps / 2 {
             overlap = overlap.max(scene.overlap());
         }
-        gained = gained.max(scene.energy() - energy);
+        gained = gained.max(scene.energy() / energy - 1.0);
     }
     assert!(fields.warnings().is_empty(), "{:?}", fields.warnings());
     End {

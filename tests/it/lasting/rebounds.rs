@@ -24,7 +24,7 @@ fn rebounds(way: Way, restitution: f64, hertz: u32, field: bool, seconds: usize)
         fields.step(&mut scene.world).expect("a step");
         let height = to_f64(scene.places()[0].y) - 0.5;
         let [before, last] = known;
-        if before <= last && last > height && last > 1e-3 {
+        if before < last && last > height && last > 1e-3 {
             // Between steps it was higher: by the parabola through three of them.
             let slope = (height - before) / (2.0 * dt);
             apexes.push(last + slope * slope / (2.0 * 9.81));

@@ -35,12 +35,15 @@ fn pyramid(hertz: u32) -> Scene {
 
 /// A heavy box or ball on a light one. Balls would roll off, so they may not turn.
 fn heavy(boxes: bool, hertz: u32) -> Scene {
-    let mut scene = stack(2, boxes, hertz);
-    let top = scene.bodies[1];
-    let collider = scene.world.bodies[top].colliders()[0];
-    scene.world.colliders[collider].set_density(100.0);
-    for body in &scene.bodies {
-        scene.world.bodies[*body].lock_rotations(!boxes, true);
+    let mut scene = Scene::new(STUFF, hertz);
+    scene.floor();
+    for (number, density) in [1.0, 100.0].into_iter().enumerate() {
+        let body = RigidBodyBuilder::dynamic().translation(Vector::Y * (number as Real + 0.5));
+        let (body, collider) = match boxes {
+            true => (body, ColliderBuilder::cuboid(0.5, 0.5, 0.5)),
+            false => (body.lock_rotations(), ColliderBuilder::ball(0.5)),
+        };
+        scene.add(body, collider.density(density));
     }
     scene
 }
@@ -52,16 +55,15 @@ fn compare(name: &str, scene: impl Fn() -> Scene, hertz: u32) {
     for way in FIELDS {
         let ours = run(scene(), way, 20.0);
         let what = format!("{name}, {hertz} Hz, {way:?}: {ours:?} beside {theirs:?}");
-        // Rapier recycles no contact that has a hook, and rests a little otherwise for it.
-        assert!(ours.overlap <= 1.2 * theirs.overlap + 1e-3, "{what}");
-        assert!(ours.gained <= 1e-3, "{what}");
+        assert!(ours.gained <= 1e-4, "{what}");
         let at = ours.asleep_at.unwrap_or_else(|| panic!("awake: {what}"));
         let later = (theirs_at * 3 / 10).max(hertz as usize / 6);
         assert!(at <= theirs_at + later, "{what}");
         for (ours, theirs) in ours.scene.places().iter().zip(theirs.scene.places()) {
-            assert!((*ours - theirs).length() < 0.02, "{what}");
+            // Rapier recycles no contact that has a hook, so what leans may lean otherwise.
+            let off = *ours - theirs;
+            assert!(off.y.abs() < 0.002 && off.length() < 0.01, "{what}");
         }
-        assert_eq!(ours.start.len(), theirs.start.len());
     }
 }
 
@@ -133,7 +135,7 @@ fn a_heap_of_mixed_shapes_comes_to_rest() {
         let low = end.scene.places().iter().map(|place| place.y).fold(9.0, Real::min);
         println!("{way:?}: {moving} left, overlap {}, asleep {:?}", end.overlap, end.asleep_at);
         assert!(low > 0.2, "{way:?}: one is through the floor: {low}");
-        assert!(end.gained <= 1e-3, "{way:?}: {}", end.gained);
+        assert!(end.gained <= 1e-4, "{way:?}: {}", end.gained);
         (moving, end.overlap)
     };
     let theirs = energies(Way::Rapier);
