@@ -128,20 +128,15 @@ fn bounce(mode: Mode, hz: u32, e: Real, field_gravity: bool) {
 }
 
 fn main() {
-    let _ = rapier::math::Vector::ZERO;
-    let only = std::env::args().nth(1).unwrap_or_default();
-    let modes = [Mode::Rapier, Mode::Discrete, Mode::Swept, Mode::Both];
-    let go = |n: &str| only.is_empty() || n.contains(&only);
-    for mode in modes { for e in [0.0, 0.5, 1.0] {
-        if go("ball") { run("ball rest", 60, 20.0, mode, e, 0.5, &stack(1, false, 0.0)); }
-    } }
-    for mode in modes { for n in [3, 10] { for b in [false, true] {
-        if go("stack") { run(&format!("stack {n} {b}"), 60, 20.0, mode, 0.5, 0.5, &stack(n, b, 0.0)); }
-    } } }
-    for mode in modes { if go("pyramid") { run("pyramid", 60, 20.0, mode, 0.5, 0.5, &pyramid); }
-     if go("slope") { run("slope 20", 60, 20.0, mode, 0.5, 0.5, &slope(20.0)); }
-     if go("drop") { run("drop 5 boxes", 60, 20.0, mode, 0.5, 0.5, &stack(5, true, 0.05)); }
-     if go("heap") { run("heap", 60, 30.0, mode, 0.3, 0.5, &heap);
-     run("heap240", 240, 30.0, mode, 0.3, 0.5, &heap); } }
-    if go("bounce") { for hz in [60, 240] { for e in [1.0, 0.9, 0.5] { for mode in modes { for fg in [false, true] { bounce(mode, hz, e, fg); } } } } }
+    let mut w = PhysicsWorld::new();
+    w.gravity = Vector::new(0.0, -9.81, 0.0);
+    w.integration_parameters.dt = 1.0 / 60.0;
+    w.insert(RigidBodyBuilder::fixed(), ColliderBuilder::new(SharedShape::halfspace(Vector::Y)).restitution(0.0).friction(0.0));
+    let b = w.insert(RigidBodyBuilder::dynamic().translation(Vector::new(0.3, 0.8, 0.2)), ColliderBuilder::cuboid(0.4, 0.3, 0.5).restitution(0.0).friction(0.0)).0;
+    let mut fl = fields(&w, Mode::Swept, 0.0, 0.0, None);
+    for s in 0..60 {
+        fl.step(&mut w).unwrap();
+        let bb = &w.bodies[b];
+        println!("{s} y {} v {} w {:?} {:?}", bb.translation().y, bb.linvel().y, bb.angvel(), fl.contacts().iter().map(|c| (c.depth, c.approach_speed, c.time_of_impact, c.impulses[1])).collect::<Vec<_>>());
+    }
 }

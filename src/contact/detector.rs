@@ -7,7 +7,7 @@ use super::discrete::{Discrete, Found, approach_speed};
 use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
 use super::hooks::Verdicts;
-use super::rules::Pairs;
+use super::rules::{Pairs, in_order};
 use super::modes::Detection;
 use super::respond;
 use super::starts::Starts;
@@ -15,7 +15,7 @@ use super::sweep::{Scene, Sweep};
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::field::{ContactLaw, Frames};
-use crate::math::{Real, Vector, to_f64};
+use crate::math::{ColliderHandle, Real, Vector, to_f64};
 use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
@@ -129,27 +129,34 @@ impl Detector {
         if masked {
             self.masks.refresh(compiled, world, samples);
             let (touch, masks) = (&self.touch, &mut self.masks);
-            found.contacts.retain(|(contact, _)| {
-                let [first, second] = contact.colliders;
-                [(first, second), (second, first)]
-                    .into_iter()
-                    .any(|(owner, other)| {
-                        let detectors = touch.detectors_of(owner).iter();
-                        detectors.copied().any(|d| {
-                            masks.lets_through(
-                                compiled,
-                                &compiled.detectors[d as usize],
-                                other,
-                                moment,
-                            )
-                        })
-                    })
-            });
+            let fields = (touch, compiled);
+            found
+                .contacts
+                .retain(|(contact, _)| masks.let_touch(fields, contact.colliders, moment));
         }
         found.contacts.sort_unstable_by_key(|(contact, _)| contact.key());
         self.contacts.clear();
         self.contacts
             .extend(found.contacts.iter().map(|(contact, _)| *contact));
+    }
+
+    /// Of pairs that Rapier holds near each other those on which no detection field acts where they
+    /// are: cut out, replaced, or outside its region. They are Rapier's.
+    pub(crate) fn released(
+        &mut self,
+        compiled: &Compiled,
+        world: &(impl Lookup + Frames),
+        pairs: impl Iterator<Item = [ColliderHandle; 2]>,
+        moment: Moment,
+        samples: impl FnOnce(&mut Samples),
+    ) -> Pairs {
+        if compiled.detectors.iter().all(|it| it.mask.is_none()) {
+            return Pairs::new();
+        }
+        self.masks.refresh(compiled, world, samples);
+        let fields = (&self.touch, compiled);
+        let pairs = pairs.filter(|pair| !self.masks.let_touch(fields, *pair, moment));
+        pairs.map(in_order).collect()
     }
 
     /// Answers the contacts by their laws; says how bodies go on.

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::discrete::Discrete;
 use crate::compile::{Compiled, Detector};
 use crate::eval::Interpreter;
 use crate::field::{Frame, Frames, Motion};
@@ -35,10 +36,24 @@ impl FieldMasks {
             .extend(compiled.anchors.iter().map(|anchor| frames.frame(anchor)));
     }
 
+    /// Whether a detection field of one of two colliders acts on the other.
+    pub(super) fn let_touch(
+        &mut self,
+        (touch, compiled): (&Discrete, &Compiled),
+        [first, second]: [ColliderHandle; 2],
+        moment: Moment,
+    ) -> bool {
+        [(first, second), (second, first)].into_iter().any(|(owner, other)| {
+            let numbers = touch.detectors_of(owner).iter();
+            let mut detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
+            detectors.any(|detector| self.lets_through(compiled, detector, other, moment))
+        })
+    }
+
     /// Whether a detection field is still there, where `other` is sampled, after its operators:
     /// not replaced, cut out or outside its region. What is no sample (a fixed or kinematic
     /// collider) is judged from the other side only.
-    pub(super) fn lets_through(
+    fn lets_through(
         &mut self,
         compiled: &Compiled,
         detector: &Detector,

@@ -195,6 +195,8 @@ pub struct StepHooks<'a> {
     pub(crate) claims: &'a Claims,
     pub(crate) listening: &'a Listening,
     pub(crate) starts: &'a Starts,
+    /// Pairs on which no detection field acts where they are.
+    pub(crate) released: &'a Pairs,
     pub(crate) heard: &'a Heard,
     pub(crate) user: &'a dyn PhysicsHooks,
 }
@@ -215,6 +217,12 @@ impl StepHooks<'_> {
             let own = self.listening.own(collider).or_else(|| has(collider));
             own.is_some_and(|own| own.contains(bits))
         })
+    }
+
+    /// The law by which fields answer a pair in this step.
+    fn law(&self, pair: [ColliderHandle; 2]) -> Option<ContactLaw> {
+        let released = || self.released.contains(&in_order(pair));
+        self.claims.law(pair).filter(|_| !released())
     }
 
     /// Leaves the contacts of a manifold to Rapier if they last, else lifts them off.
@@ -274,7 +282,7 @@ pub(super) fn velocity_at(body: &RigidBody, point: Vector, dt: Real) -> Vector {
 impl PhysicsHooks for StepHooks<'_> {
     fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
         let pair = [context.collider1, context.collider2];
-        let claimed = self.claims.law(pair).is_some();
+        let claimed = self.law(pair).is_some();
         let bits = ActiveHooks::FILTER_CONTACT_PAIRS;
         let flags = if self.is_users(pair, bits, context.colliders) {
             self.user.filter_contact_pair(context)
@@ -311,10 +319,12 @@ impl PhysicsHooks for StepHooks<'_> {
         if self.is_users(pair, bits, context.colliders) {
             self.user.modify_solver_contacts(context);
         }
-        let Some(law) = self.claims.law(pair) else {
+        if self.claims.law(pair).is_some() {
+            self.heard.asked.store(true, Ordering::Relaxed);
+        }
+        let Some(law) = self.law(pair) else {
             return;
         };
-        self.heard.asked.store(true, Ordering::Relaxed);
         if found > 0 && count(context) == 0 {
             Heard::note(&self.heard.vetoed, pair);
         }

@@ -30,5 +30,5 @@ pub use modes::{Detection, Responder};
 pub(crate) use detector::Detector;
 pub(crate) use event::report;
 pub(crate) use hooks::{Claims, Heard, Listening, Verdicts, is_to_ask};
-pub(crate) use rules::Rules;
+pub(crate) use rules::{Pairs, Rules};
 pub(crate) use starts::Starts;

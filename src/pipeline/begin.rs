@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
-use crate::contact::{Heard, is_to_ask};
+use crate::contact::{Heard, Pairs, is_to_ask};
 use crate::diagnose::{blame, missing_anchor};
 use crate::field::{Anchor, FieldSet, Frames};
 use crate::integrate::{StepWarning, TurnAfter, find, warn_of_caps};
@@ -57,6 +57,7 @@ impl FieldPipeline {
         }
         self.note_kicks(fields, &world);
         self.listen(fields, state, &mut world);
+        let released = self.release(state, &world);
         let to_ask = is_to_ask(&self.claims, world.narrow_phase, &world.view());
         let open = state
             .open
@@ -76,6 +77,7 @@ impl FieldPipeline {
             claims: self.claims.clone(),
             listening: state.listening.clone(),
             starts: self.detector.starts.clone(),
+            released,
             to_ask,
             heard: Heard::default(),
         })
@@ -406,6 +408,18 @@ impl FieldPipeline {
         let whole = fields.settings.scheme.kicks_once();
         let halved = |body| !whole && find(&motions.settled, body).is_none();
         Arc::make_mut(&mut self.detector.starts).after(&world.view(), halved, momenta);
+    }
+
+    /// The pairs that are Rapier's, since no detection field acts where they are.
+    fn release(&mut self, state: &FieldState, world: &WorldMut<'_>) -> Pairs {
+        let (view, claims, properties) = (world.view(), &self.claims, &self.properties);
+        let pairs = world.narrow_phase.contact_pairs();
+        let pairs = pairs.map(|pair| [pair.collider1, pair.collider2]);
+        let claimed = pairs.filter(|pair| claims.law(*pair).is_some());
+        let moment = moment(state.time, world.integration_parameters.dt);
+        let sites = |samples: &mut _| Self::sites(properties, &view, samples);
+        self.detector
+            .released(&self.compiled, &view, claimed, moment, sites)
     }
 
     /// Gives the colliders whose contacts are claimed or checked the bits without which Rapier asks

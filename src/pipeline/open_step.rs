@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::bridge::Rollback;
-use crate::contact::{Claims, Heard, Listening, Starts, StepHooks};
+use crate::contact::{Claims, Heard, Listening, Pairs, Starts, StepHooks};
 use crate::cross_check::Sighting;
 use crate::integrate::Motions;
 use crate::math::Real;
@@ -38,6 +38,8 @@ pub struct OpenStep {
     pub(super) claims: Arc<Claims>,
     pub(super) listening: Arc<Listening>,
     pub(super) starts: Arc<Starts>,
+    /// Pairs on which no detection field acts where they are.
+    pub(super) released: Pairs,
     /// Whether Rapier is to ask about claimed contacts.
     pub(super) to_ask: bool,
     pub(super) heard: Heard,
@@ -51,6 +53,7 @@ impl OpenStep {
             claims: &self.claims,
             listening: &self.listening,
             starts: &self.starts,
+            released: &self.released,
             heard: &self.heard,
             user,
         }

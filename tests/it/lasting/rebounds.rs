@@ -19,16 +19,17 @@ fn rebounds(way: Way, restitution: f64, hertz: u32, field: bool, seconds: usize)
     });
     let mut fields = scene.fields(way, gravity);
     let dt = to_f64(scene.world.integration_parameters.dt);
-    let (mut apexes, mut known) = (Vec::new(), [2.0; 2]);
+    let (mut apexes, mut known, mut rising) = (Vec::new(), [2.0; 2], false);
     for _ in 0..seconds * hertz as usize {
         fields.step(&mut scene.world).expect("a step");
         let height = to_f64(scene.places()[0].y) - 0.5;
         let [before, last] = known;
-        if before < last && last > height && last > 1e-3 {
+        if rising && last > height && last > 1e-3 {
             // Between steps it was higher: by the parabola through three of them.
             let slope = (height - before) / (2.0 * dt);
             apexes.push(last + slope * slope / (2.0 * 9.81));
         }
+        rising = height > last || rising && height == last;
         known = [last, height];
     }
     apexes

@@ -60,7 +60,6 @@ fn compare(name: &str, scene: impl Fn() -> Scene, hertz: u32) {
         let later = (theirs_at * 3 / 10).max(hertz as usize / 6);
         assert!(at <= theirs_at + later, "{what}");
         for (ours, theirs) in ours.scene.places().iter().zip(theirs.scene.places()) {
-            // Rapier recycles no contact that has a hook, so what leans may lean otherwise.
             let off = *ours - theirs;
             assert!(off.y.abs() < 0.002 && off.length() < 0.01, "{what}");
         }
