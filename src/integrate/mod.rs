@@ -25,18 +25,14 @@ pub(crate) use kick::warn_of_caps;
 pub(crate) use motion::{FASTEST, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
 
 use crate::eval::{Evaluator, Lineariser};
-use crate::sample::Samples;
 
 /// Buffers of the stage.
 #[derive(Default)]
 pub(crate) struct Integrator {
     pub(crate) evaluator: Evaluator,
     lineariser: Lineariser,
-    /// Where bodies would be after a step.
-    scout: Evaluator,
-    scouted: Samples,
-    /// One per group of bodies of the multirate integrator.
-    multirate: Vec<multirate::Evaluators>,
+    scout: monitor::Scout,
+    multirate: multirate::Multirate,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
 }

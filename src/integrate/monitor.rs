@@ -6,9 +6,11 @@ use super::jacobian::{self, Jacobian};
 use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
+use crate::eval::Evaluator;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded};
+use crate::sample::Samples;
 
 /// From this (dt·ω)² on a scheme that does not choose warns; its limit is 4.
 const WARNING: Real = 1.0;
@@ -16,6 +18,24 @@ const WARNING: Real = 1.0;
 /// A body is looked into at this share of the (dt·ω)² that would change what is done with it:
 /// along its way it need not meet the stiffest direction.
 const CAUTION: f64 = 0.25;
+
+/// Where bodies would be after a step.
+#[derive(Default)]
+pub(super) struct Scout {
+    evaluator: Evaluator,
+    samples: Samples,
+    ways: Vec<Way>,
+    wrenches: Vec<Wrench>,
+}
+
+/// How a body would get there.
+#[derive(Default)]
+struct Way {
+    /// Of its velocities.
+    change: Vector6<f64>,
+    linvel: Vector,
+    angvel: Vector,
+}
 
 impl Evaluation {
     pub(super) fn treatment(&self, place: usize) -> Treatment {
@@ -46,13 +66,14 @@ impl Integrator {
             self.candidates.extend(0..evaluation.bodies.len());
             self.estimate_candidates(context, evaluation, stiff);
         } else if scheme.choice().is_some() && context.compiled.varies() {
-            let ahead = self.scout(context, evaluation);
+            let mut scout = std::mem::take(&mut self.scout);
+            self.send(&mut scout, context, evaluation);
             self.find_candidates(context, evaluation, stiff, |place| {
-                let (there, change) = &ahead[place];
-                let here = evaluation.wrenches[place];
-                let body = &context.bodies[place];
-                secant(body, here, *there, Some(change), context.dt).powi(2)
+                let (here, there) = (evaluation.wrenches[place], scout.wrenches[place]);
+                let change = Some(&scout.ways[place].change);
+                secant(&context.bodies[place], here, there, change, context.dt).powi(2)
             });
+            self.scout = scout;
             self.estimate_candidates(context, evaluation, stiff);
         }
         self.couple(context, evaluation);
@@ -133,48 +154,48 @@ impl Integrator {
         }
     }
 
-    /// The wrenches where bodies would be after a step, and the changes of velocity on the way.
-    fn scout(
+    /// Finds the wrenches where bodies would be after a step, and how they would get there.
+    fn send(
         &mut self,
+        scout: &mut Scout,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
-    ) -> Vec<(Wrench, Vector6<f64>)> {
+    ) {
         let dt = context.dt;
-        let samples = &mut self.scouted;
-        samples.clone_from(context.samples);
-        samples.solids.clear();
         self.motions.clear();
-        let mut changes = Vec::with_capacity(samples.bodies.len());
-        let mut ways: Vec<(Vector, Vector)> = Vec::with_capacity(samples.bodies.len());
+        scout.ways.clear();
         for (body, wrench) in context.bodies.iter().zip(&evaluation.wrenches) {
             if body.sleeping {
-                changes.push(Vector6::zeros());
-                ways.push((Vector::ZERO, Vector::ZERO));
+                scout.ways.push(Way::default());
                 continue;
             }
             let change = Mobility::of(body).apply(&of_wrench(*wrench)) * to_f64(dt);
             let (linear, angular) = rounded(&change);
             let (linvel, angvel) = (body.linvel + linear, body.angvel + angular);
-            ways.push((linvel, angvel));
-            changes.push(change);
+            scout.ways.push(Way {
+                change,
+                linvel,
+                angvel,
+            });
             let motion = PredictedMotion::CoastsAt { linvel, angvel };
             self.motions.assign(body.handle, motion);
         }
+        let samples = &mut scout.samples;
+        samples.clone_from(context.samples);
+        samples.solids.clear();
         for sample in &mut samples.list {
-            let (linvel, angvel) = ways[sample.body as usize];
-            let turned = sample.arm + angvel.cross(sample.arm) * dt;
-            sample.world_point += linvel * dt + turned - sample.arm;
+            let way = &scout.ways[sample.body as usize];
+            let turned = sample.arm + way.angvel.cross(sample.arm) * dt;
+            sample.world_point += way.linvel * dt + turned - sample.arm;
             sample.arm = turned;
         }
-        for (centre, (linvel, _)) in samples.centres.iter_mut().zip(&ways) {
-            centre.world_point += *linvel * dt;
+        for (centre, way) in samples.centres.iter_mut().zip(&scout.ways) {
+            centre.world_point += way.linvel * dt;
         }
         let frames = self.motions.frames(context, &[], to_f64(dt));
         let (compiled, moment) = (context.compiled, context.moment());
-        let mut wrenches = Vec::new();
-        self.scout
-            .wrenches(compiled, &frames, samples, moment, &mut wrenches);
-        wrenches.into_iter().zip(changes).collect()
+        let evaluator = &mut scout.evaluator;
+        evaluator.wrenches(compiled, &frames, samples, moment, &mut scout.wrenches);
     }
 
     /// Takes note of the bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the
