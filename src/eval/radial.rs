@@ -104,38 +104,6 @@ fn weigh(batch: &RadialBatch, scene: &Scene<'_, impl Frames>, weights: &mut Vec<
     weights.extend(samples.list.iter().map(weight));
 }
 
-/// The two ways by themselves: whatever the batch, they differ in rounding only.
-macro_rules! by_itself {
-    ($way:ty) => {
-        impl BatchEvaluator<RadialBatch> for $way {
-            fn add(
-                &mut self,
-                (number, batch): (u32, &RadialBatch),
-                scene: &Scene<'_, impl Frames>,
-                frames: &mut FrameCache,
-                sums: &mut Sums<'_>,
-            ) {
-                let mut weights = Vec::new();
-                weigh(batch, scene, &mut weights);
-                let task = Task {
-                    number,
-                    batch,
-                    samples: scene.samples,
-                    weights: &weights,
-                    quantity: Quantity::Force,
-                };
-                let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
-                if batch.prototype.is_on(scene.moment.time) {
-                    self.run(&task, frame, sums.forces);
-                }
-            }
-        }
-    };
-}
-
-by_itself!(OneWayRadials);
-by_itself!(PairwiseRadials);
-
 impl OneWayRadials {
     fn run(
         &mut self,
@@ -323,4 +291,41 @@ impl Accumulator {
         let [x, y, z] = self.sum.map(Lanes::reduce_add);
         Vector::new(x, y, z)
     }
+}
+
+#[cfg(test)]
+mod by_themselves {
+    use super::*;
+
+    /// The two ways by themselves: whatever the batch, they differ in rounding only.
+    macro_rules! by_itself {
+        ($way:ty) => {
+            impl BatchEvaluator<RadialBatch> for $way {
+                fn add(
+                    &mut self,
+                    (number, batch): (u32, &RadialBatch),
+                    scene: &Scene<'_, impl Frames>,
+                    frames: &mut FrameCache,
+                    sums: &mut Sums<'_>,
+                ) {
+                    let mut weights = Vec::new();
+                    weigh(batch, scene, &mut weights);
+                    let task = Task {
+                        number,
+                        batch,
+                        samples: scene.samples,
+                        weights: &weights,
+                        quantity: Quantity::Force,
+                    };
+                    let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
+                    if batch.prototype.is_on(scene.moment.time) {
+                        self.run(&task, frame, sums.forces);
+                    }
+                }
+            }
+        };
+    }
+
+    by_itself!(OneWayRadials);
+    by_itself!(PairwiseRadials);
 }

@@ -13,6 +13,7 @@ mod motion;
 mod multirate;
 mod predicted;
 mod scheme;
+mod scout;
 mod stiffness;
 
 pub use scheme::{Scheme, Substeps};
@@ -31,7 +32,7 @@ use crate::eval::{Evaluator, Lineariser};
 pub(crate) struct Integrator {
     pub(crate) evaluator: Evaluator,
     lineariser: Lineariser,
-    scout: monitor::Scout,
+    scout: scout::Scout,
     multirate: multirate::Multirate,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,

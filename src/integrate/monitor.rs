@@ -3,14 +3,11 @@
 use super::evaluation::{Evaluation, find};
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
-use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
-use crate::eval::Evaluator;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
-use crate::rigid::{Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded};
-use crate::sample::Samples;
+use crate::rigid::{Body, Lookup, Mobility, Wrench, pair, rounded};
 
 /// From this (dt·ω)² on a scheme that does not choose warns; its limit is 4.
 const WARNING: Real = 1.0;
@@ -18,24 +15,6 @@ const WARNING: Real = 1.0;
 /// A body is looked into at this share of the (dt·ω)² that would change what is done with it:
 /// along its way it need not meet the stiffest direction.
 const CAUTION: f64 = 0.25;
-
-/// Where bodies would be after a step.
-#[derive(Default)]
-pub(super) struct Scout {
-    evaluator: Evaluator,
-    samples: Samples,
-    ways: Vec<Way>,
-    wrenches: Vec<Wrench>,
-}
-
-/// How a body would get there.
-#[derive(Default)]
-struct Way {
-    /// Of its velocities.
-    change: Vector6<f64>,
-    linvel: Vector,
-    angvel: Vector,
-}
 
 impl Evaluation {
     pub(super) fn treatment(&self, place: usize) -> Treatment {
@@ -67,7 +46,7 @@ impl Integrator {
             self.estimate_candidates(context, evaluation, stiff);
         } else if scheme.choice().is_some() && context.compiled.varies() {
             let mut scout = std::mem::take(&mut self.scout);
-            self.send(&mut scout, context, evaluation);
+            scout.look(&mut self.motions, context, &evaluation.wrenches);
             self.find_candidates(context, evaluation, stiff, |place| {
                 let (here, there) = (evaluation.wrenches[place], scout.wrenches[place]);
                 let change = Some(&scout.ways[place].change);
@@ -152,50 +131,6 @@ impl Integrator {
                 largest_stable_dt: report.largest_stable_dt,
             });
         }
-    }
-
-    /// Finds the wrenches where bodies would be after a step, and how they would get there.
-    fn send(
-        &mut self,
-        scout: &mut Scout,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-    ) {
-        let dt = context.dt;
-        self.motions.clear();
-        scout.ways.clear();
-        for (body, wrench) in context.bodies.iter().zip(&evaluation.wrenches) {
-            if body.sleeping {
-                scout.ways.push(Way::default());
-                continue;
-            }
-            let change = Mobility::of(body).apply(&of_wrench(*wrench)) * to_f64(dt);
-            let (linear, angular) = rounded(&change);
-            let (linvel, angvel) = (body.linvel + linear, body.angvel + angular);
-            scout.ways.push(Way {
-                change,
-                linvel,
-                angvel,
-            });
-            let motion = PredictedMotion::CoastsAt { linvel, angvel };
-            self.motions.assign(body.handle, motion);
-        }
-        let samples = &mut scout.samples;
-        samples.clone_from(context.samples);
-        samples.solids.clear();
-        for sample in &mut samples.list {
-            let way = &scout.ways[sample.body as usize];
-            let turned = sample.arm + way.angvel.cross(sample.arm) * dt;
-            sample.world_point += way.linvel * dt + turned - sample.arm;
-            sample.arm = turned;
-        }
-        for (centre, way) in samples.centres.iter_mut().zip(&scout.ways) {
-            centre.world_point += way.linvel * dt;
-        }
-        let frames = self.motions.frames(context, &[], to_f64(dt));
-        let (compiled, moment) = (context.compiled, context.moment());
-        let evaluator = &mut scout.evaluator;
-        evaluator.wrenches(compiled, &frames, samples, moment, &mut scout.wrenches);
     }
 
     /// Takes note of the bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the
