@@ -134,6 +134,8 @@ struct Refiner {
     /// By body: the bounds, summed over terms.
     errors: Vec<Option<WrenchError>>,
     instances: Vec<u32>,
+    /// Those that a part is cut into first.
+    coarse: Vec<Cell>,
     cells: Heap,
 }
 
@@ -253,8 +255,9 @@ impl Refiner {
         let mut sum = Sum::default();
         for (number, solid) in solids.iter().enumerate() {
             let mut sampler = Sampler::new(field, solid, com, machine, instances);
-            for cell in solid.cells.about(FEWEST_CELLS) {
-                let sampled = sampler.sample(&cell, number);
+            solid.cells.cut(FEWEST_CELLS, &mut self.coarse);
+            for cell in &self.coarse {
+                let sampled = sampler.sample(cell, number);
                 sum.add(&sampled, 1.0);
                 found.keep(found.cells.len(), sampled);
             }

@@ -218,6 +218,19 @@ fn instances_of_a_composite() {
     assert_free(&tree, &all_balls);
 }
 
+/// So many unlike fields on bodies that they are found by a hierarchy, which is built anew now and
+/// then.
+#[test]
+fn unlike_fields_that_move() {
+    let (_, balls) = balls();
+    let spring = |(k, ball): (usize, (RigidBodyHandle, _))| {
+        let region = Region::ball(1.0 + k as Real * 0.01);
+        Field::spring(1e-4).within(region).at(ball.0)
+    };
+    let springs = balls.into_iter().take(40).enumerate().map(spring);
+    assert_free(&Tree::fold(Operator::SumUnion, springs), &all_balls);
+}
+
 /// Every ball acts on every other near it; the neighbours are listed anew now and then.
 #[test]
 fn a_gas_of_pairs() {
@@ -245,16 +258,26 @@ fn a_field_on_a_body_that_the_user_leads() {
     assert_free(&spring.at(world().1).into(), &|| world().0);
 }
 
-/// Cuboids that turn, sampled at points of their surfaces.
+/// Cuboids that turn.
+fn boxes() -> PhysicsWorld {
+    let (mut world, balls) = balls();
+    for (_, collider) in balls {
+        world.colliders[collider].set_shape(SharedShape::cuboid(0.05, 0.08, 0.1));
+    }
+    world
+}
+
+/// Sampled at points of their surfaces.
 #[test]
 fn boxes_in_wind() {
-    let world = || {
-        let (mut world, balls) = balls();
-        for (_, collider) in balls {
-            world.colliders[collider].set_shape(SharedShape::cuboid(0.05, 0.08, 0.1));
-        }
-        world
-    };
     let wind = Field::wind(Vector::X * 0.1, 1.0, 0.5);
-    assert_free(&wind.into(), &world);
+    assert_free(&wind.into(), &boxes);
+}
+
+/// Cut into cells where the border passes through them.
+#[test]
+fn boxes_on_a_border() {
+    let pull = Field::point_gravity(0.01).within(Region::ball(3.0));
+    let pull = pull.sampled(Sampling::Adaptive { tolerance: 0.1 });
+    assert_free(&pull.at(Vector::splat(0.75)).into(), &boxes);
 }
