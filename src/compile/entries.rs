@@ -92,10 +92,10 @@ impl Default for SourceLog {
 
 impl SourceLog {
     /// Notes that a term was changed that had sources there.
-    pub(super) fn note(&mut self, serial: Key, were: impl ExactSizeIterator<Item = Vector>) {
-        if self.changes.len() + were.len() >= LONGEST_LOG {
-            *self = SourceLog::default();
-            return;
+    pub(super) fn note(&mut self, serial: Key, were: impl Iterator<Item = Vector>) {
+        if self.changes.len() >= 2 * LONGEST_LOG {
+            self.first = self.changes[LONGEST_LOG].0;
+            self.changes.retain(|change| change.0 > self.first);
         }
         self.stamp = unique();
         let were = were.map(Some).chain([None]);
@@ -111,7 +111,8 @@ impl SourceLog {
     ) -> Option<impl Iterator<Item = (Key, Option<Vector>)> + Clone> {
         let last = self.changes.iter().rposition(|change| change.0 == stamp);
         let known = last.map(|last| last + 1);
-        let known = known.or((stamp == self.first).then_some(0))?;
+        let known = known.or((stamp == self.first).then_some(0));
+        let known = known.filter(|known| self.changes.len() - known <= LONGEST_LOG)?;
         Some(
             self.changes[known..]
                 .iter()
