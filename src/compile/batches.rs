@@ -1,5 +1,7 @@
 //! Sources and instances of many terms, in the order of the terms.
 
+use std::ops::Range;
+
 use super::entries::{RadialBatch, RadialSource};
 use super::instances::Instances;
 use super::ordered::{Key, Keyed, places_of};
@@ -12,10 +14,15 @@ impl Keyed for RadialBatch {
 }
 
 impl RadialBatch {
+    /// Where the sources of a term are.
+    pub(crate) fn places_of(&self, serial: Key) -> Range<usize> {
+        places_of(&self.serials, serial)
+    }
+
     /// Puts the sources of one term, which come as a batch, in place of those it had; returns
     /// these, which are still to be taken off the counts.
     pub(super) fn put(&mut self, serial: Key, term: Option<RadialBatch>) -> Vec<RadialSource> {
-        let places = places_of(&self.serials, serial);
+        let places = self.places_of(serial);
         let Some(term) = term else {
             self.serials.drain(places.clone());
             return self.sources.drain(places).collect();

@@ -1,7 +1,7 @@
 //! What terms become, apart from programs.
 
 use super::anchors::AnchorId;
-use super::ordered::Key;
+use super::ordered::{Key, unique};
 use crate::field::{ContactLaw, Coupling, Field, ForceMode, Radial, SamplingRule};
 use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
 
@@ -62,6 +62,63 @@ pub(crate) struct RadialBatch {
     pub on_colliders: usize,
     /// How many sources hang on a body or collider.
     pub moving: usize,
+    pub log: SourceLog,
+}
+
+/// The last changes of a batch, for those that keep its sources sorted.
+#[derive(Debug)]
+pub(crate) struct SourceLog {
+    /// That of the batch as it was before them.
+    first: u64,
+    /// Another after each change, and no other batch's.
+    pub stamp: u64,
+    /// The stamp after each, the term that was changed, and where one of its sources stood.
+    changes: Vec<(u64, Key, Option<Vector>)>,
+}
+
+/// Followers that are more changes behind begin anew.
+const LONGEST_LOG: usize = 64;
+
+impl Default for SourceLog {
+    fn default() -> Self {
+        let stamp = unique();
+        SourceLog {
+            first: stamp,
+            stamp,
+            changes: Vec::new(),
+        }
+    }
+}
+
+impl SourceLog {
+    /// Notes that a term was changed that had sources there.
+    pub(super) fn note(&mut self, serial: Key, were: impl Iterator<Item = Vector>) {
+        if self.changes.len() >= 2 * LONGEST_LOG {
+            self.first = self.changes[LONGEST_LOG].0;
+            self.changes.retain(|change| change.0 > self.first);
+        }
+        self.stamp = unique();
+        let were = were.map(Some).chain([None]);
+        let changes = were.map(|was| (self.stamp, serial, was));
+        self.changes.extend(changes);
+    }
+
+    /// The changes since a stamp: the term, and where its sources stood; `None` if all may be
+    /// others.
+    pub(crate) fn since(
+        &self,
+        stamp: u64,
+    ) -> Option<impl Iterator<Item = (Key, Option<Vector>)> + Clone> {
+        let last = self.changes.iter().rposition(|change| change.0 == stamp);
+        let known = last.map(|last| last + 1);
+        let known = known.or((stamp == self.first).then_some(0));
+        let known = known.filter(|known| self.changes.len() - known <= LONGEST_LOG)?;
+        Some(
+            self.changes[known..]
+                .iter()
+                .map(|change| (change.1, change.2)),
+        )
+    }
 }
 
 #[derive(Clone, Copy, Debug)]

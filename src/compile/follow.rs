@@ -1,7 +1,7 @@
 //! Following the changes of a set, term by term.
 
 use super::compiled::{Compiled, TermRecord};
-use super::entries::{ConstantField, Detector, RadialBatch};
+use super::entries::{ConstantField, Detector, RadialBatch, RadialSource};
 use super::facts::Facts;
 use super::lower::{Lowered, Lowering};
 use super::ordered::Key;
@@ -153,7 +153,11 @@ impl Compiled {
     fn put_sources(&mut self, serial: Key, number: u32, term: Option<RadialBatch>) {
         let anchors = &mut self.anchors;
         let emptied = self.radials.change(number, |batch| {
-            for source in batch.put(serial, term) {
+            let old = batch.put(serial, term);
+            let stood =
+                |source: &RadialSource| anchors[source.anchor as usize].local_pose().translation;
+            batch.log.note(serial, old.iter().map(stood));
+            for source in old {
                 batch.on_colliders -= usize::from(source.collider.is_some());
                 batch.moving -= usize::from(!anchors.stands_still(source.anchor));
                 anchors.release(source.anchor);

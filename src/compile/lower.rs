@@ -2,7 +2,7 @@
 
 use super::anchors::{Anchors, NO_ANCHOR};
 use super::entries::{
-    ConstantField, Detector, FieldMask, RadialBatch, RadialKey, RadialSource, Weighting,
+    ConstantField, Detector, FieldMask, RadialBatch, RadialKey, RadialSource, SourceLog, Weighting,
 };
 use super::facts::Facts;
 use super::program::Program;
@@ -165,6 +165,7 @@ impl Lowering<'_> {
                 serials: Vec::new(),
                 on_colliders: 0,
                 moving: 0,
+                log: SourceLog::default(),
             }
         });
         let collider = match anchor {

@@ -1,9 +1,16 @@
 //! Things under numbers that stay, in the order of the first term that is in them.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The serial of a term, by which everything is ordered.
 pub(crate) type Key = u64;
+
+/// A number that is given only once.
+pub(super) fn unique() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
 
 /// Where the entries of a term are.
 pub(super) fn places_of(serials: &[Key], serial: Key) -> Range<usize> {

@@ -1,8 +1,6 @@
 //! Which programs there are, for those that keep something for each.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
-use super::ordered::Key;
+use super::ordered::{Key, unique};
 use super::program::Program;
 
 /// Followers that are more changes behind than this begin anew.
@@ -30,12 +28,10 @@ pub(crate) struct Followed {
     changes: u64,
 }
 
-static NEXT: AtomicU64 = AtomicU64::new(1);
-
 impl Default for Roster {
     fn default() -> Self {
         Roster {
-            name: NEXT.fetch_add(1, Ordering::Relaxed),
+            name: unique(),
             unbounded: Vec::new(),
             moving: Vec::new(),
             forgotten: 0,

@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::frames::FrameCache;
 use super::instances::Reach;
-use super::interpreter::{Interpreter, RegionOverride, boundaries_within};
+use super::interpreter::{Interpreter, RegionOverride, SampleContext, boundaries_within};
 use super::programs::Programs;
 use super::quantity::WrenchError;
 use crate::compile::Program;
@@ -134,6 +134,8 @@ struct Refiner {
     /// By body: the bounds, summed over terms.
     errors: Vec<Option<WrenchError>>,
     instances: Vec<u32>,
+    /// Those that a part is cut into first.
+    coarse: Vec<Cell>,
     cells: Heap,
 }
 
@@ -253,8 +255,9 @@ impl Refiner {
         let mut sum = Sum::default();
         for (number, solid) in solids.iter().enumerate() {
             let mut sampler = Sampler::new(field, solid, com, machine, instances);
-            for cell in solid.cells.about(FEWEST_CELLS) {
-                let sampled = sampler.sample(&cell, number);
+            solid.cells.cut(FEWEST_CELLS, &mut self.coarse);
+            for cell in &self.coarse {
+                let sampled = sampler.sample(cell, number);
                 sum.add(&sampled, 1.0);
                 found.keep(found.cells.len(), sampled);
             }
@@ -329,21 +332,27 @@ impl<'a> Sampler<'a> {
         self.query.spread =
             turned * DMat3::from_diagonal(edges * edges / 12.0) * turned.transpose();
         let motion = Motion::of(&self.query);
-        let sample = (&self.query, &motion);
         let (mut total, mut error) = (DVec3::ZERO, 0.0);
         let spin = self.solid.angvel.length();
         for instance in self.instances {
-            let instance = *instance as usize;
+            let place = SampleContext {
+                program,
+                instance: *instance as usize,
+                frames,
+                query: &self.query,
+                motion: &motion,
+                overridden: RegionOverride::default(),
+            };
             let mut force = |overridden: RegionOverride| {
-                let outcome = self
-                    .machine
-                    .run_forced(program, instance, frames, sample, overridden);
+                let outcome = self.machine.run_at(&SampleContext {
+                    overridden,
+                    ..place
+                });
                 outcome.map_or(DVec3::ZERO, |outcome| real(&outcome.force))
             };
             let here = force(RegionOverride::default());
             total += here;
-            let bordering =
-                boundaries_within(program, instance, frames, sample, (cell.radius(), spin));
+            let bordering = boundaries_within(&place, (cell.radius(), spin));
             error += bordering.map_or(f64::INFINITY, |(which, nearest)| {
                 let change =
                     largest_change(which, here, |holds| force(RegionOverride { which, holds }));

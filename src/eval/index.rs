@@ -5,9 +5,8 @@ use super::instances::Reach;
 use crate::compile::{Compiled, Followed, Key};
 use crate::field::Frames;
 use crate::math::Vector;
-use crate::neighbors::hierarchy;
+use crate::neighbors::Hierarchy;
 use crate::rapier::parry::bounding_volume::Aabb;
-use crate::rapier::parry::partitioning::Bvh;
 
 /// Fewer programs than this are each asked for every sample.
 const FEWEST_FOR_INDEX: usize = 32;
@@ -20,7 +19,7 @@ pub(super) struct ProgramIndex {
     /// By number of a program.
     reaches: Vec<Reach>,
     /// Bounded programs, if there are many.
-    tree: Bvh,
+    tree: Hierarchy,
     /// By number: whether the tree holds it.
     in_tree: Vec<bool>,
     indexed: bool,
@@ -67,19 +66,15 @@ impl ProgramIndex {
     fn renew_all(&mut self, compiled: &Compiled, frames: &mut FrameCache, world: &impl Frames) {
         self.moved = 0;
         self.in_tree.fill(false);
-        let mut boxes = Vec::new();
         for (number, program) in compiled.programs.iter().filter(|(_, p)| p.has_force) {
             let reach = &mut self.reaches[number as usize];
             reach.refresh(compiled, frames, world, program);
-            if self.indexed
-                && program.reach.is_some()
-                && let Some(bounds) = reach.bounds()
-            {
-                boxes.push((number as usize, bounds));
-                self.in_tree[number as usize] = true;
-            }
+            let bounded = self.indexed && program.reach.is_some();
+            self.in_tree[number as usize] = bounded && reach.bounds().is_some();
         }
-        self.tree = hierarchy(boxes);
+        let boxes = self.reaches.iter().zip(&self.in_tree);
+        let boxes = boxes.map(|(reach, in_tree)| reach.bounds().filter(|_| *in_tree));
+        self.tree.build((0..).zip(boxes));
     }
 
     fn renew(

@@ -6,9 +6,8 @@ use super::frames::FrameCache;
 use crate::compile::{Compiled, IndexKind, Key, Program};
 use crate::field::Frames;
 use crate::math::{Real, Vector};
-use crate::neighbors::hierarchy;
+use crate::neighbors::Hierarchy;
 use crate::rapier::parry::bounding_volume::Aabb;
-use crate::rapier::parry::partitioning::Bvh;
 
 type Ball = Option<(Vector, Real)>;
 
@@ -20,7 +19,7 @@ pub(super) struct Reach {
     high: Vector,
     /// As they were built; empty once single terms were taken up.
     balls: Vec<Ball>,
-    bvh: Option<Bvh>,
+    bvh: Option<Hierarchy>,
     leaves: Leaves,
     found: Vec<u32>,
 }
@@ -102,6 +101,10 @@ impl Reach {
         program: &Program,
     ) -> bool {
         let mut same = self.balls.len() == program.instances.len();
+        if !same {
+            // Its leaves stand for others.
+            self.bvh = None;
+        }
         self.balls.resize(program.instances.len(), None);
         for (ball, centre) in self.balls.iter_mut().zip(&program.instances.centres) {
             let now = ball_at(program, frames.get(compiled, world, *centre));
@@ -118,17 +121,19 @@ impl Reach {
     fn build(&mut self, program: &Program) {
         let infinity = Vector::splat(Real::INFINITY);
         (self.low, self.high) = (infinity, -infinity);
-        let mut boxes = Vec::new();
-        for (instance, ball) in self.balls.iter().enumerate() {
-            if let Some(bounds) = bounds_of(ball) {
-                self.low = self.low.min(bounds.mins);
-                self.high = self.high.max(bounds.maxs);
-                boxes.push((instance, bounds));
-            }
+        let boxes = self.balls.iter().map(bounds_of);
+        for bounds in boxes.clone().flatten() {
+            self.low = self.low.min(bounds.mins);
+            self.high = self.high.max(bounds.maxs);
         }
         self.leaves = Leaves::default();
-        self.bvh = (program.index_kind() == IndexKind::Bvh).then(|| hierarchy(boxes));
-        if self.bvh.is_some() && program.instances.moving == 0 {
+        if program.index_kind() != IndexKind::Bvh {
+            self.bvh = None;
+            return;
+        }
+        let bvh = self.bvh.get_or_insert_default();
+        bvh.build((0..).zip(boxes));
+        if program.instances.moving == 0 {
             self.leaves = Leaves::of(&program.instances.serials);
         }
     }

@@ -68,13 +68,14 @@ impl Program {
 }
 
 /// One sample before one instance of a program.
-struct SampleContext<'a, T> {
-    program: &'a Program,
-    instance: usize,
-    frames: &'a [Option<Frame>],
-    query: &'a Query,
-    motion: &'a Motion<T>,
-    overridden: RegionOverride,
+#[derive(Clone, Copy)]
+pub(super) struct SampleContext<'a, T> {
+    pub program: &'a Program,
+    pub instance: usize,
+    pub frames: &'a [Option<Frame>],
+    pub query: &'a Query,
+    pub motion: &'a Motion<T>,
+    pub overridden: RegionOverride,
 }
 
 /// Leaves whose regions are taken to hold the sample, or not, whatever they say: bits by leaf.
@@ -94,46 +95,32 @@ impl<T: Number> Interpreter<T> {
         query: &Query,
         motion: &Motion<T>,
     ) -> Option<Outcome<T>> {
-        self.run_forced(
-            program,
-            instance,
-            frames,
-            (query, motion),
-            RegionOverride::default(),
-        )
-    }
-
-    /// Like [`Interpreter::run`], with some of the leaves' regions decided beforehand.
-    pub(super) fn run_forced(
-        &mut self,
-        program: &Program,
-        instance: usize,
-        frames: &[Option<Frame>],
-        (query, motion): (&Query, &Motion<T>),
-        overridden: RegionOverride,
-    ) -> Option<Outcome<T>> {
-        let place = SampleContext {
+        self.run_at(&SampleContext {
             program,
             instance,
             frames,
             query,
             motion,
-            overridden,
-        };
+            overridden: RegionOverride::default(),
+        })
+    }
+
+    /// Like [`Interpreter::run`], with some of the leaves' regions decided beforehand.
+    pub(super) fn run_at(&mut self, place: &SampleContext<'_, T>) -> Option<Outcome<T>> {
         let open = Neighbourhood::open();
-        let outcome = self.walk(&place, &open);
+        let outcome = self.walk(place, &open);
         if !open.met_a_surface() {
             return outcome;
         }
         // The sample lies on a surface: find the pieces around it, and walk again.
         self.normals.clear();
-        for (leaf, field) in program.leaves.iter().enumerate() {
+        for (leaf, field) in place.program.leaves.iter().enumerate() {
             if let Some(local) = place.acting(leaf) {
                 field.region.touched(&local, &mut self.normals);
             }
         }
         let here = Neighbourhood::of(&self.normals);
-        self.walk(&place, &here)
+        self.walk(place, &here)
     }
 
     fn walk(&mut self, place: &SampleContext<'_, T>, here: &Neighbourhood) -> Option<Outcome<T>> {
@@ -220,22 +207,11 @@ impl<'a, T: Number> SampleContext<'a, T> {
 /// The leaves, as bits, of which a border may pass within a distance of the sample, on a body
 /// that turns at `spin`, and how near one may be; `None` if they are too many to be told apart.
 pub(super) fn boundaries_within(
-    program: &Program,
-    instance: usize,
-    frames: &[Option<Frame>],
-    (query, motion): (&Query, &Motion<f64>),
+    place: &SampleContext<'_, f64>,
     (distance, spin): (f64, f64),
 ) -> Option<(u64, f64)> {
-    let place = SampleContext {
-        program,
-        instance,
-        frames,
-        query,
-        motion,
-        overridden: RegionOverride::default(),
-    };
     let (mut which, mut nearest) = (0, f64::INFINITY);
-    for (leaf, field) in program.leaves.iter().enumerate() {
+    for (leaf, field) in place.program.leaves.iter().enumerate() {
         let Some(local) = place.acting(leaf).filter(|_| !field.region.is_everywhere()) else {
             continue;
         };

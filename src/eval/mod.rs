@@ -15,6 +15,7 @@ mod pairwise;
 mod programs;
 mod quantity;
 mod radial;
+mod sources;
 #[cfg(test)]
 mod tests;
 

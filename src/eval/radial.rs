@@ -8,11 +8,11 @@ use super::kernel::{Kernel, Law};
 use super::lanes::{Lanes, WIDTH, counting, load};
 use super::pairwise::{Pairs, Pairwise};
 use super::quantity::Quantity;
+use super::sources::Sources;
 use crate::compile::{AnchorId, RadialBatch, RadialSource};
 use crate::field::{Frame, Frames};
 use crate::math::{Real, Vector};
-use crate::neighbors::{FEWEST_FOR_GRID, Grid};
-use crate::sample::{SamplePoint, Samples, owner};
+use crate::sample::{SamplePoint, Samples};
 
 /// Evaluates radial batches, each in the way that suits it; keeps its buffers between calls.
 #[derive(Debug, Default)]
@@ -25,7 +25,9 @@ pub(super) struct Radials {
 /// Every source against every sample in range.
 #[derive(Debug, Default)]
 pub(super) struct OneWayRadials {
-    sources: OneWay,
+    sources: Sources,
+    /// By batch: sources that all stand still.
+    still: Vec<Sources>,
 }
 
 /// Sources that are samples, pair by pair, both ways; the others one way.
@@ -36,7 +38,7 @@ pub(super) struct PairwiseRadials {
     strengths: Vec<Real>,
     /// Sources that are not samples.
     apart: Vec<RadialSource>,
-    sources: OneWay,
+    sources: Sources,
 }
 
 /// A batch with all that it is evaluated on.
@@ -102,49 +104,25 @@ fn weigh(batch: &RadialBatch, scene: &Scene<'_, impl Frames>, weights: &mut Vec<
     weights.extend(samples.list.iter().map(weight));
 }
 
-/// The two ways by themselves: whatever the batch, they differ in rounding only.
-macro_rules! by_itself {
-    ($way:ty) => {
-        impl BatchEvaluator<RadialBatch> for $way {
-            fn add(
-                &mut self,
-                (number, batch): (u32, &RadialBatch),
-                scene: &Scene<'_, impl Frames>,
-                frames: &mut FrameCache,
-                sums: &mut Sums<'_>,
-            ) {
-                let mut weights = Vec::new();
-                weigh(batch, scene, &mut weights);
-                let task = Task {
-                    number,
-                    batch,
-                    samples: scene.samples,
-                    weights: &weights,
-                    quantity: Quantity::Force,
-                };
-                let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
-                if batch.prototype.is_on(scene.moment.time) {
-                    self.run(&task, frame, sums.forces);
-                }
-            }
-        }
-    };
-}
-
-by_itself!(OneWayRadials);
-by_itself!(PairwiseRadials);
-
 impl OneWayRadials {
     fn run(
         &mut self,
         task: &Task<'_>,
-        frame: impl FnMut(AnchorId) -> Option<Frame>,
+        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
         sums: &mut [Vector],
     ) {
-        let sources = &task.batch.sources;
-        self.sources
-            .gather(task.batch, sources, frame, task.quantity);
-        self.sources.add_to(task, 0..task.samples.list.len(), sums);
+        let (batch, number) = (task.batch, task.number as usize);
+        let mut sources = &mut self.sources;
+        if batch.moving == 0 {
+            if self.still.len() <= number {
+                self.still.resize_with(number + 1, Sources::default);
+            }
+            sources = &mut self.still[number];
+        }
+        if batch.moving > 0 || !sources.follow(batch, &mut frame) {
+            sources.gather(batch, &batch.sources, frame, task.quantity);
+        }
+        sources.add_to(task, 0..task.samples.list.len(), sums);
     }
 }
 
@@ -219,73 +197,7 @@ impl PairwiseRadials {
     }
 }
 
-/// Sources sorted for one evaluation, as separate arrays padded to whole [`Lanes`].
-#[derive(Debug, Default)]
-struct OneWay {
-    points: Vec<Vector>,
-    kept: Vec<(Real, Real)>,
-    x: Vec<Real>,
-    y: Vec<Real>,
-    z: Vec<Real>,
-    strength: Vec<Real>,
-    owner: Vec<Real>,
-    grid: Grid,
-    gridded: bool,
-}
-
-impl OneWay {
-    /// Takes the sources whose anchors are there, and sorts them into a grid if there are many.
-    fn gather(
-        &mut self,
-        batch: &RadialBatch,
-        sources: &[RadialSource],
-        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
-        quantity: Quantity,
-    ) {
-        self.points.clear();
-        self.kept.clear();
-        for source in sources {
-            let Some(frame) = frame(source.anchor) else {
-                continue;
-            };
-            let shared = quantity == Quantity::Potential && frame.body.is_some();
-            let strength = if shared {
-                source.strength * 0.5
-            } else {
-                source.strength
-            };
-            self.points.push(frame.pose.translation);
-            self.kept.push((strength, owner(frame.body)));
-        }
-        for array in [&mut self.x, &mut self.y, &mut self.z] {
-            array.clear();
-        }
-        self.strength.clear();
-        self.owner.clear();
-        let range = batch.range.filter(|_| self.points.len() >= FEWEST_FOR_GRID);
-        self.gridded = range.is_some();
-        // Half the range: finer cells fit the ball better than they cost in ranges.
-        self.grid
-            .build(&self.points, range.map_or(Real::MAX, |range| range * 0.5));
-        for place in 0..self.points.len() {
-            self.push(self.grid.order()[place] as usize);
-        }
-        for array in [&mut self.x, &mut self.y, &mut self.z] {
-            array.extend([0.0; WIDTH]);
-        }
-        self.strength.extend([0.0; WIDTH]);
-        self.owner.extend([0.0; WIDTH]);
-    }
-
-    fn push(&mut self, source: usize) {
-        let (point, (strength, owner)) = (self.points[source], self.kept[source]);
-        self.x.push(point.x);
-        self.y.push(point.y);
-        self.z.push(point.z);
-        self.strength.push(strength);
-        self.owner.push(owner);
-    }
-
+impl Sources {
     /// Adds what the gathered sources give on some samples of the list.
     fn add_to(&self, task: &Task<'_>, places: Range<usize>, sums: &mut [Vector]) {
         let (range, quantity) = (task.batch.range, task.quantity);
@@ -317,7 +229,7 @@ impl OneWay {
                 Some(range) => self.grid.for_each_near(sample.world_point, range, |run| {
                     seen.add(self, law, run.start, run.end);
                 }),
-                None => seen.add(self, law, 0, self.points.len()),
+                None => seen.add(self, law, self.all().start, self.all().end),
             }
             *sum += seen.total() * *weight;
         }
@@ -348,7 +260,7 @@ impl Accumulator {
     }
 
     /// Adds the sources at places `start..end`.
-    fn add(&mut self, sources: &OneWay, law: impl Kernel, start: usize, end: usize) {
+    fn add(&mut self, sources: &Sources, law: impl Kernel, start: usize, end: usize) {
         for at in (start..end).step_by(WIDTH) {
             let dx = self.point[0] - load(&sources.x, at);
             let dy = self.point[1] - load(&sources.y, at);
@@ -379,4 +291,41 @@ impl Accumulator {
         let [x, y, z] = self.sum.map(Lanes::reduce_add);
         Vector::new(x, y, z)
     }
+}
+
+#[cfg(test)]
+mod by_themselves {
+    use super::*;
+
+    /// The two ways by themselves: whatever the batch, they differ in rounding only.
+    macro_rules! by_itself {
+        ($way:ty) => {
+            impl BatchEvaluator<RadialBatch> for $way {
+                fn add(
+                    &mut self,
+                    (number, batch): (u32, &RadialBatch),
+                    scene: &Scene<'_, impl Frames>,
+                    frames: &mut FrameCache,
+                    sums: &mut Sums<'_>,
+                ) {
+                    let mut weights = Vec::new();
+                    weigh(batch, scene, &mut weights);
+                    let task = Task {
+                        number,
+                        batch,
+                        samples: scene.samples,
+                        weights: &weights,
+                        quantity: Quantity::Force,
+                    };
+                    let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
+                    if batch.prototype.is_on(scene.moment.time) {
+                        self.run(&task, frame, sums.forces);
+                    }
+                }
+            }
+        };
+    }
+
+    by_itself!(OneWayRadials);
+    by_itself!(PairwiseRadials);
 }

@@ -2,8 +2,8 @@
 
 use super::evaluation::Evaluation;
 use super::fault::Fault;
-use super::motion::{FASTEST, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
-use super::multirate::{Multirate, Setting};
+use super::motion::{FASTEST, MeanVelocity, Motions, Start, SteadyTurn, TurnAfter, VelocityUpdate};
+use super::multirate::Setting;
 use super::predicted::PredictedMotion;
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
@@ -17,44 +17,38 @@ impl Integrator {
         evaluation: &Evaluation,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
-        let starts = std::mem::take(&mut motions.inner);
-        if starts.is_empty() || context.dt == 0.0 {
+        if motions.inner.is_empty() || context.dt == 0.0 {
             return Ok(());
         }
+        let starts = std::mem::take(&mut motions.inner);
+        let mut multirate = std::mem::take(&mut self.multirate);
         let turns = context.compiled.torque_possible;
-        let state = |start: &super::motion::Start| {
+        let state = |start: &Start| {
             let body = &context.bodies[start.place];
             let mut state = RigidState::new(body, turns);
             state.acceleration = own_acceleration(context, body);
             state
         };
-        let states: Vec<RigidState> = starts.iter().map(state).collect();
-        self.predict_motions(motions, &states);
+        multirate.states.clear();
+        multirate.states.extend(starts.iter().map(state));
+        self.predict_motions(motions, &multirate.states);
         let scheme = context.rules.scheme;
-        let stages = scheme.stages();
-        let ticks = if stages.is_empty() {
-            let most = starts.iter().map(|start| start.count).max().unwrap_or(1);
-            vec![f64::from(most).recip(); most as usize]
-        } else {
-            stages
-        };
+        let most = starts.iter().map(|start| start.count).max().unwrap_or(1);
+        scheme.divide(most, &mut multirate.ticks);
         let setting = Setting {
             context,
-            ticks: &ticks,
             motions: &self.motions,
             composed: scheme == Scheme::Suzuki4,
         };
-        let places: Vec<(usize, u32)> = starts.iter().map(|s| (s.place, s.count)).collect();
-        let mut multirate = Multirate::new(setting, states, &places, &evaluation.wrenches);
-        multirate.integrate(&mut self.multirate)?;
-        let states = multirate.states;
-        for (state, start) in states.iter().zip(&starts) {
+        multirate.integrate(setting, &starts, &evaluation.wrenches)?;
+        for (state, start) in multirate.states.iter().zip(&starts) {
             let body = &context.bodies[start.place];
             let speed = correct(context, motions, state, body, start.wake);
             if speed.is_nan() || speed > FASTEST {
                 return Err(self.too_fast(context, start.place, speed));
             }
         }
+        self.multirate = multirate;
         motions.inner = starts;
         motions.inner.clear();
         Ok(())

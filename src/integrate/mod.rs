@@ -13,6 +13,7 @@ mod motion;
 mod multirate;
 mod predicted;
 mod scheme;
+mod scout;
 mod stiffness;
 
 pub use scheme::{Scheme, Substeps};
@@ -25,18 +26,14 @@ pub(crate) use kick::warn_of_caps;
 pub(crate) use motion::{FASTEST, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
 
 use crate::eval::{Evaluator, Lineariser};
-use crate::sample::Samples;
 
 /// Buffers of the stage.
 #[derive(Default)]
 pub(crate) struct Integrator {
     pub(crate) evaluator: Evaluator,
     lineariser: Lineariser,
-    /// Where bodies would be after a step.
-    scout: Evaluator,
-    scouted: Samples,
-    /// One per group of bodies of the multirate integrator.
-    multirate: Vec<multirate::Evaluators>,
+    scout: scout::Scout,
+    multirate: multirate::Multirate,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
 }

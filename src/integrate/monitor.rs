@@ -3,12 +3,11 @@
 use super::evaluation::{Evaluation, find};
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
-use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
-use crate::rigid::{Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded};
+use crate::rigid::{Body, Lookup, Mobility, Wrench, pair, rounded};
 
 /// From this (dt·ω)² on a scheme that does not choose warns; its limit is 4.
 const WARNING: Real = 1.0;
@@ -46,13 +45,14 @@ impl Integrator {
             self.candidates.extend(0..evaluation.bodies.len());
             self.estimate_candidates(context, evaluation, stiff);
         } else if scheme.choice().is_some() && context.compiled.varies() {
-            let ahead = self.scout(context, evaluation);
+            let mut scout = std::mem::take(&mut self.scout);
+            scout.look(&mut self.motions, context, &evaluation.wrenches);
             self.find_candidates(context, evaluation, stiff, |place| {
-                let (there, change) = &ahead[place];
-                let here = evaluation.wrenches[place];
-                let body = &context.bodies[place];
-                secant(body, here, *there, Some(change), context.dt).powi(2)
+                let (here, there) = (evaluation.wrenches[place], scout.wrenches[place]);
+                let change = Some(&scout.ways[place].change);
+                secant(&context.bodies[place], here, there, change, context.dt).powi(2)
             });
+            self.scout = scout;
             self.estimate_candidates(context, evaluation, stiff);
         }
         self.couple(context, evaluation);
@@ -131,50 +131,6 @@ impl Integrator {
                 largest_stable_dt: report.largest_stable_dt,
             });
         }
-    }
-
-    /// The wrenches where bodies would be after a step, and the changes of velocity on the way.
-    fn scout(
-        &mut self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-    ) -> Vec<(Wrench, Vector6<f64>)> {
-        let dt = context.dt;
-        let samples = &mut self.scouted;
-        samples.clone_from(context.samples);
-        samples.solids.clear();
-        self.motions.clear();
-        let mut changes = Vec::with_capacity(samples.bodies.len());
-        let mut ways: Vec<(Vector, Vector)> = Vec::with_capacity(samples.bodies.len());
-        for (body, wrench) in context.bodies.iter().zip(&evaluation.wrenches) {
-            if body.sleeping {
-                changes.push(Vector6::zeros());
-                ways.push((Vector::ZERO, Vector::ZERO));
-                continue;
-            }
-            let change = Mobility::of(body).apply(&of_wrench(*wrench)) * to_f64(dt);
-            let (linear, angular) = rounded(&change);
-            let (linvel, angvel) = (body.linvel + linear, body.angvel + angular);
-            ways.push((linvel, angvel));
-            changes.push(change);
-            let motion = PredictedMotion::CoastsAt { linvel, angvel };
-            self.motions.assign(body.handle, motion);
-        }
-        for sample in &mut samples.list {
-            let (linvel, angvel) = ways[sample.body as usize];
-            let turned = sample.arm + angvel.cross(sample.arm) * dt;
-            sample.world_point += linvel * dt + turned - sample.arm;
-            sample.arm = turned;
-        }
-        for (centre, (linvel, _)) in samples.centres.iter_mut().zip(&ways) {
-            centre.world_point += *linvel * dt;
-        }
-        let frames = self.motions.frames(context, &[], to_f64(dt));
-        let (compiled, moment) = (context.compiled, context.moment());
-        let mut wrenches = Vec::new();
-        self.scout
-            .wrenches(compiled, &frames, samples, moment, &mut wrenches);
-        wrenches.into_iter().zip(changes).collect()
     }
 
     /// Takes note of the bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the

@@ -7,108 +7,133 @@ use super::context::StepContext;
 use super::fault::{Fault, FaultKind};
 use super::implicit::Coupling;
 use super::jacobian;
-use super::motion::FASTEST;
+use super::motion::{FASTEST, Start};
 use super::predicted::{PredictedFrames, PredictedMotions};
 use crate::eval::{Evaluator, Lineariser};
 use crate::math::{DPose3, DVec3, RigidBodyHandle};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
-use crate::rigid::{self as mobility, pair, six};
+use crate::rapier::na::Vector6;
 use crate::rigid::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
-use crate::rigid::{Lookup, RigidState, Wrench};
-use crate::sample::{Kind, Moment, SamplePoint, Samples, Solid};
-
-/// What evaluates a group of bodies, and what its derivatives; each keeps its buffers.
-pub(super) type Evaluators = (Evaluator, Lineariser);
+use crate::rigid::{Lookup, Mobility, RigidState, Wrench, of_wrench, pair, six};
+use crate::sample::{Moment, SamplePoint, Samples, Solid};
 
 /// Evaluations that solve the kicks of a scheme of fourth order, where forces read velocities:
 /// each brings the kick two orders closer to the implicit midpoint rule.
 const MIDPOINT_ROUNDS: usize = 2;
 
-/// Bodies that are kicked at the same times.
+/// Bodies that are kicked at the same times; keeps its buffers from step to step.
+#[derive(Default)]
 struct Group {
     /// Kicked at every so many ticks.
     stride: usize,
     /// The place of each of its bodies among the states.
     states: Vec<usize>,
     samples: Samples,
+    /// Samples that are no sites, until all bodies are there.
+    several: Vec<SamplePoint>,
     /// From the centre of mass to each sample of `samples.list`, in the body's axes.
     arms: Vec<DVec3>,
     /// The frame of each of `samples.solids` relative to the centre of mass, in the body's axes.
     frames: Vec<DPose3>,
     wrenches: Vec<Wrench>,
+    /// Of each body, where forces read velocities.
+    solutions: Vec<Solution>,
+    evaluator: Evaluator,
+    lineariser: Lineariser,
+}
+
+/// A kick of a body by the implicit midpoint rule.
+struct Solution {
+    /// About the velocities at the start.
+    coupling: Coupling,
+    mobility: Mobility,
+    /// The wrench in the middle of the kick.
+    wrench: Vector6<f64>,
+    /// The velocities there.
+    velocities: (DVec3, DVec3),
 }
 
 /// What the integrator needs to know.
 pub(super) struct Setting<'a, W> {
     pub context: &'a StepContext<'a, W>,
-    /// Lengths of the ticks in units of `dt`.
-    pub ticks: &'a [f64],
     /// What each body does meanwhile.
     pub motions: &'a PredictedMotions,
     /// Whether the ticks are those of a composition of fourth order.
     pub composed: bool,
 }
 
-/// One run of the multirate integrator over a step (Tuckerman, Berne and Martyna, J. Chem. Phys. 97
-/// (1992) 1990).
-pub(super) struct Multirate<'a, W> {
-    setting: Setting<'a, W>,
+/// What the multirate integrator is about; kept from step to step for its buffers.
+#[derive(Default)]
+pub(super) struct Multirate {
     pub states: Vec<RigidState>,
+    /// Lengths of the ticks in units of `dt`.
+    pub ticks: Vec<f64>,
     groups: Vec<Group>,
+}
 
+impl Multirate {
+    /// Goes through all ticks, with the bodies of the states, which `starts` says more about, and
+    /// the wrenches at the start by their place among the samples (Tuckerman, Berne and Martyna,
+    /// J. Chem. Phys. 97 (1992) 1990).
+    pub(super) fn integrate(
+        &mut self,
+        setting: Setting<'_, impl Lookup>,
+        starts: &[Start],
+        wrenches: &[Wrench],
+    ) -> Result<(), Fault> {
+        let count = self.divide(setting.context.samples, starts, wrenches);
+        let mut run = Run {
+            setting,
+            states: &mut self.states,
+            ticks: &self.ticks,
+            elapsed: 0.0,
+        };
+        run.all(&mut self.groups[..count])
+    }
+
+    /// Divides the bodies into groups by how many kicks they need; how many there are.
+    fn divide(&mut self, samples: &Samples, starts: &[Start], wrenches: &[Wrench]) -> usize {
+        let (states, groups) = (&self.states, &mut self.groups);
+        let mut used = 0;
+        for (number, (start, state)) in starts.iter().zip(states).enumerate() {
+            let stride = self.ticks.len() / (start.count as usize).max(1);
+            let known = groups[..used].iter().position(|g| g.stride == stride);
+            let group = known.unwrap_or_else(|| {
+                if groups.len() == used {
+                    groups.push(Group::default());
+                }
+                groups[used].begin(stride, samples);
+                used += 1;
+                used - 1
+            });
+            groups[group].take((number, state.body), start.place, samples);
+            groups[group].wrenches.push(wrenches[start.place]);
+        }
+        groups[..used].iter_mut().for_each(|g| g.close(states));
+        used
+    }
+}
+
+/// One run of the integrator over a step.
+struct Run<'a, W> {
+    setting: Setting<'a, W>,
+    states: &'a mut [RigidState],
+    ticks: &'a [f64],
     elapsed: f64,
 }
 
-impl<'a, W: Lookup> Multirate<'a, W> {
-    /// Of bodies that are given with their places among `samples` and how many kicks they need,
-    /// and start out with the wrenches given.
-    pub(super) fn new(
-        setting: Setting<'a, W>,
-        states: Vec<RigidState>,
-        places: &[(usize, u32)],
-        wrenches: &[Wrench],
-    ) -> Self {
-        let samples = setting.context.samples;
-        let mut groups: Vec<Group> = Vec::new();
-        for (state, (place, count)) in places.iter().enumerate() {
-            let stride = setting.ticks.len() / (*count as usize).max(1);
-            let known = groups.iter().position(|group| group.stride == stride);
-            let group = known.unwrap_or_else(|| {
-                groups.push(Group::new(stride, samples));
-                groups.len() - 1
-            });
-            groups[group].take(
-                (state, states[state].body),
-                *place,
-                samples,
-                wrenches[*place],
-            );
-        }
-        groups.iter_mut().for_each(|group| group.close(&states));
-        Multirate {
-            setting,
-            states,
-            groups,
-            elapsed: 0.0,
-        }
-    }
-
-    /// Goes through all ticks.
-    pub(super) fn integrate(&mut self, evaluators: &mut Vec<Evaluators>) -> Result<(), Fault> {
-        evaluators.resize_with(evaluators.len().max(self.groups.len()), Default::default);
-        let count = self.setting.ticks.len();
+impl<W: Lookup> Run<'_, W> {
+    fn all(&mut self, groups: &mut [Group]) -> Result<(), Fault> {
         let energy_error = if self.setting.composed {
             COMPOSED_ENERGY_ERROR
         } else {
             ENERGY_ERROR
         };
-        for tick in 0..=count {
-            for (group, evaluators) in (0..self.groups.len()).zip(&mut *evaluators) {
-                if tick % self.groups[group].stride == 0 {
-                    self.kicks(group, tick, evaluators)?;
-                }
+        for tick in 0..=self.ticks.len() {
+            for group in groups.iter_mut().filter(|g| tick % g.stride == 0) {
+                self.kicks(group, tick)?;
             }
-            let Some(tick) = self.setting.ticks.get(tick) else {
+            let Some(tick) = self.ticks.get(tick) else {
                 break;
             };
             let h = tick * to_f64(self.setting.context.dt);
@@ -120,88 +145,35 @@ impl<'a, W: Lookup> Multirate<'a, W> {
     }
 
     /// The kicks of a group at a tick: half the way from the last one, and half to the next.
-    fn kicks(
-        &mut self,
-        group: usize,
-        tick: usize,
-        evaluators: &mut Evaluators,
-    ) -> Result<(), Fault> {
-        let stride = self.groups[group].stride;
-        let ticks = self.setting.ticks;
+    fn kicks(&mut self, group: &mut Group, tick: usize) -> Result<(), Fault> {
+        let (stride, ticks) = (group.stride, self.ticks);
         let half =
             |ticks: &[f64]| ticks.iter().sum::<f64>() * 0.5 * to_f64(self.setting.context.dt);
         let before = half(&ticks[tick.saturating_sub(stride)..tick]);
         let after = half(&ticks[tick..(tick + stride).min(ticks.len())]);
         if !self.setting.context.compiled.reads_velocity {
             // The wrenches of the start are known.
-            let evaluators = (tick > 0).then_some(evaluators);
-            return self.kick(group, before + after, evaluators);
+            if tick > 0 {
+                self.evaluate(group, false)?;
+            }
+            return self.push(group, before + after);
         }
         if !self.setting.composed {
-            return self.kick(group, before + after, Some(evaluators));
+            return self.solve(group, before + after);
         }
         // Two kicks by the implicit midpoint rule are not one, at the order wanted.
         for duration in [before, after] {
             if duration != 0.0 {
-                self.kick(group, duration, Some(evaluators))?;
+                self.solve(group, duration)?;
             }
         }
         Ok(())
     }
 
-    /// Kicks a group, if need be after evaluating the wrenches on it.
-    fn kick(
-        &mut self,
-        number: usize,
-        duration: f64,
-        evaluators: Option<&mut Evaluators>,
-    ) -> Result<(), Fault> {
-        let mut group = std::mem::take(&mut self.groups[number]);
-        let outcome = match (evaluators, self.setting.context.compiled.reads_velocity) {
-            (None, _) => self.push(&group, duration, None),
-            (Some((evaluator, _)), false) => {
-                self.evaluate(&mut group, evaluator, None)?;
-                self.push(&group, duration, None)
-            }
-            (Some(evaluators), true) => self.solve(&mut group, evaluators, duration),
-        };
-        self.groups[number] = group;
-        outcome
-    }
-
     /// The kick by the implicit midpoint rule, for forces that read velocities.
-    fn solve(
-        &mut self,
-        group: &mut Group,
-        (evaluator, lineariser): &mut Evaluators,
-        duration: f64,
-    ) -> Result<(), Fault> {
-        self.evaluate(group, evaluator, None)?;
-        let mut midway = Vec::with_capacity(group.states.len());
-        let mut solvers = Vec::with_capacity(group.states.len());
-        let frames = self.frames();
-        lineariser.prepare(self.setting.context.compiled, &frames);
-        for (body, state) in group.states.iter().enumerate() {
-            let state = &self.states[*state];
-            let jacobian = jacobian::of_body(
-                lineariser,
-                (self.setting.context.compiled, &frames),
-                &group.samples,
-                body,
-                self.moment(),
-                state.angvel,
-            );
-            let velocities = six(state.linvel, state.angvel);
-            let coupling = Coupling {
-                by_velocity: jacobian.by_velocity,
-                sampled_at: velocities,
-            };
-            let wrench = mobility::of_wrench(group.wrenches[body]);
-            let mobility = state.mobility();
-            let solved = coupling.midway(&mobility, &wrench, &velocities, duration);
-            midway.push(solved.unwrap_or(wrench));
-            solvers.push((coupling, mobility, velocities));
-        }
+    fn solve(&mut self, group: &mut Group, duration: f64) -> Result<(), Fault> {
+        self.evaluate(group, false)?;
+        self.start(group, duration);
         let rounds = if self.setting.composed {
             MIDPOINT_ROUNDS
         } else {
@@ -209,36 +181,59 @@ impl<'a, W: Lookup> Multirate<'a, W> {
         };
         for _ in 0..rounds {
             // Newton's method, with the derivative of the start.
-            let middles: Vec<_> = midway
-                .iter()
-                .zip(&solvers)
-                .map(|(wrench, (_, mobility, start))| {
-                    pair(&(start + mobility.apply(wrench) * (0.5 * duration)))
-                })
-                .collect();
-            self.evaluate(group, evaluator, Some(&middles))?;
-            let sampled = group.wrenches.iter().zip(&solvers);
-            for (wrench, (sampled, (coupling, mobility, _))) in midway.iter_mut().zip(sampled) {
-                let off = mobility::of_wrench(*sampled) - *wrench;
-                let change = mobility.apply(&off) * duration;
-                if let Some(change) = coupling.solve(mobility, &change, duration) {
-                    *wrench += off + coupling.by_velocity * change * 0.5;
+            for known in &mut group.solutions {
+                let change = known.mobility.apply(&known.wrench) * (0.5 * duration);
+                known.velocities = pair(&(known.coupling.sampled_at + change));
+            }
+            self.evaluate(group, true)?;
+            for (known, sampled) in group.solutions.iter_mut().zip(&group.wrenches) {
+                let off = of_wrench(*sampled) - known.wrench;
+                let change = known.mobility.apply(&off) * duration;
+                let coupling = &known.coupling;
+                if let Some(change) = coupling.solve(&known.mobility, &change, duration) {
+                    known.wrench += off + coupling.by_velocity * change * 0.5;
                 }
             }
         }
-        self.push(group, duration, Some(&midway))
+        self.push(group, duration)
     }
 
-    fn push(
-        &mut self,
-        group: &Group,
-        duration: f64,
-        midway: Option<&[crate::rapier::na::Vector6<f64>]>,
-    ) -> Result<(), Fault> {
+    /// Solves the linear part of the forces.
+    fn start(&self, group: &mut Group, duration: f64) {
+        let (compiled, frames) = (self.setting.context.compiled, self.frames());
+        group.lineariser.prepare(compiled, &frames);
+        group.solutions.clear();
+        for (body, state) in group.states.iter().enumerate() {
+            let state = &self.states[*state];
+            let jacobian = jacobian::of_body(
+                &mut group.lineariser,
+                (compiled, &frames),
+                &group.samples,
+                body,
+                self.moment(),
+                state.angvel,
+            );
+            let coupling = Coupling {
+                by_velocity: jacobian.by_velocity,
+                sampled_at: six(state.linvel, state.angvel),
+            };
+            let wrench = of_wrench(group.wrenches[body]);
+            let mobility = state.mobility();
+            let midway = coupling.midway(&mobility, &wrench, &coupling.sampled_at, duration);
+            group.solutions.push(Solution {
+                coupling,
+                mobility,
+                wrench: midway.unwrap_or(wrench),
+                velocities: (state.linvel, state.angvel),
+            });
+        }
+    }
+
+    fn push(&mut self, group: &Group, duration: f64) -> Result<(), Fault> {
         for (body, place) in group.states.iter().enumerate() {
-            let (force, torque) = match midway {
-                Some(midway) => pair(&midway[body]),
-                None => pair(&mobility::of_wrench(group.wrenches[body])),
+            let (force, torque) = match self.setting.context.compiled.reads_velocity {
+                true => pair(&group.solutions[body].wrench),
+                false => pair(&of_wrench(group.wrenches[body])),
             };
             let state = &mut self.states[*place];
             state.pushed |= group.wrenches[body] != Wrench::ZERO;
@@ -246,15 +241,11 @@ impl<'a, W: Lookup> Multirate<'a, W> {
             state.linvel += state.acceleration * duration;
             let speed = state.linvel.length().max(state.angvel.length());
             if speed.is_nan() || speed > to_f64(FASTEST) {
-                return Err(self.too_fast(group, body, speed));
+                let speed = from_f64(speed);
+                return Err(self.fault(FaultKind::TooFast { speed }, group, body));
             }
         }
         Ok(())
-    }
-
-    fn too_fast(&self, group: &Group, body: usize, speed: f64) -> Fault {
-        let speed = from_f64(speed);
-        self.fault(FaultKind::TooFast { speed }, group, body)
     }
 
     fn fault(&self, kind: FaultKind, group: &Group, body: usize) -> Fault {
@@ -272,7 +263,7 @@ impl<'a, W: Lookup> Multirate<'a, W> {
         let Setting {
             context, motions, ..
         } = &self.setting;
-        motions.frames(context, &self.states, self.elapsed)
+        motions.frames(context, self.states, self.elapsed)
     }
 
     fn moment(&self) -> Moment {
@@ -283,17 +274,12 @@ impl<'a, W: Lookup> Multirate<'a, W> {
     }
 
     /// The wrenches on a group where its bodies are now; with velocities of their own, or those
-    /// given.
-    fn evaluate(
-        &self,
-        group: &mut Group,
-        evaluator: &mut Evaluator,
-        velocities: Option<&[(DVec3, DVec3)]>,
-    ) -> Result<(), Fault> {
-        group.place(&self.states, velocities);
+    /// midway through a kick.
+    fn evaluate(&self, group: &mut Group, midway: bool) -> Result<(), Fault> {
+        group.place(self.states, midway);
         let (compiled, moment) = (self.setting.context.compiled, self.moment());
-        let frames = self.frames();
-        let (samples, wrenches) = (&group.samples, &mut group.wrenches);
+        let (frames, samples, wrenches) = (self.frames(), &group.samples, &mut group.wrenches);
+        let evaluator = &mut group.evaluator;
         evaluator.wrenches(compiled, &frames, samples, moment, wrenches);
         let bad = wrenches.iter().position(|wrench| !wrench.is_finite());
         bad.map_or(Ok(()), |body| {
@@ -302,40 +288,22 @@ impl<'a, W: Lookup> Multirate<'a, W> {
     }
 }
 
-impl Default for Group {
-    fn default() -> Self {
-        Group {
-            stride: 1,
-            states: Vec::new(),
-            samples: Samples::default(),
-            arms: Vec::new(),
-            frames: Vec::new(),
-            wrenches: Vec::new(),
-        }
-    }
-}
-
 impl Group {
-    fn new(stride: usize, samples: &Samples) -> Self {
-        let mut group = Group {
-            stride,
-            ..Group::default()
-        };
-        group.samples.user.clone_from(&samples.user);
-        group.samples.spreads.clone_from(&samples.spreads);
-        group
+    /// Starts out with no bodies.
+    fn begin(&mut self, stride: usize, samples: &Samples) {
+        self.stride = stride;
+        self.states.clear();
+        self.wrenches.clear();
+        self.samples.clear();
+        self.samples.user.clone_from(&samples.user);
+        self.samples.spreads.clone_from(&samples.spreads);
     }
 
     /// Takes in a body with its samples.
-    fn take(
-        &mut self,
-        (state, handle): (usize, RigidBodyHandle),
-        place: usize,
-        all: &Samples,
-        wrench: Wrench,
-    ) {
+    fn take(&mut self, (state, handle): (usize, RigidBodyHandle), place: usize, all: &Samples) {
         let body = self.samples.bodies.len() as u32;
-        let (own, first) = (&mut self.samples, all.of(place)[0].start as u32);
+        let [sites, several] = all.of(place);
+        let (own, first) = (&mut self.samples, sites.start as u32);
         for solid in all
             .solids
             .iter()
@@ -349,38 +317,36 @@ impl Group {
                 ..solid
             });
         }
-        own.sites += all.of(place)[0].len();
-        for range in all.of(place) {
-            let moved = all.list[range].iter();
-            own.list
-                .extend(moved.map(|sample| SamplePoint { body, ..*sample }));
-        }
-        let centre = all.centres[place];
-        own.centres.push(SamplePoint { body, ..centre });
+        let moved = |sample: &SamplePoint| SamplePoint { body, ..*sample };
+        own.sites += sites.len();
+        own.list.extend(all.list[sites].iter().map(moved));
+        self.several.extend(all.list[several].iter().map(moved));
+        own.centres.push(moved(&all.centres[place]));
         own.overrides.extend(all.overrides.get(place));
         own.bodies.push(handle);
         self.states.push(state);
-        self.wrenches.push(wrench);
     }
 
     /// Puts the samples in order, once all bodies are there.
     fn close(&mut self, states: &[RigidState]) {
         let samples = &mut self.samples;
-        samples.list.sort_by_key(|sample| sample.kind != Kind::Site);
+        samples.list.append(&mut self.several);
         samples.number();
         let state = |body: u32| &states[self.states[body as usize]];
         let arm =
             |sample: &SamplePoint| state(sample.body).attitude.inverse() * to_dvec3(sample.arm);
-        self.arms = samples.list.iter().map(arm).collect();
+        self.arms.clear();
+        self.arms.extend(samples.list.iter().map(arm));
         let frame = |solid: &Solid| state(solid.body).pose().inverse() * solid.pose;
-        self.frames = samples.solids.iter().map(frame).collect();
+        self.frames.clear();
+        self.frames.extend(samples.solids.iter().map(frame));
     }
 
     /// Moves the samples to where their bodies are.
-    fn place(&mut self, states: &[RigidState], velocities: Option<&[(DVec3, DVec3)]>) {
-        let velocity = |body: usize, state: &RigidState| match velocities {
-            Some(velocities) => velocities[body],
-            None => (state.linvel, state.angvel),
+    fn place(&mut self, states: &[RigidState], midway: bool) {
+        let velocity = |body: usize, state: &RigidState| match midway {
+            true => self.solutions[body].velocities,
+            false => (state.linvel, state.angvel),
         };
         for (sample, arm) in self.samples.list.iter_mut().zip(&self.arms) {
             let state = &states[self.states[sample.body as usize]];

@@ -164,15 +164,15 @@ impl Scheme {
         matches!(self, Scheme::Kick | Scheme::LinearlyImplicit | Scheme::ExternalForce)
     }
 
-    /// The steps into which all bodies divide theirs, in units of it; empty if they do not.
-    pub(super) fn stages(self) -> Vec<f64> {
-        match self {
-            Scheme::Substep(Substeps::Fixed(n)) => vec![f64::from(n).recip(); n as usize],
-            Scheme::Suzuki4 => {
-                let outer = (4.0 - 4.0_f64.cbrt()).recip();
-                vec![outer, outer, 1.0 - 4.0 * outer, outer, outer]
-            }
-            _ => Vec::new(),
+    /// Puts into `ticks` the steps into which all bodies divide theirs, in units of it; `most`: as
+    /// many as any of them needs.
+    pub(super) fn divide(self, most: u32, ticks: &mut Vec<f64>) {
+        ticks.clear();
+        if self == Scheme::Suzuki4 {
+            let outer = (4.0 - 4.0_f64.cbrt()).recip();
+            ticks.extend([outer, outer, 1.0 - 4.0 * outer, outer, outer]);
+        } else {
+            ticks.resize(most as usize, f64::from(most).recip());
         }
     }
 }

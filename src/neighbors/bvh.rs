@@ -1,7 +1,10 @@
 //! Hierarchies of bounding boxes.
 
+use std::fmt;
+use std::ops::{Deref, DerefMut};
+
 use crate::rapier::parry::bounding_volume::Aabb;
-use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy};
+use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
 
 /// A hierarchy of numbered boxes.
 pub(crate) fn hierarchy(boxes: Vec<(usize, Aabb)>) -> Bvh {
@@ -16,10 +19,82 @@ pub(crate) fn hierarchy(boxes: Vec<(usize, Aabb)>) -> Bvh {
     tree
 }
 
+/// A hierarchy whose boxes move: built anew from time to time, in buffers that it keeps.
+#[derive(Default)]
+pub(crate) struct Hierarchy {
+    tree: Bvh,
+    workspace: BvhWorkspace,
+}
+
+impl Hierarchy {
+    /// Builds it anew of the boxes given by number; what is not there among these is taken out.
+    pub(crate) fn build(&mut self, boxes: impl Iterator<Item = (u32, Option<Aabb>)>) {
+        if self.tree.is_empty() {
+            let boxes = boxes.filter_map(|(number, bounds)| Some((number as usize, bounds?)));
+            self.tree = hierarchy(boxes.collect());
+            return;
+        }
+        for (number, bounds) in boxes {
+            match bounds {
+                // What stands above it follows below.
+                Some(bounds) => drop(self.tree.insert_or_update_partially(bounds, number, 0.0)),
+                None => self.tree.remove(number),
+            }
+        }
+        self.tree
+            .rebuild(&mut self.workspace, BvhBuildStrategy::Binned);
+    }
+}
+
+impl Deref for Hierarchy {
+    type Target = Bvh;
+
+    fn deref(&self) -> &Bvh {
+        &self.tree
+    }
+}
+
+impl DerefMut for Hierarchy {
+    fn deref_mut(&mut self) -> &mut Bvh {
+        &mut self.tree
+    }
+}
+
+impl fmt::Debug for Hierarchy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.tree.fmt(f)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::{Real, Vector};
+
+    /// Boxes that move, come and go are found where they are.
+    #[test]
+    fn follows_boxes() {
+        let bounds = |number: u32, round: u32| {
+            let gone = (number * 7 + round * 3).is_multiple_of(5) || number > 3 * round;
+            let place = Real::from((number * 5 + round * round) as u16 % 40);
+            (!gone).then(|| Aabb::new(Vector::splat(place), Vector::splat(place + 1.5)))
+        };
+        let mut tree = Hierarchy::default();
+        for round in (0..12).chain((0..12).rev()) {
+            tree.build((0..30).map(|number| (number, bounds(number, round))));
+            for place in 0..42 {
+                let here = Aabb::from_half_extents(Vector::splat(place as Real), Vector::ZERO);
+                let mut found: Vec<u32> = tree.intersect_aabb(&here).collect();
+                found.sort_unstable();
+                let there = |number: &u32| {
+                    let bounds = bounds(*number, round);
+                    bounds.is_some_and(|b| b.mins.x <= here.maxs.x && b.maxs.x >= here.mins.x)
+                };
+                let expected: Vec<u32> = (0..30).filter(there).collect();
+                assert_eq!(found, expected, "round {round}, at {place}");
+            }
+        }
+    }
 
     #[test]
     fn few_boxes_of_any_number() {

@@ -1,6 +1,6 @@
 //! A uniform grid over points: the index of everything that has one range for all.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use crate::math::{Real, Vector};
 
@@ -13,7 +13,7 @@ pub(crate) struct Grid {
     origin: Vector,
     per_length: Real,
     cells: [usize; 3],
-    /// For each cell, where its points start; one more for the end.
+    /// For each cell, where its points start; one more for the end of each row.
     starts: Vec<u32>,
     /// Cell of each point, then (see `build`) the point at each place.
     cell_of: Vec<u32>,
@@ -33,8 +33,17 @@ impl Grid {
         let (low, high) = points.iter().fold((infinity, -infinity), |(low, high), p| {
             (low.min(*p), high.max(*p))
         });
-        let extent = (high - low).max(Vector::ZERO);
-        let most = (CELLS_PER_POINT * points.len()).max(1);
+        let side = self.shape(high - low, points.len(), side);
+        self.origin = low;
+        self.per_length = side.recip();
+        self.sort(points);
+    }
+
+    /// Sets the numbers of cells, of at least `side`, in a box that holds `count` points; returns
+    /// the side they have.
+    fn shape(&mut self, extent: Vector, count: usize, side: Real) -> Real {
+        let extent = extent.max(Vector::ZERO);
+        let most = (CELLS_PER_POINT * count).max(1);
         let mut side = side.max(Real::MIN_POSITIVE);
         self.cells = loop {
             let cells = extent.to_array().map(|e| (e / side).min(1e6) as usize + 1);
@@ -43,25 +52,29 @@ impl Grid {
             }
             side *= 1.25;
         };
-        self.origin = low;
-        self.per_length = side.recip();
-        self.sort(points);
+        side
+    }
+
+    /// Whether so many points in such a box would be sorted into the same cells; if not, it is to
+    /// be built anew.
+    pub(crate) fn keeps_shape(&mut self, extent: Vector, count: usize, side: Real) -> bool {
+        let before = self.cells;
+        self.shape(extent, count, side).recip() == self.per_length && self.cells == before
     }
 
     /// Counting sort, which keeps points of one cell in their order.
     fn sort(&mut self, points: &[Vector]) {
-        let cell_count = self.cells.iter().product::<usize>();
+        let [columns, rows, layers] = self.cells;
         self.cell_of.clear();
         self.starts.clear();
-        self.starts.resize(cell_count + 1, 0);
+        self.starts.resize((columns + 1) * rows * layers, 0);
         for point in points {
-            let [x, y, z] = self.cell(*point);
-            let cell = (z * self.cells[1] + y) * self.cells[0] + x;
+            let cell = self.cell_of(*point);
             self.cell_of.push(cell as u32);
             self.starts[cell + 1] += 1;
         }
-        for cell in 0..cell_count {
-            self.starts[cell + 1] += self.starts[cell];
+        for cell in 1..self.starts.len() {
+            self.starts[cell] += self.starts[cell - 1];
         }
         self.order.clear();
         self.order.resize(points.len(), 0);
@@ -76,6 +89,43 @@ impl Grid {
     /// Which point stands at each place.
     pub(crate) fn order(&self) -> &[u32] {
         &self.order
+    }
+
+    /// The number of the cell that a point is in.
+    pub(crate) fn cell_of(&self, point: Vector) -> usize {
+        let [x, y, z] = self.cell(point);
+        (z * self.cells[1] + y) * (self.cells[0] + 1) + x
+    }
+
+    /// The places of the points of a cell, and of its whole row.
+    pub(crate) fn runs(&self, cell: usize) -> [Range<usize>; 2] {
+        let row = self.row(cell);
+        [(cell, cell + 1), (*row.start(), *row.end())]
+            .map(|(from, to)| self.starts[from] as usize..self.starts[to] as usize)
+    }
+
+    /// Makes room for one more point in a cell, or for one less.
+    pub(crate) fn resize(&mut self, cell: usize, by: i32) {
+        let after = cell + 1..=*self.row(cell).end();
+        let starts = self.starts[after].iter_mut();
+        starts.for_each(|start| *start = start.wrapping_add_signed(by));
+    }
+
+    /// Moves the points in the row of a cell elsewhere.
+    pub(crate) fn move_row(&mut self, cell: usize, to: usize) {
+        let row = self.row(cell);
+        let by = to as u32 - self.starts[*row.start()];
+        self.starts[row].iter_mut().for_each(|start| *start += by);
+    }
+
+    /// The number of the row that a cell is in.
+    pub(crate) fn row_of(&self, cell: usize) -> usize {
+        cell / (self.cells[0] + 1)
+    }
+
+    fn row(&self, cell: usize) -> RangeInclusive<usize> {
+        let start = self.row_of(cell) * (self.cells[0] + 1);
+        start..=start + self.cells[0]
     }
 
     fn cell(&self, point: Vector) -> [usize; 3] {
@@ -113,7 +163,7 @@ impl Grid {
                 if dy * dy + dz * dz > reach2 {
                     continue;
                 }
-                let row = (z * self.cells[1] + y) * self.cells[0];
+                let row = (z * self.cells[1] + y) * (self.cells[0] + 1);
                 let (start, end) = (self.starts[row + x0], self.starts[row + x1 + 1]);
                 if start < end {
                     visit(start as usize..end as usize);

@@ -153,14 +153,18 @@ impl Cells {
         self.cell([0; 3], self.counts)
     }
 
-    /// The solid in about that many cells; empty ones are left out.
-    pub(crate) fn about(&self, count: usize) -> Vec<Cell> {
-        let mut cells = vec![self.root()];
+    /// Cuts the solid into about that many cells; empty ones are left out.
+    pub(crate) fn cut(&self, count: usize, cells: &mut Vec<Cell>) {
+        cells.clear();
+        cells.push(self.root());
         while cells.len() < count && !cells.is_empty() {
-            let halves = cells.iter().flat_map(|cell| self.halves(cell));
-            cells = halves.filter(|cell| cell.content > 0.0).collect();
+            let before = cells.len();
+            for number in 0..before {
+                let halves = self.halves(&cells[number]).into_iter();
+                cells.extend(halves.filter(|cell| cell.content > 0.0));
+            }
+            cells.drain(..before);
         }
-        cells
     }
 
     fn cell(&self, from: [usize; 3], to: [usize; 3]) -> Cell {

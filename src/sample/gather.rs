@@ -325,11 +325,8 @@ impl Making<'_> {
         let local_pose = local_pose.unwrap_or(Pose::IDENTITY);
         let (middle, _) = middle(collider);
         for (kind, _) in wanted_kinds {
-            let rule = match kind {
-                Kind::Volume => self.shapes.volume(handle, collider, middle),
-                _ => self.shapes.surface(handle, collider, middle),
-            };
-            let Some(rule) = rule else {
+            let (part, of_volume) = ((handle, collider), kind == Kind::Volume);
+            let Some(rule) = self.shapes.rule(part, of_volume, middle) else {
                 continue;
             };
             let mut spread = 0;

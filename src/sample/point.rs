@@ -88,7 +88,7 @@ pub(crate) enum Kind {
 }
 
 /// The samples of one step.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Samples {
     /// First the sites, one per part; then what parts are sampled at otherwise. Of either, those
     /// of one body stand together.
@@ -124,6 +124,28 @@ pub(crate) struct Moment {
 /// −1. Exact up to 2²⁴ bodies in `f32`.
 pub(crate) fn owner(body: Option<RigidBodyHandle>) -> Real {
     body.map_or(-1.0, |handle| handle.into_raw_parts().0 as Real)
+}
+
+impl Clone for Samples {
+    fn clone(&self) -> Self {
+        let mut copy = Samples::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// In the buffers it has.
+    fn clone_from(&mut self, from: &Self) {
+        self.sites = from.sites;
+        self.list.clone_from(&from.list);
+        self.solids.clone_from(&from.solids);
+        self.overrides.clone_from(&from.overrides);
+        self.spreads.clone_from(&from.spreads);
+        self.local_spreads.clone_from(&from.local_spreads);
+        self.centres.clone_from(&from.centres);
+        self.bodies.clone_from(&from.bodies);
+        self.user.clone_from(&from.user);
+        self.by_collider.clone_from(&from.by_collider);
+    }
 }
 
 impl Samples {

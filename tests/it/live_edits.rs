@@ -293,6 +293,72 @@ proptest! {
     }
 }
 
+/// Numbers below others, the same in every run.
+fn random() -> impl FnMut(usize) -> usize {
+    let mut state = 1_usize;
+    move |below| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % below
+    }
+}
+
+/// Sources that stand still are kept in their order, and only those edited put elsewhere: within
+/// the box that they are in, at its faces and beyond them, alone and as several of one term, as
+/// fewer than it takes for a grid, and as more.
+#[test]
+fn hundreds_of_edits_of_sources_that_stand_still() {
+    let plans = [[0, 0, 0], [3, 1, 0], [-2, 2, 1]].map(|position| worlds::BodyPlan {
+        position,
+        linvel: [1, 0, 0],
+        angvel: [0, 1, 0],
+        parts: vec![([0; 3], 0, 1, None), ([1, 0, 0], 1, -1, None)],
+    });
+    let mut bench = Bench::new(World::new(&plans), &[]);
+    let mut random = random();
+    let mut at = move |beyond: usize| {
+        let mut along = |cells: usize| random(cells * 4 + beyond) as Real * 0.25 - 3.1;
+        Vector::new(along(7), along(5), along(3))
+    };
+    let star = |place: Vector| {
+        let star = Field::radial(1.0 + place.x.abs(), -1.0).within(Region::ball(1.9));
+        star.at(place)
+    };
+    let mut random = self::random();
+    let set = &mut bench.fields.set;
+    let mut handles: Vec<_> = (0..60).map(|_| set.insert_field(star(at(0)))).collect();
+    let mut groups = Vec::new();
+    for round in 0..400 {
+        for _ in 0..=random(3) {
+            let place = random(handles.len());
+            let handle = handles[place];
+            let set = &mut bench.fields.set;
+            match random(9) {
+                0 => set[handle].strength = random(4) as Real,
+                1 | 2 => set[handle].anchor = at(random(40) / 39).into(),
+                3 => set[handle].enabled = !set[handle].enabled,
+                4 => {
+                    set.remove_field(handle);
+                    handles.swap_remove(place);
+                }
+                5 => {
+                    let several = [at(0), at(0), at(0)];
+                    groups.push(set.insert(Tree::instances(star(Vector::ZERO), several)));
+                }
+                6 if !groups.is_empty() => {
+                    set.remove(groups.swap_remove(random(groups.len())));
+                }
+                _ => handles.push(set.insert_field(star(at(0)))),
+            }
+        }
+        bench.follow();
+        bench
+            .check()
+            .unwrap_or_else(|error| panic!("round {round}: {error}"));
+    }
+}
+
 /// Many like and many unlike fields: batches, programs and hierarchies from which one is taken, and
 /// into which one is put, in the middle.
 #[test]
@@ -331,13 +397,7 @@ fn hundreds_of_edits_of_many_fields() {
         handles.push(bench.fields.set.insert_field(unlike(k)));
         handles.push(bench.fields.set.insert_field(star(k)));
     }
-    let mut state = 1_usize;
-    let mut random = |below: usize| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) % below
-    };
+    let mut random = random();
     for round in 0..300 {
         for _ in 0..=random(3) {
             let place = random(handles.len());

@@ -56,37 +56,25 @@ impl Shapes {
         known.map_or((Vector::ZERO, Real::INFINITY), |known| known.ball)
     }
 
-    /// The samples of a collider's volume; `middle` where it has none.
-    pub(super) fn volume(
+    /// The samples of a collider's volume, or of its surface; `middle` where it has none.
+    pub(super) fn rule(
         &mut self,
-        handle: ColliderHandle,
-        collider: &Collider,
+        (handle, collider): (ColliderHandle, &Collider),
+        of_volume: bool,
         middle: Vector,
     ) -> Option<Arc<Rule>> {
         let known = self.known(handle, collider)?;
-        let (shape, moments) = (&known.shape, &known.moments);
-        let rule = known.volume.get_or_insert_with(|| {
-            let rule = moments
-                .as_ref()
-                .and_then(|moments| volume::rule(shape, moments));
-            Arc::new(rule.unwrap_or_else(|| Rule::single(middle)))
-        });
-        Some(rule.clone())
-    }
-
-    /// The samples of a collider's surface; `middle` where it has none.
-    pub(super) fn surface(
-        &mut self,
-        handle: ColliderHandle,
-        collider: &Collider,
-        middle: Vector,
-    ) -> Option<Arc<Rule>> {
-        let known = self.known(handle, collider)?;
-        let shape = &known.shape;
-        let rule = known.surface.get_or_insert_with(|| {
-            Arc::new(surface::rule(shape).unwrap_or_else(|| Rule::single(middle)))
-        });
-        Some(rule.clone())
+        let (shape, moments) = (&known.shape, known.moments.as_ref());
+        let rule = match of_volume {
+            true => &mut known.volume,
+            false => &mut known.surface,
+        };
+        let make = || match of_volume {
+            true => moments.and_then(|moments| volume::rule(shape, moments)),
+            false => surface::rule(shape),
+        };
+        let or_single = || Arc::new(make().unwrap_or_else(|| Rule::single(middle)));
+        Some(rule.get_or_insert_with(or_single).clone())
     }
 
     /// The cells a collider can be cut into, if it has a volume.

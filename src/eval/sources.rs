@@ -1,0 +1,243 @@
+//! Sources of radial fields, as they are met by samples.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::lanes::WIDTH;
+use super::quantity::Quantity;
+use crate::compile::{AnchorId, Key, RadialBatch, RadialSource};
+use crate::field::Frame;
+use crate::math::{Real, Vector};
+use crate::neighbors::{FEWEST_FOR_GRID, Grid};
+use crate::sample::owner;
+
+/// Sources in separate arrays, sorted by the cells of a grid if there are many, and in a cell by
+/// their terms. Behind each row of cells [`Lanes`](super::lanes::Lanes) can be read.
+#[derive(Debug, Default)]
+pub(super) struct Sources {
+    points: Vec<Vector>,
+    kept: Vec<(Real, Real)>,
+    pub(super) x: Vec<Real>,
+    pub(super) y: Vec<Real>,
+    pub(super) z: Vec<Real>,
+    pub(super) strength: Vec<Real>,
+    pub(super) owner: Vec<Real>,
+    pub(super) grid: Grid,
+    pub(super) gridded: bool,
+    /// That of the batch they were taken from, if all its sources stand still.
+    stamp: u64,
+    /// Of the term of each, if so.
+    serials: Vec<Key>,
+    count: usize,
+    /// The corners of the box they are in, and how many stand in each of its faces.
+    bounds: [Vector; 2],
+    in_faces: [usize; 6],
+    /// Where rows that were moved would run into others.
+    limits: HashMap<usize, usize>,
+}
+
+impl Sources {
+    /// Takes the sources whose anchors are there, and sorts them into a grid if there are many.
+    pub(super) fn gather(
+        &mut self,
+        batch: &RadialBatch,
+        sources: &[RadialSource],
+        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+        quantity: Quantity,
+    ) {
+        self.points.clear();
+        self.kept.clear();
+        for source in sources {
+            let Some(frame) = frame(source.anchor) else {
+                continue;
+            };
+            let shared = quantity == Quantity::Potential && frame.body.is_some();
+            let strength = if shared {
+                source.strength * 0.5
+            } else {
+                source.strength
+            };
+            self.points.push(frame.pose.translation);
+            self.kept.push((strength, owner(frame.body)));
+        }
+        self.count = self.points.len();
+        self.gridded = is_gridded(batch, self.count);
+        let side = self.side(batch);
+        self.grid.build(&self.points, side);
+        self.columns().into_iter().for_each(Vec::clear);
+        for source in self.grid.order() {
+            let (point, (strength, owner)) =
+                (self.points[*source as usize], self.kept[*source as usize]);
+            self.x.push(point.x);
+            self.y.push(point.y);
+            self.z.push(point.z);
+            self.strength.push(strength);
+            self.owner.push(owner);
+        }
+        for column in self.columns() {
+            column.extend([0.0; WIDTH]);
+        }
+        if batch.moving == 0 {
+            self.note_terms(batch);
+        }
+    }
+
+    /// Takes note of what [`Sources::follow`] needs to know.
+    fn note_terms(&mut self, batch: &RadialBatch) {
+        let order = self.grid.order().iter();
+        self.serials.clear();
+        self.serials
+            .extend(order.map(|source| batch.serials[*source as usize]));
+        self.serials.resize(self.x.len(), 0);
+        self.limits.clear();
+        let infinity = Vector::splat(Real::INFINITY);
+        let points = self.points.iter();
+        self.bounds = points.fold([infinity, -infinity], |[low, high], point| {
+            [low.min(*point), high.max(*point)]
+        });
+        self.in_faces = [0; 6];
+        for point in &self.points {
+            for face in faces(self.bounds, *point) {
+                self.in_faces[face] += 1;
+            }
+        }
+    }
+
+    fn columns(&mut self) -> [&mut Vec<Real>; 5] {
+        let (strength, owner) = (&mut self.strength, &mut self.owner);
+        [&mut self.x, &mut self.y, &mut self.z, strength, owner]
+    }
+
+    /// Of the cells of the grid. Half the range: finer cells fit the ball better than they cost in
+    /// ranges.
+    fn side(&self, batch: &RadialBatch) -> Real {
+        let range = batch.range.filter(|_| self.gridded);
+        range.map_or(Real::MAX, |range| range * 0.5)
+    }
+
+    /// All places, if there is no grid.
+    pub(super) fn all(&self) -> Range<usize> {
+        let [_, row] = self.grid.runs(0);
+        row
+    }
+
+    /// Brings the sources of a batch that all stand still up to date. Afterwards they are what
+    /// [`Sources::gather`] would make of them; whether that was possible.
+    pub(super) fn follow(
+        &mut self,
+        batch: &RadialBatch,
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
+    ) -> bool {
+        let before = std::mem::replace(&mut self.stamp, batch.log.stamp);
+        before == batch.log.stamp || self.patch(batch, before, frame).is_some()
+    }
+
+    /// Puts the sources of terms that were changed in place of those they had; `None` if the grid
+    /// is to be another.
+    fn patch(
+        &mut self,
+        batch: &RadialBatch,
+        before: u64,
+        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+    ) -> Option<()> {
+        let changes = batch.log.since(before)?;
+        let mut terms: Vec<Key> = changes.clone().map(|(serial, _)| serial).collect();
+        for (serial, stood) in changes {
+            if let Some(point) = stood {
+                self.remove(serial, point);
+            }
+        }
+        terms.sort_unstable();
+        terms.dedup();
+        for serial in terms {
+            for source in &batch.sources[batch.places_of(serial)] {
+                let frame = frame(source.anchor)?;
+                self.insert(serial, frame.pose.translation, source.strength)?;
+            }
+        }
+        let [low, high] = self.bounds;
+        let same = self.in_faces.iter().all(|count| *count > 0)
+            && self.gridded == is_gridded(batch, self.count)
+            && self
+                .grid
+                .keeps_shape(high - low, self.count, self.side(batch));
+        same.then_some(())
+    }
+
+    /// Takes out a source of a term, unless it came after what was gathered.
+    fn remove(&mut self, serial: Key, point: Vector) {
+        let cell = self.grid.cell_of(point);
+        let [mut run, row] = self.grid.runs(cell);
+        let found = run.find(|at| {
+            let here = Vector::new(self.x[*at], self.y[*at], self.z[*at]);
+            self.serials[*at] == serial && here == point
+        });
+        let Some(at) = found else { return };
+        for column in self.columns() {
+            column.copy_within(at + 1..row.end, at);
+        }
+        self.serials.copy_within(at + 1..row.end, at);
+        self.grid.resize(cell, -1);
+        self.count -= 1;
+        for face in faces(self.bounds, point) {
+            self.in_faces[face] -= 1;
+        }
+    }
+
+    /// Puts in a source of a term, after those it has in the cell; `None` if it is out of bounds.
+    fn insert(&mut self, serial: Key, point: Vector, strength: Real) -> Option<()> {
+        let [low, high] = self.bounds;
+        let inside = point.cmpge(low) & point.cmple(high);
+        let cell = self.grid.cell_of(Some(point).filter(|_| inside.all())?);
+        self.make_room(cell);
+        let [run, row] = self.grid.runs(cell);
+        let at = run.start + self.serials[run].partition_point(|known| *known <= serial);
+        let values = [point.x, point.y, point.z, strength, owner(None)];
+        for (column, value) in self.columns().into_iter().zip(values) {
+            column.copy_within(at..row.end, at + 1);
+            column[at] = value;
+        }
+        self.serials.copy_within(at..row.end, at + 1);
+        self.serials[at] = serial;
+        self.grid.resize(cell, 1);
+        self.count += 1;
+        for face in faces(self.bounds, point) {
+            self.in_faces[face] += 1;
+        }
+        Some(())
+    }
+
+    /// Moves the row of a cell to the end, unless there is room behind it.
+    fn make_room(&mut self, cell: usize) {
+        let (number, [_, row]) = (self.grid.row_of(cell), self.grid.runs(cell));
+        if self
+            .limits
+            .get(&number)
+            .is_some_and(|limit| row.end < *limit)
+        {
+            return;
+        }
+        let to = self.x.len();
+        let limit = to + 2 * row.len() + WIDTH;
+        for column in self.columns() {
+            column.extend_from_within(row.clone());
+            column.resize(limit + WIDTH, 0.0);
+        }
+        self.serials.extend_from_within(row);
+        self.serials.resize(limit + WIDTH, 0);
+        self.grid.move_row(cell, to);
+        self.limits.insert(number, limit);
+    }
+}
+
+fn is_gridded(batch: &RadialBatch, count: usize) -> bool {
+    batch.range.is_some() && count >= FEWEST_FOR_GRID
+}
+
+/// In which faces of a box a point is, by number.
+fn faces(bounds: [Vector; 2], point: Vector) -> impl Iterator<Item = usize> {
+    let corners = bounds.into_iter().flat_map(|corner| corner.to_array());
+    let coordinates = point.to_array().into_iter().cycle();
+    let pairs = corners.zip(coordinates).enumerate();
+    pairs.filter_map(|(face, (bound, x))| (bound == x).then_some(face))
+}
