@@ -6,7 +6,7 @@ use super::swept_body::{Form, Member, Solid, SweptBody};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
 };
-use crate::rapier::parry::query::{self, Contact};
+use crate::rapier::parry::query::{self, Contact, Unsupported};
 
 /// Roundings of coordinates in a gap, in 64 bits: less is not told from touching.
 const EXACT: f64 = 16.0 * f64::EPSILON;
@@ -209,9 +209,27 @@ fn contact(
     if !(near >= 0.0 && near.is_finite()) {
         return None;
     }
+    let is_plane = |part: MovingShape<'_>| matches!(part.member.shape, Form::Plane { .. });
+    if is_plane(b) && !is_plane(a) {
+        // Parry takes the pose the wrong way round if the half-space is second.
+        let found = contact(b, a, time, to_f64(near), -back)?;
+        return Some(Contact {
+            point1: relative.transform_point(found.point2),
+            point2: relative.transform_point(found.point1),
+            normal1: relative.rotation * found.normal2,
+            normal2: relative.rotation * found.normal1,
+            ..found
+        });
+    }
     let shapes = [a, b].map(|part| part.member.shape.parry());
     let [first, second] = [&shapes[0], &shapes[1]].map(|shape| &*shape.0);
-    query::contact(&Pose::IDENTITY, first, &relative, second, near).unwrap_or_else(|_| {
+    let found = if is_plane(a) && second.as_support_map().is_none() {
+        // The same for what is made of pieces.
+        Err(Unsupported)
+    } else {
+        query::contact(&Pose::IDENTITY, first, &relative, second, near)
+    };
+    found.unwrap_or_else(|_| {
         // Of some shapes Parry knows manifolds only.
         let points = manifold_points([&shapes[0], &shapes[1]], &relative, near);
         let points = points.iter().map(|point| point.placed(&relative));
