@@ -1,5 +1,6 @@
 //! Detect and respond (§3.3): who touches whom, and what follows.
 
+mod capability;
 mod conservative_advancement;
 mod detector;
 mod discrete;
@@ -22,6 +23,7 @@ mod swept_body;
 mod time_of_impact;
 mod trajectory;
 
+pub use capability::{Capability, ContactPlan};
 pub use event::ContactEvent;
 pub use field_contact::FieldContact;
 pub use hooks::StepHooks;

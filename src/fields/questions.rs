@@ -3,7 +3,7 @@
 use super::Fields;
 use crate::bridge::{StepError, View};
 use crate::compile::Plan;
-use crate::contact::FieldContact;
+use crate::contact::{ContactPlan, FieldContact};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::{EnergyAudit, Explanation};
 use crate::eval::{PotentialEnergy, WrenchError};
@@ -16,6 +16,20 @@ impl Fields {
     /// What the compiler decided; prints as a short report.
     pub fn plan(&self) -> Plan {
         self.pipeline.plan(&self.set)
+    }
+
+    /// Which pairs of shapes among some colliders detection fields watch, and how exactly they find
+    /// their contacts; prints as a short report.
+    pub fn contact_plan(&self, colliders: &ColliderSet) -> ContactPlan {
+        let watched = self.pipeline.watched(&self.set);
+        let kinds = colliders.iter().map(|(handle, collider)| {
+            let kind = collider.shape().shape_type();
+            (kind, watched.contains(&handle))
+        });
+        let mut kinds: Vec<_> = kinds.collect();
+        kinds.sort_unstable_by_key(|(kind, watched)| (*kind as u32, *watched));
+        kinds.dedup();
+        ContactPlan::new(&kinds, self.settings.detection)
     }
 
     /// Simulated time: the sum of all steps.

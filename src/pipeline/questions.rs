@@ -1,5 +1,7 @@
 //! What may be asked of the fields. No question changes anything.
 
+use std::collections::HashSet;
+
 use super::begin::moment;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, View};
@@ -8,7 +10,7 @@ use crate::diagnose::{Explanation, blame, explain, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, WrenchError};
 use crate::field::{FieldSet, Frames, Query, Sampling};
 use crate::integrate::{Evaluation, Integrator, MotionRules, StepContext, Stiffness};
-use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 use crate::reference::{Fate, Reference};
 use crate::rigid::{Body, Wrench};
 use crate::sample::{Kind, Properties, SamplePoint, Samples, owner};
@@ -84,6 +86,13 @@ impl FieldPipeline {
     /// What was compiled.
     pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
         self.current(set).compiled().plan(set)
+    }
+
+    /// The colliders with a detection field.
+    pub(crate) fn watched(&self, set: &FieldSet) -> HashSet<ColliderHandle> {
+        let current = self.current(set);
+        let detectors = current.compiled().detectors.iter();
+        detectors.map(|detector| detector.collider).collect()
     }
 
     fn scene<'a>(

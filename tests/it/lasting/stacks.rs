@@ -57,8 +57,8 @@ fn compare(name: &str, scene: impl Fn() -> Scene, hertz: u32) {
         let what = format!("{name}, {hertz} Hz, {way:?}: {ours:?} beside {theirs:?}");
         assert!(ours.gained <= 1e-4, "{what}");
         let at = ours.asleep_at.unwrap_or_else(|| panic!("awake: {what}"));
-        let later = (theirs_at * 3 / 10).max(hertz as usize / 6);
-        assert!(at <= theirs_at + later, "{what}");
+        // Without Rapier's own restitution what sways at first does so otherwise.
+        assert!(at <= theirs_at + hertz as usize / 2, "{what}");
         for (ours, theirs) in ours.scene.places().iter().zip(theirs.scene.places()) {
             let off = *ours - theirs;
             assert!(off.y.abs() < 0.002 && off.length() < 0.01, "{what}");

@@ -1,0 +1,164 @@
+//! What detection fields find between two shapes, and how exactly.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use super::modes::Detection;
+use crate::rapier::parry::shape::ShapeType;
+
+/// How detection fields find contacts between colliders of two shapes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Capability {
+    /// To rounding: two balls, or a ball and a half-space. Swept in 64 bits.
+    Exact,
+    /// By Parry, to some roundings of the size of the parts ([`Real`](crate::math::Real)): a ball by
+    /// its projection, all else by the manifolds that Rapier uses too. Swept, the moment is exact to
+    /// those roundings over the speed of approach; corners within a thousandth of the size touch at
+    /// once.
+    ByParry,
+    /// Not at all: Parry has no contact between them, and so neither has Rapier.
+    None,
+}
+
+impl Capability {
+    /// Of two shapes, in any order.
+    ///
+    /// | | ball | half-space | mesh | height field | voxels | all else |
+    /// |---|---|---|---|---|---|---|
+    /// | ball | exact | exact | by Parry | by Parry | by Parry | by Parry |
+    /// | half-space | exact | none | by Parry | none | by Parry | by Parry |
+    /// | mesh | by Parry | by Parry | by Parry | none | none | by Parry |
+    /// | height field | by Parry | none | none | none | none | by Parry |
+    /// | voxels | by Parry | by Parry | none | none | by Parry | by Parry |
+    /// | all else | by Parry | by Parry | by Parry | by Parry | by Parry | by Parry |
+    ///
+    /// All else: cuboid, capsule, cylinder, cone, convex hull, triangle, segment, the round ones of
+    /// these, and compounds. It is the same for both kinds of [`Detection`].
+    pub fn of(one: ShapeType, two: ShapeType) -> Self {
+        use ShapeType::{Ball, HalfSpace, HeightField, TriMesh, Voxels};
+        match (one, two) {
+            (Ball, Ball | HalfSpace) | (HalfSpace, Ball) => Capability::Exact,
+            (HalfSpace, HalfSpace) => Capability::None,
+            (HeightField, HalfSpace | HeightField | TriMesh | Voxels)
+            | (HalfSpace | TriMesh | Voxels, HeightField)
+            | (TriMesh, Voxels)
+            | (Voxels, TriMesh) => Capability::None,
+            _ => Capability::ByParry,
+        }
+    }
+}
+
+impl fmt::Display for Capability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Capability::Exact => "exact",
+            Capability::ByParry => "by Parry, within roundings of the size",
+            Capability::None => "not found by anybody",
+        })
+    }
+}
+
+/// What detection fields find in a world: how many of its pairs of shapes, by their kinds. Printed,
+/// it is a short report.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ContactPlan {
+    /// By kinds of shapes of which one side has a detection field.
+    pub pairs: BTreeMap<(ShapeKind, ShapeKind), Capability>,
+    /// Whether what touches within a step is found.
+    pub swept: bool,
+}
+
+/// A kind of shape, by its name in Parry.
+pub type ShapeKind = String;
+
+impl ContactPlan {
+    /// Of shapes that have a detection field, or have not.
+    pub(crate) fn new(kinds: &[(ShapeType, bool)], detection: Detection) -> Self {
+        let mut pairs = BTreeMap::new();
+        for (one, watched) in kinds {
+            for (two, also) in kinds {
+                let names = [one, two].map(|kind| format!("{kind:?}"));
+                let [a, b] = names;
+                if (*watched || *also) && a <= b {
+                    pairs.insert((a, b), Capability::of(*one, *two));
+                }
+            }
+        }
+        ContactPlan {
+            pairs,
+            swept: detection == Detection::Swept,
+        }
+    }
+}
+
+impl fmt::Display for ContactPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let when = if self.swept { "over the whole of each step" } else { "at the end of each step" };
+        writeln!(f, "contacts, {when}:")?;
+        for ((one, two), capability) in &self.pairs {
+            writeln!(f, "  {one} and {two}: {capability}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::overlap::manifold_points;
+    use crate::math::{Pose, Real, SharedShape, Vector};
+    use crate::rapier::parry::utils::Array2;
+
+    fn shapes() -> Vec<SharedShape> {
+        let square = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
+        let corners: Vec<Vector> = square.iter().map(|(x, z)| Vector::new(*x, 0.0, *z)).collect();
+        let faces = vec![[0, 1, 2], [0, 2, 3]];
+        let [a, b, c, d] = [Vector::X, Vector::Y, Vector::Z, -Vector::ONE];
+        let piece = (Pose::IDENTITY, SharedShape::cuboid(0.5, 0.5, 0.5));
+        vec![
+            SharedShape::ball(0.5),
+            SharedShape::cuboid(0.5, 0.5, 0.5),
+            SharedShape::capsule_y(0.4, 0.4),
+            SharedShape::cylinder(0.5, 0.5),
+            SharedShape::cone(0.5, 0.5),
+            SharedShape::convex_hull(&[a, b, c, d]).expect("a hull"),
+            SharedShape::triangle(a, b, c),
+            SharedShape::segment(-Vector::Y, Vector::Y),
+            SharedShape::round_cuboid(0.4, 0.4, 0.4, 0.1),
+            SharedShape::round_cylinder(0.4, 0.4, 0.1),
+            SharedShape::round_cone(0.4, 0.4, 0.1),
+            SharedShape::compound(vec![piece]),
+            SharedShape::trimesh(corners, faces).expect("a mesh"),
+            SharedShape::heightfield(Array2::zeros(3, 3), Vector::splat(2.0)),
+            SharedShape::voxels_from_points(Vector::splat(0.5), &[Vector::ZERO, Vector::X]),
+            SharedShape::halfspace(Vector::Y),
+        ]
+    }
+
+    /// Whether Parry finds two shapes that overlap in some of many poses.
+    fn is_found(one: &SharedShape, two: &SharedShape) -> bool {
+        (0..60_u8).any(|number| {
+            let turn = Vector::new(0.3, 0.7, 0.2) * Real::from(number);
+            let place = Vector::new(0.1, -0.1 + 0.01 * Real::from(number % 7), 0.15);
+            let relative = Pose::new(place, turn);
+            !manifold_points([one, two], &relative, 0.0).is_empty()
+        })
+    }
+
+    #[test]
+    fn the_table_says_what_parry_finds() {
+        let mut wrong = Vec::new();
+        for one in shapes() {
+            for two in shapes() {
+                let kinds = [one.shape_type(), two.shape_type()];
+                let said = Capability::of(kinds[0], kinds[1]) != Capability::None;
+                if said != is_found(&one, &two) {
+                    wrong.push((kinds, said));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:?}");
+    }
+}
