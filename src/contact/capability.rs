@@ -27,23 +27,23 @@ impl Capability {
     /// | | ball | half-space | mesh | height field | voxels | all else |
     /// |---|---|---|---|---|---|---|
     /// | ball | exact | exact | by Parry | by Parry | by Parry | by Parry |
-    /// | half-space | exact | none | by Parry | none | by Parry | by Parry |
+    /// | half-space | exact | none | by Parry | by Parry | none | by Parry |
     /// | mesh | by Parry | by Parry | by Parry | none | none | by Parry |
-    /// | height field | by Parry | none | none | none | none | by Parry |
-    /// | voxels | by Parry | by Parry | none | none | by Parry | by Parry |
+    /// | height field | by Parry | by Parry | none | none | none | by Parry |
+    /// | voxels | by Parry | none | none | none | by Parry | by Parry |
     /// | all else | by Parry | by Parry | by Parry | by Parry | by Parry | by Parry |
     ///
     /// All else: cuboid, capsule, cylinder, cone, convex hull, triangle, segment, the round ones of
-    /// these, and compounds. It is the same for both kinds of [`Detection`].
+    /// these, and compounds. Two segments have no thickness, and never overlap. It is the same for
+    /// both kinds of [`Detection`]. Of a half-space and voxels Parry panics in Rapier's own step.
     pub fn of(one: ShapeType, two: ShapeType) -> Self {
         use ShapeType::{Ball, HalfSpace, HeightField, TriMesh, Voxels};
         match (one, two) {
             (Ball, Ball | HalfSpace) | (HalfSpace, Ball) => Capability::Exact,
-            (HalfSpace, HalfSpace) => Capability::None,
-            (HeightField, HalfSpace | HeightField | TriMesh | Voxels)
-            | (HalfSpace | TriMesh | Voxels, HeightField)
-            | (TriMesh, Voxels)
-            | (Voxels, TriMesh) => Capability::None,
+            (HalfSpace, HalfSpace | Voxels)
+            | (Voxels, HalfSpace | HeightField | TriMesh)
+            | (TriMesh, HeightField | Voxels)
+            | (HeightField, TriMesh | HeightField | Voxels) => Capability::None,
             _ => Capability::ByParry,
         }
     }
@@ -154,6 +154,9 @@ mod tests {
             for two in shapes() {
                 let kinds = [one.shape_type(), two.shape_type()];
                 let said = Capability::of(kinds[0], kinds[1]) != Capability::None;
+                if kinds == [ShapeType::Segment; 2] {
+                    continue;
+                }
                 if said != is_found(&one, &two) {
                     wrong.push((kinds, said));
                 }

@@ -20,13 +20,16 @@ pub enum Detection {
     /// any number of times in one step, in the right order, and nothing tunnels.
     ///
     /// Balls and half-spaces are exact, to some roundings in 64 bits; other shapes are found by
-    /// Parry's distance, in time to some roundings of their size (in [`Real`](crate::math::Real)) over the speed of
-    /// approach. Not seen are a body's collisions with what only Rapier answers after it was
-    /// pushed: those wait for the next step.
+    /// Parry's distance, in time to some roundings of their size (in [`Real`](crate::math::Real))
+    /// over the speed of approach: see [`Capability`](crate::Capability). Not seen are a body's
+    /// collisions with what only Rapier answers after it was pushed: those wait for the next step.
+    /// If a step has more impacts than one may have, its bodies are kept where they touch for the
+    /// rest of it, and the outcome says so.
     ///
-    /// Bodies move as they do for Rapier. Those that turn freely are all turned by this crate's own
-    /// rotation, balls included, which Rapier would turn by linearised substeps. Where something
-    /// else pushed a body within the step (gravity, joints, Rapier's contacts), its path is taken
+    /// Bodies move as they do for Rapier: on parabolas, under its gravity, their users' forces and
+    /// the fields. Those that turn freely are all turned by this crate's own rotation, balls
+    /// included, which Rapier would turn by linearised substeps. Where something else pushed a body
+    /// within the step (joints, Rapier's contacts), and in schemes with substeps, its path is taken
     /// as the straight line, and the steady rotation, between its poses.
     Swept,
 }
@@ -43,9 +46,23 @@ pub enum Detection {
 pub enum Responder {
     /// Rapier's solver; fields only observe.
     Rapier,
-    /// The fields, by their laws. Rapier still finds and reports contacts between two colliders
-    /// that both have a detection field, but is told by a [hook](crate::StepHooks) not to solve
-    /// them. Contacts with all other colliders stay Rapier's.
+    /// The fields, by their laws: whatever touches a collider that has a detection field whose law
+    /// is not [`Observe`](crate::ContactLaw::Observe). Rapier still finds and reports these
+    /// contacts.
+    ///
+    /// Contacts that last are handed to Rapier's solver by a [hook](crate::StepHooks), with the
+    /// friction of the law and no restitution: so what rests, rests and sleeps as it does in Rapier
+    /// alone. A contact lasts while it approaches and parts more slowly than
+    /// √((2 a dt)² + 2 a h), where a is the larger acceleration of its two bodies by gravity,
+    /// fields and their users' forces, and h Rapier's allowed linear error, 0.005 length units: what
+    /// would rebound lower than that is at rest. Of laws without loss (a restitution of one, the
+    /// paper's) only what is slower than a dt lasts, or energy would be lost. Where nothing
+    /// accelerates bodies, no contact lasts: what joints alone press together is not known.
+    /// Springs ([`Penalty`](crate::ContactLaw::Penalty)) hold what rests themselves.
+    ///
+    /// Impacts that happen at once are answered together (see
+    /// [`Impulse`](crate::ContactLaw::Impulse)): of a row of touching balls that is hit all move on,
+    /// where one after the other only the last would.
     #[default]
     Fields,
     /// Both, each by its own rule.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::capability::Capability;
 use crate::math::{Pose, Real, SharedShape, Vector};
 use crate::rapier::parry::query::{
     ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher,
@@ -102,7 +103,10 @@ pub(super) fn manifold_points(
 ) -> Vec<ManifoldPoint> {
     let [first, second] = shapes.map(|shape| &*shape.0);
     let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
-    // Of what Parry does not know there is no contact, as in Rapier.
+    if Capability::of(first.shape_type(), second.shape_type()) == Capability::None {
+        return Vec::new();
+    }
+    // Of what the table does not name, in a compound say, there is no contact, as in Rapier.
     let _ = DefaultQueryDispatcher.contact_manifolds(
         relative,
         first,
