@@ -95,7 +95,11 @@ impl ContactPlan {
 
 impl fmt::Display for ContactPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let when = if self.swept { "over the whole of each step" } else { "at the end of each step" };
+        let when = if self.swept {
+            "over the whole of each step"
+        } else {
+            "at the end of each step"
+        };
         writeln!(f, "contacts, {when}:")?;
         for ((one, two), capability) in &self.pairs {
             writeln!(f, "  {one} and {two}: {capability}")?;
@@ -113,7 +117,10 @@ mod tests {
 
     fn shapes() -> Vec<SharedShape> {
         let square = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
-        let corners: Vec<Vector> = square.iter().map(|(x, z)| Vector::new(*x, 0.0, *z)).collect();
+        let corners: Vec<Vector> = square
+            .iter()
+            .map(|(x, z)| Vector::new(*x, 0.0, *z))
+            .collect();
         let faces = vec![[0, 1, 2], [0, 2, 3]];
         let [a, b, c, d] = [Vector::X, Vector::Y, Vector::Z, -Vector::ONE];
         let piece = (Pose::IDENTITY, SharedShape::cuboid(0.5, 0.5, 0.5));

@@ -7,9 +7,9 @@ use super::discrete::{Discrete, Found, approach_speed};
 use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
 use super::hooks::Verdicts;
-use super::rules::{Pairs, in_order};
 use super::modes::Detection;
 use super::respond;
+use super::rules::{Pairs, in_order};
 use super::starts::Starts;
 use super::sweep::{Scene, Sweep};
 use crate::bridge::Push;
@@ -134,7 +134,9 @@ impl Detector {
                 .contacts
                 .retain(|(contact, _)| masks.let_touch(fields, contact.colliders, moment));
         }
-        found.contacts.sort_unstable_by_key(|(contact, _)| contact.key());
+        found
+            .contacts
+            .sort_unstable_by_key(|(contact, _)| contact.key());
         self.contacts.clear();
         self.contacts
             .extend(found.contacts.iter().map(|(contact, _)| *contact));

@@ -280,7 +280,11 @@ impl<W: Lookup> Finder<'_, W> {
         let start = points.len();
         overlaps(points);
         let deeper = |a: &OverlapPoint, b: &OverlapPoint| if b.depth > a.depth { *b } else { *a };
-        let Some(deepest) = points[start..].iter().copied().reduce(|a, b| deeper(&a, &b)) else {
+        let Some(deepest) = points[start..]
+            .iter()
+            .copied()
+            .reduce(|a, b| deeper(&a, &b))
+        else {
             return;
         };
         let (point, normal) = (deepest.world_point, deepest.world_normal);
@@ -300,7 +304,9 @@ impl<W: Lookup> Finder<'_, W> {
 pub(super) fn approach_speed(contact: &FieldContact, world: &impl Lookup) -> Real {
     let velocities = contact.bodies.map(|body| {
         let body = body.and_then(|body| world.body(body));
-        body.map_or(Vector::ZERO, |body| body.velocity_at_point(contact.world_point))
+        body.map_or(Vector::ZERO, |body| {
+            body.velocity_at_point(contact.world_point)
+        })
     });
     (velocities[0] - velocities[1]).dot(contact.world_normal)
 }

@@ -43,11 +43,13 @@ impl FieldMasks {
         [first, second]: [ColliderHandle; 2],
         moment: Moment,
     ) -> bool {
-        [(first, second), (second, first)].into_iter().any(|(owner, other)| {
-            let numbers = touch.detectors_of(owner).iter();
-            let mut detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
-            detectors.any(|detector| self.lets_through(compiled, detector, other, moment))
-        })
+        [(first, second), (second, first)]
+            .into_iter()
+            .any(|(owner, other)| {
+                let numbers = touch.detectors_of(owner).iter();
+                let mut detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
+                detectors.any(|detector| self.lets_through(compiled, detector, other, moment))
+            })
     }
 
     /// Whether a detection field is still there, where `other` is sampled, after its operators:
@@ -96,9 +98,8 @@ impl FieldMasks {
         };
         let instance = mask.instance as usize;
         let motion = Motion::of(&query);
-        let outcome = self
-            .machine
-            .run(program, instance, &self.frames, &query, &motion);
-        outcome.is_some_and(|outcome| outcome.leaves & (1_u64 << mask.leaf.min(63)) != 0)
+        let (leaf, frames) = ((program, mask.leaf), &self.frames);
+        self.machine
+            .contributes(leaf, instance, frames, &query, &motion)
     }
 }

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::laws::Laws;
-use super::starts::Starts;
 use super::rules::{Pairs, in_order};
+use super::starts::Starts;
 use super::{Responder, Rules};
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
@@ -334,11 +334,7 @@ impl PhysicsHooks for StepHooks<'_> {
 
 /// Whether Rapier holds a touching pair that fields claim, of which a body is awake, so that it is
 /// to ask about it in its next step.
-pub(crate) fn is_to_ask(
-    claims: &Claims,
-    narrow_phase: &NarrowPhase,
-    world: &impl Lookup,
-) -> bool {
+pub(crate) fn is_to_ask(claims: &Claims, narrow_phase: &NarrowPhase, world: &impl Lookup) -> bool {
     let awake = |collider: ColliderHandle| {
         let body = world.collider(collider).and_then(|it| it.parent());
         let body = body.and_then(|body| world.body(body));

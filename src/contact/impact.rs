@@ -41,7 +41,9 @@ impl Sweep {
             let meeting = |spot| self.meeting(event, spot, &contact, places, scene);
             meetings.extend(spots.iter().map(meeting));
             let own = &mut meetings[first..];
-            let approach = own.iter().map(|meeting: &Meeting| meeting.approach(&movers));
+            let approach = own
+                .iter()
+                .map(|meeting: &Meeting| meeting.approach(&movers));
             let approach = approach.fold(f64::NEG_INFINITY, f64::max);
             contact.approach_speed = from_f64(approach);
             let law = own[0].law;
@@ -51,7 +53,8 @@ impl Sweep {
                 // It lasts, and is Rapier's, unless it was fast when Rapier's step began.
                 self.settled.insert(event.parts);
                 let falls = scene.verdicts.lifted.contains(&contact.colliders);
-                own.iter_mut().for_each(|meeting| meeting.lay_down(falls, &mut movers));
+                own.iter_mut()
+                    .for_each(|meeting| meeting.lay_down(falls, &mut movers));
             } else if self.rests(&own[0], &movers, &spots[0], dt) {
                 // Answered once more, and then no longer: Zeno's bounces come to rest.
                 self.settled.insert(event.parts);
@@ -71,7 +74,8 @@ impl Sweep {
                 }
             }
             let unanswered = contact.impulses == [Vector::ZERO; 2];
-            let approach = |meeting: &Meeting| meeting.approach(&movers) > meeting.rounding(&movers);
+            let approach =
+                |meeting: &Meeting| meeting.approach(&movers) > meeting.rounding(&movers);
             if unanswered || own.iter().any(approach) {
                 self.settled.insert(*parts);
             }

@@ -186,9 +186,8 @@ impl Meeting {
         self.slow = 0.0;
         let of = |place: Option<usize>| place.map(|place| &movers[place]);
         let pull = |place| of(place).map_or(DVec3::ZERO, |mover: &ContactBody| mover.acceleration);
-        let yields = |place| {
-            of(place).map_or(0.0, |mover| mover.resistance.inverse_mass.max_element())
-        };
+        let yields =
+            |place| of(place).map_or(0.0, |mover| mover.resistance.inverse_mass.max_element());
         let [first, second] = self.places.map(pull);
         let shares = self.places.map(yields);
         let pressing = (first - second).dot(self.normal);
@@ -290,7 +289,9 @@ impl Solver<'_> {
             [meeting.normal * -push(0), meeting.normal * push(1)]
         };
         match meeting.law {
-            ContactLaw::Paper if approach > meeting.slow => by_the_field(&|part| velocities[part].length()),
+            ContactLaw::Paper if approach > meeting.slow => {
+                by_the_field(&|part| velocities[part].length())
+            }
             ContactLaw::PaperRelative if approach > meeting.slow => by_the_field(&|_| approach),
             ContactLaw::Penalty { stiffness, damping } => {
                 let spring = to_f64(stiffness) * meeting.depth;

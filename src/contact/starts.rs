@@ -47,7 +47,11 @@ impl Start {
     /// A body that nothing but gravity and its own force acts on, with the state it has.
     fn now(handle: RigidBodyHandle, body: &RigidBody, setting: &Setting) -> Self {
         let inverse_mass = body.mass_properties().effective_inv_mass;
-        let pulled = if inverse_mass == Vector::ZERO { 0.0 } else { body.gravity_scale() };
+        let pulled = if inverse_mass == Vector::ZERO {
+            0.0
+        } else {
+            body.gravity_scale()
+        };
         let spread = setting.gravity * pulled + body.user_force() * inverse_mass;
         let iterations = setting.iterations.max(1) + body.additional_solver_iterations();
         Start {

@@ -144,7 +144,8 @@ impl Sweep {
             }
             track.stop(batch[0].time);
             if !std::mem::replace(&mut self.moved[number], true) {
-                self.redirected.push((number, track.bounds(batch[0].time, batch[0].time)));
+                self.redirected
+                    .push((number, track.bounds(batch[0].time, batch[0].time)));
             }
         }
     }
@@ -259,12 +260,20 @@ impl Sweep {
     ) -> impl Iterator<Item = ([usize; 2], [MovingShape<'_>; 2])> {
         let [a, b] = tracks.map(|number| self.tracks.list[number].parts.clone());
         let pairs = a.flat_map(move |i| b.clone().map(move |j| [i, j]));
-        let hit = tracks.iter().any(|number| self.tracks.list[*number].generation > 0);
+        let hit = tracks
+            .iter()
+            .any(|number| self.tracks.list[*number].generation > 0);
         let wanted = move |parts: &[usize; 2]| {
             let both = parts.map(|part| &self.tracks.parts[part].part);
             let detects = both.iter().any(|part| part.law.is_some());
-            let held = || self.held.contains(&in_order(both.map(|part| part.collider)));
-            detects && both[0].may_touch(both[1]) && !self.settled.contains(parts) && (hit || !held())
+            let held = || {
+                self.held
+                    .contains(&in_order(both.map(|part| part.collider)))
+            };
+            detects
+                && both[0].may_touch(both[1])
+                && !self.settled.contains(parts)
+                && (hit || !held())
         };
         let carried = move |parts| (parts, self.carried(tracks, parts));
         pairs.filter(wanted).map(carried)

@@ -3,8 +3,8 @@
 
 use super::discrete::Discrete;
 use super::field_contact::Part;
-use super::starts::{Start, Starts};
 use super::solve::{ContactBody, Resistance};
+use super::starts::{Start, Starts};
 use super::trajectory::{Path, Turn};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, SharedShape, from_dvec3, from_f64,

@@ -185,7 +185,10 @@ fn most_approach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> f64 
 fn relative_pose(a: MovingShape<'_>, b: MovingShape<'_>, time: f64, back: DVec3) -> Pose {
     let frame = |part: MovingShape<'_>| {
         let pose = part.pose(time);
-        DPose3::from_parts(pose.translation, pose.rotation * own_rotation(&part.member.shape))
+        DPose3::from_parts(
+            pose.translation,
+            pose.rotation * own_rotation(&part.member.shape),
+        )
     };
     let (one, two) = (frame(a), frame(b));
     // In 64 bits up to here, so that the distance from the origin costs nothing.
@@ -273,7 +276,10 @@ pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<Co
     let flat = FLAT * (finite_reach(forms[0]) + finite_reach(forms[1]));
     let shapes = forms.map(Form::parry);
     let relative = relative_pose(a, b, time, DVec3::ZERO);
-    let (origin, rotation) = (a.place(time), a.pose(time).rotation * own_rotation(forms[0]));
+    let (origin, rotation) = (
+        a.place(time),
+        a.pose(time).rotation * own_rotation(forms[0]),
+    );
     let margin = from_f64((flat - depth).max(0.0));
     let all = manifold_points([&shapes[0], &shapes[1]], &relative, margin);
     let all = all.iter().filter_map(|point| {

@@ -342,6 +342,7 @@ impl<'a> Sampler<'a> {
                 query: &self.query,
                 motion: &motion,
                 overridden: RegionOverride::default(),
+                watched: None,
             };
             let mut force = |overridden: RegionOverride| {
                 let outcome = self.machine.run_at(&SampleContext {

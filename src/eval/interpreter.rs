@@ -12,9 +12,8 @@ use crate::math::{DVec3, to_dvec3};
 struct Value<T> {
     defined: Pieces,
     vector: Vec3<T>,
-    /// Bit n: the vector would hold that of leaf n, were it not zero. Leaves beyond the 64th are
-    /// not told apart.
-    leaves: u64,
+    /// Whether the vector would hold that of the leaf that is watched, were it not zero.
+    watched: bool,
 }
 
 impl<T: Number> Value<T> {
@@ -22,7 +21,7 @@ impl<T: Number> Value<T> {
         Value {
             defined: Pieces::NONE,
             vector: constant(DVec3::ZERO),
-            leaves: 0,
+            watched: false,
         }
     }
 }
@@ -32,8 +31,8 @@ impl<T: Number> Value<T> {
 pub(crate) struct Outcome<T = f64> {
     /// The force, world axes.
     pub force: Vec3<T>,
-    /// Bit n: leaf n contributes to it.
-    pub leaves: u64,
+    /// Whether the leaf that is watched contributes to it.
+    watched: bool,
 }
 
 /// Evaluates programs; keeps its stack between calls. With numbers that carry derivatives it
@@ -76,6 +75,8 @@ pub(super) struct SampleContext<'a, T> {
     pub query: &'a Query,
     pub motion: &'a Motion<T>,
     pub overridden: RegionOverride,
+    /// A leaf of which is asked whether it contributes.
+    pub watched: Option<u32>,
 }
 
 /// Leaves whose regions are taken to hold the sample, or not, whatever they say: bits by leaf.
@@ -102,7 +103,29 @@ impl<T: Number> Interpreter<T> {
             query,
             motion,
             overridden: RegionOverride::default(),
+            watched: None,
         })
+    }
+
+    /// Whether a leaf contributes to a program's instance at a sample, be it by zero.
+    pub(crate) fn contributes(
+        &mut self,
+        (program, leaf): (&Program, u32),
+        instance: usize,
+        frames: &[Option<Frame>],
+        query: &Query,
+        motion: &Motion<T>,
+    ) -> bool {
+        let outcome = self.run_at(&SampleContext {
+            program,
+            instance,
+            frames,
+            query,
+            motion,
+            overridden: RegionOverride::default(),
+            watched: Some(leaf),
+        });
+        outcome.is_some_and(|outcome| outcome.watched)
     }
 
     /// Like [`Interpreter::run`], with some of the leaves' regions decided beforehand.
@@ -150,7 +173,7 @@ impl<T: Number> Interpreter<T> {
         let value = self.stack.pop()?;
         value.defined.any().then_some(Outcome {
             force: value.vector,
-            leaves: value.leaves,
+            watched: value.watched,
         })
     }
 
@@ -192,7 +215,7 @@ impl<'a, T: Number> SampleContext<'a, T> {
         Value {
             defined,
             vector: field.force_of(self.program.strength(self.instance, leaf as usize), &local),
-            leaves: bit,
+            watched: self.watched == Some(leaf),
         }
     }
 
@@ -256,15 +279,15 @@ fn apply<T: Number>(
     if !e.any() {
         return Value { defined, ..v };
     }
-    let leaves = match operator {
-        Operator::Difference => u.leaves,
-        Operator::ReplaceUnion | Operator::ReplaceIntersection => v.leaves,
-        _ => u.leaves | v.leaves,
+    let watched = match operator {
+        Operator::Difference => u.watched,
+        Operator::ReplaceUnion | Operator::ReplaceIntersection => v.watched,
+        _ => u.watched || v.watched,
     };
     Value {
         defined,
         vector: operator.vector(u.vector, v.vector),
-        leaves,
+        watched,
     }
 }
 
@@ -279,10 +302,10 @@ fn layers<T: Number>(operands: &[Value<T>], modes: &[Override]) -> Value<T> {
         }
         if mode.replaces {
             gathered.vector = constant(DVec3::ZERO);
-            gathered.leaves = 0;
+            gathered.watched = false;
         }
         gathered.vector += value.vector;
-        gathered.leaves |= value.leaves;
+        gathered.watched |= value.watched;
         stopped = mode.stops;
     }
     gathered

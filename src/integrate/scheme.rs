@@ -161,7 +161,10 @@ impl Scheme {
 
     /// Whether bodies get the whole of a kick before Rapier's step.
     pub(crate) fn kicks_once(self) -> bool {
-        matches!(self, Scheme::Kick | Scheme::LinearlyImplicit | Scheme::ExternalForce)
+        matches!(
+            self,
+            Scheme::Kick | Scheme::LinearlyImplicit | Scheme::ExternalForce
+        )
     }
 
     /// Puts into `ticks` the steps into which all bodies divide theirs, in units of it; `most`: as

@@ -157,9 +157,10 @@ impl FieldPipeline {
             moment(state.time, world.integration_parameters.dt),
         );
         let properties = &self.properties;
-        self.detector.run(&self.compiled, &view, moment, None, |samples| {
-            Self::sites(properties, &view, samples);
-        });
+        self.detector
+            .run(&self.compiled, &view, moment, None, |samples| {
+                Self::sites(properties, &view, samples);
+            });
         let contacts = &self.detector.contacts;
         Some(crate::cross_check::expect(settings, contacts, &view))
     }

@@ -143,7 +143,10 @@ impl FieldPipeline {
             &view,
             (moment(began, dt), dt),
             |samples| Self::sites(properties, &view, samples),
-            (|contact: &FieldContact| rules.answers(contact, &verdicts.vetoed), verdicts),
+            (
+                |contact: &FieldContact| rules.answers(contact, &verdicts.vetoed),
+                verdicts,
+            ),
             &mut self.pushes,
         );
         bridge::push(world.bodies, &self.pushes)
@@ -283,9 +286,10 @@ impl FieldPipeline {
         let moment = moment(state.time, dt);
         let properties = &self.properties;
         let held = Some(&verdicts.held);
-        self.detector.run(&self.compiled, &view, moment, held, |samples| {
-            Self::sites(properties, &view, samples);
-        });
+        self.detector
+            .run(&self.compiled, &view, moment, held, |samples| {
+                Self::sites(properties, &view, samples);
+            });
         if rules.answer_any() {
             let answers = |contact: &FieldContact| rules.answers(contact, &verdicts.vetoed);
             self.detector.respond(&view, dt, answers, &mut self.pushes);

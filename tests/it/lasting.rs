@@ -94,7 +94,9 @@ impl Scene {
 
     fn places(&self) -> Vec<Vector> {
         let bodies = self.bodies.iter();
-        bodies.map(|body| self.world.bodies[*body].translation()).collect()
+        bodies
+            .map(|body| self.world.bodies[*body].translation())
+            .collect()
     }
 
     fn asleep(&self) -> bool {

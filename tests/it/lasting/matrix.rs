@@ -21,14 +21,20 @@ fn shapes() -> Vec<(&'static str, SharedShape)> {
     vec![
         ("ball", SharedShape::ball(0.4)),
         ("cuboid", SharedShape::cuboid(0.4, 0.3, 0.5)),
-        ("round cuboid", SharedShape::round_cuboid(0.3, 0.2, 0.4, 0.1)),
+        (
+            "round cuboid",
+            SharedShape::round_cuboid(0.3, 0.2, 0.4, 0.1),
+        ),
         ("capsule", SharedShape::capsule_x(0.3, 0.25)),
         ("cylinder", SharedShape::cylinder(0.3, 0.4)),
         ("round cylinder", SharedShape::round_cylinder(0.2, 0.3, 0.1)),
         ("cone", SharedShape::cone(0.4, 0.4)),
         ("hull", SharedShape::convex_hull(&hull).expect("a hull")),
         ("compound", SharedShape::compound(halves.to_vec())),
-        ("box of hull", SharedShape::convex_hull(&corners).expect("a hull")),
+        (
+            "box of hull",
+            SharedShape::convex_hull(&corners).expect("a hull"),
+        ),
     ]
 }
 
@@ -51,11 +57,23 @@ fn floors() -> Vec<(&'static str, SharedShape, Pose)> {
         (at(10.0, -0.5), SharedShape::cuboid(10.0, 0.5, 20.0)),
     ];
     vec![
-        ("half-space", SharedShape::halfspace(Vector::Y), at(0.0, 0.0)),
+        (
+            "half-space",
+            SharedShape::halfspace(Vector::Y),
+            at(0.0, 0.0),
+        ),
         ("slab", SharedShape::cuboid(20.0, 0.5, 20.0), at(0.0, -0.5)),
-        ("hull", SharedShape::convex_hull(&slab).expect("a slab"), at(0.0, 0.0)),
+        (
+            "hull",
+            SharedShape::convex_hull(&slab).expect("a slab"),
+            at(0.0, 0.0),
+        ),
         ("mesh", mesh.expect("a mesh"), at(0.0, 0.0)),
-        ("height field", SharedShape::heightfield(heights, Vector::splat(40.0)), at(0.0, 0.0)),
+        (
+            "height field",
+            SharedShape::heightfield(heights, Vector::splat(40.0)),
+            at(0.0, 0.0),
+        ),
         ("compound", SharedShape::compound(pieces), at(0.0, 0.0)),
     ]
 }
@@ -95,9 +113,20 @@ fn wrong(floor: usize, stuff: Stuff) -> Vec<String> {
 
 fn all_right(floor: usize) {
     let stuffs = [(0.0, 0.0), (0.0, 0.5), (0.5, 0.0), (0.5, 0.5)];
-    let stuffs = stuffs.map(|(restitution, friction)| Stuff { restitution, friction });
-    let wrong: Vec<String> = stuffs.into_iter().flat_map(|stuff| wrong(floor, stuff)).collect();
-    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+    let stuffs = stuffs.map(|(restitution, friction)| Stuff {
+        restitution,
+        friction,
+    });
+    let wrong: Vec<String> = stuffs
+        .into_iter()
+        .flat_map(|stuff| wrong(floor, stuff))
+        .collect();
+    assert!(
+        wrong.is_empty(),
+        "{} wrong:\n{}",
+        wrong.len(),
+        wrong.join("\n")
+    );
 }
 
 #[test]

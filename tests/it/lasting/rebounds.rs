@@ -103,7 +103,11 @@ fn nine_elastic_balls_in_a_well_keep_their_energy() {
     for _ in 0..20 * 60 {
         fields.step(&mut scene.world).expect("a step");
         off = off.max((energy(&scene) / start - 1.0).abs());
-        hits += fields.contacts().iter().filter(|it| it.time_of_impact.is_some()).count();
+        hits += fields
+            .contacts()
+            .iter()
+            .filter(|it| it.time_of_impact.is_some())
+            .count();
     }
     println!("{hits} impacts, energy off by {off}");
     assert!(hits > 50, "{hits}");

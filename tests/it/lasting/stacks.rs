@@ -129,10 +129,24 @@ fn heap(hertz: u32) -> Scene {
 fn a_heap_of_mixed_shapes_comes_to_rest() {
     let energies = |way| {
         let end = run(heap(60), way, 12.0);
-        let bodies = end.scene.bodies.iter().map(|body| &end.scene.world.bodies[*body]);
-        let moving = bodies.map(|body| to_f64(body.kinetic_energy())).sum::<f64>();
-        let low = end.scene.places().iter().map(|place| place.y).fold(9.0, Real::min);
-        println!("{way:?}: {moving} left, overlap {}, asleep {:?}", end.overlap, end.asleep_at);
+        let bodies = end
+            .scene
+            .bodies
+            .iter()
+            .map(|body| &end.scene.world.bodies[*body]);
+        let moving = bodies
+            .map(|body| to_f64(body.kinetic_energy()))
+            .sum::<f64>();
+        let low = end
+            .scene
+            .places()
+            .iter()
+            .map(|place| place.y)
+            .fold(9.0, Real::min);
+        println!(
+            "{way:?}: {moving} left, overlap {}, asleep {:?}",
+            end.overlap, end.asleep_at
+        );
         assert!(low > 0.2, "{way:?}: one is through the floor: {low}");
         assert!(end.gained <= 1e-4, "{way:?}: {}", end.gained);
         (moving, end.overlap)
@@ -150,13 +164,19 @@ fn a_heap_of_mixed_shapes_comes_to_rest() {
 fn a_box_stays_on_a_slope_by_the_friction_of_the_law() {
     for degrees in [0.0_f64, 10.0, 20.0, 25.0] {
         let place = |way, friction| {
-            let stuff = Stuff { restitution: 0.0, friction };
+            let stuff = Stuff {
+                restitution: 0.0,
+                friction,
+            };
             let mut scene = Scene::new(stuff, 60);
             let (sine, cosine) = degrees.to_radians().sin_cos();
             scene.world.gravity = Vector::new(from_f64(9.81 * sine), from_f64(-9.81 * cosine), 0.0);
             scene.floor();
             let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.5);
-            scene.add(body.can_sleep(false), ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+            scene.add(
+                body.can_sleep(false),
+                ColliderBuilder::cuboid(0.5, 0.5, 0.5),
+            );
             // The colliders' own friction is not the law's.
             if way != Way::Rapier {
                 for (_, collider) in scene.world.colliders.iter_mut() {
@@ -169,7 +189,10 @@ fn a_box_stays_on_a_slope_by_the_friction_of_the_law() {
         let theirs = place(Way::Rapier, 0.5);
         for way in FIELDS {
             let ours = place(way, 0.5);
-            assert!(ours <= theirs + 1e-4, "{degrees}, {way:?}: {ours} for {theirs}");
+            assert!(
+                ours <= theirs + 1e-4,
+                "{degrees}, {way:?}: {ours} for {theirs}"
+            );
             if degrees > 0.0 {
                 assert!(place(way, 0.0) > 10.0, "nothing holds it");
             }

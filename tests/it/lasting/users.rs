@@ -35,7 +35,10 @@ impl PhysicsHooks for Nothing {
 #[test]
 fn a_contact_that_the_users_hooks_take_away_is_nobodys() {
     for way in FIELDS {
-        for bits in [ActiveHooks::FILTER_CONTACT_PAIRS, ActiveHooks::MODIFY_SOLVER_CONTACTS] {
+        for bits in [
+            ActiveHooks::FILTER_CONTACT_PAIRS,
+            ActiveHooks::MODIFY_SOLVER_CONTACTS,
+        ] {
             for asked in [false, true] {
                 let mut scene = falling();
                 let collider = scene.world.bodies[scene.bodies[0]].colliders()[0];
@@ -101,7 +104,11 @@ fn what_stands_on_a_moving_platform_stays_there() {
         let mut fields = scene.fields(way, None);
         for number in 1..=600 {
             let time = f64::from(number) / 60.0;
-            let place = Vector::new(from_f64(time.sin()), from_f64(0.2 * (1.3 * time).sin()), 0.0);
+            let place = Vector::new(
+                from_f64(time.sin()),
+                from_f64(0.2 * (1.3 * time).sin()),
+                0.0,
+            );
             scene.world.bodies[platform].set_next_kinematic_translation(place);
             fields.step(&mut scene.world).expect("a step");
         }
@@ -152,5 +159,71 @@ fn all_routes_rest_alike() {
             scene.places()[0]
         })
         .collect();
-    assert!(heights.iter().all(|height| *height == heights[0]), "{heights:?}");
+    assert!(
+        heights.iter().all(|height| *height == heights[0]),
+        "{heights:?}"
+    );
+}
+
+/// Of a detection field behind a hundred other fields of one composite.
+#[test]
+fn a_field_that_is_cut_out_leaves_its_contact_to_rapier() {
+    for way in FIELDS {
+        for cut in [false, true] {
+            let mut scene = falling();
+            let collider = scene.world.bodies[scene.bodies[0]].colliders()[0];
+            let far = (0..100_u8).map(|number| {
+                let place = Vector::Y * (100.0 + Real::from(number));
+                Field::uniform(Vector::X)
+                    .within(Region::ball(0.1))
+                    .at(place)
+            });
+            let contact = Field::contact(scene.stuff.law()).at(collider);
+            let mut tree = Tree::fold(Operator::ReplaceUnion, far.chain([contact]));
+            if cut {
+                let hole = Field::uniform(Vector::ZERO).within(Region::ball(5.0));
+                tree = tree.difference(hole);
+            }
+            let detection = match way {
+                Way::Swept => Detection::Swept,
+                _ => Detection::Discrete,
+            };
+            let mut fields = Fields::builder(tree)
+                .detection(detection)
+                .build()
+                .expect("a tree");
+            let mut seen = 0;
+            for _ in 0..300 {
+                seen += fields.step(&mut scene.world).expect("a step").contacts;
+            }
+            assert_eq!(seen > 0, !cut, "{way:?}: {seen}");
+            let height = to_f64(scene.places()[0].y);
+            assert_close(height, 0.5, 0.01, "it rests on the floor");
+        }
+    }
+}
+
+#[test]
+fn the_plan_of_contacts_names_what_is_found() {
+    let mut scene = falling();
+    let ball = SharedShape::ball(0.5);
+    scene.add(RigidBodyBuilder::dynamic(), ColliderBuilder::new(ball));
+    let plan = scene
+        .fields(Way::Swept, None)
+        .contact_plan(&scene.world.colliders);
+    let said = plan.to_string();
+    for line in [
+        "whole of each step",
+        "Ball and Ball: exact",
+        "Ball and Cuboid: by Parry",
+    ] {
+        assert!(said.contains(line), "{said}");
+    }
+    let nothing = Fields::new(Field::uniform(Vector::X)).expect("a tree");
+    assert!(
+        nothing
+            .contact_plan(&scene.world.colliders)
+            .pairs
+            .is_empty()
+    );
 }
