@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::discrete::Discrete;
 use crate::compile::{Compiled, Detector};
 use crate::eval::Interpreter;
-use crate::field::{Frame, Frames, Motion};
+use crate::field::{Frame, Frames, Motion, Query};
 use crate::math::{ColliderHandle, DVec3};
 use crate::sample::{Moment, Samples};
 
@@ -54,7 +54,7 @@ impl FieldMasks {
 
     /// Whether a detection field is still there, where `other` is sampled, after its operators:
     /// not replaced, cut out or outside its region. What is no sample (a fixed or kinematic
-    /// collider) is judged from the other side only.
+    /// collider) is judged where the owner of the field is.
     fn lets_through(
         &mut self,
         compiled: &Compiled,
@@ -88,11 +88,9 @@ impl FieldMasks {
         let Some(mask) = detector.mask else {
             return true;
         };
-        let Some(place) = self.probe_of.get(&other) else {
+        let Some(query) = self.query(detector, other, moment, world_point) else {
             return false;
         };
-        let mut query = self.samples.query(&self.samples.list[*place], moment);
-        query.world_point = world_point.unwrap_or(query.world_point);
         let Some(program) = compiled.programs.get(mask.program) else {
             return false;
         };
@@ -101,5 +99,30 @@ impl FieldMasks {
         let (leaf, frames) = ((program, mask.leaf), &self.frames);
         self.machine
             .contributes(leaf, instance, frames, &query, &motion)
+    }
+
+    /// What `other` is to a field; `None` of two that are not sampled.
+    fn query(
+        &self,
+        detector: &Detector,
+        other: ColliderHandle,
+        moment: Moment,
+        world_point: Option<DVec3>,
+    ) -> Option<Query> {
+        let sample = |collider| {
+            let place = self.probe_of.get(&collider)?;
+            Some(self.samples.query(&self.samples.list[*place], moment))
+        };
+        if let Some(mut query) = sample(other) {
+            query.world_point = world_point.unwrap_or(query.world_point);
+            return Some(query);
+        }
+        let owner = sample(detector.collider)?;
+        Some(Query {
+            world_point: owner.world_point,
+            time: owner.time,
+            dt: owner.dt,
+            ..Query::default()
+        })
     }
 }
