@@ -183,7 +183,9 @@ pub mod recipes {}
 pub use bridge::{StepError, WakePolicy, WorldMut};
 pub use compile::{IndexKind, Plan, PlanEntry};
 pub use contact::{ContactEvent, Detection, FieldContact, Responder, StepHooks};
-pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
+pub use cross_check::{
+    ContactCounts, CrossCheck, CrossCheckReport, Difference, Disagreement, NotComparable, TouchCounts,
+};
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal};
 pub use eval::{PotentialEnergy, WrenchError};
 pub use field::{

@@ -77,7 +77,7 @@ impl FieldPipeline {
             listening: state.listening.clone(),
             starts: self.detector.starts.clone(),
             to_ask,
-            heard: Heard::default(),
+            heard: Heard::new(fields.settings.cross_check.on),
         })
     }
 
@@ -142,8 +142,9 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         state: &mut FieldState,
         world: &WorldMut<'_>,
-    ) -> Option<Vec<crate::cross_check::Sighting>> {
+    ) -> Option<crate::cross_check::Expected> {
         let settings = &fields.settings.cross_check;
+        self.detector.log_touches(settings.on);
         if !settings.on {
             return None;
         }
@@ -420,7 +421,7 @@ impl FieldPipeline {
         let fresh = check.on && !check.lets_recycle();
         let wanted = |collider| {
             let bits = self.claims.bits(collider);
-            match fresh && self.watched.contains(&collider) {
+            match fresh && self.watched.contains_key(&collider) {
                 true => bits | ActiveHooks::FILTER_CONTACT_PAIRS,
                 false => bits,
             }
@@ -432,7 +433,7 @@ impl FieldPipeline {
             }
         }
         let view = world.view();
-        let silent = self.watched.iter().filter_map(|collider| {
+        let silent = self.watched.keys().filter_map(|collider| {
             let own = view.collider(*collider)?.active_hooks();
             let bits = wanted(*collider);
             (!own.contains(bits)).then_some((*collider, own, bits))
