@@ -14,7 +14,7 @@ mod settings;
 mod sighting;
 mod touches;
 
-pub use counts::{ContactCounts, NotComparable, TouchCounts};
+pub use counts::{ContactCounts, NotComparable, TouchCounts, TouchesNotComparable};
 pub use disagreement::{Difference, Disagreement};
 pub use report::CrossCheckReport;
 pub use settings::CrossCheck;
@@ -106,7 +106,9 @@ impl CrossCheckReport {
             let found = spots(pair, after.world, &pose_before).unwrap_or_default();
             let overlaps = found.iter().any(|spot| spot.depth > 0.0);
             if overlaps || pairs.contains_key(&key(handles)) {
-                let (_, seen) = pairs.entry(key(handles)).or_insert((handles, Seen::default()));
+                let (_, seen) = pairs
+                    .entry(key(handles))
+                    .or_insert((handles, Seen::default()));
                 seen.theirs = found;
             }
         }
@@ -218,9 +220,11 @@ impl CrossCheckReport {
         dt: Real,
     ) {
         for record in records.iter().filter(|it| settings.watches(it.pair())) {
-            let outcome = touches::weigh(record, world, to_f64(dt));
+            let Some(outcome) = touches::weigh(record, world, to_f64(dt)) else {
+                continue;
+            };
             outcome.count(&mut self.last_touches);
-            if let Some((difference, band)) = outcome.difference {
+            if let Some((difference, band)) = outcome.difference(record) {
                 let found = Disagreement {
                     step: self.steps,
                     world_point: record.world_point,

@@ -184,7 +184,8 @@ pub use bridge::{StepError, WakePolicy, WorldMut};
 pub use compile::{IndexKind, Plan, PlanEntry};
 pub use contact::{ContactEvent, Detection, FieldContact, Responder, StepHooks};
 pub use cross_check::{
-    ContactCounts, CrossCheck, CrossCheckReport, Difference, Disagreement, NotComparable, TouchCounts,
+    ContactCounts, CrossCheck, CrossCheckReport, Difference, Disagreement, NotComparable,
+    TouchCounts, TouchesNotComparable,
 };
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal};
 pub use eval::{PotentialEnergy, WrenchError};

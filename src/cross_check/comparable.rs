@@ -69,13 +69,20 @@ impl<W: Lookup> Judging<'_, W> {
             return Some(|it| &mut it.moved);
         }
         let body = |handle: Option<RigidBodyHandle>| handle.and_then(|it| world.body(it));
-        if bodies.into_iter().filter_map(body).any(|it| it.is_soft_frame()) {
+        if bodies
+            .into_iter()
+            .filter_map(body)
+            .any(|it| it.is_soft_frame())
+        {
             return Some(|it| &mut it.soft);
         }
         if seen {
             self.rapier_is_kept_away(pair, bodies)
         } else {
-            let moves = bodies.into_iter().filter_map(body).any(|it| it.is_dynamic());
+            let moves = bodies
+                .into_iter()
+                .filter_map(body)
+                .any(|it| it.is_dynamic());
             let masked = |handle: &ColliderHandle| self.watched.get(handle) != Some(&true);
             if !moves {
                 Some(|it| &mut it.immovable)
@@ -122,7 +129,8 @@ impl<W: Lookup> Judging<'_, W> {
     fn are_of_one_multibody(&self, one: RigidBodyHandle, two: RigidBodyHandle) -> bool {
         let set = self.after.multibody_joints;
         let [one, two] = [one, two].map(|body| set.rigid_body_link(body));
-        one.zip(two).is_some_and(|(one, two)| one.multibody == two.multibody)
+        one.zip(two)
+            .is_some_and(|(one, two)| one.multibody == two.multibody)
     }
 
     /// Sensors of those looked at that overlap something.

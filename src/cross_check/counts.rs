@@ -138,9 +138,8 @@ pub struct TouchCounts {
     pub agreed: u64,
     /// Times that differ by more than the band, or touches that the cast does not find.
     pub disagreed: u64,
-    /// Touches that the cast cannot tell the time of: a way that is bent, a body that tumbles, a
-    /// half-space, a graze, parts that touched before in the step.
-    pub not_comparable: u64,
+    /// Touches that the cast cannot tell the time of.
+    pub not_comparable: TouchesNotComparable,
     /// Touches of parts that would not have overlapped at the end of the step, had they gone on:
     /// detection that samples steps at their ends misses these.
     pub missed_by_sampling: u64,
@@ -152,14 +151,70 @@ impl TouchCounts {
     /// All touches.
     #[must_use]
     pub fn total(&self) -> u64 {
-        self.agreed + self.disagreed + self.not_comparable
+        self.agreed + self.disagreed + self.not_comparable.total()
     }
 
     pub(super) fn add(&mut self, other: TouchCounts) {
         self.agreed += other.agreed;
         self.disagreed += other.disagreed;
-        self.not_comparable += other.not_comparable;
+        self.not_comparable.add(other.not_comparable);
         self.missed_by_sampling += other.missed_by_sampling;
         self.time_error = self.time_error.max(other.time_error);
+    }
+}
+
+/// Touches whose time a cast cannot tell, by the first reason that holds.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct TouchesNotComparable {
+    /// The two have touched before in the same step, and begin in touch.
+    pub again: u64,
+    /// They overlapped when the step began.
+    pub overlapping: u64,
+    /// A way is bent, by gravity or by fields.
+    pub bent: u64,
+    /// A body tumbles: its rotation is not steady.
+    pub tumbling: u64,
+    /// They approach so slowly that rounding decides when, or whether in this step, they touch.
+    pub graze: u64,
+    /// They touch when the fields say, and Parry's cast has missed it or ended before.
+    pub unsettled: u64,
+    /// Parry has no cast of such shapes, or none of contact skins.
+    pub no_cast: u64,
+}
+
+impl TouchesNotComparable {
+    /// All of them.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.reasons().iter().map(|(_, count)| count).sum()
+    }
+
+    /// Each reason, in words, with its count.
+    #[must_use]
+    pub fn reasons(&self) -> [(&'static str, u64); 7] {
+        [
+            ("touched before", self.again),
+            ("overlapping", self.overlapping),
+            ("bent way", self.bent),
+            ("tumbling", self.tumbling),
+            ("graze", self.graze),
+            ("cast unsettled", self.unsettled),
+            ("no cast", self.no_cast),
+        ]
+    }
+
+    fn add(&mut self, other: TouchesNotComparable) {
+        self.again += other.again;
+        self.overlapping += other.overlapping;
+        self.bent += other.bent;
+        self.tumbling += other.tumbling;
+        self.graze += other.graze;
+        self.unsettled += other.unsettled;
+        self.no_cast += other.no_cast;
     }
 }

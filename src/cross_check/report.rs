@@ -90,11 +90,18 @@ impl CrossCheckReport {
         writeln!(f, "touches within steps, beside Parry's cast")?;
         writeln!(f, "  times agree           {}", touches.agreed)?;
         writeln!(f, "  times disagree        {}", touches.disagreed)?;
-        writeln!(f, "  not comparable        {}", touches.not_comparable)?;
+        let missing = &touches.not_comparable;
+        writeln!(f, "  not comparable        {}", missing.total())?;
+        write_reasons(f, &missing.reasons())?;
         writeln!(f, "  missed by sampling    {}", touches.missed_by_sampling)?;
         let error = touches.time_error;
         writeln!(f, "  largest difference    {error:.1e} of a step")
     }
+}
+
+fn write_reasons(f: &mut fmt::Formatter<'_>, reasons: &[(&str, u64)]) -> fmt::Result {
+    let mut some = reasons.iter().filter(|(_, count)| *count > 0);
+    some.try_for_each(|(reason, count)| writeln!(f, "    {reason:<20}{count}"))
 }
 
 impl fmt::Display for CrossCheckReport {
@@ -117,12 +124,12 @@ impl fmt::Display for CrossCheckReport {
             "  ambiguous             {}   (as deep in another direction: only depths compared)",
             total.ambiguous
         )?;
-        writeln!(f, "  not comparable        {}", total.not_comparable.total())?;
-        for (reason, count) in total.not_comparable.reasons() {
-            if count > 0 {
-                writeln!(f, "    {reason:<20}{count}")?;
-            }
-        }
+        writeln!(
+            f,
+            "  not comparable        {}",
+            total.not_comparable.total()
+        )?;
+        write_reasons(f, &total.not_comparable.reasons())?;
         let CrossCheckReport {
             depth_error,
             normal_error,

@@ -69,7 +69,10 @@ pub(super) fn spots(
     let swap = handles[1].into_raw_parts() < handles[0].into_raw_parts();
     let manifolds = pair.manifolds().iter();
     let all = manifolds.flat_map(|manifold| of_manifold(manifold, poses, skins));
-    Some(all.map(|spot| if swap { spot.flipped() } else { spot }).collect())
+    Some(
+        all.map(|spot| if swap { spot.flipped() } else { spot })
+            .collect(),
+    )
 }
 
 fn of_manifold(

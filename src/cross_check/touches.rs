@@ -5,17 +5,16 @@
 //! over the speed of approach. The length is that of rounding in the parts' own frame (the cast is
 //! made there), the gap at which swept detection takes shapes to touch, and that at which the cast
 //! does. To this come the cast's own steps of time: it ends when one is shorter than ten units in
-//! the last place, of a step here. Where the gap's second derivative could keep the parts apart by
+//! the last place, of a step here. It may end early, where its axis turns from step to step: a time
+//! at which the parts are still apart by more than the length is none. Where the gap's second derivative could keep the parts apart by
 //! that length, the touch is a graze, and is not judged.
 
 use super::bands::Sizes;
-use super::counts::TouchCounts;
+use super::counts::{TouchCounts, TouchesNotComparable};
 use super::disagreement::Difference;
 use super::report::CrossCheckReport;
 use crate::contact::{TouchRecord, Way};
-use crate::math::{
-    DPose3, DVec3, Pose, Real, Rotation, Vector, from_dvec3, from_f64, to_f64,
-};
+use crate::math::{DPose3, DVec3, Pose, Real, Rotation, Vector, from_dvec3, from_f64, to_f64};
 use crate::rapier::geometry::Collider;
 use crate::rapier::parry::query::{self, NonlinearRigidMotion, ShapeCastHit, ShapeCastStatus};
 use crate::rigid::Lookup;
@@ -28,63 +27,115 @@ const CAST: f64 = 10.0;
 const STRAIGHT: f64 = 32.0;
 
 /// What came of a comparison.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Outcome {
-    /// The difference of times as a share of the step, if it could be judged.
-    error: Option<f64>,
-    /// With its band, a time.
-    pub difference: Option<(Difference, Real)>,
+    judged: Result<Judged, Reason>,
     missed_by_sampling: bool,
+}
+
+/// Why a touch cannot be compared.
+type Reason = fn(&mut TouchesNotComparable) -> &mut u64;
+
+#[derive(Debug)]
+struct Judged {
+    /// The time by the cast, if it finds a touch.
+    cast: Option<f64>,
+    /// The difference, as a share of the step.
+    error: Option<f64>,
+    /// How much it may be, a time.
+    band: f64,
+    agrees: bool,
 }
 
 impl Outcome {
     pub(super) fn count(&self, counts: &mut TouchCounts) {
         counts.missed_by_sampling += u64::from(self.missed_by_sampling);
-        if self.difference.is_some() {
-            counts.disagreed += 1;
-        } else if self.error.is_some() {
-            counts.agreed += 1;
-        } else {
-            counts.not_comparable += 1;
+        match &self.judged {
+            Err(reason) => *reason(&mut counts.not_comparable) += 1,
+            Ok(judged) => {
+                counts.agreed += u64::from(judged.agrees);
+                counts.disagreed += u64::from(!judged.agrees);
+                let error = from_f64(judged.error.unwrap_or(0.0));
+                counts.time_error = counts.time_error.max(error);
+            }
         }
-        let error = from_f64(self.error.unwrap_or(0.0));
-        counts.time_error = counts.time_error.max(error);
+    }
+
+    /// What differs, with its band.
+    pub(super) fn difference(&self, record: &TouchRecord) -> Option<(Difference, Real)> {
+        let judged = self.judged.as_ref().ok().filter(|judged| !judged.agrees)?;
+        let difference = Difference::Time {
+            field: record.time,
+            cast: judged.cast,
+        };
+        Some((difference, from_f64(judged.band)))
     }
 }
 
-/// Compares a touch with a cast.
-pub(super) fn weigh(record: &TouchRecord, world: &impl Lookup, dt: f64) -> Outcome {
-    let mut outcome = Outcome::default();
+/// Compares a touch with a cast; `None` if a collider is gone.
+pub(super) fn weigh(record: &TouchRecord, world: &impl Lookup, dt: f64) -> Option<Outcome> {
     let [one, two] = record.colliders.map(|handle| world.collider(handle));
-    let (Some(one), Some(two)) = (one, two) else {
-        return outcome;
+    let colliders = [one?, two?];
+    Some(Outcome {
+        judged: judge(record, colliders, dt),
+        // Who comes back within a step is another touch, of the same pair that sampling missed.
+        missed_by_sampling: !record.again && !overlap_at_end(record, colliders),
+    })
+}
+
+fn judge(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Result<Judged, Reason> {
+    let [length, band] = bands(record, colliders, dt)?;
+    let motions = motions(record, dt);
+    let shapes = colliders.map(|collider| &*collider.shared_shape().0);
+    let share = |time: f64| from_f64((time - record.from) / dt);
+    let gap = |share: Real| {
+        let [one, two] = [&motions[0], &motions[1]].map(|it| it.position_at_time(share));
+        let near = from_f64(4.0 * length);
+        let contact = query::contact(&one, shapes[0], &two, shapes[1], near);
+        let found = contact.ok().flatten();
+        found.map_or(f64::INFINITY, |contact| to_f64(contact.dist))
     };
-    let colliders = [one, two];
-    outcome.missed_by_sampling = !overlap_at_end(record, colliders);
-    let Some(band) = band(record, colliders, dt) else {
-        return outcome;
-    };
-    let Some(cast) = cast(record, colliders, dt) else {
-        return outcome;
-    };
+    let [one, two] = &motions;
+    let hit = query::cast_shapes_nonlinear(one, shapes[0], two, shapes[1], 0.0, share(dt), true);
+    let hit = hit.map_err(|_| no_cast as Reason)?;
     let inside = |hit: &ShapeCastHit| hit.status == ShapeCastStatus::PenetratingOrWithinTargetDist;
-    if cast.as_ref().is_some_and(inside) && record.time > record.from + band {
-        // They overlapped from the start, parting; when they approach again the cast cannot tell.
-        return outcome;
+    if hit.as_ref().is_some_and(inside) && record.time > record.from + band {
+        return Err(|it| &mut it.overlapping);
     }
-    let found = cast.map(|hit| record.from + to_f64(hit.time_of_impact) * dt);
-    let error = found.map_or(f64::INFINITY, |found| (found - record.time).abs());
-    if error <= band {
-        outcome.error = Some(error / dt);
-    } else {
-        outcome.error = Some(if error.is_finite() { error / dt } else { 0.0 });
-        let difference = Difference::Time {
-            field: record.time,
-            cast: found,
+    let field = share(record.time);
+    let settled = hit.filter(|hit| gap(hit.time_of_impact) <= length);
+    let Some(hit) = settled else {
+        // If they touch, the cast has missed it or not come to it.
+        return match gap(field) <= 2.0 * length {
+            true => Err(|it| &mut it.unsettled),
+            false => Ok(Judged::new(None, record, [band, dt])),
         };
-        outcome.difference = Some((difference, from_f64(band)));
+    };
+    let cast = record.from + to_f64(hit.time_of_impact) * dt;
+    let judged = Judged::new(Some(cast), record, [band, dt]);
+    // Parts that stay in touch from one time to the other, no deeper than rounding, first graze.
+    let between = (hit.time_of_impact + field) * 0.5;
+    let grazes = |share| gap(share).abs() <= 2.0 * length;
+    if !judged.agrees && grazes(between) && grazes(field) {
+        return Err(|it| &mut it.graze);
     }
-    outcome
+    Ok(judged)
+}
+
+impl Judged {
+    fn new(cast: Option<f64>, record: &TouchRecord, [band, dt]: [f64; 2]) -> Self {
+        let error = cast.map(|cast| (cast - record.time).abs());
+        Judged {
+            cast,
+            error: error.map(|error| error / dt),
+            band,
+            agrees: error.is_some_and(|error| error <= band),
+        }
+    }
+}
+
+fn no_cast(counts: &mut TouchesNotComparable) -> &mut u64 {
+    &mut counts.no_cast
 }
 
 /// Whether the parts overlap where their ways end, as if nothing had answered them.
@@ -106,19 +157,23 @@ fn rounded(one: &DPose3, two: &DPose3) -> Pose {
     Pose::from_parts(from_dvec3(product.translation), rotation)
 }
 
-/// How much the times may differ; `None` if the cast could not tell.
-fn band(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Option<f64> {
-    let skins = colliders.iter().any(|it| it.contact_skin() > 0.0);
-    let bent = record.ways.iter().any(|way| {
-        let bend = 0.5 * way.acceleration.length() * dt * dt;
-        way.angvel.is_none() || bend > rounding_of(way, dt)
-    });
-    let speed = record.approach_speed;
-    if skins || bent || record.again || speed <= 0.0 || dt <= 0.0 {
-        return None;
+/// The length that is not told from a touch, and how much times may differ by it; or why the cast
+/// could not tell.
+fn bands(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Result<[f64; 2], Reason> {
+    let bend = |way: &Way| 0.5 * way.acceleration.length() * dt * dt > rounding_of(way, dt);
+    if record.again {
+        return Err(|it| &mut it.again);
     }
-    let sizes = Sizes::of_colliders(colliders);
-    let size = to_f64(sizes.own());
+    if colliders.iter().any(|it| it.contact_skin() > 0.0) {
+        return Err(no_cast);
+    }
+    if record.ways.iter().any(|way| way.angvel.is_none()) {
+        return Err(|it| &mut it.tumbling);
+    }
+    if record.ways.iter().any(bend) {
+        return Err(|it| &mut it.bent);
+    }
+    let size = to_f64(Sizes::of_colliders(colliders).own());
     let way: f64 = record.ways.iter().map(|way| way.linvel.length() * dt).sum();
     let unit = to_f64(Real::EPSILON);
     // In the frame of the first part: what is far from the origin costs nothing.
@@ -126,13 +181,17 @@ fn band(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Option<f64>
     let length = rounding + TAKEN_TO_TOUCH * unit * size + CAST * unit * size.max(1.0);
     let turns = record.ways.iter().filter_map(|way| way.angvel);
     let bend: f64 = turns.map(|angvel| angvel.length_squared() * size).sum();
+    let speed = record.approach_speed.max(0.0);
     let inside = speed * speed - 2.0 * bend * length;
-    if inside <= 0.0 {
-        return None;
-    }
-    let late = 2.0 * length / (speed + inside.sqrt());
+    let late = 2.0 * length / (speed + inside.max(0.0).sqrt());
     let band = late + 2.0 * CAST * unit * dt;
-    (band < dt - record.time).then_some(band)
+    // Else rounding decides whether they touched when the ways began, or only after the step.
+    let within = [record.time - record.from, dt - record.time];
+    if inside > 0.0 && within.into_iter().all(|time| band < time) {
+        Ok([length, band])
+    } else {
+        Err(|it| &mut it.graze)
+    }
 }
 
 fn rounding_of(way: &Way, dt: f64) -> f64 {
@@ -140,15 +199,11 @@ fn rounding_of(way: &Way, dt: f64) -> f64 {
     STRAIGHT * unit * (way.start.translation.length() + way.linvel.length() * dt)
 }
 
-/// Parry's first touch, times in units of the step since the ways began; `None` if it has no cast
-/// of such shapes.
-fn cast(
-    record: &TouchRecord,
-    colliders: [&Collider; 2],
-    dt: f64,
-) -> Option<Option<ShapeCastHit>> {
+/// The motions of both parts about the place where the first begins, in units of the step.
+fn motions(record: &TouchRecord, dt: f64) -> [NonlinearRigidMotion; 2] {
     let origin = record.ways[0].start.translation;
-    let motion = |way: &Way| {
+    [0, 1].map(|which: usize| {
+        let way = &record.ways[which];
         let start = DPose3::from_parts(way.start.translation - origin, way.start.rotation);
         NonlinearRigidMotion {
             local_center: from_dvec3(start.inverse_transform_point(way.centre - origin)),
@@ -156,11 +211,7 @@ fn cast(
             linvel: from_dvec3(way.linvel * dt),
             angvel: from_dvec3(way.angvel.unwrap_or(DVec3::ZERO) * dt),
         }
-    };
-    let [one, two] = [0, 1].map(|which: usize| motion(&record.ways[which]));
-    let [a, b] = colliders.map(|collider| &*collider.shared_shape().0);
-    let end = from_f64((dt - record.from) / dt);
-    query::cast_shapes_nonlinear(&one, a, &two, b, 0.0, end, true).ok()
+    })
 }
 
 #[cfg(test)]
@@ -215,10 +266,8 @@ mod tests {
     }
 
     fn judged(record: &TouchRecord, shape: &Collider, dt: f64) -> Option<bool> {
-        let band = band(record, [shape, shape], dt)?;
-        let hit = cast(record, [shape, shape], dt)?;
-        let found = hit.map(|hit| record.from + to_f64(hit.time_of_impact) * dt);
-        Some(found.is_some_and(|found| (found - record.time).abs() <= band))
+        let judged = judge(record, [shape, shape], dt).ok();
+        judged.map(|judged| judged.agrees)
     }
 
     #[test]

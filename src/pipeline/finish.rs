@@ -155,7 +155,10 @@ impl FieldPipeline {
             &view,
             (moment(began, dt), dt),
             |samples| Self::sites(properties, &view, samples),
-            (|contact: &FieldContact| rules.answers(contact, vetoed), lifted),
+            (
+                |contact: &FieldContact| rules.answers(contact, vetoed),
+                lifted,
+            ),
             &mut self.pushes,
         );
         bridge::push(world.bodies, &self.pushes)

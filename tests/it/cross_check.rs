@@ -253,8 +253,11 @@ fn what_only_rapier_finds_is_listed_until_it_is_gone() {
     let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
     let mut fields = cross_checked(&[&a, &b], ELASTIC);
     // The fields look at a part that is smaller than it is for Rapier.
-    let ball = |radius| move |world: &mut PhysicsWorld| {
-        world.colliders[a.parts[0]].set_shape(SharedShape::ball(radius));
+    let part = a.parts[0];
+    let ball = |radius| {
+        move |world: &mut PhysicsWorld| {
+            world.colliders[part].set_shape(SharedShape::ball(radius));
+        }
     };
     ball(0.3)(&mut world);
     mutants::step_changed(&mut fields, &mut world, ball(0.5));

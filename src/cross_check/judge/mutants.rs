@@ -47,7 +47,11 @@ fn scenes() -> Vec<Scene> {
             );
             let apart = Vector::new(0.8, 0.2, -0.1) * (0.75 + 0.02 * turn);
             let relative = Pose::new(apart, Vector::new(0.1, -0.3, 0.2) * turn);
-            Scene::new(name, [part.clone(), part.clone()], [first, first * relative])
+            Scene::new(
+                name,
+                [part.clone(), part.clone()],
+                [first, first * relative],
+            )
         })
     });
     all.flatten().collect()
@@ -97,7 +101,12 @@ impl Scene {
     fn judge(&self, ours: Option<Sighting>) -> Verdict {
         let colliders = [&self.colliders[0], &self.colliders[1]];
         let sizes = Sizes::of_colliders(colliders);
-        let bands = Bands::at(&sizes, self.sound.world_point, self.sound.depth, &self.spots);
+        let bands = Bands::at(
+            &sizes,
+            self.sound.world_point,
+            self.sound.depth,
+            &self.spots,
+        );
         let placed = Placed {
             colliders,
             poses: self.poses,
@@ -107,7 +116,11 @@ impl Scene {
 
     /// Half the length of the first part.
     fn half(&self) -> Real {
-        self.colliders[0].shape().compute_local_bounding_sphere().radius * 0.5
+        self.colliders[0]
+            .shape()
+            .compute_local_bounding_sphere()
+            .radius
+            * 0.5
     }
 }
 
@@ -225,7 +238,11 @@ fn numbers_that_are_none_do_not_agree() {
             },
         ] {
             let verdict = scene.judge(Some(broken));
-            assert!(!verdict.differences.is_empty(), "{}: {verdict:?}", scene.name);
+            assert!(
+                !verdict.differences.is_empty(),
+                "{}: {verdict:?}",
+                scene.name
+            );
         }
     }
 }
