@@ -173,7 +173,7 @@ impl TouchCounts {
 pub struct TouchesNotComparable {
     /// The two have touched before in the same step, and begin in touch.
     pub again: u64,
-    /// They overlapped when the step began.
+    /// They overlapped, or as good as touched, when the ways began.
     pub overlapping: u64,
     /// A way is bent, by gravity or by fields.
     pub bent: u64,

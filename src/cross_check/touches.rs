@@ -4,7 +4,7 @@
 //! How much the times may differ: a touch is told from a gap by a length, so a time by that length
 //! over the speed of approach. The length is that of rounding in the parts' own frame (the cast is
 //! made there), the gap at which swept detection takes shapes to touch, and that at which the cast
-//! does. To this come the cast's own steps of time: it ends when one is shorter than ten units in
+//! does, which for all but balls are no better than Parry's search for their distance. To this come the cast's own steps of time: it ends when one is shorter than ten units in
 //! the last place, of a step here. It may end early, where its axis turns from step to step: a time
 //! at which the parts are still apart by more than the length is none. Where the gap's second derivative could keep the parts apart by
 //! that length, the touch is a graze, and is not judged.
@@ -99,7 +99,8 @@ fn judge(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Result<Jud
     let hit = query::cast_shapes_nonlinear(one, shapes[0], two, shapes[1], 0.0, share(dt), true);
     let hit = hit.map_err(|_| no_cast as Reason)?;
     let inside = |hit: &ShapeCastHit| hit.status == ShapeCastStatus::PenetratingOrWithinTargetDist;
-    if hit.as_ref().is_some_and(inside) && record.time > record.from + band {
+    let at_first = hit.as_ref().is_some_and(inside) || gap(0.0) <= length;
+    if at_first && record.time > record.from + band {
         return Err(|it| &mut it.overlapping);
     }
     let field = share(record.time);
@@ -173,12 +174,14 @@ fn bands(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Result<[f6
     if record.ways.iter().any(bend) {
         return Err(|it| &mut it.bent);
     }
-    let size = to_f64(Sizes::of_colliders(colliders).own());
+    let sizes = Sizes::of_colliders(colliders);
+    let size = to_f64(sizes.own());
     let way: f64 = record.ways.iter().map(|way| way.linvel.length() * dt).sum();
     let unit = to_f64(Real::EPSILON);
     // In the frame of the first part: what is far from the origin costs nothing.
     let rounding = to_f64(CrossCheckReport::band(Vector::ZERO, from_f64(size + way)));
-    let length = rounding + TAKEN_TO_TOUCH * unit * size + CAST * unit * size.max(1.0);
+    let search = to_f64(sizes.search()) * size;
+    let length = rounding + search + TAKEN_TO_TOUCH * unit * size + CAST * unit * size.max(1.0);
     let turns = record.ways.iter().filter_map(|way| way.angvel);
     let bend: f64 = turns.map(|angvel| angvel.length_squared() * size).sum();
     let speed = record.approach_speed.max(0.0);

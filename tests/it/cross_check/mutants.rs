@@ -191,9 +191,13 @@ fn tops_of_any_shape_that_fly_into_each_other_agree() {
                     "{made:?} {law:?} {detection:?}\n{report}"
                 );
                 let counts = &report.total;
-                // What is answered when it touches does not overlap when the step ends.
-                let compared = counts.both + report.touches.agreed;
-                assert!(compared > 80, "{made:?} {law:?} {detection:?}\n{report}");
+                // What is answered when it touches does not overlap when the step ends; and what
+                // tumbles has no cast.
+                let seen = counts.both + report.touches.total();
+                assert!(seen > 80, "{made:?} {law:?} {detection:?}\n{report}");
+                if matches!(made, Made::Ball) && detection == Detection::Swept {
+                    assert!(report.touches.agreed > 50, "{law:?}\n{report}");
+                }
                 assert!(counts.ambiguous * 20 <= counts.both, "{report}");
                 assert_eq!(counts.not_comparable.total(), 0, "{report}");
             }
