@@ -15,7 +15,7 @@ use std::process::ExitCode;
 use rapier3d_fields::math::{DVec3, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields_lab::single::scenes::ammonia::{
-    AmmoniaSettings, BOLTZMANN, BoxOfAmmonia, SITES,
+    AmmoniaSettings, BOLTZMANN, BoxOfAmmonia, ContactKind, ContactKinds, SITES,
 };
 
 #[path = "support/mod.rs"]
@@ -25,7 +25,9 @@ use rapier3d_fields_lab::drawing::picture::{self, Scene};
 use rapier3d_fields_lab::drawing::plot::Units;
 use rapier3d_fields_lab::drawing::projection::{Ball, Rgb};
 use rapier3d_fields_lab::record::{Record, Totals};
-use rapier3d_fields_lab::single::watch::{self, momentum_scales, print_cross_check};
+use rapier3d_fields_lab::single::watch::{
+    self, cross_check_passed, momentum_scales, print_cross_check,
+};
 use rapier3d_fields_lab::xyz::Trajectory;
 use support::args::Args;
 use support::{AnyError, exit, progress_bar};
@@ -70,11 +72,13 @@ fn run() -> Result<(), AnyError> {
 
     let mut trajectory = Trajectory::create(Path::new(TRAJECTORY), to_dvec3(scene.half_extents))?;
     let mut record = Record::begin(totals(&scene, &mut fields), to_f64(settings.dt), steps);
+    let mut kinds = ContactKinds::new(&scene);
     write_frame(&mut trajectory, &scene, &record)?;
     let bar = progress_bar(steps);
     for step in 1..=steps {
         fields.step(&mut scene.world)?;
         record.step(&watch::contacts(&fields, &scene.world));
+        kinds.count(&scene, &fields);
         if step % STEPS_PER_SAMPLE == 0 || step == steps {
             record.sample(&totals(&scene, &mut fields));
         }
@@ -89,16 +93,16 @@ fn run() -> Result<(), AnyError> {
 
     let end = totals(&scene, &mut fields);
     report(&scene, &record, &end);
-    if let Some(check) = fields.cross_check() {
-        print_cross_check(check, "Å");
-    }
+    print_kinds(&kinds);
+    let check = fields.cross_check().ok_or("the cross-check is off")?;
+    print_cross_check(check, "Å");
     println!(
         "speed                   {:.0} steps/s, all of the above included",
         record.steps_per_second()
     );
     draw(Path::new(&picture), &scene, &record)?;
     println!("written                 {TRAJECTORY} (OVITO, VMD, ASE), {picture}");
-    Ok(())
+    cross_check_passed(check)
 }
 
 fn totals(scene: &BoxOfAmmonia, fields: &mut Fields) -> Totals {
@@ -139,6 +143,20 @@ fn report(scene: &BoxOfAmmonia, record: &Record, end: &Totals) {
     println!("collisions answered     {}", record.collisions);
 }
 
+/// Contacts by what touched, with what they did to the rotation of the molecules.
+fn print_kinds(kinds: &ContactKinds) {
+    for kind in ContactKind::ALL {
+        let tally = kinds.of(kind);
+        println!(
+            "  {:<22}{:<7} mean lever arm {:.2} Å, mean exchange of spin {:.1} amu Å²/ps",
+            kind.name(),
+            tally.contacts,
+            tally.mean_arm(),
+            tally.mean_spin()
+        );
+    }
+}
+
 /// The name and place of every atom.
 fn atoms(scene: &BoxOfAmmonia) -> impl Iterator<Item = (&'static str, DVec3)> + '_ {
     scene.molecules.iter().flat_map(|molecule| {
@@ -169,8 +187,10 @@ fn write_frame(
 
 fn draw(path: &Path, scene: &BoxOfAmmonia, record: &Record) -> Result<(), AnyError> {
     const COLORS: [Rgb; 2] = [[58.0, 98.0, 205.0], [238.0, 240.0, 244.0]];
+    // As they collide.
     let balls = atoms(scene).map(|(name, center)| {
-        let (color, radius) = if name == "N" { (0, 0.92) } else { (1, 0.6) };
+        let (color, site) = if name == "N" { (0, 0) } else { (1, 1) };
+        let radius = SITES[site].hard_radius;
         Ball {
             center,
             radius,

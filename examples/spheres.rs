@@ -22,7 +22,9 @@ use rapier3d_fields_lab::drawing::picture::{self, Scene};
 use rapier3d_fields_lab::drawing::plot::Units;
 use rapier3d_fields_lab::drawing::projection::{Ball, Rgb};
 use rapier3d_fields_lab::record::{Record, Totals};
-use rapier3d_fields_lab::single::watch::{self, momentum_scales, print_cross_check};
+use rapier3d_fields_lab::single::watch::{
+    self, cross_check_passed, momentum_scales, print_cross_check,
+};
 use rapier3d_fields_lab::xyz::Trajectory;
 use support::args::Args;
 use support::{AnyError, exit, progress_bar};
@@ -108,7 +110,8 @@ fn run() -> Result<(), AnyError> {
     let chosen = runs.iter().find(|run| run.law == law);
     chosen.map_or(Ok(()), |run| run.draw(Path::new(&picture)))?;
     println!("written                 {TRAJECTORY} (OVITO, VMD, ASE), {picture}");
-    Ok(())
+    let checks = runs.iter().filter_map(|run| run.fields.cross_check());
+    checks.map(cross_check_passed).collect()
 }
 
 /// Runs a box by a law; writes its trajectory if that law is the chosen one.

@@ -185,7 +185,10 @@ pub use compile::{IndexKind, Plan, PlanEntry};
 pub use contact::{
     Capability, ContactEvent, ContactPlan, Detection, FieldContact, Responder, StepHooks,
 };
-pub use cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Disagreement};
+pub use cross_check::{
+    ContactCounts, CrossCheck, CrossCheckReport, Difference, Disagreement, NotComparable,
+    TouchCounts, TouchesNotComparable,
+};
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal};
 pub use eval::{PotentialEnergy, WrenchError};
 pub use field::{

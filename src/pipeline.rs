@@ -162,8 +162,11 @@ impl FieldPipeline {
         let claims_for = (settings.rules.clone(), settings.detection);
         if stale || self.claims_for != claims_for {
             self.detectors_revision = found;
-            let detecting = self.compiled.detectors.iter();
-            self.watched = detecting.map(|detector| detector.collider).collect();
+            self.watched.clear();
+            for detector in &self.compiled.detectors {
+                let everywhere = self.watched.entry(detector.collider).or_default();
+                *everywhere |= detector.mask.is_none();
+            }
             let swept = settings.detection == Detection::Swept;
             self.claims = Arc::new(Claims::new(&settings.rules, &self.compiled, swept));
             self.claims_for = claims_for;

@@ -1,10 +1,11 @@
 //! What a step did to a world, for its [`Record`](crate::record::Record).
 
 use super::fields;
+use crate::AnyError;
 use crate::record::StepContacts;
+use fields::CrossCheckReport;
 use fields::math::{DVec3, to_dvec3, to_f64};
 use fields::prelude::*;
-use fields::{ContactCounts, CrossCheckReport};
 
 /// What contacts did in the last step.
 pub fn contacts(fields: &Fields, world: &PhysicsWorld) -> StepContacts {
@@ -47,28 +48,22 @@ fn touching_pairs(world: &PhysicsWorld) -> u64 {
     touching.count() as u64
 }
 
-/// Prints the two sides' counts and how far apart they were.
+/// Prints what a cross-check found, lengths in a unit.
 pub fn print_cross_check(report: &CrossCheckReport, length: &str) {
-    let ContactCounts {
-        both,
-        only_field,
-        only_rapier,
-        within_band,
-        ..
-    } = report.total;
-    let CrossCheckReport {
-        steps,
-        depth_error,
-        normal_error,
-        point_error,
-        ..
-    } = report;
-    println!("fields beside Rapier, same poses, {steps} steps");
-    println!("  found by both         {both}");
-    println!("  only by the fields    {only_field}");
-    println!("  only by Rapier        {only_rapier}");
-    println!("  within rounding       {within_band}   (by one side only, too shallow to tell)");
-    println!(
-        "  largest difference    depth {depth_error:.1e} {length}, point {point_error:.1e} {length}, normal {normal_error:.1e} rad"
-    );
+    print!("{report}");
+    println!("  (lengths in {length})");
+}
+
+/// What a program is to end with: an error if the sides of a cross-check disagree.
+///
+/// # Errors
+/// They do.
+pub fn cross_check_passed(report: &CrossCheckReport) -> Result<(), AnyError> {
+    match (report.disagreed(), &report.first) {
+        (0, _) => Ok(()),
+        (count, Some(first)) => {
+            Err(format!("the cross-check found {count} disagreements, the first: {first}").into())
+        }
+        (count, None) => Err(format!("the cross-check found {count} disagreements").into()),
+    }
 }

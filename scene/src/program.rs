@@ -26,7 +26,8 @@ usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detect
   --duration    how long to simulate, in seconds, to the nearest step
   --every       write trajectory, wrenches and energies after every K-th step (1); contacts and
                 warnings of every step
-  --strict      end with an error if there was a warning, or a contact that one side only found
+  --strict      end with an error if there was a warning; if the two sides of the cross-check
+                disagree, a run always does
   --trajectory  where bodies are: step, time, body, centre of mass, quaternion from body to world
                 axes (w, x, y, z), velocity of the centre of mass, angular velocity in world axes
   --wrenches    of the fields on each body that can move, where it is: force, and torque about the

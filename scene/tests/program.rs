@@ -134,11 +134,7 @@ fn warnings_are_told_once_each_and_end_strict_runs() {
     assert_eq!(said(&output).matches("the fields are stiff for").count(), 1);
     let output = simulate(&[&stiff, "--steps", "20", "--strict"]);
     assert!(!output.status.success());
-    assert!(
-        said(&output).contains("0 contacts found by one side only"),
-        "{}",
-        said(&output)
-    );
+    assert!(said(&output).contains(" warnings"), "{}", said(&output));
     assert!(
         simulate(&[&scene("planet"), "--steps", "20", "--strict"])
             .status

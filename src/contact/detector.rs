@@ -12,6 +12,7 @@ use super::respond;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
 use super::sweep::{Scene, Sweep};
+use super::touch_record::{TouchLog, TouchRecord};
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::field::{ContactLaw, Frames};
@@ -50,6 +51,21 @@ impl Detector {
             exhausted: false,
             contacts: Vec::new(),
         }
+    }
+
+    /// Keeps how parts came to touch, or does not.
+    pub(crate) fn log_touches(&mut self, on: bool) {
+        if let Some(sweep) = &mut self.sweep
+            && sweep.log.is_some() != on
+        {
+            sweep.log = on.then(TouchLog::default);
+        }
+    }
+
+    /// The touches of the last step, if they are kept.
+    pub(crate) fn touch_log(&self) -> &[TouchRecord] {
+        let log = self.sweep.as_ref().and_then(|sweep| sweep.log.as_ref());
+        log.map_or(&[], |log| &log.records)
     }
 
     /// Finds and answers what touched during Rapier's step, from a moment on; says where the bodies

@@ -38,9 +38,26 @@ pub(crate) struct Heard {
     /// Pairs of which contacts were lifted off Rapier's solver, and those that it was left.
     lifted: Mutex<Pairs>,
     held: Mutex<Pairs>,
+    /// Pairs that hooks of the user's own hide from Rapier, if anyone wants to know.
+    hidden: Option<Mutex<Pairs>>,
 }
 
 impl Heard {
+    /// Nothing heard yet; `hidden` asks for the pairs that Rapier does not look at.
+    pub(crate) fn new(hidden: bool) -> Self {
+        Heard {
+            hidden: hidden.then(Mutex::default),
+            ..Heard::default()
+        }
+    }
+
+    /// The pairs that the user's hooks hide from Rapier, if they were asked for.
+    pub(crate) fn take_hidden(&mut self) -> Pairs {
+        let list = self.hidden.as_mut().map(Mutex::get_mut);
+        let list = list.map(|list| list.unwrap_or_else(PoisonError::into_inner));
+        list.map(std::mem::take).unwrap_or_default()
+    }
+
     fn note(list: &Mutex<Pairs>, pair: [ColliderHandle; 2]) {
         let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);
         list.insert(in_order(pair));
@@ -289,6 +306,9 @@ impl PhysicsHooks for StepHooks<'_> {
         } else {
             Some(SolverFlags::COMPUTE_RIGID_IMPULSES)
         };
+        if let (None, Some(hidden)) = (flags, &self.heard.hidden) {
+            Heard::note(hidden, pair);
+        }
         if claimed {
             self.heard.asked.store(true, Ordering::Relaxed);
             if flags.is_none_or(|flags| flags.is_empty()) {

@@ -46,6 +46,11 @@ impl Sweep {
                 .map(|meeting: &Meeting| meeting.approach(&movers));
             let approach = approach.fold(f64::NEG_INFINITY, f64::max);
             contact.approach_speed = from_f64(approach);
+            if let Some(mut log) = self.log.take() {
+                let carried = self.carried(event.tracks, event.parts);
+                log.note(carried, (contact.world_point, approach), [time, dt]);
+                self.log = Some(log);
+            }
             let law = own[0].law;
             if law == ContactLaw::Observe {
                 self.settled.insert(event.parts);

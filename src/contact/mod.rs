@@ -21,6 +21,7 @@ mod starts;
 mod sweep;
 mod swept_body;
 mod time_of_impact;
+mod touch_record;
 mod trajectory;
 
 pub use capability::{Capability, ContactPlan};
@@ -34,3 +35,4 @@ pub(crate) use event::report;
 pub(crate) use hooks::{Claims, Heard, Listening, Verdicts, is_to_ask};
 pub(crate) use rules::{Pairs, Rules};
 pub(crate) use starts::Starts;
+pub(crate) use touch_record::{TouchRecord, Way};

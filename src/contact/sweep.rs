@@ -18,6 +18,7 @@ use super::rules::{Pairs, in_order};
 use super::starts::Starts;
 use super::swept_body::{SweptBodies, near_each_other};
 use super::time_of_impact::{MovingShape, time_of_impact};
+use super::touch_record::TouchLog;
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::math::{DPose3, Pose, Rotation, from_dvec3, from_f64};
@@ -59,6 +60,8 @@ pub(super) struct Sweep {
     /// SweptBodies that an impact has put on another path, and where they can still go.
     pub(super) redirected: Vec<(usize, Aabb)>,
     pub(super) moved: Vec<bool>,
+    /// The touches of the step, if anyone wants to know.
+    pub(super) log: Option<TouchLog>,
 }
 
 /// A touch foreseen.
@@ -155,6 +158,9 @@ impl Sweep {
         self.queue.clear();
         self.settled.clear();
         self.lasting.clear();
+        if let Some(log) = &mut self.log {
+            log.clear();
+        }
         self.redirected.clear();
         self.unbounded.clear();
         self.moved.clear();

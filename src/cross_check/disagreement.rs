@@ -1,8 +1,10 @@
-//! What one side found and the other did not.
+//! What one side found and the other did not, or found otherwise.
+
+use std::fmt;
 
 use crate::math::{ColliderHandle, Real, Vector};
 
-/// A contact that one side only found.
+/// One difference between the sides that rounding does not explain.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -12,14 +14,84 @@ use crate::math::{ColliderHandle, Real, Vector};
 pub struct Disagreement {
     /// The number of the step, from 1.
     pub step: u64,
-    /// Where the side that found it did.
+    /// Where the fields found the contact, or Rapier if they did not.
     pub world_point: Vector,
     /// The colliders, in the order of their handles.
     pub colliders: [ColliderHandle; 2],
-    /// Overlap as the fields found it, if they did.
-    pub field_depth: Option<Real>,
-    /// Overlap as Rapier found it, if it did.
-    pub rapier_depth: Option<Real>,
-    /// The tolerance band there.
+    /// What differs.
+    pub difference: Difference,
+    /// How much it may differ there: a length, for normals an angle in radians, for times a time.
     pub band: Real,
+}
+
+/// What differs, with the values of both sides.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Difference {
+    /// An overlap that only the fields found.
+    OnlyField {
+        /// Its depth.
+        depth: Real,
+    },
+    /// An overlap that only Rapier found.
+    OnlyRapier {
+        /// Its depth.
+        depth: Real,
+    },
+    /// The depth of the deepest overlap.
+    Depth {
+        /// As the fields have it.
+        field: Real,
+        /// As Rapier has it, less the contact skins.
+        rapier: Real,
+    },
+    /// The normal there, a unit vector from the first collider to the second.
+    Normal {
+        /// As the fields have it.
+        field: Vector,
+        /// As Rapier has it.
+        rapier: Vector,
+    },
+    /// The point of contact, in world coordinates.
+    Point {
+        /// As the fields have it.
+        field: Vector,
+        /// The nearest of Rapier's that is about as deep.
+        rapier: Vector,
+    },
+    /// The time of a touch within the step, since the step began.
+    Time {
+        /// As swept detection found it.
+        field: f64,
+        /// As Parry's cast found it, if it did.
+        cast: Option<f64>,
+    },
+}
+
+impl fmt::Display for Disagreement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [a, b] = self.colliders.map(|collider| collider.into_raw_parts().0);
+        write!(f, "step {}, colliders {a} and {b}: ", self.step)?;
+        match self.difference {
+            Difference::OnlyField { depth } => write!(f, "only the fields find it, {depth} deep"),
+            Difference::OnlyRapier { depth } => write!(f, "only Rapier finds it, {depth} deep"),
+            Difference::Depth { field, rapier } => write!(f, "depth {field}, of Rapier {rapier}"),
+            Difference::Normal { field, rapier } => {
+                write!(f, "normal {field}, of Rapier {rapier}")
+            }
+            Difference::Point { field, rapier } => write!(f, "point {field}, of Rapier {rapier}"),
+            Difference::Time { field, cast: None } => {
+                write!(f, "touch at {field}, which a cast does not find")
+            }
+            Difference::Time {
+                field,
+                cast: Some(cast),
+            } => write!(f, "touch at {field}, by a cast {cast}"),
+        }?;
+        write!(f, " (band {:.1e})", self.band)
+    }
 }

@@ -15,10 +15,14 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// It costs a detection and a walk over Rapier's contact pairs per step; off, which is the
 /// default, nothing but a test of one option.
 ///
-/// What is compared: pairs of which one collider at least has a detection field, and one is a ball.
-/// Rapier's contact counts if it overlaps; what it holds ready at a distance (`prediction_distance`)
-/// does not. Of a compound shape the deepest point counts. Sensors have no contacts, on either side.
-/// Contacts shallower than the [band](crate::CrossCheckReport::band) are counted apart.
+/// What is compared: pairs of which one collider at least has a detection field, of any shapes.
+/// Rapier's contact counts if it overlaps, contact skins included; what it holds ready at a distance
+/// (`prediction_distance`) does not. Of several points the deepest counts. Presence, depth, normal
+/// and point are each judged against a band derived from rounding
+/// ([`CrossCheckReport::band`](crate::CrossCheckReport::band)), and of parts without a ball also from
+/// how long Parry keeps their points. What only one side finds, shallower than the band, is counted
+/// apart, and so is what cannot be compared ([`NotComparable`](crate::NotComparable)). Pairs that
+/// `ActiveCollisionTypes` keep from Rapier are disagreements: fields do not heed these.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -65,7 +69,7 @@ impl CrossCheck {
     }
 
     /// Leaves Rapier's `contact_recycling` as it is. Recycled contacts are up to 0.05 length units
-    /// out of date, so the two sides will disagree; the report says so.
+    /// out of date, so contacts that may be are counted as not comparable; the report says so.
     ///
     /// Otherwise the check exempts the colliders it watches, by giving those that have no
     /// `active_hooks` the one that filters contact pairs. Hooks of the user's own will be asked
@@ -84,13 +88,11 @@ impl CrossCheck {
         self
     }
 
-    /// Whether it watches all pairs and leaves nothing to Rapier, as `true` asks for.
-    /// Whether all pairs are compared, and contacts kept fresh.
+    /// Whether all pairs are compared, and contacts kept fresh, as `true` asks for.
     pub fn is_plain(&self) -> bool {
         self.on && self.pairs.is_none() && !self.lets_recycle
     }
 
-    /// Whether a pair, in the order of its handles, is watched.
     /// Whether there is a cross-check at all.
     pub fn is_on(&self) -> bool {
         self.on
@@ -100,6 +102,7 @@ impl CrossCheck {
         self.lets_recycle
     }
 
+    /// Whether a pair, in the order of its handles, is watched.
     pub(super) fn watches(&self, colliders: [ColliderHandle; 2]) -> bool {
         self.pairs
             .as_ref()

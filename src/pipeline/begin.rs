@@ -79,7 +79,7 @@ impl FieldPipeline {
             starts: self.detector.starts.clone(),
             released,
             to_ask,
-            heard: Heard::default(),
+            heard: Heard::new(fields.settings.cross_check.on),
         })
     }
 
@@ -144,8 +144,9 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         state: &mut FieldState,
         world: &WorldMut<'_>,
-    ) -> Option<Vec<crate::cross_check::Sighting>> {
+    ) -> Option<crate::cross_check::Expected> {
         let settings = &fields.settings.cross_check;
+        self.detector.log_touches(settings.on);
         if !settings.on {
             return None;
         }
@@ -435,7 +436,7 @@ impl FieldPipeline {
         let fresh = check.on && !check.lets_recycle();
         let wanted = |collider| {
             let bits = self.claims.bits(collider);
-            match fresh && self.watched.contains(&collider) {
+            match fresh && self.watched.contains_key(&collider) {
                 true => bits | ActiveHooks::FILTER_CONTACT_PAIRS,
                 false => bits,
             }
@@ -447,7 +448,7 @@ impl FieldPipeline {
             }
         }
         let view = world.view();
-        let silent = self.watched.iter().filter_map(|collider| {
+        let silent = self.watched.keys().filter_map(|collider| {
             let own = view.collider(*collider)?.active_hooks();
             let bits = wanted(*collider);
             (!own.contains(bits)).then_some((*collider, own, bits))

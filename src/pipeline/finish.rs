@@ -5,6 +5,7 @@ use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, StepError, WakePolicy, WorldMut};
 use crate::contact::{FieldContact, Verdicts, report};
+use crate::cross_check::Stepped;
 use crate::diagnose::blame;
 use crate::integrate::{StepWarning, find};
 use crate::math::{Real, RigidBodyHandle, to_f64};
@@ -57,12 +58,17 @@ impl FieldPipeline {
         if let Some(expected) = &open.expected {
             let settings = (&fields.settings.cross_check, &self.watched);
             let (view, rollback) = (world.view(), &open.rollback);
-            let rapier = (&view, world.narrow_phase);
-            state
-                .cross_check
-                .compare(settings, expected, rapier, |handle| {
-                    rollback.pose_before(handle, &view)
-                });
+            let after = Stepped {
+                world: &view,
+                narrow_phase: world.narrow_phase,
+                impulse_joints: world.impulse_joints,
+                multibody_joints: world.multibody_joints,
+                parameters: world.integration_parameters,
+                hidden: &open.heard.take_hidden(),
+            };
+            let pose_before = |handle| rollback.pose_before(handle, &view);
+            let report = &mut state.cross_check;
+            report.compare(settings, expected, &after, pose_before);
         }
         if open.to_ask && !*open.heard.asked.get_mut() {
             self.warnings.push(StepWarning::HooksNotGiven);
@@ -75,6 +81,12 @@ impl FieldPipeline {
         }
         let verdicts = open.heard.take();
         written += self.sweep(fields, (began, dt), &verdicts, world);
+        let check = &fields.settings.cross_check;
+        if check.on {
+            let records = self.detector.touch_log();
+            let report = &mut state.cross_check;
+            report.compare_touches(check, records, &world.view(), dt);
+        }
         let now = began + to_f64(dt);
         written += self.finish_bodies(fields, state, (open, now), world)?;
         state.time = now;

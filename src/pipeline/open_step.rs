@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::bridge::Rollback;
 use crate::contact::{Claims, Heard, Listening, Pairs, Starts, StepHooks};
-use crate::cross_check::Sighting;
+use crate::cross_check::Expected;
 use crate::integrate::Motions;
 use crate::math::Real;
 use crate::rapier::pipeline::PhysicsHooks;
@@ -28,7 +28,7 @@ pub struct OpenStep {
     pub(super) bodies: Vec<Body>,
     pub(super) rollback: Rollback,
     /// Contacts that Rapier should find.
-    pub(super) expected: Option<Vec<Sighting>>,
+    pub(super) expected: Option<Expected>,
     /// The power of the fields, if there is an audit.
     pub(super) power: Vec<f64>,
     /// Whether particles of soft bodies were pushed.

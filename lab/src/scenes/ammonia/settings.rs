@@ -9,7 +9,7 @@ use fields::rapier::prelude::PhysicsWorld;
 use super::{BOLTZMANN, BoxOfAmmonia, MASS, PRINCIPAL_INERTIA, SITES, insert_molecule};
 
 /// A sphere of this radius about the centre of mass holds all hard spheres, Å.
-const REACH: f64 = 1.62;
+const REACH: f64 = 1.79;
 /// Orientations drawn for a molecule before its place counts as too small.
 const MAX_DRAWS: usize = 1000;
 
@@ -216,7 +216,7 @@ mod tests {
         // So tight that only some orientations fit.
         let settings = AmmoniaSettings {
             count: 50,
-            spacing: 3.15,
+            spacing: 3.4,
             ..Default::default()
         };
         let poses = poses(&settings.build().unwrap());

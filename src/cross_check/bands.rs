@@ -1,0 +1,145 @@
+//! How much the two sides may differ at a contact.
+//!
+//! **Parts with a ball** are worked out anew by both sides at each step, so only rounding is between
+//! them: [`CrossCheckReport::band`] for lengths, and that over the length of the line that gives the
+//! normal for angles.
+//!
+//! **Other parts** have manifolds, of which Parry keeps the points while the parts have turned by
+//! less than 1° and shifted by less than 1e-3 against each other since. Rapier's are kept, those of
+//! the fields made anew. How far a manifold is behind shows in itself: the normals that it has for
+//! both parts are apart by the turn, and its points on both parts by the shift. A depth does not
+//! change by more than the surfaces move, so the band grows by the shift, and by the turn times
+//! the farthest that a point of the overlap can be from another: the size of the smaller part.
+//! Beyond Parry's limits it does not grow. Its search for the distance of polyhedra (those of
+//! cuboids are worked out) ends when that is known to a share of √(10 ε), 1e-3 in 32 bits, and its
+//! search for the depth at 100 ε of one, or of their size. A direction along which the distance is
+//! short by a share s is off by an angle of √(2 s).
+
+use super::report::CrossCheckReport;
+use super::sighting::Spot;
+use crate::math::{Real, Vector};
+use crate::rapier::geometry::Collider;
+
+/// As far as Parry lets points shift, and the angle, 1°, by which it lets parts turn.
+const MOST_SHIFT: Real = 1.001e-3;
+const MOST_TURN: Real = 0.0175;
+/// Units in the last place at which Parry's search for the depth of polyhedra ends.
+const SEARCH: Real = 100.0;
+
+/// How much may differ at a contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bands {
+    /// Depths and points.
+    pub depth: Real,
+    pub point: Real,
+    /// Normals, in radians.
+    pub normal: Real,
+    /// What rounding alone does to a length.
+    pub rounding: Real,
+}
+
+/// What bands depend on, of two colliders.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sizes {
+    /// From the origins of the bodies to the farthest points of the parts, together.
+    reach: Real,
+    /// Of the parts alone, without their arms.
+    own: Real,
+    /// Whether both are cuboids.
+    cuboids: bool,
+    /// From a point of the smaller part to the farthest other.
+    across: Real,
+    /// Radii of parts that are balls.
+    radii: [Option<Real>; 2],
+    skins: Real,
+}
+
+impl Sizes {
+    pub(super) fn of_colliders(colliders: [&Collider; 2]) -> Self {
+        let extent = colliders.map(|collider| {
+            if collider.shape().as_halfspace().is_some() {
+                return Real::INFINITY;
+            }
+            let sphere = collider.shape().compute_local_bounding_sphere();
+            sphere.center.length() + sphere.radius
+        });
+        let arm = |collider: &Collider| {
+            let local = collider.position_wrt_parent();
+            local.map_or(0.0, |local| local.translation.length())
+        };
+        // Of what is unbounded only the arm enters: a plane has no farther point.
+        let bounded = extent.map(|extent| if extent.is_finite() { extent } else { 0.0 });
+        let radius = |collider: &Collider| Some(collider.shape().as_ball()?.radius);
+        let arms = arm(colliders[0]) + arm(colliders[1]);
+        Sizes {
+            reach: bounded[0] + bounded[1] + arms,
+            own: bounded[0] + bounded[1],
+            cuboids: colliders.iter().all(|it| it.shape().as_cuboid().is_some()),
+            across: 2.0 * extent[0].min(extent[1]),
+            radii: colliders.map(radius),
+            skins: colliders[0].contact_skin() + colliders[1].contact_skin(),
+        }
+    }
+
+    /// The share to which Parry's search knows distances of the parts: nothing for balls.
+    pub(super) fn search(&self) -> Real {
+        match self.radii {
+            [Some(_), Some(_)] => 0.0,
+            _ => (10.0 * Real::EPSILON).sqrt(),
+        }
+    }
+
+    /// The distances from the parts' origins to their farthest points, together.
+    pub(super) fn own(&self) -> Real {
+        self.own
+    }
+}
+
+impl Bands {
+    /// At a contact of some depth; `spots` are what Rapier holds of the pair.
+    pub(super) fn at(sizes: &Sizes, world_point: Vector, depth: Real, spots: &[Spot]) -> Self {
+        let rounding = CrossCheckReport::band(world_point, sizes.reach + sizes.skins);
+        match sizes.radii {
+            [None, None] => Self::of_manifolds(sizes, rounding, depth, spots),
+            radii => Self::of_balls(radii, sizes.skins, rounding, depth),
+        }
+    }
+
+    fn of_balls(radii: [Option<Real>; 2], skins: Real, rounding: Real, depth: Real) -> Self {
+        let [one, two] = radii.map(Option::unwrap_or_default);
+        let reach = one + two + skins;
+        // Between the centres, or from the centre to the other's surface.
+        let line = (reach - depth).abs();
+        let normal = rounding / line.max(Real::MIN_POSITIVE);
+        let turned = normal.min(2.0);
+        Bands {
+            depth: rounding,
+            // The point lies along the normal from a centre.
+            point: rounding + turned * reach,
+            normal,
+            rounding,
+        }
+    }
+
+    fn of_manifolds(sizes: &Sizes, rounding: Real, depth: Real, spots: &[Spot]) -> Self {
+        let most = |value: fn(&Spot) -> Real| spots.iter().map(value).fold(0.0, Real::max);
+        let turn = most(|spot| spot.turn).min(MOST_TURN);
+        let shift = most(|spot| spot.shift).min(MOST_SHIFT);
+        let share = if sizes.cuboids { 0.0 } else { sizes.search() };
+        let search = SEARCH * Real::EPSILON * sizes.reach.max(1.0) + share * depth.abs();
+        let rounding = rounding + search;
+        let direction = (2.0 * share).sqrt();
+        let length = rounding + shift + turn * sizes.across;
+        Bands {
+            depth: length,
+            point: length,
+            normal: turn + direction + rounding / (0.5 * sizes.across).max(Real::MIN_POSITIVE),
+            rounding,
+        }
+    }
+
+    /// Whether the normal is known at all.
+    pub(super) fn knows_normal(&self) -> bool {
+        self.normal < std::f64::consts::FRAC_PI_2 as Real
+    }
+}

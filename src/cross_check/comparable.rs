@@ -1,0 +1,146 @@
+//! Which pairs can be compared, and why not.
+
+use std::collections::HashMap;
+
+use super::bands::Bands;
+use super::counts::NotComparable;
+use super::settings::CrossCheck;
+use super::sighting::{Expected, Spot};
+use crate::contact::Pairs;
+use crate::math::{ColliderHandle, RigidBodyHandle};
+use crate::rapier::dynamics::{ImpulseJointSet, IntegrationParameters, MultibodyJointSet};
+use crate::rapier::geometry::{Collider, NarrowPhase};
+use crate::rigid::Lookup;
+
+/// Colliders with a detection field, and whether it acts everywhere.
+pub(crate) type Watched = HashMap<ColliderHandle, bool>;
+
+/// The world after Rapier's step.
+pub(crate) struct Stepped<'a, W> {
+    pub world: &'a W,
+    pub narrow_phase: &'a NarrowPhase,
+    pub impulse_joints: &'a ImpulseJointSet,
+    pub multibody_joints: &'a MultibodyJointSet,
+    pub parameters: &'a IntegrationParameters,
+    /// Pairs that hooks of the user's own have hidden from Rapier.
+    pub hidden: &'a Pairs,
+}
+
+/// Why a pair cannot be compared.
+pub(super) type Reason = fn(&mut NotComparable) -> &mut u64;
+
+/// What the reasons depend on.
+pub(super) struct Judging<'a, W> {
+    pub settings: &'a CrossCheck,
+    pub watched: &'a Watched,
+    pub expected: &'a Expected,
+    pub after: &'a Stepped<'a, W>,
+}
+
+impl<W: Lookup> Judging<'_, W> {
+    /// Whether the fields look at a pair.
+    pub(super) fn watches(&self, pair: [ColliderHandle; 2]) -> bool {
+        let detects = |handle: &ColliderHandle| self.watched.contains_key(handle);
+        pair.iter().any(detects) && self.settings.watches(pair)
+    }
+
+    /// Why a pair of which one side saw an overlap cannot be compared; `seen` says whether the
+    /// fields saw it.
+    pub(super) fn obstacle(
+        &self,
+        pair: [ColliderHandle; 2],
+        (seen, spots): (bool, &[Spot]),
+        bands: &Bands,
+    ) -> Option<Reason> {
+        let world = self.after.world;
+        let [one, two] = pair.map(|handle| world.collider(handle));
+        let colliders = [one?, two?];
+        let bodies = colliders.map(Collider::parent);
+        if self.after.parameters.max_ccd_substeps > 1 {
+            return Some(|it| &mut it.ccd_substeps);
+        }
+        if self.may_recycle(colliders) {
+            return Some(|it| &mut it.recycled);
+        }
+        if !bodies.into_iter().any(|body| self.was_awake(body)) {
+            return Some(|it| &mut it.asleep);
+        }
+        if spots.iter().any(|spot| spot.stale > 2.0 * bands.rounding) {
+            return Some(|it| &mut it.moved);
+        }
+        let body = |handle: Option<RigidBodyHandle>| handle.and_then(|it| world.body(it));
+        if bodies
+            .into_iter()
+            .filter_map(body)
+            .any(|it| it.is_soft_frame())
+        {
+            return Some(|it| &mut it.soft);
+        }
+        if seen {
+            self.rapier_is_kept_away(pair, bodies)
+        } else {
+            let moves = bodies
+                .into_iter()
+                .filter_map(body)
+                .any(|it| it.is_dynamic());
+            let masked = |handle: &ColliderHandle| self.watched.get(handle) != Some(&true);
+            if !moves {
+                Some(|it| &mut it.immovable)
+            } else if pair.iter().all(masked) {
+                Some(|it| &mut it.masked)
+            } else {
+                None
+            }
+        }
+    }
+
+    fn may_recycle(&self, colliders: [&Collider; 2]) -> bool {
+        self.settings.lets_recycle
+            && self.after.parameters.contact_recycling
+            && colliders.iter().all(|it| it.active_hooks().is_empty())
+    }
+
+    /// Whether a body kept Rapier looking at its contacts throughout the step.
+    fn was_awake(&self, body: Option<RigidBodyHandle>) -> bool {
+        let Some(handle) = body else {
+            return false;
+        };
+        let found = self.after.world.body(handle);
+        let moves = found.is_some_and(|body| !body.is_fixed());
+        moves && !self.expected.asleep.contains(&handle)
+    }
+
+    fn rapier_is_kept_away(
+        &self,
+        pair: [ColliderHandle; 2],
+        bodies: [Option<RigidBodyHandle>; 2],
+    ) -> Option<Reason> {
+        if self.after.hidden.contains(&pair) {
+            return Some(|it| &mut it.hidden);
+        }
+        let [Some(one), Some(two)] = bodies else {
+            return None;
+        };
+        let mut joints = self.after.impulse_joints.joints_between(one, two);
+        let apart = joints.any(|(_, joint)| !joint.data.contacts_enabled);
+        (apart || self.are_of_one_multibody(one, two)).then_some(|it| &mut it.jointed)
+    }
+
+    fn are_of_one_multibody(&self, one: RigidBodyHandle, two: RigidBodyHandle) -> bool {
+        let set = self.after.multibody_joints;
+        let [one, two] = [one, two].map(|body| set.rigid_body_link(body));
+        one.zip(two)
+            .is_some_and(|(one, two)| one.multibody == two.multibody)
+    }
+
+    /// Sensors of those looked at that overlap something.
+    pub(super) fn sensors(&self) -> u64 {
+        let pairs = self.after.narrow_phase.intersection_pairs();
+        let overlapping = pairs.filter(|(one, two, overlaps)| {
+            let mut pair = [*one, *two];
+            pair.sort_unstable_by_key(|handle| handle.into_raw_parts());
+            *overlaps && self.watches(pair)
+        });
+        overlapping.count() as u64
+    }
+}

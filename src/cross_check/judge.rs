@@ -1,0 +1,161 @@
+//! Whether what the two sides saw of a pair is the same.
+
+#[cfg(test)]
+mod mutants;
+
+use super::bands::Bands;
+use super::disagreement::Difference;
+use super::sighting::{Sighting, Spot, angle};
+use crate::math::{Pose, Real, Vector};
+use crate::rapier::geometry::Collider;
+
+/// What came of a comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Verdict {
+    pub found: Found,
+    /// Each with its band.
+    pub differences: Vec<(Difference, Real)>,
+    /// The differences of depth, normal and point, of those that were judged.
+    pub errors: [Option<Real>; 3],
+    /// The largest of them in units of its band.
+    pub worst: Real,
+}
+
+/// Who found an overlap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Found {
+    Neither,
+    /// By one side only, too shallow to be told from rounding.
+    WithinBand,
+    OnlyField,
+    OnlyRapier,
+    Both,
+    /// Both, in a place where another direction would do as well.
+    Ambiguous,
+}
+
+/// The two colliders of a pair at the poses compared.
+#[derive(Clone, Copy)]
+pub(super) struct Placed<'a> {
+    pub colliders: [&'a Collider; 2],
+    pub poses: [Pose; 2],
+}
+
+impl Verdict {
+    fn new(found: Found) -> Self {
+        Verdict {
+            found,
+            differences: Vec::new(),
+            errors: [None; 3],
+            worst: 0.0,
+        }
+    }
+
+    fn one_sided(difference: Difference, depth: Real, other: Real, band: Real) -> Self {
+        // A gap counts as well: a side that holds the parts far apart does not nearly agree.
+        if depth - other.min(0.0) <= band {
+            return Verdict::new(Found::WithinBand);
+        }
+        let found = match difference {
+            Difference::OnlyField { .. } => Found::OnlyField,
+            _ => Found::OnlyRapier,
+        };
+        Verdict {
+            differences: vec![(difference, band)],
+            ..Verdict::new(found)
+        }
+    }
+
+    /// Notes an error, and the difference that it is if it exceeds its band.
+    fn judge(&mut self, which: usize, error: Real, band: Real, difference: Difference) {
+        self.errors[which] = Some(error);
+        self.worst = self.worst.max(error / band);
+        if error > band || error.is_nan() {
+            self.differences.push((difference, band));
+        }
+    }
+}
+
+/// Compares what the fields found, if they did, with what Rapier holds.
+pub(super) fn judge(
+    our: Option<&Sighting>,
+    spots: &[Spot],
+    bands: &Bands,
+    placed: &Placed<'_>,
+) -> Verdict {
+    let deepest = spots.iter().map(|spot| spot.depth).reduce(Real::max);
+    let their = deepest.filter(|depth| *depth > 0.0);
+    match (our, their) {
+        (None, None) => Verdict::new(Found::Neither),
+        (Some(our), None) => {
+            // What Rapier holds no point of it has found to be farther off than rounding, or it
+            // has not looked.
+            let gap = deepest.unwrap_or(0.0);
+            let difference = Difference::OnlyField { depth: our.depth };
+            Verdict::one_sided(difference, our.depth, gap, bands.depth)
+        }
+        (None, Some(depth)) => {
+            Verdict::one_sided(Difference::OnlyRapier { depth }, depth, 0.0, bands.depth)
+        }
+        (Some(our), Some(depth)) => both(our, (spots, depth), bands, placed),
+    }
+}
+
+fn both(
+    our: &Sighting,
+    (spots, depth): (&[Spot], Real),
+    bands: &Bands,
+    placed: &Placed<'_>,
+) -> Verdict {
+    let mut verdict = Verdict::new(Found::Both);
+    let difference = Difference::Depth {
+        field: our.depth,
+        rapier: depth,
+    };
+    verdict.judge(0, (our.depth - depth).abs(), bands.depth, difference);
+    // Which of several points is the deepest rounding decides.
+    let as_deep = |spot: &&Spot| spot.depth >= depth - 2.0 * bands.depth;
+    let nearest = |off: &dyn Fn(&Spot) -> Real| {
+        let about = spots.iter().filter(as_deep);
+        about.min_by(|a, b| off(a).total_cmp(&off(b))).copied()
+    };
+    let turned = |spot: &Spot| angle(our.world_normal, spot.world_normal);
+    let apart = |spot: &Spot| our.world_point.distance(spot.world_point);
+    let (Some(by_normal), Some(by_point)) = (nearest(&turned), nearest(&apart)) else {
+        return verdict;
+    };
+    let other_way = turned(&by_normal) > bands.normal;
+    if !bands.knows_normal() || other_way && placed.is_as_shallow(our.world_normal, depth, bands) {
+        verdict.found = Found::Ambiguous;
+        return verdict;
+    }
+    let difference = Difference::Normal {
+        field: our.world_normal,
+        rapier: by_normal.world_normal,
+    };
+    verdict.judge(1, turned(&by_normal), bands.normal, difference);
+    let difference = Difference::Point {
+        field: our.world_point,
+        rapier: by_point.world_point,
+    };
+    verdict.judge(2, apart(&by_point), bands.point, difference);
+    verdict
+}
+
+impl Placed<'_> {
+    /// Whether the parts overlap no deeper along a direction than a depth, to the band: then it is
+    /// as good a normal as Rapier's. Worked out from their farthest points, by neither side's way.
+    /// Not known of parts that are not convex.
+    fn is_as_shallow(&self, direction: Vector, depth: Real, bands: &Bands) -> bool {
+        let farthest = |which: usize, towards: Vector| {
+            let map = self.colliders[which].shape().as_support_map()?;
+            // About the first, so that rounding is that of the parts.
+            let pose = self.poses[0].inv_mul(&self.poses[which]);
+            let towards = self.poses[0].rotation.inverse() * towards;
+            let point = map.support_point(&pose, towards);
+            Some(point.dot(towards) + self.colliders[which].contact_skin())
+        };
+        let ends = farthest(0, direction).zip(farthest(1, -direction));
+        ends.is_some_and(|(one, two)| one + two <= depth + 2.0 * bands.depth)
+    }
+}

@@ -1,0 +1,272 @@
+//! A detection that is broken on purpose is reported: what fields found is altered, and compared
+//! with what Rapier found of the same scene.
+
+use super::*;
+use crate::cross_check::bands::Sizes;
+use crate::math::{ColliderHandle, Rotation};
+use crate::rapier::geometry::ColliderBuilder;
+use crate::rapier::parry::query::{
+    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher,
+};
+
+/// Two parts that overlap, by Parry alone, and how they are compared.
+struct Scene {
+    name: &'static str,
+    colliders: [Collider; 2],
+    poses: [Pose; 2],
+    spots: Vec<Spot>,
+    /// What sound fields find.
+    sound: Sighting,
+}
+
+fn colliders() -> [(&'static str, Collider); 3] {
+    let corners = [
+        Vector::new(0.6, 0.1, 0.0),
+        Vector::new(-0.5, 0.45, 0.1),
+        Vector::new(-0.4, -0.55, 0.2),
+        Vector::new(0.1, 0.0, -0.6),
+        Vector::new(0.0, 0.15, 0.7),
+        Vector::new(0.3, -0.45, -0.2),
+    ];
+    let hull = ColliderBuilder::convex_hull(&corners).expect("a hull");
+    [
+        ("balls", ColliderBuilder::ball(0.5).build()),
+        ("cuboids", ColliderBuilder::cuboid(0.5, 0.4, 0.3).build()),
+        ("hulls", hull.build()),
+    ]
+}
+
+fn scenes() -> Vec<Scene> {
+    let all = colliders().into_iter().flat_map(|(name, part)| {
+        // At several places, attitudes and overlaps.
+        (0..8).map(move |number| {
+            let turn = Real::from(number as u8);
+            let first = Pose::new(
+                Vector::new(3.0, -1.0, 0.5) * turn,
+                Vector::new(0.3, 0.2, -0.4) * turn,
+            );
+            let apart = Vector::new(0.8, 0.2, -0.1) * (0.75 + 0.02 * turn);
+            let relative = Pose::new(apart, Vector::new(0.1, -0.3, 0.2) * turn);
+            Scene::new(
+                name,
+                [part.clone(), part.clone()],
+                [first, first * relative],
+            )
+        })
+    });
+    all.flatten().collect()
+}
+
+impl Scene {
+    /// `None` where the parts do not overlap by enough for mutants to differ.
+    fn new(name: &'static str, colliders: [Collider; 2], poses: [Pose; 2]) -> Option<Self> {
+        let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
+        let [a, b] = [&colliders[0], &colliders[1]].map(|it| &*it.shared_shape().0);
+        let relative = poses[0].inv_mul(&poses[1]);
+        DefaultQueryDispatcher
+            .contact_manifolds(&relative, a, b, 0.02, &mut manifolds, &mut None)
+            .expect("manifolds");
+        let spots: Vec<Spot> = manifolds
+            .iter()
+            .flat_map(|manifold| manifold.points.iter().map(move |point| (manifold, point)))
+            .map(|(manifold, point)| {
+                let one = poses[0].transform_point(point.local_p1);
+                let two = poses[1].transform_point(point.local_p2);
+                Spot {
+                    world_point: (one + two) * 0.5,
+                    world_normal: poses[0].rotation * manifold.local_n1,
+                    depth: -point.dist,
+                    turn: 0.0,
+                    shift: 0.0,
+                    stale: 0.0,
+                }
+            })
+            .collect();
+        let deepest = spots.iter().max_by(|a, b| a.depth.total_cmp(&b.depth))?;
+        let sound = Sighting {
+            colliders: [0, 1].map(|index| ColliderHandle::from_raw_parts(index, 0)),
+            world_point: deepest.world_point,
+            world_normal: deepest.world_normal,
+            depth: deepest.depth,
+        };
+        (sound.depth > 0.02).then_some(Scene {
+            name,
+            colliders,
+            poses,
+            spots,
+            sound,
+        })
+    }
+
+    fn judge(&self, ours: Option<Sighting>) -> Verdict {
+        let colliders = [&self.colliders[0], &self.colliders[1]];
+        let sizes = Sizes::of_colliders(colliders);
+        let bands = Bands::at(
+            &sizes,
+            self.sound.world_point,
+            self.sound.depth,
+            &self.spots,
+        );
+        let placed = Placed {
+            colliders,
+            poses: self.poses,
+        };
+        judge(ours.as_ref(), &self.spots, &bands, &placed)
+    }
+
+    /// Half the length of the first part.
+    fn half(&self) -> Real {
+        self.colliders[0]
+            .shape()
+            .compute_local_bounding_sphere()
+            .radius
+            * 0.5
+    }
+}
+
+/// The kinds of difference of a verdict.
+fn kinds(verdict: &Verdict) -> Vec<&'static str> {
+    let kind = |(difference, _): &(Difference, Real)| match difference {
+        Difference::OnlyField { .. } => "only the fields",
+        Difference::OnlyRapier { .. } => "only Rapier",
+        Difference::Depth { .. } => "depth",
+        Difference::Normal { .. } => "normal",
+        Difference::Point { .. } => "point",
+        Difference::Time { .. } => "time",
+    };
+    verdict.differences.iter().map(kind).collect()
+}
+
+/// A sound detection, altered.
+#[track_caller]
+fn assert_reported(kind: &str, alter: impl Fn(&Scene, Sighting) -> Option<Sighting>) {
+    let scenes = scenes();
+    for name in ["balls", "cuboids", "hulls"] {
+        let own: Vec<_> = scenes.iter().filter(|it| it.name == name).collect();
+        assert!(own.len() >= 4, "{name}: {} scenes overlap", own.len());
+        for scene in own {
+            let verdict = scene.judge(alter(scene, scene.sound));
+            let found = kinds(&verdict);
+            assert!(found.contains(&kind), "{name}: {found:?} of {verdict:?}");
+        }
+    }
+}
+
+#[test]
+fn a_sound_detection_agrees() {
+    for scene in scenes() {
+        let verdict = scene.judge(Some(scene.sound));
+        assert_eq!(verdict.found, Found::Both, "{}", scene.name);
+        assert!(verdict.differences.is_empty(), "{verdict:?}");
+        assert_eq!(verdict.errors, [Some(0.0); 3]);
+    }
+}
+
+#[test]
+fn a_normal_that_points_the_other_way() {
+    assert_reported("normal", |_, sound| {
+        Some(Sighting {
+            world_normal: -sound.world_normal,
+            ..sound
+        })
+    });
+}
+
+#[test]
+fn a_normal_that_is_turned_by_five_degrees() {
+    assert_reported("normal", |_, sound| {
+        let across = sound.world_normal.any_orthonormal_vector();
+        let turn = Rotation::from_axis_angle(across, (5.0 as Real).to_radians());
+        Some(Sighting {
+            world_normal: turn * sound.world_normal,
+            ..sound
+        })
+    });
+}
+
+#[test]
+fn a_depth_that_is_a_tenth_too_large() {
+    assert_reported("depth", |_, sound| {
+        Some(Sighting {
+            depth: sound.depth * 1.1,
+            ..sound
+        })
+    });
+}
+
+#[test]
+fn a_point_that_is_moved_by_half_a_radius() {
+    assert_reported("point", |scene, sound| {
+        let across = sound.world_normal.any_orthonormal_vector();
+        let moved = sound.world_point + across * scene.half();
+        Some(Sighting {
+            world_point: moved,
+            ..sound
+        })
+    });
+}
+
+#[test]
+fn a_pair_that_is_dropped() {
+    assert_reported("only Rapier", |_, _| None);
+}
+
+#[test]
+fn a_contact_that_is_made_up() {
+    for mut scene in scenes() {
+        scene.spots.clear();
+        let verdict = scene.judge(Some(scene.sound));
+        assert_eq!(kinds(&verdict), ["only the fields"], "{}", scene.name);
+    }
+}
+
+#[test]
+fn numbers_that_are_none_do_not_agree() {
+    for scene in scenes() {
+        for broken in [
+            Sighting {
+                depth: Real::NAN,
+                ..scene.sound
+            },
+            Sighting {
+                world_normal: Vector::NAN,
+                ..scene.sound
+            },
+            Sighting {
+                world_point: Vector::NAN,
+                ..scene.sound
+            },
+        ] {
+            let verdict = scene.judge(Some(broken));
+            assert!(
+                !verdict.differences.is_empty(),
+                "{}: {verdict:?}",
+                scene.name
+            );
+        }
+    }
+}
+
+/// Manifolds that Parry has kept while the parts turned have a wider band, and no more than that.
+#[test]
+fn what_parry_keeps_widens_the_band_up_to_its_limits() {
+    for mut scene in scenes().into_iter().filter(|it| it.name != "balls") {
+        let altered = Sighting {
+            depth: scene.sound.depth + 0.004,
+            ..scene.sound
+        };
+        assert_eq!(kinds(&scene.judge(Some(altered))), ["depth"]);
+        for spot in &mut scene.spots {
+            spot.turn = 0.01;
+        }
+        assert!(scene.judge(Some(altered)).differences.is_empty());
+        for spot in &mut scene.spots {
+            (spot.turn, spot.shift) = (1.0, 1.0);
+        }
+        let beyond = Sighting {
+            depth: scene.sound.depth + 0.1,
+            ..scene.sound
+        };
+        assert_eq!(kinds(&scene.judge(Some(beyond))), ["depth"]);
+    }
+}

@@ -1,0 +1,153 @@
+//! The report of a cross-check, and how it prints.
+
+use std::fmt;
+
+use super::counts::{ContactCounts, TouchCounts};
+use super::disagreement::Disagreement;
+use crate::math::{Real, Vector};
+
+/// Roundings of a coordinate between the poses and a gap, at most, of both sides together.
+///
+/// Of the fields: three for a product of poses (a rotation of the arm, its sum with the place of
+/// the body) at each part, in three coordinates, six; the difference, its square, its length, the
+/// sum of the radii and the difference with it, eight more. Of Rapier: the same six at the parts,
+/// and twelve for the frame of one part, in which it works. Together 32.
+const ROUNDINGS: Real = 32.0;
+
+/// Counts and errors of a [cross-check](crate::FieldsBuilder::cross_check), since it began.
+///
+/// It prints as a table.
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct CrossCheckReport {
+    /// Steps compared.
+    pub steps: u64,
+    /// Contacts of all steps.
+    pub total: ContactCounts,
+    /// Contacts of the last step.
+    pub last_step: ContactCounts,
+    /// Touches within steps, of swept detection.
+    pub touches: TouchCounts,
+    /// Touches within the last step.
+    pub last_touches: TouchCounts,
+    /// Largest difference of depth.
+    pub depth_error: Real,
+    /// Largest angle between normals that were judged, in radians.
+    pub normal_error: Real,
+    /// Largest distance between points of contact that were judged.
+    pub point_error: Real,
+    /// The largest difference of depth, normal or point in units of its band: above one is a
+    /// disagreement.
+    pub worst: Real,
+    /// Whether Rapier's contacts were being recycled, and so up to 0.05 length units stale, which
+    /// is only so if the check was told to [let it](crate::CrossCheck::let_recycle).
+    pub recycling: bool,
+    /// Whether Rapier may have made more than one pass of continuous detection
+    /// (`max_ccd_substeps` above 1): its contacts then belong to poses within the step.
+    pub ccd_substeps: bool,
+    /// The disagreements of the last step, those within the band left out.
+    pub disagreements: Vec<Disagreement>,
+    /// The first disagreement of all.
+    pub first: Option<Disagreement>,
+    /// Sums of the differences of depth, normal and point.
+    pub(super) sums: [f64; 3],
+    /// How many differences of normals and points were judged.
+    pub(super) judged: u64,
+}
+
+impl CrossCheckReport {
+    /// How much depths of parts with a ball may differ: 32 half units in the last place of a length
+    /// as large as the contact's distance from the origin and the size of the parts together, a
+    /// size being the distance from the body's origin to the farthest point of the collider.
+    ///
+    /// No coordinate between the poses and the depth is larger, and there are 32 roundings.
+    #[must_use]
+    pub fn band(world_point: Vector, size: Real) -> Real {
+        ROUNDINGS * 0.5 * Real::EPSILON * (world_point.length() + size)
+    }
+
+    /// All disagreements: of contacts, and of the times of touches.
+    #[must_use]
+    pub fn disagreed(&self) -> u64 {
+        self.total.disagreed() + self.touches.disagreed
+    }
+
+    /// Mean differences over the contacts that both sides found: of the depth, of the normal (an
+    /// angle, in radians) and of the point. Zero if there was none.
+    #[must_use]
+    pub fn mean_errors(&self) -> [f64; 3] {
+        let [depths, normals, points] = self.sums;
+        let [all, judged] = [self.total.both, self.judged].map(|count| count.max(1) as f64);
+        [depths / all, normals / judged, points / judged]
+    }
+
+    fn write_touches(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let touches = &self.touches;
+        writeln!(f, "touches within steps, beside Parry's cast")?;
+        writeln!(f, "  times agree           {}", touches.agreed)?;
+        writeln!(f, "  times disagree        {}", touches.disagreed)?;
+        let missing = &touches.not_comparable;
+        writeln!(f, "  not comparable        {}", missing.total())?;
+        write_reasons(f, &missing.reasons())?;
+        writeln!(f, "  missed by sampling    {}", touches.missed_by_sampling)?;
+        let error = touches.time_error;
+        writeln!(f, "  largest difference    {error:.1e} of a step")
+    }
+}
+
+fn write_reasons(f: &mut fmt::Formatter<'_>, reasons: &[(&str, u64)]) -> fmt::Result {
+    let mut some = reasons.iter().filter(|(_, count)| *count > 0);
+    some.try_for_each(|(reason, count)| writeln!(f, "    {reason:<20}{count}"))
+}
+
+impl fmt::Display for CrossCheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let total = &self.total;
+        writeln!(f, "fields beside Rapier, same poses, {} steps", self.steps)?;
+        writeln!(f, "  found by both         {}", total.both)?;
+        writeln!(f, "  only by the fields    {}", total.only_field)?;
+        writeln!(f, "  only by Rapier        {}", total.only_rapier)?;
+        writeln!(f, "  other depth           {}", total.depth)?;
+        writeln!(f, "  other normal          {}", total.normal)?;
+        writeln!(f, "  other point           {}", total.point)?;
+        writeln!(
+            f,
+            "  within rounding       {}   (by one side only, too shallow to tell)",
+            total.within_band
+        )?;
+        writeln!(
+            f,
+            "  ambiguous             {}   (as deep in another direction: only depths compared)",
+            total.ambiguous
+        )?;
+        writeln!(
+            f,
+            "  not comparable        {}",
+            total.not_comparable.total()
+        )?;
+        write_reasons(f, &total.not_comparable.reasons())?;
+        let CrossCheckReport {
+            depth_error,
+            normal_error,
+            point_error,
+            worst,
+            ..
+        } = self;
+        writeln!(
+            f,
+            "  largest difference    depth {depth_error:.1e}, point {point_error:.1e}, \
+             normal {normal_error:.1e} rad; {worst:.2} of its band"
+        )?;
+        if self.touches.total() > 0 {
+            self.write_touches(f)?;
+        }
+        match &self.first {
+            Some(first) => writeln!(f, "  first disagreement    {first}"),
+            None => Ok(()),
+        }
+    }
+}

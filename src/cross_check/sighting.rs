@@ -1,0 +1,123 @@
+//! What each side saw of a pair.
+
+use std::collections::HashSet;
+
+use crate::contact::FieldContact;
+use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
+use crate::rapier::geometry::{ContactManifold, ContactPair};
+use crate::rapier::parry::utils::PoseOpt;
+use crate::rigid::Lookup;
+
+/// A contact as the fields found it before the step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting {
+    /// In the order of their handles.
+    pub colliders: [ColliderHandle; 2],
+    pub world_point: Vector,
+    /// From the first to the second.
+    pub world_normal: Vector,
+    pub depth: Real,
+}
+
+impl Sighting {
+    pub(super) fn of(contact: &FieldContact) -> Self {
+        Sighting {
+            colliders: contact.colliders,
+            world_point: contact.world_point,
+            world_normal: contact.world_normal,
+            depth: contact.depth,
+        }
+    }
+}
+
+/// What Rapier is to be held against after its step.
+#[derive(Debug, Default)]
+pub(crate) struct Expected {
+    pub contacts: Vec<Sighting>,
+    /// Dynamic bodies that slept when the step began.
+    pub asleep: HashSet<RigidBodyHandle>,
+}
+
+/// A point that Rapier holds of a pair.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    /// The middle of the overlap, skins included.
+    pub world_point: Vector,
+    /// From the first to the second.
+    pub world_normal: Vector,
+    /// Overlap, skins included; negative where the parts are apart.
+    pub depth: Real,
+    /// How far the parts have turned since the point was found.
+    pub turn: Real,
+    /// How far the point has shifted on the parts since.
+    pub shift: Real,
+    /// By how much the depth misses that of the point at the poses compared.
+    pub stale: Real,
+}
+
+/// All points that Rapier holds of a pair, in the order of the handles, by the poses that the
+/// colliders had. None if a collider is gone.
+pub(super) fn spots(
+    pair: &ContactPair,
+    world: &impl Lookup,
+    pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
+) -> Option<Vec<Spot>> {
+    let handles = [pair.collider1, pair.collider2];
+    let poses = [pose_before(handles[0])?, pose_before(handles[1])?];
+    let [one, two] = handles.map(|handle| world.collider(handle));
+    let skins = [one?.contact_skin(), two?.contact_skin()];
+    let swap = handles[1].into_raw_parts() < handles[0].into_raw_parts();
+    let manifolds = pair.manifolds().iter();
+    let all = manifolds.flat_map(|manifold| of_manifold(manifold, poses, skins));
+    Some(
+        all.map(|spot| if swap { spot.flipped() } else { spot })
+            .collect(),
+    )
+}
+
+fn of_manifold(
+    manifold: &ContactManifold,
+    poses: [Pose; 2],
+    skins: [Real; 2],
+) -> impl Iterator<Item = Spot> + '_ {
+    let frames = [
+        manifold.subshape_pos1().prepend_to(&poses[0]),
+        manifold.subshape_pos2().prepend_to(&poses[1]),
+    ];
+    let normal = manifold.data.normal;
+    let seen = [
+        frames[0].rotation * manifold.local_n1,
+        frames[1].rotation * -manifold.local_n2,
+    ];
+    let turn = angle(seen[0], seen[1]);
+    manifold.points.iter().map(move |point| {
+        let ends = [
+            frames[0].transform_point(point.local_p1),
+            frames[1].transform_point(point.local_p2),
+        ];
+        let between = ends[1] - ends[0];
+        let apart = between.dot(seen[0]);
+        Spot {
+            world_point: (ends[0] + ends[1]) * 0.5 + normal * ((skins[0] - skins[1]) * 0.5),
+            world_normal: normal,
+            depth: skins[0] + skins[1] - point.dist,
+            turn,
+            shift: (between - seen[0] * apart).length(),
+            stale: (apart - point.dist).abs(),
+        }
+    })
+}
+
+impl Spot {
+    fn flipped(self) -> Self {
+        Spot {
+            world_normal: -self.world_normal,
+            ..self
+        }
+    }
+}
+
+/// The angle between two unit vectors, exact for small ones too.
+pub(super) fn angle(one: Vector, two: Vector) -> Real {
+    one.cross(two).length().atan2(one.dot(two))
+}
