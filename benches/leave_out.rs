@@ -4,6 +4,7 @@
 //! in an order that rotates; a ratio is of two stretches of one round. Printed are medians, and
 //! quartiles of the ratios. The first variant is the rival of the others.
 
+use rapier3d_fields::Detection;
 use rapier3d_fields::prelude::*;
 use std::hint::black_box;
 use std::time::Instant;
@@ -323,7 +324,84 @@ fn change_tracking(count: usize) -> Vec<Variant> {
     ]
 }
 
+/// A pyramid of boxes, or a heap of five kinds of shapes in a box, with all colliders.
+fn piled(heap: bool, sleeps: bool) -> (PhysicsWorld, Vec<ColliderHandle>) {
+    let mut world = PhysicsWorld::new();
+    let slab = |x, y, z| ColliderBuilder::cuboid(x, y, z).friction(0.5);
+    let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
+    world.insert(floor, slab(30.0, 0.5, 30.0));
+    for (x, z) in [(3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)] {
+        let half = |along: Real| if along == 0.0 { 3.5 } else { 0.5 };
+        let wall = RigidBodyBuilder::fixed().translation(Vector::new(x, 5.0, z));
+        if heap {
+            world.insert(wall, slab(half(x), 5.0, half(z)));
+        }
+    }
+    let places: Vec<Vector> = if heap {
+        let layer = |number: u8, count| Real::from(number / count % 4) * 1.1 - 1.6;
+        let height = |number| Real::from(number / 16) * 1.3 + 1.0;
+        let place = |number| Vector::new(layer(number, 1), height(number), layer(number, 4));
+        (0..50).map(place).collect()
+    } else {
+        let rows = (0..6_u8).flat_map(|row| (0..6 - row).map(move |number| (row, number)));
+        let place = |(row, number): (u8, u8)| {
+            let (row, number) = (Real::from(row), Real::from(number));
+            Vector::new(number * 1.05 + row * 0.525, row + 0.5, 0.0)
+        };
+        rows.map(place).collect()
+    };
+    for (number, place) in places.into_iter().enumerate() {
+        let collider = match number % 5 {
+            _ if !heap => ColliderBuilder::cuboid(0.5, 0.5, 0.5),
+            0 => ColliderBuilder::ball(0.45),
+            1 => ColliderBuilder::cuboid(0.4, 0.45, 0.5),
+            2 => ColliderBuilder::capsule_y(0.3, 0.3),
+            3 => ColliderBuilder::cylinder(0.4, 0.4),
+            _ => ColliderBuilder::cone(0.5, 0.45),
+        };
+        let body = RigidBodyBuilder::dynamic()
+            .translation(place)
+            .can_sleep(sleeps);
+        world.insert(body, collider.friction(0.5));
+    }
+    let colliders = world.colliders.iter().map(|(handle, _)| handle).collect();
+    (world, colliders)
+}
+
+/// What rests, or comes to rest within some seconds, held by Rapier alone and by fields.
+fn contacts(heap: bool, sleeps: bool) -> Vec<Variant> {
+    let settled = |detection: Option<Detection>| {
+        let (mut world, colliders) = piled(heap, sleeps);
+        let law = ContactLaw::restitution(0.0).with_friction(0.5);
+        let contact = |collider| Tree::from(Field::contact(law).at(collider));
+        let tree = Tree::fold(Operator::SumUnion, colliders.into_iter().map(contact));
+        let builder = Fields::builder(tree).detection(detection.unwrap_or_default());
+        let mut fields = builder.build().expect("a sound tree");
+        let mut step = move || match detection {
+            Some(_) => fields.step(&mut world).map(drop).expect("finite fields"),
+            None => world.step(),
+        };
+        (0..600).for_each(|_| step());
+        step
+    };
+    vec![
+        variant("Rapier alone", settled(None)),
+        variant("fields, discrete", settled(Some(Detection::Discrete))),
+        variant("fields, swept", settled(Some(Detection::Swept))),
+    ]
+}
+
 fn main() {
+    compare("contacts, pyramid of 21 awake", 50, || {
+        contacts(false, false)
+    });
+    compare("contacts, pyramid of 21 asleep", 500, || {
+        contacts(false, true)
+    });
+    compare("contacts, heap of 50 awake", 20, || contacts(true, false));
+    compare("contacts, heap of 50, may sleep", 20, || {
+        contacts(true, true)
+    });
     compare("uniform field, 10,000 balls", 20, || uniform(10_000));
     compare("nothing in reach, 10,000 balls", 20, || {
         out_of_reach(10_000)
