@@ -99,6 +99,9 @@ fn judge(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Result<Jud
     let hit = query::cast_shapes_nonlinear(one, shapes[0], two, shapes[1], 0.0, share(dt), true);
     let hit = hit.map_err(|_| no_cast as Reason)?;
     let inside = |hit: &ShapeCastHit| hit.status == ShapeCastStatus::PenetratingOrWithinTargetDist;
+    if record.time <= record.from + band && gap(0.0) <= 2.0 * length {
+        return Err(|it| &mut it.graze);
+    }
     let at_first = hit.as_ref().is_some_and(inside) || gap(0.0) <= length;
     if at_first && record.time > record.from + band {
         return Err(|it| &mut it.overlapping);
@@ -188,9 +191,8 @@ fn bands(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Result<[f6
     let inside = speed * speed - 2.0 * bend * length;
     let late = 2.0 * length / (speed + inside.max(0.0).sqrt());
     let band = late + 2.0 * CAST * unit * dt;
-    // Else rounding decides whether they touched when the ways began, or only after the step.
-    let within = [record.time - record.from, dt - record.time];
-    if inside > 0.0 && within.into_iter().all(|time| band < time) {
+    // Else rounding decides whether they touch in this step.
+    if inside > 0.0 && band < dt - record.time {
         Ok([length, band])
     } else {
         Err(|it| &mut it.graze)
