@@ -110,8 +110,8 @@ fn run() -> Result<(), AnyError> {
     let chosen = runs.iter().find(|run| run.law == law);
     chosen.map_or(Ok(()), |run| run.draw(Path::new(&picture)))?;
     println!("written                 {TRAJECTORY} (OVITO, VMD, ASE), {picture}");
-    let checks = runs.iter().filter_map(|run| run.fields.cross_check());
-    checks.map(cross_check_passed).collect()
+    let mut checks = runs.iter().filter_map(|run| run.fields.cross_check());
+    checks.try_for_each(cross_check_passed)
 }
 
 /// Runs a box by a law; writes its trajectory if that law is the chosen one.
