@@ -47,6 +47,8 @@ pub(super) struct Sizes {
     own: Real,
     /// Whether both are cuboids.
     cuboids: bool,
+    /// Whether their distance is worked out.
+    worked_out: bool,
     /// From a point of the smaller part to the farthest other.
     across: Real,
     /// Radii of parts that are balls.
@@ -74,6 +76,10 @@ impl Sizes {
         Sizes {
             reach: bounded[0] + bounded[1] + arms,
             own: bounded[0] + bounded[1],
+            worked_out: colliders.iter().any(|it| it.shape().as_ball().is_some())
+                && colliders
+                    .iter()
+                    .all(|it| it.shape().as_ball().is_some() || it.shape().as_cuboid().is_some()),
             cuboids: colliders.iter().all(|it| it.shape().as_cuboid().is_some()),
             across: 2.0 * extent[0].min(extent[1]),
             radii: colliders.map(radius),
@@ -81,11 +87,13 @@ impl Sizes {
         }
     }
 
-    /// The share to which Parry's search knows distances of the parts: nothing for balls.
+    /// The share to which Parry's search knows distances of the parts: nothing where it does not
+    /// search, between balls and of balls from cuboids.
     pub(super) fn search(&self) -> Real {
-        match self.radii {
-            [Some(_), Some(_)] => 0.0,
-            _ => (10.0 * Real::EPSILON).sqrt(),
+        if self.worked_out {
+            0.0
+        } else {
+            (10.0 * Real::EPSILON).sqrt()
         }
     }
 
