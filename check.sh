@@ -29,6 +29,9 @@ for each in "" parallel enhanced-determinism debug-render serde-serialize expres
     parallel,serde-serialize,expression \
     parallel,enhanced-determinism,debug-render,serde-serialize,expression; do
     features rapier3d-fields "f32,$each"
+done
+# The other precision is the same source.
+for each in "" parallel,enhanced-determinism,debug-render,serde-serialize,expression; do
     features rapier3d-fields-f64 "f64,$each"
 done
 for each in simd8 simd8,parallel,debug-render,serde-serialize,expression; do
