@@ -38,14 +38,22 @@ fn the_time_of_a_touch_is_that_of_a_cast() {
     for made in MADE {
         for aside in [0.0, 0.1, 0.3] {
             let found = touches(made, 14.0, aside);
-            // A hull that was hit aside turns, and may hit again: that cannot be compared.
+            println!("{made:?}, {aside} aside: {found:?}");
+            // A hull that was hit aside turns, and may hit again: that cannot be compared. Nor can
+            // what Parry's cast does not bring to rounding in 64 bits.
             let missing = found.not_comparable;
+            let unsettled = if cfg!(feature = "f64") {
+                missing.unsettled
+            } else {
+                0
+            };
             assert_eq!(
-                (found.agreed, found.disagreed),
+                (found.agreed + unsettled, found.disagreed),
                 (1, 0),
                 "{made:?}: {found:?}"
             );
-            assert_eq!(missing.total(), missing.again, "{made:?}: {found:?}");
+            let other = missing.total() - unsettled;
+            assert_eq!(other, missing.again, "{made:?}: {found:?}");
             let error = f64::from(found.time_error as f32);
             assert!(error < either(1e-4, 1e-9), "{made:?}: {found:?}");
         }
