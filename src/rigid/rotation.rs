@@ -11,10 +11,11 @@
 //! 3. after it, [`Inertia::angvel_after`] of L and the attitude Rapier reached, plus whatever
 //!    contacts and joints added to the steady velocity.
 //!
-//! L never passes through the attitude error of the step, so it is kept to rounding; what is left
-//! is the energy error of ΔR. All arithmetic is `f64` in both builds, rounded once on the way out:
-//! the rounding of `f32` is biased over many steps, and the conversion costs nothing.
+//! L never passes through the attitude error of the step, so it is kept to rounding, as is ΔR. All
+//! arithmetic is `f64` in both builds, rounded once on the way out: the rounding of `f32` is biased
+//! over many steps, and the conversion costs nothing.
 
+use super::taylor_rotation::Rotor;
 use crate::math::{DQuat, DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::dynamics::{MassProperties, RigidBody};
 
@@ -106,7 +107,10 @@ impl Inertia {
         to_world * (self.inverse_moments * momentum)
     }
 
-    /// ΔR of free motion over `dt`: the attitude goes from R to ΔR R.
+    /// ΔR of free motion over `dt`: the attitude goes from R to ΔR R. To rounding, by the splitting
+    /// below where one step of it is exact, else by a Taylor series ([`Rotor::attitude_after`]); only
+    /// of what makes more than some ten turns in `dt` by as many steps of the splitting as
+    /// [`ENERGY_ERROR`] asks for.
     ///
     /// With b the middle moment and ℓ = Rᵀ L, the kinetic energy is
     /// |ℓ|²/2b + (1/a - 1/b) ℓₐ²/2 + (1/c - 1/b) ℓ_c²/2. The first term commutes with the others
@@ -136,6 +140,17 @@ impl Inertia {
         let to_world = attitude * self.principal_to_body;
         let momentum = to_world.inverse() * angular_momentum_world;
         let split = Splitting::new(self, momentum);
+        let rounding = to_f64(Real::EPSILON);
+        if split.steps(dt, rounding) > 1 {
+            let rotor = Rotor {
+                inverse_moments: self.inverse_moments,
+                principal_to_body: self.principal_to_body,
+            };
+            let momentum = angular_momentum_world;
+            if let Some(after) = rotor.attitude_after(attitude, momentum, dt, 0.01 * rounding) {
+                return (after * attitude.inverse()).normalize();
+            }
+        }
         let common = DQuat::from_scaled_axis(angular_momentum_world * (split.common_rate * dt));
         let anisotropic = split.turn(momentum, dt, split.steps(dt, energy_error));
         (common * to_world * anisotropic * to_world.inverse()).normalize()

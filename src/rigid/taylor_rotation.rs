@@ -1,8 +1,8 @@
 //! Torque-free rotation, at any moment of a step and to the last digits.
 //!
-//! The rotation that Rapier is given for a step ([`super::rotation`]) is right at the step's end; the
-//! time of an impact needs it in between. Euler's equations and that of the attitude are
-//! polynomials, so their Taylor series follow from products of series: exact motion in pieces.
+//! Rapier is given the rotation of a whole step ([`super::rotation`]); the time of an impact needs it in
+//! between. Euler's equations and that of the attitude are polynomials, so their Taylor series
+//! follow from products of series: exact motion in pieces.
 
 use crate::math::{DQuat, DVec3};
 
@@ -14,6 +14,9 @@ const SMALLEST_TERM: f64 = 1e-17;
 
 /// Pieces of a path at most; a step in which a body turns some thousand times is beyond sense.
 const MOST_PIECES: usize = 8192;
+
+/// The same where only the end counts: some ten turns.
+const MOST_TO_THE_END: usize = 64;
 
 /// What resists the rotation of a body.
 #[derive(Clone, Copy, Debug)]
@@ -77,8 +80,40 @@ impl Rotor {
         [speed, coupling * speed * speed / 3_f64.sqrt()]
     }
 
-    /// The Taylor series of the attitude from `attitude` on.
-    fn series(&self, attitude: DQuat, momentum: DVec3) -> [DQuat; ORDER + 1] {
+    /// The attitude after a free rotation over `dt`, which may go back, each term below `smallest`
+    /// left out; nothing if it turns too often to follow.
+    pub(crate) fn attitude_after(
+        &self,
+        attitude: DQuat,
+        momentum: DVec3,
+        dt: f64,
+        smallest: f64,
+    ) -> Option<DQuat> {
+        let (mut attitude, mut left) = (attitude, dt);
+        for _ in 0..MOST_TO_THE_END {
+            let terms = self.series((attitude, momentum), left.abs(), smallest);
+            let piece = Piece { from: 0.0, terms };
+            let reach = piece.reach(smallest);
+            if reach.is_nan() || reach <= 0.0 {
+                return None;
+            }
+            let step = left.clamp(-reach, reach);
+            attitude = piece.attitude(step);
+            left -= step;
+            if left == 0.0 {
+                return Some(attitude);
+            }
+        }
+        None
+    }
+
+    /// The Taylor series of the attitude, as far as terms count within `span`.
+    fn series(
+        &self,
+        (attitude, momentum): (DQuat, DVec3),
+        span: f64,
+        smallest: f64,
+    ) -> [DQuat; ORDER + 1] {
         let inverse = self.inverse_moments;
         let moments = inverse.recip();
         let coupling = DVec3::new(
@@ -91,6 +126,7 @@ impl Rotor {
         let mut to_world = [DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0); ORDER + 1];
         angvel[0] = inverse * (start.inverse() * momentum);
         to_world[0] = start;
+        let (mut power, mut last) = (1.0, f64::INFINITY);
         for k in 0..ORDER {
             let (mut swirl, mut turn) = (DVec3::ZERO, DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0));
             for i in 0..=k {
@@ -102,6 +138,13 @@ impl Rotor {
             let next = 1.0 / (k as f64 + 1.0);
             angvel[k + 1] = coupling * swirl * next;
             to_world[k + 1] = turn * (0.5 * next);
+            power *= span;
+            let size = to_world[k + 1].length() * power;
+            // Two, since a series may have every other term only.
+            if size.max(last) < smallest {
+                break;
+            }
+            last = size;
         }
         let back = self.principal_to_body.inverse();
         to_world.map(|term| product(term, back))
@@ -131,9 +174,9 @@ impl Top {
         };
         let (mut from, mut attitude) = (from, attitude);
         loop {
-            let terms = rotor.series(attitude, momentum);
+            let terms = rotor.series((attitude, momentum), to - from, SMALLEST_TERM);
             let piece = Piece { from, terms };
-            let reach = piece.reach();
+            let reach = piece.reach(SMALLEST_TERM);
             top.pieces.push(piece);
             // False for NaN too.
             let finished = from + reach >= to;
@@ -152,12 +195,7 @@ impl Top {
     pub(crate) fn attitude(&self, time: f64) -> DQuat {
         let after = self.pieces.partition_point(|piece| piece.from <= time);
         let piece = &self.pieces[after.saturating_sub(1)];
-        let since = time - piece.from;
-        let mut sum = piece.terms[ORDER];
-        for term in piece.terms[..ORDER].iter().rev() {
-            sum = sum * since + *term;
-        }
-        sum.normalize()
+        piece.attitude(time - piece.from)
     }
 
     /// The angular velocity at a moment, given the attitude there.
@@ -172,12 +210,20 @@ impl Top {
 }
 
 impl Piece {
+    fn attitude(&self, since: f64) -> DQuat {
+        let mut sum = self.terms[ORDER];
+        for term in self.terms[..ORDER].iter().rev() {
+            sum = sum * since + *term;
+        }
+        sum.normalize()
+    }
+
     /// How far the series holds: until one of its last two terms counts. Two, since a series may
     /// have every other term only.
-    fn reach(&self) -> f64 {
+    fn reach(&self, smallest: f64) -> f64 {
         let until = |order: usize| {
             let size = self.terms[order].length();
-            (SMALLEST_TERM / size).powf(1.0 / order as f64)
+            (smallest / size).powf(1.0 / order as f64)
         };
         until(ORDER).min(until(ORDER - 1))
     }
