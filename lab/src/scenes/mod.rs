@@ -18,6 +18,8 @@ pub mod head_on;
 
 pub mod spheres;
 
+pub mod unification;
+
 use super::fields;
 use fields::math::{
     ColliderHandle, ColliderSet, DVec3, Real, RigidBodyHandle, RigidBodySet, Vector, to_dpose3,

@@ -1,6 +1,8 @@
-//! Figures 3 and 4 of the paper: an attraction with a repulsion in its place close by
-//! (replacement of union), around one fixed body; and three bodies that each carry such a field
-//! (sum of union of instances), attract one another, and bounce.
+//! The paper's figures. Figure 2: every operator on two fields. Figure 3: an attraction with a
+//! repulsion in its place close by (replacement of union), around one fixed body. Figure 4: three
+//! bodies that each carry such a field (sum of union of instances), attract one another, and
+//! bounce. §3.4: avoidance outside and collision inside, in one tree. Plate 2: two molecules that
+//! collide and spin.
 //!
 //! ```text
 //! cargo run --release --example figures
@@ -15,8 +17,11 @@ use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 use rapier3d_fields_lab::single::scenes::figures::{Figure, Figure3Settings, Figure4Settings};
 
-#[path = "support/mod.rs"]
+mod operators;
+mod plate_2;
+#[path = "../support/mod.rs"]
 mod support;
+mod unification;
 
 use rapier3d_fields_lab::drawing::arrows::{FAINT, INK, Panel, document, legend, text};
 use support::args::Args;
@@ -25,7 +30,7 @@ use support::{AnyError, exit, make_folder_of};
 const USAGE: &str = "\
 usage: figures [--steps N] [--folder FOLDER]
   --steps   to simulate, of 1/240 each (2400)
-  --folder  where to write figure-3.svg and figure-4.svg (out)";
+  --folder  where to write figure-2, -3, -4, unification and plate-2, all .svg (out)";
 
 const HALF: f64 = 290.0;
 const MARGIN: f64 = 28.0;
@@ -50,6 +55,11 @@ fn run() -> Result<(), AnyError> {
     let steps = args.steps(2400)?;
     let folder = args.get("folder", "out".to_owned())?;
     let folder = Path::new(&folder);
+
+    make_folder_of(&folder.join("figure"))?;
+    operators::draw(&folder.join("figure-2.svg"))?;
+    unification::draw(&folder.join("unification.svg"))?;
+    plate_2::draw(&folder.join("plate-2.svg"))?;
 
     let figure = Figure3Settings::default().build()?;
     let title = [
@@ -110,7 +120,6 @@ fn show(
         );
     }
     draw_tracks(&mut svg, &panel, &tracks);
-    make_folder_of(path)?;
     let size = [2.0 * (HALF + MARGIN), HEADING + 2.0 * HALF + MARGIN];
     std::fs::write(path, document(size[0], size[1], &svg))?;
     println!("after {:.1}: {}\n", fields.time(), path.display());
