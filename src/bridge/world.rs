@@ -128,6 +128,7 @@ impl Frames for (&RigidBodySet, &ColliderSet) {
                 velocity: body.linvel() + body.angvel().cross(arm),
                 angvel: body.angvel(),
                 body: Some(handle),
+                collider: None,
             })
         };
         let base = match anchor {
@@ -135,11 +136,12 @@ impl Frames for (&RigidBodySet, &ColliderSet) {
             Anchor::Body { handle, .. } => of_body(*handle)?,
             Anchor::Collider { handle, .. } => {
                 let collider = colliders.get(*handle)?;
-                match (collider.parent(), collider.position_wrt_parent()) {
+                let frame = match (collider.parent(), collider.position_wrt_parent()) {
                     // A collider's own world pose lags behind a body that was just teleported.
                     (Some(parent), Some(local_pose)) => of_body(parent)?.then(local_pose),
                     _ => Frame::at_rest(*collider.position()),
-                }
+                };
+                frame.of_collider(*handle)
             }
         };
         Some(base.then(anchor.local_pose()))

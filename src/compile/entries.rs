@@ -165,3 +165,10 @@ pub(crate) struct FieldMask {
     /// Which of the program's leaves is the detection field.
     pub leaf: u32,
 }
+
+impl FieldMask {
+    /// Whether both stand in one composite.
+    pub(crate) fn is_beside(&self, other: &FieldMask) -> bool {
+        (self.program, self.instance) == (other.program, other.instance)
+    }
+}

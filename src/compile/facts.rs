@@ -64,7 +64,7 @@ impl Facts {
         let moves = |anchor: &Anchor| !matches!(anchor, Anchor::World { .. });
         for place in below {
             for axis in nodes.axes_at(*place) {
-                facts.set_if(Self::READS_VELOCITY, *axis == Axis::Speed);
+                facts.set_if(Self::READS_VELOCITY, axis.reads_velocity());
                 facts.set_if(Self::READS_TIME, *axis == Axis::Time);
                 facts.set_if(Self::READS_USER_AXES, matches!(axis, Axis::User(_)));
             }

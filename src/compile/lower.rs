@@ -8,7 +8,8 @@ use super::facts::Facts;
 use super::program::Program;
 use super::requirements::SamplingRequirements;
 use crate::field::{
-    Anchor, ContactLaw, Field, Formula, Modifier, Node, Nodes, Radial, Sampling, SamplingRule,
+    Anchor, ContactLaw, Coupling, Field, Formula, Modifier, Node, Nodes, Radial, Sampling,
+    SamplingRule,
 };
 use crate::math::{Real, Vector, to_f64};
 
@@ -96,7 +97,14 @@ impl Lowering<'_> {
             && (everywhere || !self.may_be_adaptive(how))
             && !field.coupling.reads_frame();
         match &field.formula {
-            Formula::Contact(law) if everywhere && field.lifetime.is_timeless() => {
+            Formula::Contact(law)
+                if everywhere
+                    && field.lifetime.is_timeless()
+                    && bare
+                    && field.strength == 1.0
+                    && field.groups.is_none()
+                    && !matches!(field.coupling, Coupling::Axis(_)) =>
+            {
                 self.detector((place, 0), &anchor, *law, None);
             }
             formula if formula.is_zero() || field.strength == 0.0 && !field.is_contact() => {

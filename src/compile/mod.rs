@@ -28,7 +28,9 @@ mod roster;
 
 pub(crate) use anchors::{AnchorId, NO_ANCHOR};
 pub(crate) use compiled::{Compiled, Prepared};
-pub(crate) use entries::{ConstantField, Detector, RadialBatch, RadialSource, Weighting};
+pub(crate) use entries::{
+    ConstantField, Detector, FieldMask, RadialBatch, RadialSource, Weighting,
+};
 pub use index_kind::IndexKind;
 pub(crate) use ordered::Key;
 pub use plan::{Plan, PlanEntry};

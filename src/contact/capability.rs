@@ -64,14 +64,11 @@ impl fmt::Display for Capability {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ContactPlan {
-    /// By kinds of shapes of which one side has a detection field.
-    pub pairs: BTreeMap<(ShapeKind, ShapeKind), Capability>,
+    /// By kinds of shapes, as Parry names them, of which one side has a detection field.
+    pub pairs: BTreeMap<(String, String), Capability>,
     /// Whether what touches within a step is found.
     pub swept: bool,
 }
-
-/// A kind of shape, by its name in Parry.
-pub type ShapeKind = String;
 
 impl ContactPlan {
     /// Of shapes that have a detection field, or have not.

@@ -1,6 +1,6 @@
 //! The detector: finds contacts at the end of a step or over the whole of it, and answers them.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::discrete::{Discrete, Found, approach_speed};
@@ -8,7 +8,9 @@ use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
 use super::hooks::Verdicts;
 use super::modes::Detection;
+use super::paper_push::PaperPushes;
 use super::respond;
+use super::resting::HeldPairs;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
 use super::sweep::{Scene, Sweep};
@@ -31,6 +33,8 @@ pub(crate) struct Detector {
     pub starts: Arc<Starts>,
     /// What overlaps at the end of the step.
     found: Found,
+    /// Whether any of it may be an impact.
+    hit: bool,
     /// Touches of the step that has just ended, not yet among the contacts.
     touched: Vec<FieldContact>,
     /// Whether the last step had more impacts than one step may have.
@@ -47,6 +51,7 @@ impl Detector {
             sweep: (mode == Detection::Swept && !compiled.detectors.is_empty()).then(Box::default),
             starts: Arc::default(),
             found: Found::default(),
+            hit: false,
             touched: Vec::new(),
             exhausted: false,
             contacts: Vec::new(),
@@ -84,7 +89,7 @@ impl Detector {
         let Some(sweep) = &mut self.sweep else {
             return;
         };
-        let guarded = compiled.detectors.iter().any(|d| d.mask.is_some());
+        let guarded = is_masked(compiled);
         if guarded {
             self.masks.refresh(compiled, world, samples);
         }
@@ -121,24 +126,21 @@ impl Detector {
         compiled: &Compiled,
         world: &(impl Lookup + Frames),
         moment: Moment,
-        held: Option<&Pairs>,
+        held: Option<HeldPairs<'_>>,
         samples: impl FnOnce(&mut Samples),
     ) {
         let found = &mut self.found;
-        let masked = compiled.detectors.iter().any(|it| it.mask.is_some());
-        if self.touch.gather(world) || masked {
+        let masked = is_masked(compiled);
+        let moved = self.touch.gather(world) || masked;
+        if moved || held.is_none() && !found.anew {
             self.touch.find(world, held, found);
         } else {
             for (contact, _) in &mut found.contacts {
                 contact.approach_speed = approach_speed(contact, world);
             }
         }
-        let starts = &self.starts;
-        let hit = |(contact, _): &(FieldContact, _)| {
-            let slow = starts.slow(contact.law, contact.bodies);
-            contact.approach_speed > 0.5 * slow && contact.law != ContactLaw::Observe
-        };
-        if held.is_some_and(|held| !held.is_empty()) && found.contacts.iter().any(hit) {
+        self.hit = found.is_hit(world, &self.starts);
+        if self.hit && !found.anew {
             // An impact runs through all that rests, and is to meet it where it is.
             self.touch.find(world, None, found);
         }
@@ -168,8 +170,8 @@ impl Detector {
         moment: Moment,
         samples: impl FnOnce(&mut Samples),
     ) -> Pairs {
-        if compiled.detectors.iter().all(|it| it.mask.is_none()) {
-            return Pairs::new();
+        if !is_masked(compiled) {
+            return Pairs::default();
         }
         self.masks.refresh(compiled, world, samples);
         let fields = (&self.touch, compiled);
@@ -180,8 +182,8 @@ impl Detector {
     /// Answers the contacts by their laws; says how bodies go on.
     pub(crate) fn respond(
         &mut self,
-        world: &impl Lookup,
-        dt: Real,
+        (world, compiled): (&impl Lookup, &Compiled),
+        (moment, dt): (Moment, Real),
         answers: impl Fn(&FieldContact) -> bool,
         pushes: &mut Vec<Push>,
     ) {
@@ -192,6 +194,23 @@ impl Detector {
             late && answers(contact)
         };
         let place = (world, &*self.starts);
-        respond::respond(&mut self.contacts, &self.found, place, dt, answers, pushes);
+        let springs = |contact: &FieldContact| matches!(contact.law, ContactLaw::Penalty { .. });
+        if !self.hit && !self.contacts.iter().any(springs) {
+            return;
+        }
+        let paper = PaperPushes {
+            masks: is_masked(compiled).then_some(&mut self.masks),
+            touch: &self.touch,
+            compiled,
+            moment,
+            known: HashMap::new(),
+        };
+        let contacts = &mut self.contacts;
+        respond::respond(contacts, &self.found, place, (dt, paper), answers, pushes);
     }
+}
+
+/// Whether any detection field stands under operators.
+fn is_masked(compiled: &Compiled) -> bool {
+    compiled.detectors.iter().any(|it| it.mask.is_some())
 }

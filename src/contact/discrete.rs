@@ -6,9 +6,11 @@ use std::ops::Range;
 use super::field_contact::{FieldContact, Part};
 use super::laws::Laws;
 use super::overlap::{OverlapPoint, PlacedBall, PlacedShape};
-use super::resting::RestingPoints;
-use super::rules::{Pairs, in_order};
+use super::resting::{HeldPairs, StillPoints};
+use super::separation::Separations;
+use super::starts::Starts;
 use crate::compile::Compiled;
+use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 use crate::neighbors::{Cluster, VerletList, hierarchy};
 use crate::rapier::geometry::{Aabb, Collider};
@@ -30,7 +32,10 @@ pub(super) struct Discrete {
     /// The bounded solids, by their number, and the numbers of the others.
     tree: Bvh,
     unbounded: Vec<u32>,
-    resting: RestingPoints,
+    /// Whether each solid is as it was the time before.
+    still: Vec<bool>,
+    still_points: StillPoints,
+    separations: Separations,
     /// The balls and solids of the time before.
     last: (Vec<Ball>, Vec<Solid>),
 }
@@ -54,6 +59,56 @@ struct Solid {
 pub(super) struct Found {
     pub contacts: Vec<(FieldContact, Range<usize>)>,
     pub points: Vec<OverlapPoint>,
+    /// Whether no point was taken from Rapier.
+    pub anew: bool,
+}
+
+impl Found {
+    /// Whether at any contact two parts approach fast enough that it may be an impact: half as fast
+    /// as what does not last, which leaves room for rounding and for what presses them.
+    pub(super) fn is_hit(&self, world: &impl Lookup, starts: &Starts) -> bool {
+        self.contacts.iter().any(|(contact, points)| {
+            let law = contact.law;
+            let motions = contact.bodies.map(|body| PointMotion::of(body, world));
+            if law == ContactLaw::Observe || motions.iter().all(PointMotion::is_still) {
+                return false;
+            }
+            let lags = contact.bodies.map(|body| starts.lag(body));
+            let slow = 0.5 * starts.slow(law, contact.bodies);
+            let fast = |point: &OverlapPoint| {
+                let [one, two] = [0, 1].map(|it| motions[it].at(point.world_point) + lags[it]);
+                (one - two).dot(point.world_normal) >= slow
+            };
+            self.points[points.clone()].iter().any(fast)
+        })
+    }
+}
+
+/// How the points of a body move; what has no body stands still.
+#[derive(Clone, Copy, Default)]
+struct PointMotion {
+    com: Vector,
+    linvel: Vector,
+    angvel: Vector,
+}
+
+impl PointMotion {
+    fn of(body: Option<RigidBodyHandle>, world: &impl Lookup) -> Self {
+        let body = body.and_then(|body| world.body(body));
+        body.map_or(PointMotion::default(), |body| PointMotion {
+            com: body.center_of_mass(),
+            linvel: body.linvel(),
+            angvel: body.angvel(),
+        })
+    }
+
+    fn is_still(&self) -> bool {
+        self.linvel == Vector::ZERO && self.angvel == Vector::ZERO
+    }
+
+    fn at(&self, world_point: Vector) -> Vector {
+        self.linvel + self.angvel.cross(world_point - self.com)
+    }
 }
 
 impl Discrete {
@@ -72,7 +127,9 @@ impl Discrete {
             solids: Vec::new(),
             tree: Bvh::new(),
             unbounded: Vec::new(),
-            resting: RestingPoints::default(),
+            still: Vec::new(),
+            still_points: StillPoints::default(),
+            separations: Separations::default(),
             last: Default::default(),
         }
     }
@@ -124,7 +181,13 @@ impl Discrete {
             self.part(part, collider, *collider.position());
             self.cluster(start);
         }
-        let moved = self.balls != self.last.0 || self.solids != self.last.1;
+        let before = &self.last.1;
+        let still = self.solids.iter().enumerate();
+        let still = still.map(|(number, solid)| before.get(number) == Some(solid));
+        self.still.clear();
+        self.still.extend(still);
+        let alike = before.len() == self.solids.len() && self.still.iter().all(|still| *still);
+        let moved = !alike || self.balls != self.last.0;
         if moved {
             self.arrange();
         }
@@ -188,10 +251,16 @@ impl Discrete {
     }
 
     /// Finds all contacts in which at least one side has a detection field. Of pairs that are
-    /// `held` by Rapier the points known of them may do.
-    pub(super) fn find(&mut self, world: &impl Lookup, held: Option<&Pairs>, found: &mut Found) {
+    /// `held` by Rapier its points may do.
+    pub(super) fn find(
+        &mut self,
+        world: &impl Lookup,
+        held: Option<HeldPairs<'_>>,
+        found: &mut Found,
+    ) {
         found.contacts.clear();
         found.points.clear();
+        found.anew = held.is_none_or(|held| held.pairs.is_empty());
         self.list.refresh(&self.clusters, 0.0);
         let mut finder = Finder { world, found };
         for (i, cluster) in self.clusters.iter().enumerate() {
@@ -217,23 +286,33 @@ impl Discrete {
                 });
             }
         }
-        let mut resting = std::mem::take(&mut self.resting);
-        resting.turn();
+        let mut still = std::mem::take(&mut self.still_points);
+        let mut apart = std::mem::take(&mut self.separations);
+        still.turn();
+        apart.turn();
         for pair in self.pairs_of_solids() {
             let [one, two] = pair.map(|number| &self.solids[number as usize]);
-            let colliders = in_order([one.part.collider, two.part.collider]);
-            let rests = held.is_some_and(|held| held.contains(&colliders));
+            let stands = pair.iter().all(|number| self.still[*number as usize]);
+            let colliders = [one.part.collider, two.part.collider];
             finder.pair(&one.part, &two.part, |points| {
-                if rests {
-                    let both = [one, two].map(|solid| (&solid.placed, &solid.bounds));
-                    resting.overlaps(colliders, both, points);
+                let mut search = || {
+                    if one.placed.is_apart(&two.placed, colliders, &mut apart) {
+                        return Vec::new();
+                    }
+                    one.placed.near(&two.placed)
+                };
+                if stands {
+                    let near = still.near(colliders, search);
+                    one.placed.place(&two.placed, near, points);
                 } else {
-                    let near = one.placed.near(&two.placed);
+                    let near = held.and_then(|held| held.near(colliders));
+                    let near = near.unwrap_or_else(&mut search);
                     one.placed.place(&two.placed, &near, points);
                 }
             });
         }
-        self.resting = resting;
+        self.still_points = still;
+        self.separations = apart;
     }
 
     fn pairs_of_solids(&self) -> Vec<[u32; 2]> {
@@ -302,11 +381,7 @@ impl<W: Lookup> Finder<'_, W> {
 
 /// How fast the parts of a contact approach.
 pub(super) fn approach_speed(contact: &FieldContact, world: &impl Lookup) -> Real {
-    let velocities = contact.bodies.map(|body| {
-        let body = body.and_then(|body| world.body(body));
-        body.map_or(Vector::ZERO, |body| {
-            body.velocity_at_point(contact.world_point)
-        })
-    });
-    (velocities[0] - velocities[1]).dot(contact.world_normal)
+    let motions = contact.bodies.map(|body| PointMotion::of(body, world));
+    let [one, two] = motions.map(|motion| motion.at(contact.world_point));
+    (one - two).dot(contact.world_normal)
 }

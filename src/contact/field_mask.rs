@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use super::discrete::Discrete;
-use crate::compile::{Compiled, Detector};
+use crate::compile::{Compiled, Detector, FieldMask};
 use crate::eval::Interpreter;
-use crate::field::{Frame, Frames, Motion, Query};
+use crate::field::{Frame, Frames, Motion, Query, real};
 use crate::math::{ColliderHandle, DVec3};
 use crate::sample::{Moment, Samples};
 
@@ -101,6 +101,23 @@ impl FieldMasks {
             .contributes(leaf, instance, frames, &query, &motion)
     }
 
+    /// The force of the composite in which a detection field stands, where it is defined.
+    pub(super) fn force(&mut self, compiled: &Compiled, mask: FieldMask, query: &Query) -> DVec3 {
+        let program = compiled.programs.get(mask.program);
+        let outcome = program.and_then(|program| {
+            let (instance, frames) = (mask.instance as usize, &self.frames);
+            let motion = Motion::of(query);
+            self.machine.run(program, instance, frames, query, &motion)
+        });
+        outcome.map_or(DVec3::ZERO, |outcome| real(&outcome.force))
+    }
+
+    /// A collider as fields see it, if they do.
+    pub(super) fn sample(&self, collider: ColliderHandle, moment: Moment) -> Option<Query> {
+        let place = self.probe_of.get(&collider)?;
+        Some(self.samples.query(&self.samples.list[*place], moment))
+    }
+
     /// What `other` is to a field; `None` of two that are not sampled.
     fn query(
         &self,
@@ -109,10 +126,7 @@ impl FieldMasks {
         moment: Moment,
         world_point: Option<DVec3>,
     ) -> Option<Query> {
-        let sample = |collider| {
-            let place = self.probe_of.get(&collider)?;
-            Some(self.samples.query(&self.samples.list[*place], moment))
-        };
+        let sample = |collider| self.sample(collider, moment);
         if let Some(mut query) = sample(other) {
             query.world_point = world_point.unwrap_or(query.world_point);
             return Some(query);

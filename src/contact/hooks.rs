@@ -262,11 +262,11 @@ impl StepHooks<'_> {
         let contacts = manifold.solver_contacts.iter();
         let fastest = contacts.map(|contact| approach(contact).abs());
         let fastest = fastest.fold(0.0, Real::max);
-        let held = matches!(law, ContactLaw::Penalty { .. });
+        let sprung = matches!(law, ContactLaw::Penalty { .. });
         if manifold.solver_contacts.is_empty() {
             return;
         }
-        if fastest >= slow || held {
+        if fastest >= slow || sprung {
             Heard::note(&self.heard.lifted, pair);
             // Both ends alike: the solver's lever arms are taken from the middle. So far that what
             // moves within the step does not touch.

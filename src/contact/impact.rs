@@ -1,6 +1,9 @@
 //! An impact of a swept detection: what touches at one moment is answered, and goes on from there.
 
+use std::collections::HashMap;
+
 use super::FieldContact;
+use super::paper_push::PaperPushes;
 use super::solve::{ContactBody, Meeting, resolve};
 use super::sweep::{Event, Scene, Sweep};
 use super::time_of_impact::{ContactPoint, spots};
@@ -27,6 +30,7 @@ impl Sweep {
         let mut movers: Vec<ContactBody> = movers.flatten().collect();
         let mut meetings = Vec::new();
         let mut found = Vec::new();
+        let mut known = HashMap::new();
         for event in batch {
             let [a, b] = self.carried(event.tracks, event.parts);
             let spots = spots(a, b, time);
@@ -38,9 +42,25 @@ impl Sweep {
             };
             let places = event.tracks.map(|track| numbers.binary_search(&track).ok());
             let first = meetings.len();
+            // All but Newton's law act once.
+            let count = match contact.law {
+                ContactLaw::Impulse { .. } => spots.len(),
+                _ => 1,
+            };
             let meeting = |spot| self.meeting(event, spot, &contact, places, scene);
-            meetings.extend(spots.iter().map(meeting));
+            meetings.extend(spots[..count].iter().map(meeting));
             let own = &mut meetings[first..];
+            let sides = (contact.colliders, contact.has_field);
+            let sampled = self.sampled(event, &contact, time).map(Some);
+            let mut paper = PaperPushes {
+                masks: scene.masks.as_deref_mut(),
+                touch: scene.touch,
+                compiled: scene.compiled,
+                moment: scene.moment,
+                known,
+            };
+            paper.note(&mut own[0], sides, &movers, sampled);
+            known = paper.known;
             let approach = own
                 .iter()
                 .map(|meeting: &Meeting| meeting.approach(&movers));
@@ -126,6 +146,21 @@ impl Sweep {
         })
     }
 
+    /// Where the middles of two parts that touch at a moment are at the end of the step, in the order
+    /// of the contact: there fields are sampled.
+    fn sampled(&self, event: &Event, contact: &FieldContact, time: f64) -> [DVec3; 2] {
+        let carried = self.carried(event.tracks, event.parts);
+        let places = [0, 1].map(|part: usize| {
+            let middle = carried[part].place(time);
+            carried[1 - part].track.carried_to_end(middle, time)
+        });
+        if contact.colliders[0] == carried[0].member.part.collider {
+            places
+        } else {
+            [places[1], places[0]]
+        }
+    }
+
     fn meeting(
         &self,
         event: &Event,
@@ -153,7 +188,7 @@ impl Sweep {
             normal,
             depth: spot.depth,
             law,
-            has_field: contact.has_field,
+            pushes: [DVec3::ZERO; 2],
             slow: to_f64(scene.starts.slow(contact.law, contact.bodies)),
             impulses: [DVec3::ZERO; 2],
         }

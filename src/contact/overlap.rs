@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::capability::Capability;
-use crate::math::{Pose, Real, SharedShape, Vector};
+use super::separation::Separations;
+use crate::math::{ColliderHandle, Pose, Real, SharedShape, Vector};
 use crate::rapier::parry::query::{
-    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher,
+    self, ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher,
 };
 
 /// A point at which two shapes overlap.
@@ -116,19 +117,37 @@ pub(super) fn manifold_points(
         &mut None,
     );
     let points = manifolds.iter().flat_map(|manifold| {
-        let one = manifold.subshape_pos1().copied().unwrap_or(Pose::IDENTITY);
-        let two = manifold.subshape_pos2().copied().unwrap_or(Pose::IDENTITY);
-        let local_normal = one.rotation * manifold.local_n1;
-        let near = manifold.points.iter().filter(move |it| it.dist < margin);
-        near.map(move |point| ManifoldPoint {
-            local_points: [
-                one.transform_point(point.local_p1),
-                two.transform_point(point.local_p2),
-            ],
-            local_normal,
-        })
+        let near = manifold.points.iter().map(move |point| point.dist < margin);
+        points_of(manifold, false).zip(near)
     });
-    points.collect()
+    let near = points.filter(|(_, near)| *near);
+    near.map(|(point, _)| point).collect()
+}
+
+/// The points of a manifold; from its second shape to its first if it is `swapped`.
+pub(super) fn points_of<M, C>(
+    manifold: &ContactManifold<M, C>,
+    swapped: bool,
+) -> impl Iterator<Item = ManifoldPoint> + '_ {
+    let one = manifold.subshape_pos1().copied().unwrap_or(Pose::IDENTITY);
+    let two = manifold.subshape_pos2().copied().unwrap_or(Pose::IDENTITY);
+    let local_normal = if swapped {
+        two.rotation * manifold.local_n2
+    } else {
+        one.rotation * manifold.local_n1
+    };
+    manifold.points.iter().map(move |point| {
+        let on_one = one.transform_point(point.local_p1);
+        let on_two = two.transform_point(point.local_p2);
+        ManifoldPoint {
+            local_points: if swapped {
+                [on_two, on_one]
+            } else {
+                [on_one, on_two]
+            },
+            local_normal,
+        }
+    })
 }
 
 impl PlacedShape {
@@ -173,6 +192,33 @@ impl PlacedShape {
             world_normal: normal,
             depth,
         })
+    }
+
+    /// Whether it is surely clear of another shape, by what is known of the pair.
+    pub(super) fn is_apart(
+        &self,
+        other: &PlacedShape,
+        pair: [ColliderHandle; 2],
+        known: &mut Separations,
+    ) -> bool {
+        if self
+            .shape
+            .as_halfspace()
+            .or(other.shape.as_halfspace())
+            .is_some()
+        {
+            // Its manifold costs less.
+            return false;
+        }
+        let relative = self.pose.inv_mul(&other.pose);
+        let measure = |reach: Real| {
+            let (first, second) = (&*self.shape.0, &*other.shape.0);
+            let far = 0.25 * reach;
+            let found = query::contact(&Pose::IDENTITY, first, &relative, second, far).ok()?;
+            Some(found.map_or(far, |contact| contact.dist))
+        };
+        let near = (&relative, self.skin + other.skin);
+        known.are_apart(pair, [&self.shape, &other.shape], near, measure)
     }
 
     /// The points at which it overlaps another shape.

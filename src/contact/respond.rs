@@ -2,6 +2,7 @@
 
 use super::FieldContact;
 use super::discrete::Found;
+use super::paper_push::PaperPushes;
 use super::solve::{ContactBody, Meeting, resolve};
 use super::starts::Starts;
 use crate::bridge::Push;
@@ -14,7 +15,7 @@ pub(super) fn respond(
     contacts: &mut [FieldContact],
     found: &Found,
     (world, starts): (&impl Lookup, &Starts),
-    dt: Real,
+    (dt, mut paper): (Real, PaperPushes<'_>),
     answers: impl Fn(&FieldContact) -> bool,
     pushes: &mut Vec<Push>,
 ) {
@@ -59,10 +60,14 @@ pub(super) fn respond(
                 normal: to_dvec3(point.world_normal),
                 depth: to_f64(point.depth),
                 law,
-                has_field: contact.has_field,
+                pushes: [DVec3::ZERO; 2],
                 slow,
                 impulses: [DVec3::ZERO; 2],
             });
+        }
+        if let Some(last) = meetings.last_mut() {
+            let sides = (contact.colliders, contact.has_field);
+            paper.note(last, sides, &movers, [None; 2]);
         }
     }
     resolve(&mut movers, &mut meetings, to_f64(dt));

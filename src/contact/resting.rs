@@ -1,67 +1,62 @@
-//! Points of pairs that rest on each other, kept from step to step.
+//! Points of pairs that rest on each other: taken over, instead of searched for from nothing.
 //!
-//! A search for them from nothing costs more than all else that Rapier does for a resting pair.
-//! What has hardly moved since is placed anew instead: points on two surfaces slide by the second
-//! order of the motion only, as Parry reuses them too.
+//! A pair that Rapier's solver has held has fresh manifolds in the narrow phase, of the poses when
+//! its step began; the two have hardly moved against each other since. A pair of which neither has
+//! moved at all has the points of the step before. Both follow from the state of the world, so a
+//! snapshot goes on bit for bit.
 
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
-use super::overlap::{ManifoldPoint, OverlapPoint, PlacedShape};
-use crate::math::{ColliderHandle, Pose, Real};
-use crate::rapier::geometry::Aabb;
+use super::overlap::{ManifoldPoint, points_of};
+use super::rules::{Pairs, in_order};
+use crate::field::Fingerprint;
+use crate::math::ColliderHandle;
+use crate::rapier::geometry::NarrowPhase;
 
-/// Parts that moved by less than this share of their size, against each other, have hardly moved:
-/// the depth is then off by its square, a millionth.
-const HARDLY: Real = 1e-3;
+/// Pairs that Rapier's solver has held in its last step.
+#[derive(Clone, Copy)]
+pub(crate) struct HeldPairs<'a> {
+    pub pairs: &'a Pairs,
+    pub narrow_phase: &'a NarrowPhase,
+}
 
-/// The points found last of pairs that rest.
+impl HeldPairs<'_> {
+    /// The points that Rapier has found of two colliders, if it has held them.
+    pub(super) fn near(&self, [one, two]: [ColliderHandle; 2]) -> Option<Vec<ManifoldPoint>> {
+        if !self.pairs.contains(&in_order([one, two])) {
+            return None;
+        }
+        let pair = self.narrow_phase.contact_pair(one, two)?;
+        let of = |manifold| points_of(manifold, pair.collider1 != one);
+        Some(pair.manifolds().iter().flat_map(of).collect())
+    }
+}
+
+/// The points of pairs that stand still.
 #[derive(Debug, Default)]
-pub(super) struct RestingPoints {
-    known: HashMap<[ColliderHandle; 2], Known>,
+pub(super) struct StillPoints {
+    known: HashMap<[ColliderHandle; 2], (u32, Vec<ManifoldPoint>), BuildHasherDefault<Fingerprint>>,
     /// Counts the rounds; who was not asked about in the last is forgotten.
     round: u32,
 }
 
-#[derive(Debug)]
-struct Known {
-    relative: Pose,
-    near: Vec<ManifoldPoint>,
-    round: u32,
-}
-
-impl RestingPoints {
+impl StillPoints {
     /// Begins a round: forgets all that the last one did not ask for.
     pub(super) fn turn(&mut self) {
         let last = self.round;
-        self.known.retain(|_, known| known.round == last);
+        self.known.retain(|_, (round, _)| *round == last);
         self.round = last.wrapping_add(1);
     }
 
-    /// The overlaps of a resting pair, bounded by boxes.
-    pub(super) fn overlaps(
+    /// The points of a pair that has not moved since the last round.
+    pub(super) fn near(
         &mut self,
         pair: [ColliderHandle; 2],
-        [one, two]: [(&PlacedShape, &Aabb); 2],
-        points: &mut Vec<OverlapPoint>,
-    ) {
-        let relative = one.0.pose.inv_mul(&two.0.pose);
-        let size = [one.1, two.1].map(|bounds| bounds.half_extents().length());
-        let size = size[0].min(size[1]);
-        let stands = |known: &Known| {
-            let moved = (known.relative.translation - relative.translation).length();
-            let turned = known.relative.rotation.inverse() * relative.rotation;
-            moved + 2.0 * turned.xyz().length() * size <= HARDLY * size
-        };
-        let known = self.known.entry(pair).or_insert_with(|| Known {
-            relative,
-            near: one.0.near(two.0),
-            round: self.round,
-        });
-        known.round = self.round;
-        if !stands(known) {
-            known.relative = relative;
-            known.near = one.0.near(two.0);
-        }
-        one.0.place(two.0, &known.near, points);
+        search: impl FnOnce() -> Vec<ManifoldPoint>,
+    ) -> &[ManifoldPoint] {
+        let (round, near) = self.known.entry(pair).or_insert_with(|| (0, search()));
+        *round = self.round;
+        near
     }
 }

@@ -1,12 +1,14 @@
 //! Who answers which contact.
 
 use std::collections::HashSet;
+use std::hash::BuildHasherDefault;
 
 use super::{FieldContact, Responder};
+use crate::field::Fingerprint;
 use crate::math::ColliderHandle;
 
 /// Pairs of colliders, each in the order of its handles.
-pub(crate) type Pairs = HashSet<[ColliderHandle; 2]>;
+pub(crate) type Pairs = HashSet<[ColliderHandle; 2], BuildHasherDefault<Fingerprint>>;
 
 /// A pair in the order of its handles.
 pub(super) fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {

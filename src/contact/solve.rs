@@ -56,7 +56,8 @@ pub(super) struct Meeting {
     pub normal: DVec3,
     pub depth: f64,
     pub law: ContactLaw,
-    pub has_field: [bool; 2],
+    /// The changes of velocity by the paper's law.
+    pub pushes: [DVec3; 2],
     /// Who approaches more slowly rests, and is not answered.
     pub slow: f64,
     /// What each was given so far.
@@ -160,7 +161,7 @@ fn added(a: DVec3, b: DVec3) -> DVec3 {
 }
 
 impl Meeting {
-    fn velocities(&self, movers: &[ContactBody]) -> [DVec3; 2] {
+    pub(super) fn velocities(&self, movers: &[ContactBody]) -> [DVec3; 2] {
         let velocity = |place: usize| movers[place].velocity_at(self.point);
         self.places.map(|place| place.map_or(DVec3::ZERO, velocity))
     }
@@ -274,25 +275,12 @@ impl Solver<'_> {
     }
 
     fn push_of(&self, meeting: &Meeting, dt: f64) -> [DVec3; 2] {
-        let Closing {
-            velocities,
-            approach,
-        } = self.closing(meeting);
-        // Each part is pushed by the field of the other, if that has one.
-        let by_the_field = |speed: &dyn Fn(usize) -> f64| {
-            let push = |part: usize| match meeting.places[part] {
-                Some(place) if meeting.has_field[1 - part] => {
-                    speed(part) * self.movers[place].mass()
-                }
-                _ => 0.0,
-            };
-            [meeting.normal * -push(0), meeting.normal * push(1)]
-        };
+        let approach = meeting.approach(self.movers);
         match meeting.law {
-            ContactLaw::Paper if approach > meeting.slow => {
-                by_the_field(&|part| velocities[part].length())
+            law if law.is_vector() && approach > meeting.slow => {
+                let mass = |place: usize| self.movers[place].mass();
+                [0, 1].map(|part| meeting.pushes[part] * meeting.places[part].map_or(0.0, mass))
             }
-            ContactLaw::PaperRelative if approach > meeting.slow => by_the_field(&|_| approach),
             ContactLaw::Penalty { stiffness, damping } => {
                 let spring = to_f64(stiffness) * meeting.depth;
                 let force = (spring + to_f64(damping) * approach).max(0.0);

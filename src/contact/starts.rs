@@ -82,6 +82,12 @@ impl Start {
         }
     }
 
+    /// Whether the body has not moved since, and does not move.
+    pub(super) fn is_still(&self, body: &RigidBody) -> bool {
+        let moves = [self.linvel, self.angvel, body.linvel(), body.angvel()];
+        moves == [Vector::ZERO; 4] && self.pose == *body.position()
+    }
+
     /// All that accelerates the body.
     pub(super) fn acceleration(&self) -> Vector {
         self.spread + self.kicked
@@ -163,6 +169,12 @@ impl Starts {
         })
     }
 
+    /// Whether no body has moved since, or moves.
+    pub(super) fn all_still(&self, world: &impl Lookup) -> bool {
+        let mut bodies = world.bodies();
+        bodies.all(|(handle, body)| self.of(handle, body).is_still(body))
+    }
+
     /// What would rebound lower than this is at rest.
     pub(super) fn rebound(&self) -> Real {
         self.setting.rebound
@@ -171,6 +183,12 @@ impl Starts {
     /// The length of the step.
     pub(super) fn dt(&self) -> Real {
         self.setting.dt
+    }
+
+    /// By how much a body is behind its parabola, as far as it is known.
+    pub(super) fn lag(&self, handle: Option<RigidBodyHandle>) -> Vector {
+        let known = handle.and_then(|handle| self.known(handle));
+        known.map_or(Vector::ZERO, |start| start.lag)
     }
 
     /// The acceleration of a body in this step, as far as it is known.

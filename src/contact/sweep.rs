@@ -15,9 +15,10 @@ use super::discrete::Discrete;
 use super::field_mask::FieldMasks;
 use super::hooks::Verdicts;
 use super::rules::{Pairs, in_order};
+use super::separation::Separations;
 use super::starts::Starts;
 use super::swept_body::{SweptBodies, near_each_other};
-use super::time_of_impact::{MovingShape, time_of_impact};
+use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
 use super::touch_record::TouchLog;
 use crate::bridge::Push;
 use crate::compile::Compiled;
@@ -48,6 +49,7 @@ pub(super) struct Sweep {
     pub(super) tracks: SweptBodies,
     /// Pairs that rest on each other, held by Rapier: none touches anew unless something hits it.
     held: Pairs,
+    separations: Separations,
     queue: BinaryHeap<Event>,
     /// Pairs of parts done with in this step: only observed, or at rest.
     pub(super) settled: HashSet<[usize; 2]>,
@@ -120,8 +122,13 @@ impl Sweep {
         dt: f64,
         (contacts, pushes): (&mut Vec<FieldContact>, &mut Vec<Push>),
     ) -> bool {
+        if scene.starts.all_still(world) {
+            self.clear();
+            return false;
+        }
         self.tracks.gather(scene.touch, scene.starts, world, dt);
         self.held.clone_from(&scene.verdicts.held);
+        self.separations.turn();
         self.foresee_all(world, dt);
         let mut left = MOST_IMPACTS + MOST_PER_BODY * self.tracks.list.len();
         let mut exhausted = false;
@@ -153,15 +160,20 @@ impl Sweep {
         }
     }
 
-    /// Queues the first touch of every pair that may meet.
-    fn foresee_all(&mut self, world: &impl Lookup, dt: f64) {
+    /// Forgets the step before.
+    fn clear(&mut self) {
         self.queue.clear();
         self.settled.clear();
         self.lasting.clear();
+        self.redirected.clear();
         if let Some(log) = &mut self.log {
             log.clear();
         }
-        self.redirected.clear();
+    }
+
+    /// Queues the first touch of every pair that may meet.
+    fn foresee_all(&mut self, world: &impl Lookup, dt: f64) {
+        self.clear();
         self.unbounded.clear();
         self.moved.clear();
         self.moved.resize(self.tracks.list.len(), false);
@@ -194,7 +206,8 @@ impl Sweep {
     /// Queues the first touch of two tracks from a moment on.
     pub(super) fn foresee(&mut self, tracks: [usize; 2], from: f64, world: &impl Lookup, dt: f64) {
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
-        if !(a.dynamic || b.dynamic) || !(a.detects || b.detects) {
+        let idle = a.is_still() && b.is_still();
+        if idle || !(a.dynamic || b.dynamic) || !(a.detects || b.detects) {
             return;
         }
         let Some(span) = near_each_other([a, b], [from, dt]) else {
@@ -205,9 +218,11 @@ impl Sweep {
         }
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         let (mut first, mut end) = (None, span[1]);
+        let mut separations = std::mem::take(&mut self.separations);
         for (parts, [one, two]) in self.pairs_of(tracks) {
             let from = span[0].max(self.left_alone_until(parts));
             if from <= end
+                && may_touch(one, two, [from, end], &mut separations)
                 && let Some(time) = time_of_impact(one, two, [from, end])
                 && first.is_none_or(|(earliest, _)| time < earliest)
             {
@@ -215,8 +230,9 @@ impl Sweep {
                 end = time;
             }
         }
+        let generations = [a.generation, b.generation];
+        self.separations = separations;
         if let Some((time, parts)) = first {
-            let generations = [a.generation, b.generation];
             self.queue.push(Event {
                 time,
                 tracks,

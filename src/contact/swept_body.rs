@@ -39,6 +39,8 @@ pub(super) struct SweptBody {
     local_com: DVec3,
     /// The angular velocity with which it goes on, if it was stopped for the rest of the step.
     stopped: Option<DVec3>,
+    /// Whether it stood still over Rapier's step.
+    still: bool,
     /// Impacts so far; events foreseen before the last are void.
     pub generation: u32,
 }
@@ -56,7 +58,7 @@ pub(super) struct Member {
 #[derive(Clone, Debug)]
 pub(super) enum Form {
     /// Exact.
-    Ball { radius: f64 },
+    Ball { radius: f64, shape: SharedShape },
     /// Exact against balls while it does not turn. Its normal is in the body's axes.
     Plane { normal: DVec3, shape: Solid },
     /// By Parry.
@@ -134,6 +136,7 @@ impl SweptBodies {
         let shape = if let Some(ball) = collider.shape().as_ball() {
             Form::Ball {
                 radius: to_f64(ball.radius),
+                shape: collider.shared_shape().clone(),
             }
         } else if let Some(plane) = collider.shape().as_halfspace() {
             Form::Plane {
@@ -165,7 +168,7 @@ impl SweptBodies {
 impl Form {
     pub(super) fn reach(&self) -> f64 {
         match self {
-            Form::Ball { radius } => *radius,
+            Form::Ball { radius, .. } => *radius,
             Form::Plane { .. } => f64::INFINITY,
             Form::Other(solid) => solid.reach,
         }
@@ -200,6 +203,7 @@ impl SweptBody {
             end_linvel: to_dvec3(body.linvel()),
             local_com,
             stopped: None,
+            still: start.is_still(body),
             generation: 0,
         }
     }
@@ -229,8 +233,14 @@ impl SweptBody {
             end_linvel: DVec3::ZERO,
             local_com: DVec3::ZERO,
             stopped: None,
+            still: true,
             generation: 0,
         }
+    }
+
+    /// Whether it stands still, and nothing has hit it.
+    pub(super) fn is_still(&self) -> bool {
+        self.still && self.generation == 0
     }
 
     /// Works out the rotation, which only bodies that may meet another need.

@@ -2,6 +2,7 @@
 
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
 use super::overlap::manifold_points;
+use super::separation::Separations;
 use super::swept_body::{Form, Member, Solid, SweptBody};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
@@ -61,11 +62,11 @@ pub(super) fn time_of_impact(
     span: [f64; 2],
 ) -> Option<f64> {
     match (&a.member.shape, &b.member.shape) {
-        (Form::Ball { radius: r }, Form::Ball { radius: s }) => balls(a, b, r + s, span),
-        (Form::Plane { normal, .. }, Form::Ball { radius }) if !a.turns() => {
+        (Form::Ball { radius: r, .. }, Form::Ball { radius: s, .. }) => balls(a, b, r + s, span),
+        (Form::Plane { normal, .. }, Form::Ball { radius, .. }) if !a.turns() => {
             plane(a, b, *normal, *radius, span)
         }
-        (Form::Ball { radius }, Form::Plane { normal, .. }) if !b.turns() => {
+        (Form::Ball { radius, .. }, Form::Plane { normal, .. }) if !b.turns() => {
             plane(b, a, *normal, *radius, span)
         }
         _ => shapes(a, b, span),
@@ -153,12 +154,62 @@ fn plane(
     })
 }
 
-/// Any two shapes, by Parry's distance in [`Real`].
-fn shapes(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> Option<f64> {
+/// Whether two parts may touch in `span`, by what is known of how far they were apart. Only of those
+/// of which [`time_of_impact`] would have to ask Parry is anything known.
+pub(super) fn may_touch(
+    a: MovingShape<'_>,
+    b: MovingShape<'_>,
+    span: [f64; 2],
+    known: &mut Separations,
+) -> bool {
+    let is_solid = |part: MovingShape<'_>| matches!(part.member.shape, Form::Other(_));
+    if !is_solid(a) && !is_solid(b) {
+        return true;
+    }
+    // What has no bounds comes first: no motion of it moves its points little.
+    let [a, b] = match b.member.shape {
+        Form::Plane { .. } => [b, a],
+        _ => [a, b],
+    };
+    let pair = [a, b].map(|part| part.member.part.collider);
+    let shapes = [&a.member.shape, &b.member.shape].map(Form::parry);
+    let relative = relative_pose(a, b, span[0], DVec3::ZERO);
+    let near = within_reach(a, b, span).near;
+    let measure = |reach: Real| {
+        let far = near + 0.25 * to_f64(reach);
+        let found = contact(a, b, span[0], far, DVec3::ZERO);
+        Some(found.map_or(from_f64(far), |contact| contact.dist))
+    };
+    !known.are_apart(pair, shapes, (&relative, from_f64(near)), measure)
+}
+
+/// How near two parts must be to touch in a span.
+struct WithinReach {
+    /// No two points of them approach faster.
+    speed: f64,
+    /// What cannot be told from touching.
+    tolerance: f64,
+    near: f64,
+}
+
+fn within_reach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> WithinReach {
     let speed = most_approach(a, b, span);
     let size = [a, b].map(|part| part.member.arm.length() + finite_reach(&part.member.shape));
     let tolerance = 32.0 * to_f64(Real::EPSILON) * (size[0] + size[1]);
-    let near = speed * (span[1] - span[0]) * 1.01 + tolerance;
+    WithinReach {
+        speed,
+        tolerance,
+        near: speed * (span[1] - span[0]) * 1.01 + tolerance,
+    }
+}
+
+/// Any two shapes, by Parry's distance in [`Real`].
+fn shapes(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> Option<f64> {
+    let WithinReach {
+        speed,
+        tolerance,
+        near,
+    } = within_reach(a, b, span);
     first_touch_of_distance(span, tolerance, speed, |time| {
         Some(to_f64(contact(a, b, time, near, DVec3::ZERO)?.dist))
     })
@@ -224,8 +275,8 @@ fn contact(
             ..found
         });
     }
-    let shapes = [a, b].map(|part| part.member.shape.parry());
-    let [first, second] = [&shapes[0], &shapes[1]].map(|shape| &*shape.0);
+    let shapes = [&a.member.shape, &b.member.shape].map(Form::parry);
+    let [first, second] = shapes.map(|shape| &*shape.0);
     let found = if is_plane(a) && second.as_support_map().is_none() {
         // The same for what is made of pieces.
         Err(Unsupported)
@@ -234,7 +285,7 @@ fn contact(
     };
     found.unwrap_or_else(|_| {
         // Of some shapes Parry knows manifolds only.
-        let points = manifold_points([&shapes[0], &shapes[1]], &relative, near);
+        let points = manifold_points(shapes, &relative, near);
         let points = points.iter().map(|point| point.placed(&relative));
         let deepest = points.reduce(|a, b| if b.depth > a.depth { b } else { a })?;
         Some(Contact {
@@ -250,10 +301,10 @@ fn contact(
 }
 
 impl Form {
-    fn parry(&self) -> SharedShape {
+    fn parry(&self) -> &SharedShape {
         match self {
-            Form::Ball { radius } => SharedShape::ball(from_f64(*radius)),
-            Form::Plane { shape, .. } | Form::Other(shape) => shape.shape.clone(),
+            Form::Ball { shape, .. } => shape,
+            Form::Plane { shape, .. } | Form::Other(shape) => &shape.shape,
         }
     }
 }
@@ -281,7 +332,7 @@ pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<Co
         a.pose(time).rotation * own_rotation(forms[0]),
     );
     let margin = from_f64((flat - depth).max(0.0));
-    let all = manifold_points([&shapes[0], &shapes[1]], &relative, margin);
+    let all = manifold_points(shapes, &relative, margin);
     let all = all.iter().filter_map(|point| {
         let point = point.placed(&relative);
         Some(ContactPoint {
@@ -297,7 +348,7 @@ pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<Co
 /// Where two parts that touch at a moment do so.
 fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoint> {
     match (&a.member.shape, &b.member.shape) {
-        (Form::Ball { radius }, Form::Ball { radius: other }) => {
+        (Form::Ball { radius, .. }, Form::Ball { radius: other, .. }) => {
             let (from, to) = (a.place(time), b.place(time));
             // Of two equal centres no direction is better; Rapier takes +y too.
             let normal = (to - from).try_normalize().unwrap_or(DVec3::Y);
@@ -308,10 +359,10 @@ fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoin
                 depth,
             })
         }
-        (Form::Plane { normal, .. }, Form::Ball { radius }) if !a.turns() => {
+        (Form::Plane { normal, .. }, Form::Ball { radius, .. }) if !a.turns() => {
             Some(on_plane(a, b, *normal, *radius, time))
         }
-        (Form::Ball { radius }, Form::Plane { normal, .. }) if !b.turns() => {
+        (Form::Ball { radius, .. }, Form::Plane { normal, .. }) if !b.turns() => {
             let spot = on_plane(b, a, *normal, *radius, time);
             Some(ContactPoint {
                 normal: -spot.normal,

@@ -241,14 +241,18 @@ pub(super) fn boundaries_within(
         let turning = place
             .frame(leaf)
             .map_or(0.0, |frame| to_dvec3(frame.angvel).length());
-        let reads_speed = field.region.axes().any(|axis| *axis == Axis::Speed);
+        let reads_speed = field.region.axes().any(Axis::reads_velocity);
         // Speeds differ over a cell by no more than it turns.
         let steepness = if reads_speed {
             1.0 + spin + turning
         } else {
             1.0
         };
-        let depth = field.region.depth(&local).abs();
+        let depth = if field.region.axes().any(Axis::is_steep) {
+            f64::NAN
+        } else {
+            field.region.depth(&local).abs()
+        };
         if depth.is_nan() || depth <= distance * steepness {
             which |= 1_u64.checked_shl(leaf as u32)?;
             nearest = nearest.min(depth / steepness);

@@ -121,6 +121,8 @@ pub struct Frame {
     pub angvel: Vector,
     /// The body the frame belongs to: the field does not act on it.
     pub body: Option<RigidBodyHandle>,
+    /// The collider it belongs to, of an anchor to one.
+    pub collider: Option<ColliderHandle>,
 }
 
 impl Frame {
@@ -131,6 +133,15 @@ impl Frame {
             velocity: Vector::ZERO,
             angvel: Vector::ZERO,
             body: None,
+            collider: None,
+        }
+    }
+
+    /// The frame of a collider.
+    pub(crate) fn of_collider(self, handle: ColliderHandle) -> Frame {
+        Frame {
+            collider: Some(handle),
+            ..self
         }
     }
 

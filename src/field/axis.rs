@@ -6,7 +6,8 @@ use std::sync::Arc;
 /// One coordinate of the space a dynamic field is defined on (paper §2.1: fields map Rⁿ to R³).
 ///
 /// A region may constrain any axis and a formula may read any; an operand is constant along the
-/// axes it does not name. `X`, `Y`, `Z` and `Speed` are measured in the field's own frame.
+/// axes it does not name. `X`, `Y`, `Z`, and what is said of speed and approach, are measured in the
+/// field's own frame: of a field on a body they are relative to that body.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Axis {
@@ -20,6 +21,21 @@ pub enum Axis {
     Time,
     /// Speed of the sample relative to the field's frame at the sample point.
     Speed,
+    /// Component of the sample's velocity relative to the field's frame, along its x.
+    VelocityX,
+    /// The same along y.
+    VelocityY,
+    /// The same along z.
+    VelocityZ,
+    /// Distance of the sample point from the field's origin: with a field on a body, from that body.
+    Distance,
+    /// How fast the sample approaches the field's origin; negative while it goes away.
+    ClosingSpeed,
+    /// Time until the sample is nearest to the field's origin, if both keep their velocities; negative
+    /// once it was, infinite for what does not move.
+    TimeToClosest,
+    /// How near to the field's origin it is then, or was.
+    ClosestDistance,
     /// Radius of the sample.
     Radius,
     /// Mass the sample stands for; over the samples of a body it sums to the body's mass.
@@ -34,17 +50,8 @@ pub enum Axis {
 impl Axis {
     /// The axis of that name: a built-in one (`"x"`, `"time"`, `"speed"`, …) or a user's own.
     pub fn named(name: &str) -> Self {
-        const BUILT_IN: [Axis; 8] = [
-            Axis::X,
-            Axis::Y,
-            Axis::Z,
-            Axis::Time,
-            Axis::Speed,
-            Axis::Radius,
-            Axis::Mass,
-            Axis::Charge,
-        ];
-        let found = BUILT_IN.into_iter().find(|axis| axis.name() == name);
+        let mut built_in = [Axis::X, Axis::Y, Axis::Z].into_iter().chain(Axis::SLOTS);
+        let found = built_in.find(|axis| axis.name() == name);
         found.unwrap_or_else(|| Axis::User(name.into()))
     }
 
@@ -56,11 +63,52 @@ impl Axis {
             Axis::Z => "z",
             Axis::Time => "time",
             Axis::Speed => "speed",
+            Axis::VelocityX => "vx",
+            Axis::VelocityY => "vy",
+            Axis::VelocityZ => "vz",
+            Axis::Distance => "distance",
+            Axis::ClosingSpeed => "closing_speed",
+            Axis::TimeToClosest => "time_to_closest",
+            Axis::ClosestDistance => "closest_distance",
             Axis::Radius => "radius",
             Axis::Mass => "mass",
             Axis::Charge => "charge",
             Axis::User(name) => name,
         }
+    }
+
+    /// All built-in axes but x, y and z.
+    pub(super) const SLOTS: [Axis; 12] = [
+        Axis::Time,
+        Axis::Speed,
+        Axis::VelocityX,
+        Axis::VelocityY,
+        Axis::VelocityZ,
+        Axis::Distance,
+        Axis::ClosingSpeed,
+        Axis::TimeToClosest,
+        Axis::ClosestDistance,
+        Axis::Radius,
+        Axis::Mass,
+        Axis::Charge,
+    ];
+
+    /// Whether it depends on the velocity of the sample.
+    pub(crate) fn reads_velocity(&self) -> bool {
+        use Axis::*;
+        let of_motion = matches!(self, Speed | VelocityX | VelocityY | VelocityZ);
+        of_motion || self.is_steep()
+    }
+
+    /// Whether no bound is known of how much it differs between near points of a body.
+    pub(crate) fn is_steep(&self) -> bool {
+        use Axis::*;
+        matches!(self, ClosingSpeed | TimeToClosest | ClosestDistance)
+    }
+
+    /// Whether it is measured in the field's own frame, and so differs from field to field.
+    pub(crate) fn reads_frame(&self) -> bool {
+        matches!(self, Axis::Distance) || self.spatial().is_some() || self.reads_velocity()
     }
 
     /// Which spatial coordinate this is, if it is one.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::axis::Axis;
 use super::error::BuildError;
 use super::formula::Law;
-use super::number::{Number, Vec3, chain, differences, real};
+use super::number::{Number, Vec3, chain, constant, differences, real};
 use super::query::{LocalQuery, Sample};
 use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
 
@@ -66,7 +66,7 @@ impl<R> Closure<R> {
         let axes: Vec<Axis> = reads.into_iter().collect();
         Closure {
             name: name.map(Arc::from),
-            reads_velocity: axes.contains(&Axis::Speed),
+            reads_velocity: axes.iter().any(Axis::reads_velocity),
             axes,
             function: Some(Box::new(function)),
         }
@@ -103,13 +103,14 @@ impl<R: Output> Closure<R> {
         let Some(function) = &self.function else {
             return R::NONE;
         };
-        let value = |axis: &Axis| match axis {
-            Axis::X => from_f64(point.x),
-            Axis::Y => from_f64(point.y),
-            Axis::Z => from_f64(point.z),
-            Axis::Speed => from_f64(velocity.length()),
-            _ => local.axis(axis).map_or(Real::NAN, from_f64),
+        let moved = LocalQuery::<f64> {
+            point: constant(point),
+            velocity: constant(velocity),
+            rotation: local.rotation,
+            collider: local.collider,
+            query: local.query,
         };
+        let value = |axis: &Axis| moved.axis(axis).map_or(Real::NAN, from_f64);
         let axes: Vec<Real> = self.axes.iter().map(value).collect();
         function(&Sample::new(local.query, point, velocity, &axes))
     }

@@ -245,6 +245,22 @@ impl Field {
 
     /// A detection field (§3.3): finds what touches the collider it is anchored to, and answers
     /// by a law.
+    ///
+    /// By the paper's laws it is a vector field like any other: a change of velocity (m/s) at the
+    /// middle of what touches, zero where nothing does. Operators, strength, scales and limits act on
+    /// it as on any vector; what it adds to its composite is what is given. The other laws answer
+    /// both sides at once: of them operators decide only whether they are there.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// # let mut world = PhysicsWorld::new();
+    /// # let (_, ball) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+    /// // What touches the ball is pushed sideways: across its vertical.
+    /// let push = Field::contact(ContactLaw::Paper).at(ball);
+    /// let fields = Fields::new(push.cross_union(Field::uniform(Vector::Y)));
+    /// # fields?;
+    /// # Ok::<(), BuildError>(())
+    /// ```
     pub fn contact(law: ContactLaw) -> Self {
         Self::new(Formula::Contact(law))
     }

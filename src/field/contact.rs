@@ -1,7 +1,8 @@
 //! How a detection field answers a touch (§3.3).
 
 use super::error::{BuildError, bad};
-use crate::math::{Real, to_f64};
+use super::query::Touch;
+use crate::math::{DVec3, Real, to_f64};
 
 /// The law by which a detection field answers two touching, approaching parts.
 ///
@@ -87,6 +88,21 @@ impl ContactLaw {
                 friction: coefficient,
             },
             other => other,
+        }
+    }
+
+    /// Whether what touches is given a vector, and not a pair equal and opposite impulses.
+    pub(crate) fn is_vector(self) -> bool {
+        matches!(self, Self::Paper | Self::PaperRelative)
+    }
+
+    /// The vector of a contact field at a part that touches: the change of its velocity, world axes.
+    /// Laws that need both sides at once have none.
+    pub(crate) fn push(self, touch: &Touch) -> DVec3 {
+        match self {
+            Self::Paper => touch.world_normal * touch.speed,
+            Self::PaperRelative => touch.world_normal * touch.approach_speed,
+            Self::Observe | Self::Penalty { .. } | Self::Impulse { .. } => DVec3::ZERO,
         }
     }
 

@@ -138,9 +138,11 @@ pub enum BuildError {
         /// The field.
         field: FieldRef,
     },
-    /// A detection field stands where its vector would be changed, which says nothing about
-    /// contacts.
-    #[error("{field}: a detection field cannot be an operand of {operator}")]
+    /// A detection field stands where its vector would be changed, and its law has none: it answers
+    /// both sides at once. The paper's laws are vectors.
+    #[error(
+        "{field}: a detection field cannot be an operand of {operator}, unless its law is the paper's"
+    )]
     DetectionOperand {
         /// The field.
         field: FieldRef,

@@ -7,13 +7,13 @@ use super::axis::Axis;
 use super::error::{BuildError, finite, not_negative, rigid};
 use super::formula::{Drag, Formula, Law, Nearest, Profile, Radial, Uniform, Wind};
 use super::lifetime::Lifetime;
-use super::number::{Number, Vec3, limited, rotate};
+use super::number::{Number, Vec3, constant, limited, rotate};
 use super::query::{LocalQuery, Query};
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
 use super::solid::AnyShape;
-use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
+use crate::math::{DVec3, InteractionGroups, Pose, Real, SharedShape, to_f64};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.
 ///
@@ -101,8 +101,7 @@ impl Coupling {
     /// Whether the number is measured in the field's own frame, and so differs from field to
     /// field at one sample.
     pub(crate) fn reads_frame(&self) -> bool {
-        use Axis::{Speed, X, Y, Z};
-        matches!(self, Coupling::Axis(X | Y | Z | Speed))
+        matches!(self, Coupling::Axis(axis) if axis.reads_frame())
     }
 }
 
@@ -346,6 +345,9 @@ impl Field {
 
     /// Like [`Self::force`], with another strength than the field's own.
     pub(crate) fn force_of<T: Number>(&self, strength: Real, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        if self.is_contact() && local.touch().is_none() {
+            return constant(DVec3::ZERO);
+        }
         let mut vector = if strength == 1.0 {
             self.formula.vector(local)
         } else {
@@ -417,12 +419,18 @@ impl Field {
     /// The number that turns the formula's vector into a force on the sample.
     fn weight<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
         let query = local.query;
-        let coupled = match (&self.coupling, self.mode) {
+        // What a touch gives is a change of velocity, whatever the field says.
+        let mode = if self.is_contact() {
+            ForceMode::VelocityChange
+        } else {
+            self.mode
+        };
+        let coupled = match (&self.coupling, mode) {
             (Coupling::Axis(axis), _) => local.coordinate(axis).unwrap_or(f64::NAN.into()),
             (Coupling::Share, ForceMode::Force) => query.share.into(),
             (Coupling::Share | Coupling::Each, _) => 1.0.into(),
         };
-        let whole = match self.mode {
+        let whole = match mode {
             ForceMode::Force => coupled,
             ForceMode::Acceleration => coupled * query.mass,
             ForceMode::VelocityChange => coupled * (query.mass / query.dt),
@@ -451,7 +459,7 @@ impl Field {
     }
 
     pub(crate) fn reads_velocity(&self) -> bool {
-        self.formula.reads_velocity() || self.axes().any(|axis| *axis == Axis::Speed)
+        self.formula.reads_velocity() || self.axes().any(Axis::reads_velocity)
     }
 
     /// How much of its potential counts as energy: a field of a body shares it with the field of
@@ -469,6 +477,19 @@ impl Field {
 
     pub(crate) fn is_contact(&self) -> bool {
         matches!(self.formula, Formula::Contact(_))
+    }
+
+    /// Whether it is a contact field by a law that is no vector.
+    pub(crate) fn answers_pairs(&self) -> bool {
+        match self.formula {
+            Formula::Contact(law) => !law.is_vector(),
+            _ => false,
+        }
+    }
+
+    /// Whether the formula's vector is multiplied or bounded.
+    pub(crate) fn changes_its_vector(&self) -> bool {
+        self.strength != 1.0 || self.scale.is_some() || self.limit.is_some()
     }
 
     /// The axes the field names.

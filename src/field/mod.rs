@@ -56,7 +56,7 @@ pub use lifetime::Lifetime;
 pub use linearised::Linearised;
 pub use operator::Operator;
 pub use properties::{ColliderProperties, PropertyError};
-pub use query::{Query, Sample};
+pub use query::{Query, Sample, Touch};
 pub use region::{Placement, Region};
 pub use registry::Registry;
 pub use sampling::Sampling;

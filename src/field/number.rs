@@ -95,6 +95,10 @@ pub(crate) fn differences<const N: usize>(
 
 /// The vector, no longer than `limit`.
 pub(crate) fn limited<T: Number>(vector: Vec3<T>, limit: f64) -> Vec3<T> {
+    if limit == 0.0 {
+        // Its slope is zero, too, however small the vector.
+        return constant(DVec3::ZERO);
+    }
     let size = length(&vector);
     if size.re() > limit {
         vector * (size.recip() * limit)

@@ -7,18 +7,12 @@ use super::axis::Axis;
 use super::boundary::Normal;
 use super::number::{Dual, Number, Vec3, constant, length, real, rotate};
 use crate::math::{
-    DMat3, DQuat, DVec3, InteractionGroups, Real, RigidBodyHandle, Vector, from_f64, to_dpose3,
-    to_dvec3,
+    ColliderHandle, DMat3, DQuat, DVec3, InteractionGroups, Real, RigidBodyHandle, Vector,
+    from_f64, to_dpose3, to_dvec3,
 };
 
 /// Axes with a slot of their own in a [`Normal`]: world x, y, z, then these, then the user's.
-const SLOTS: [Axis; 5] = [
-    Axis::Time,
-    Axis::Speed,
-    Axis::Radius,
-    Axis::Mass,
-    Axis::Charge,
-];
+const SLOTS: [Axis; 12] = Axis::SLOTS;
 
 /// One sample at one moment, in 64-bit precision and world axes: the argument of the
 /// [reference](crate::reference).
@@ -54,6 +48,21 @@ pub struct Query {
     pub user: Arc<[(Arc<str>, f64)]>,
     /// The body the sample belongs to: that body's own fields do not act.
     pub body: Option<RigidBodyHandle>,
+    /// What the part touches: a [contact field](crate::Field::contact) is zero where nothing does.
+    pub touches: Vec<Touch>,
+}
+
+/// A part that the sampled one touches, as a contact field around the former sees it (§3.3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// The collider that is touched, which may carry a contact field.
+    pub collider: ColliderHandle,
+    /// From the touched part towards the sampled one, a unit vector.
+    pub world_normal: DVec3,
+    /// Speed of the sampled part at the point of contact.
+    pub speed: f64,
+    /// How fast the two approach along the normal.
+    pub approach_speed: f64,
 }
 
 impl Default for Query {
@@ -74,6 +83,7 @@ impl Default for Query {
             groups: InteractionGroups::all(),
             user: Arc::new([]),
             body: None,
+            touches: Vec::new(),
         }
     }
 }
@@ -115,6 +125,8 @@ pub(crate) struct LocalQuery<'a, T = f64> {
     pub velocity: Vec3<T>,
     /// Frame to world.
     pub rotation: DQuat,
+    /// The collider that carries the field.
+    pub collider: Option<ColliderHandle>,
     pub query: &'a Query,
 }
 
@@ -135,8 +147,16 @@ impl<'a, T: Number> LocalQuery<'a, T> {
             point: rotate(to_local, &arm),
             velocity: rotate(to_local, &velocity),
             rotation: pose.rotation,
+            collider: frame.collider,
             query,
         }
+    }
+
+    /// How the sample touches the collider that carries the field.
+    pub(crate) fn touch(&self) -> Option<&'a Touch> {
+        let collider = self.collider?;
+        let mut touches = self.query.touches.iter();
+        touches.find(|touch| touch.collider == collider)
     }
 
     /// The sample point without derivatives, in the field's frame.
@@ -157,11 +177,42 @@ impl<'a, T: Number> LocalQuery<'a, T> {
             Axis::Z => self.point.z,
             Axis::Time => self.query.time.into(),
             Axis::Speed => length(&self.velocity),
+            Axis::VelocityX => self.velocity.x,
+            Axis::VelocityY => self.velocity.y,
+            Axis::VelocityZ => self.velocity.z,
+            Axis::Distance => length(&self.point),
+            Axis::ClosingSpeed => self.closing_speed(),
+            Axis::TimeToClosest => self.time_to_closest(),
+            Axis::ClosestDistance => self.closest_distance(),
             Axis::Radius => self.query.radius.into(),
             Axis::Mass => self.query.mass.into(),
             Axis::Charge => self.query.charge.into(),
             Axis::User(_) => self.query.user[self.user_index(axis)?].1.into(),
         })
+    }
+
+    fn closing_speed(&self) -> T {
+        let distance = length(&self.point);
+        if distance.re() == 0.0 {
+            return 0.0.into();
+        }
+        -self.point.dot(&self.velocity) / distance
+    }
+
+    fn time_to_closest(&self) -> T {
+        let square = self.velocity.dot(&self.velocity);
+        if square.re() == 0.0 {
+            return f64::INFINITY.into();
+        }
+        -self.point.dot(&self.velocity) / square
+    }
+
+    fn closest_distance(&self) -> T {
+        let speed = length(&self.velocity);
+        if speed.re() == 0.0 {
+            return length(&self.point);
+        }
+        length(&self.point.cross(&self.velocity)) / speed
     }
 
     /// The direction of growing `axis` in the space of all axes; not for x, y, z.

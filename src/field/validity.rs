@@ -218,7 +218,8 @@ impl Nodes<'_> {
         carrier
     }
 
-    /// A detection field's vector is no force, so operators that mix vectors cannot take it.
+    /// A law that needs both sides at once has no vector, so operators that change or mix vectors
+    /// cannot take it; the paper's is one.
     fn validate_detection(self, place: u32) -> Result<(), Misplaced> {
         use Operator::*;
         let node = self.get(place);
@@ -231,12 +232,11 @@ impl Nodes<'_> {
                 _ => operator.symbol(),
             },
             Node::Modified { .. } => "a scale or limit",
-            Node::Layers { .. } => "layers",
-            Node::Leaf(_) | Node::Instances { .. } | Node::Vacant => return Ok(()),
+            Node::Leaf(field) if field.changes_its_vector() => "a strength, scale or limit",
+            _ => return Ok(()),
         };
-        let leaves = node.operands().iter().flat_map(|o| self.leaves_below(*o));
-        for leaf in leaves {
-            if let Some(field) = self.field(leaf).filter(|field| field.is_contact()) {
+        for leaf in self.leaves_below(place) {
+            if let Some(field) = self.field(leaf).filter(|field| field.answers_pairs()) {
                 let error = BuildError::DetectionOperand {
                     field: field.label(leaf as usize).into(),
                     operator,

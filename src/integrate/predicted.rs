@@ -129,6 +129,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
             velocity: way / from_f64(self.dt),
             angvel: from_dvec3(angvel),
             body: None,
+            collider: None,
         }
     }
 }
@@ -144,6 +145,7 @@ fn frame(
         velocity: from_dvec3(linvel + angvel.cross(arm)),
         angvel: from_dvec3(angvel),
         body: None,
+        collider: None,
     }
 }
 
@@ -159,10 +161,11 @@ impl<W: Lookup> Frames for PredictedFrames<'_, W> {
             Anchor::Body { handle, .. } => self.of_body(*handle)?,
             Anchor::Collider { handle, .. } => {
                 let collider = self.world.collider(*handle)?;
-                match (collider.parent(), collider.position_wrt_parent()) {
+                let frame = match (collider.parent(), collider.position_wrt_parent()) {
                     (Some(parent), Some(local_pose)) => self.of_body(parent)?.then(local_pose),
                     _ => Frame::at_rest(*collider.position()),
-                }
+                };
+                frame.of_collider(*handle)
             }
         };
         Some(base.then(anchor.local_pose()))

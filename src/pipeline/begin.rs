@@ -158,9 +158,10 @@ impl FieldPipeline {
             moment(state.time, world.integration_parameters.dt),
         );
         let properties = &self.properties;
+        let displaced = self.compiled.requirements.displaced;
         self.detector
             .run(&self.compiled, &view, moment, None, |samples| {
-                Self::sites(properties, &view, samples);
+                Self::sites(properties, &view, displaced, samples);
             });
         let contacts = &self.detector.contacts;
         Some(crate::cross_check::expect(settings, contacts, &view))
@@ -419,7 +420,8 @@ impl FieldPipeline {
         let pairs = pairs.map(|pair| [pair.collider1, pair.collider2]);
         let claimed = pairs.filter(|pair| claims.law(*pair).is_some());
         let moment = moment(state.time, world.integration_parameters.dt);
-        let sites = |samples: &mut _| Self::sites(properties, &view, samples);
+        let displaced = self.compiled.requirements.displaced;
+        let sites = |samples: &mut _| Self::sites(properties, &view, displaced, samples);
         self.detector
             .released(&self.compiled, &view, claimed, moment, sites)
     }

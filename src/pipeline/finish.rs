@@ -4,7 +4,7 @@ use super::begin::moment;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, StepError, WakePolicy, WorldMut};
-use crate::contact::{FieldContact, Verdicts, report};
+use crate::contact::{FieldContact, HeldPairs, Verdicts, report};
 use crate::cross_check::Stepped;
 use crate::diagnose::blame;
 use crate::integrate::{StepWarning, find};
@@ -150,11 +150,12 @@ impl FieldPipeline {
         self.pushes.clear();
         let view = world.view();
         let properties = &self.properties;
+        let displaced = self.compiled.requirements.displaced;
         self.detector.sweep(
             &self.compiled,
             &view,
             (moment(began, dt), dt),
-            |samples| Self::sites(properties, &view, samples),
+            |samples| Self::sites(properties, &view, displaced, samples),
             (
                 |contact: &FieldContact| rules.answers(contact, &verdicts.vetoed),
                 verdicts,
@@ -297,14 +298,20 @@ impl FieldPipeline {
         let view = world.view();
         let moment = moment(state.time, dt);
         let properties = &self.properties;
-        let held = Some(&verdicts.held);
+        let displaced = self.compiled.requirements.displaced;
+        let held = Some(HeldPairs {
+            pairs: &verdicts.held,
+            narrow_phase: world.narrow_phase,
+        });
         self.detector
             .run(&self.compiled, &view, moment, held, |samples| {
-                Self::sites(properties, &view, samples);
+                Self::sites(properties, &view, displaced, samples);
             });
         if rules.answer_any() {
             let answers = |contact: &FieldContact| rules.answers(contact, &verdicts.vetoed);
-            self.detector.respond(&view, dt, answers, &mut self.pushes);
+            let (place, when) = ((&view, &self.compiled), (moment, dt));
+            self.detector
+                .respond(place, when, answers, &mut self.pushes);
         }
         let written = bridge::push(world.bodies, &self.pushes);
         self.detector.add_touches();

@@ -229,9 +229,18 @@ impl FieldPipeline {
         (bodies, samples)
     }
 
-    /// Fills in the sites of all bodies, for detection fields under operators.
-    pub(super) fn sites(properties: &Properties, view: &View<'_>, samples: &mut Samples) {
-        let only_sites = crate::compile::SamplingRequirements::default();
+    /// Fills in the sites of all bodies, for detection fields under operators; with their volumes if
+    /// any field asks for those.
+    pub(super) fn sites(
+        properties: &Properties,
+        view: &View<'_>,
+        displaced: bool,
+        samples: &mut Samples,
+    ) {
+        let only_sites = crate::compile::SamplingRequirements {
+            displaced,
+            ..Default::default()
+        };
         *samples = Self::sample_everyone(properties, view, only_sites).1;
     }
 }

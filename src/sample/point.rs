@@ -313,6 +313,7 @@ impl Samples {
             groups: sample.groups,
             user: self.user[sample.user as usize].clone(),
             body: Some(self.bodies[sample.body as usize]),
+            touches: Vec::new(),
         }
     }
 
@@ -355,7 +356,8 @@ impl Samples {
                 let found = values.clone().find(|(known, _)| known == name);
                 found.map_or(Real::NAN, |(_, value)| from_f64(*value))
             }
-            Axis::X | Axis::Y | Axis::Z | Axis::Speed => Real::NAN,
+            // What differs from field to field is no number of the sample.
+            _ => Real::NAN,
         }
     }
 }

@@ -15,9 +15,11 @@ mod support;
 mod adversarial;
 mod adversarial_steps;
 mod algebra_laws;
+mod approach;
 mod billiards;
 mod bodies;
 mod closed_form;
+mod contact_fields;
 #[cfg(feature = "f64")]
 mod convergence;
 mod cross_check;
@@ -46,3 +48,4 @@ mod stiff_closed_forms;
 mod study;
 mod swept;
 mod traces;
+mod whole_flights;

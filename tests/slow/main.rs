@@ -14,5 +14,6 @@ use rapier3d_fields_lab::single as lab;
 #[allow(dead_code, reason = "shared with the daily tests")]
 mod support;
 
+mod liquid;
 mod long_runs;
 mod nist_lj;

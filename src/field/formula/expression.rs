@@ -32,33 +32,9 @@ pub struct Expression {
 #[derive(Clone, Debug)]
 struct Component {
     value: FlatEx<f64>,
-    inputs: Vec<Input>,
+    inputs: Vec<Axis>,
     /// The derivative by each input.
     slopes: Vec<FlatEx<f64>>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-enum Input {
-    Velocity(usize),
-    Axis(Axis),
-}
-
-impl Input {
-    fn named(name: &str) -> Self {
-        match name {
-            "vx" => Input::Velocity(0),
-            "vy" => Input::Velocity(1),
-            "vz" => Input::Velocity(2),
-            _ => Input::Axis(Axis::named(name)),
-        }
-    }
-
-    fn value<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
-        match self {
-            Input::Velocity(k) => local.velocity[*k],
-            Input::Axis(axis) => local.coordinate(axis).unwrap_or(f64::NAN.into()),
-        }
-    }
 }
 
 impl Component {
@@ -66,8 +42,8 @@ impl Component {
         check_size(text)?;
         let readable = |error: exmex::ExError| format!("`{text}`: {error}");
         let value = FlatEx::<f64>::parse(text).map_err(readable)?;
-        let inputs = value.var_names().iter().map(|name| Input::named(name));
-        let inputs: Vec<Input> = inputs.collect();
+        let inputs = value.var_names().iter().map(|name| Axis::named(name));
+        let inputs: Vec<Axis> = inputs.collect();
         let mut slopes = Vec::new();
         for k in 0..inputs.len() {
             let slope = value.clone().partial(k).map_err(readable)?;
@@ -81,7 +57,8 @@ impl Component {
     }
 
     fn at<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
-        let inputs: Vec<T> = self.inputs.iter().map(|i| i.value(local)).collect();
+        let value = |axis: &Axis| local.coordinate(axis).unwrap_or(f64::NAN.into());
+        let inputs: Vec<T> = self.inputs.iter().map(value).collect();
         let values: Vec<f64> = inputs.iter().map(|input| input.re()).collect();
         let mut result = T::from(self.value.eval(&values).unwrap_or(f64::NAN));
         if T::NDERIV > 0 {
@@ -100,10 +77,8 @@ impl Expression {
         let parsed: Result<Vec<_>, _> = components.into_iter().map(Component::parse).collect();
         let mut axes: Vec<Axis> = Vec::new();
         for input in parsed.iter().flatten().flat_map(|c| &c.inputs) {
-            if let Input::Axis(axis) = input
-                && !axes.contains(axis)
-            {
-                axes.push(axis.clone());
+            if !axes.contains(input) {
+                axes.push(input.clone());
             }
         }
         Expression {
@@ -169,9 +144,7 @@ impl Law for Expression {
     }
 
     fn reads_velocity(&self) -> bool {
-        let components = self.parsed.iter().flatten();
-        let mut inputs = components.flat_map(|component| &component.inputs);
-        inputs.any(|input| matches!(input, Input::Velocity(_) | Input::Axis(Axis::Speed)))
+        self.axes.iter().any(Axis::reads_velocity)
     }
 
     fn axes(&self) -> &[Axis] {

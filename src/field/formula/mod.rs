@@ -77,8 +77,8 @@ pub enum Formula {
     LinearKernel(Box<LinearKernel>),
     /// A function of the user's.
     Closure(Arc<Closure>),
-    /// Detects who touches the collider the field is anchored to (§3.3), and answers by a law.
-    /// Where nothing touches, and as a force, it is zero.
+    /// Detects who touches the collider the field is anchored to (§3.3), and answers by a law: the
+    /// change of velocity that the paper's law gives what touches, and zero where nothing does.
     Contact(ContactLaw),
     /// Three expressions, given as text.
     // Last, so that numbers of variants do not depend on the feature.
@@ -235,8 +235,9 @@ impl Law for ContactLaw {
         "contact"
     }
 
-    fn vector<T: Number>(&self, _: &LocalQuery<'_, T>) -> Vec3<T> {
-        constant(DVec3::ZERO)
+    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let push = local.touch().map_or(DVec3::ZERO, |it| self.push(it));
+        constant(local.rotation.inverse() * push)
     }
 
     fn potential<T: Number>(&self, _: &LocalQuery<'_, T>) -> Option<T> {

@@ -111,11 +111,11 @@ fn fields() -> Vec<(&'static str, Field, bool)> {
 
 /// A frame that is turned, and moves.
 fn frame() -> Frame {
+    let pose = Pose::new(Vector::new(0.1, 0.2, -0.3), Vector::new(0.3, -0.5, 0.7));
     Frame {
-        pose: Pose::new(Vector::new(0.1, 0.2, -0.3), Vector::new(0.3, -0.5, 0.7)),
         velocity: Vector::new(0.2, -0.1, 0.4),
         angvel: Vector::new(0.5, 0.6, -0.2),
-        body: None,
+        ..Frame::at_rest(pose)
     }
 }
 

@@ -123,6 +123,39 @@ fn what_stands_on_a_moving_platform_stays_there() {
     }
 }
 
+/// A bullet that Rapier's continuous detection stops at the wall: lifted off its solver, it must
+/// not go on through it.
+#[test]
+fn a_bullet_that_rapier_stops_is_answered() {
+    for way in FIELDS {
+        for speed in [10.0, 30.0, 100.0, 300.0] {
+            for start in 0..10_u8 {
+                let stuff = Stuff {
+                    restitution: 0.5,
+                    friction: 0.0,
+                };
+                let mut scene = Scene::new(stuff, 60);
+                scene.world.gravity = Vector::ZERO;
+                let wall = stuff.of(ColliderBuilder::cuboid(0.02, 2.0, 2.0));
+                scene.world.insert(RigidBodyBuilder::fixed(), wall);
+                let place = Vector::X * (-3.0 - 0.17 * Real::from(start));
+                let body = RigidBodyBuilder::dynamic().translation(place);
+                let body = body.linvel(Vector::X * speed).ccd_enabled(true);
+                scene.add(body, ColliderBuilder::ball(0.1));
+                let mut fields = scene.fields(way, None);
+                for _ in 0..60 {
+                    fields.step(&mut scene.world).expect("a step");
+                }
+                let body = &scene.world.bodies[scene.bodies[0]];
+                let what = format!("{way:?}, {speed} m/s from {place}: {}", body.linvel());
+                assert!(body.translation().x < 0.0, "it is through: {what}");
+                let left = -to_f64(body.linvel().x) / to_f64(speed);
+                assert!((left - 0.5).abs() < 1e-3, "{what}");
+            }
+        }
+    }
+}
+
 #[test]
 fn skins_count() {
     for way in FIELDS {

@@ -14,11 +14,10 @@ use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
 pub use formulas::FormulaPlan;
-pub use scalars::ScalarPlan;
+pub use scalars::{ScalarPlan, scalar};
 
 use super::worlds::{World, group, vector};
 use formulas::formula;
-use scalars::scalar;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Numbers {
@@ -91,8 +90,8 @@ pub enum TermPlan {
 /// A layer: priority, replacing, stopping.
 pub type LayerPlan = (TermPlan, i32, bool, bool);
 
-pub const AXES: [&str; 9] = [
-    "x", "y", "z", "time", "speed", "radius", "mass", "charge", "delta",
+pub const AXES: [&str; 12] = [
+    "x", "y", "z", "time", "speed", "radius", "mass", "charge", "delta", "vx", "vy", "vz",
 ];
 
 impl RegionPlan {
@@ -424,7 +423,7 @@ fn triple(size: i32) -> impl Strategy<Value = [i32; 3]> + Clone {
 
 fn region() -> impl Strategy<Value = RegionPlan> {
     let size = || 1..=4;
-    let over = || (0..9_usize, prop_oneof![-2..=-1, 1..=2]);
+    let over = || (0..AXES.len(), prop_oneof![-2..=-1, 1..=2]);
     let primitive = prop_oneof![
         3 => Just(RegionPlan::Everywhere),
         4 => size().prop_map(RegionPlan::Ball),
@@ -433,12 +432,12 @@ fn region() -> impl Strategy<Value = RegionPlan> {
         1 => (size(), size()).prop_map(|(h, r)| RegionPlan::Cone(h, r)),
         1 => (size(), size()).prop_map(|(h, r)| RegionPlan::Capsule(h, r)),
         1 => (0..3_usize, -2..=2).prop_map(|(axis, offset)| RegionPlan::HalfSpace(axis, offset)),
-        2 => (0..9_usize, -2..=2, 1..=4)
+        2 => (0..AXES.len(), -2..=2, 1..=4)
             .prop_map(|(axis, low, length)| RegionPlan::Interval(axis, low, length)),
         1 => proptest::array::uniform3(size()).prop_map(RegionPlan::Shape),
         2 => ([over(), over()], -2..=4)
             .prop_map(|(axes, offset)| RegionPlan::HalfSpaceOver(axes, offset)),
-        2 => proptest::collection::vec((0..9_usize, -1..=1, size()), 1..4)
+        2 => proptest::collection::vec((0..AXES.len(), -1..=1, size()), 1..4)
             .prop_map(RegionPlan::BallOver),
         1 => (0..3_u8).prop_map(RegionPlan::Predicate),
     ];

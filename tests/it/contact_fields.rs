@@ -1,0 +1,280 @@
+//! Contact fields as vector fields (§3.3, §3.4): the paper's law under operators, against the
+//! reference.
+
+use proptest::prelude::*;
+use rapier3d_fields::FieldContact;
+use rapier3d_fields::field::{Query, Touch};
+use rapier3d_fields::math::{DVec3, from_dvec3, to_dvec3, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::collide::*;
+use crate::support::trees::*;
+use crate::support::worlds::{BodyPlan, World};
+use crate::support::{either, largest};
+
+const RADIUS: Real = 0.6;
+const DT: Real = 1e-3;
+const SPIN: [i32; 3] = [1, 2, -1];
+
+/// What is done to a composite that begins with a contact field.
+#[derive(Clone, Debug)]
+enum Wrap {
+    Before(Operator, TermPlan),
+    Behind(Operator, TermPlan),
+    /// With the contact field of another of the balls.
+    Beside(Operator, usize),
+    Scaled(ScalarPlan),
+    Limited(i32),
+    Instance,
+    Layer(TermPlan, i32, bool, bool),
+    /// With so many fields that are elsewhere.
+    Among(u8),
+}
+
+fn wrap() -> impl Strategy<Value = Wrap> {
+    let numbers = Numbers::Fractional;
+    let operator = || proptest::sample::select(Operator::ALL.to_vec());
+    let term = || term(numbers);
+    prop_oneof![
+        3 => (operator(), term()).prop_map(|(o, t)| Wrap::Before(o, t)),
+        3 => (operator(), term()).prop_map(|(o, t)| Wrap::Behind(o, t)),
+        3 => (operator(), 0..3_usize).prop_map(|(o, n)| Wrap::Beside(o, n)),
+        2 => scalar(numbers).prop_map(Wrap::Scaled),
+        1 => (1..4).prop_map(Wrap::Limited),
+        1 => Just(Wrap::Instance),
+        2 => (term(), -1..=1, any::<bool>(), any::<bool>())
+            .prop_map(|(t, p, r, s)| Wrap::Layer(t, p, r, s)),
+        1 => (60..90_u8).prop_map(Wrap::Among),
+    ]
+}
+
+fn contact(world: &World, number: usize, law: ContactLaw) -> Tree {
+    Field::contact(law).at(world.colliders[number]).into()
+}
+
+fn wrapped(tree: Tree, how: &Wrap, world: &World, law: ContactLaw) -> Tree {
+    match how {
+        Wrap::Before(operator, term) => Tree::fold(*operator, [term.tree(world), tree]),
+        Wrap::Behind(operator, term) => Tree::fold(*operator, [tree, term.tree(world)]),
+        Wrap::Beside(operator, number) => {
+            Tree::fold(*operator, [tree, contact(world, *number, law)])
+        }
+        Wrap::Scaled(scale) => tree.scaled_at(scale.scalar(), Vector::new(0.3, 0.2, 0.1)),
+        Wrap::Limited(limit) => tree.limited_to(*limit as Real),
+        Wrap::Instance => Tree::instances(tree, [Anchor::WORLD]),
+        Wrap::Layer(term, priority, replaces, stops) => {
+            let mut layer = Layer::new(term.tree(world)).priority(*priority);
+            if *replaces {
+                layer = layer.replacing();
+            }
+            if *stops {
+                layer = layer.stopping();
+            }
+            Tree::layers([Layer::new(tree), layer])
+        }
+        Wrap::Among(count) => {
+            let far = (0..*count).map(|number| {
+                let there = Vector::Y * (100.0 + Real::from(number));
+                let field = Field::uniform(Vector::X)
+                    .within(Region::ball(0.1))
+                    .at(there);
+                Tree::from(field)
+            });
+            Tree::fold(Operator::ReplaceUnion, far.chain([tree]))
+        }
+    }
+}
+
+/// Three balls that overlap and approach.
+fn balls() -> World {
+    let ball = |x: i32, v: [i32; 3], mass: u32| BodyPlan {
+        position: [x, 0, 0],
+        linvel: v,
+        angvel: SPIN,
+        parts: vec![([0; 3], mass, 2, Some(1))],
+    };
+    let mut world = World::new(&[
+        ball(0, [3, 1, 0], 0),
+        ball(1, [0, 0, 1], 1),
+        ball(2, [-2, 0, 1], 2),
+    ]);
+    world.physics.gravity = Vector::ZERO;
+    world.physics.integration_parameters.dt = DT;
+    for collider in &world.colliders {
+        let collider = &mut world.physics.colliders[*collider];
+        collider.set_shape(SharedShape::ball(RADIUS));
+        collider.set_restitution(0.0);
+    }
+    world
+}
+
+/// What the reference says that the touches of a ball give it.
+fn expected(tree: &Tree, world: &World, contacts: &[FieldContact], ball: usize) -> DVec3 {
+    let (body, collider) = (world.bodies[ball], world.colliders[ball]);
+    let (query, _) = world.samples(body).swap_remove(0);
+    let pushed = |contact: &&FieldContact| contact.colliders.contains(&collider);
+    let velocity = |number: usize, point| {
+        to_dvec3(world.physics.bodies[world.bodies[number]].velocity_at_point(point))
+    };
+    let number = |collider| world.colliders.iter().position(|it| *it == collider);
+    let touch = |contact: &FieldContact| {
+        let side = usize::from(contact.colliders[1] == collider);
+        let other = contact.colliders[1 - side];
+        let normal = to_dvec3(contact.world_normal) * [-1.0, 1.0][side];
+        let own = velocity(ball, contact.world_point);
+        let theirs = velocity(number(other).expect("a ball"), contact.world_point);
+        Touch {
+            collider: other,
+            world_normal: normal,
+            speed: own.length(),
+            approach_speed: (theirs - own).dot(normal),
+        }
+    };
+    let alone = Query {
+        world_point: to_dvec3(world.physics.bodies[body].translation()),
+        world_velocity: velocity(ball, world.physics.bodies[body].translation()),
+        radius: to_f64(RADIUS),
+        volume: std::f64::consts::PI * 4.0 / 3.0 * to_f64(RADIUS).powi(3),
+        time: to_f64(DT),
+        dt: to_f64(DT),
+        ..query
+    };
+    let touching = Query {
+        touches: contacts.iter().filter(pushed).map(touch).collect(),
+        ..alone.clone()
+    };
+    let force = |query| reference(tree, world, query).unwrap_or_default();
+    (force(&touching) - force(&alone)) * (to_f64(DT) / alone.mass)
+}
+
+fn check(wraps: &[Wrap], first: usize, law: ContactLaw) -> Result<bool, TestCaseError> {
+    let mut world = balls();
+    let mut tree = contact(&world, first, law);
+    for how in wraps {
+        tree = wrapped(tree, how, &world, law);
+    }
+    let builder = Fields::builder(tree.clone()).axis("delta", 2.0);
+    let fields = builder.scheme(Scheme::Kick).build();
+    let mut fields = fields.expect("a valid tree");
+    for collider in &world.colliders {
+        let properties = ColliderProperties::new().charge(2.0).axis("delta", 1.0);
+        let set = fields.set_properties(*collider, properties, &world.physics.colliders);
+        set.expect("valid properties");
+    }
+    let before: Vec<Vector> = world
+        .bodies
+        .iter()
+        .map(|it| world.physics.bodies[*it].linvel())
+        .collect();
+    prop_assume!(fields.step(&mut world.physics).is_ok());
+    let contacts = fields.contacts().to_vec();
+    let given = |ball: usize| {
+        let given = contacts.iter().map(|contact| {
+            let body = Some(world.bodies[ball]);
+            let side = contact.bodies.iter().position(|it| *it == body);
+            side.map_or(DVec3::ZERO, |side| to_dvec3(contact.impulses[side]))
+        });
+        let mass = to_f64(world.physics.bodies[world.bodies[ball]].mass());
+        given.sum::<DVec3>() / mass
+    };
+    for (ball, before) in before.iter().enumerate() {
+        // What fields press together lasts, and is Rapier's.
+        let now = world.physics.bodies[world.bodies[ball]].linvel();
+        let kicked = to_dvec3(now - before) - given(ball);
+        prop_assume!(kicked.length() < 0.1);
+    }
+    let given = [0, 1, 2].map(given);
+    // As it was when the touches were answered: a push along no normal turns a ball.
+    for (body, given) in world.bodies.iter().zip(given) {
+        let body = &mut world.physics.bodies[*body];
+        body.set_linvel(body.linvel() - from_dvec3(given), false);
+        body.set_angvel(Vector::from_array(SPIN.map(|it| it as Real)), false);
+    }
+    for (ball, given) in given.into_iter().enumerate() {
+        let expected = expected(&tree, &world, &contacts, ball);
+        let error = (given - expected).length();
+        let bound = either(1e-3, 1e-9) * largest([1.0, expected.length()]);
+        prop_assert!(
+            error <= bound,
+            "ball {ball}: {given} for {expected}; {contacts:#?}"
+        );
+    }
+    let any = given.iter().any(|given| *given != DVec3::ZERO);
+    Ok(any)
+}
+
+#[test]
+fn under_operators_they_push_as_the_reference_says() {
+    let pushed = std::cell::Cell::new([0_u32; 2]);
+    let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig {
+        cases: 2_000,
+        max_global_rejects: 20_000,
+        ..ProptestConfig::default()
+    });
+    let cases = (
+        proptest::collection::vec(wrap(), 0..5),
+        0..3_usize,
+        any::<bool>(),
+    );
+    let outcome = runner.run(&cases, |(wraps, first, relative)| {
+        let law = if relative {
+            ContactLaw::PaperRelative
+        } else {
+            ContactLaw::Paper
+        };
+        let any = check(&wraps, first, law)?;
+        let [with, all] = pushed.get();
+        pushed.set([with + u32::from(any), all + 1]);
+        Ok(())
+    });
+    let [with, all] = pushed.get();
+    println!("{with} of {all} push");
+    outcome.unwrap_or_else(|error| panic!("{error}"));
+    assert!(2 * with > all, "{with} of {all} push");
+}
+
+/// The velocities of two equal balls after a head-on hit at two metres a second each, the second
+/// under a field that is changed.
+fn after(change: impl FnOnce(Field) -> Tree) -> [Vector; 2] {
+    let (mut world, things) = overlapping([Vector::X * 2.0, -Vector::X * 2.0], [1.0; 2]);
+    let [one, two] = things.each_ref().map(|thing| thing.parts[0]);
+    let tree = change(Field::contact(ContactLaw::Paper).at(one));
+    let mut fields = Fields::new(tree).expect("a valid tree");
+    let seen = fields.step(&mut world).expect("a step").contacts;
+    assert_eq!(seen, 1, "of {two:?}");
+    things.each_ref().map(|thing| linvel(&world, thing))
+}
+
+#[test]
+fn a_push_is_a_vector() {
+    let along = |x: Real, y: Real| [Vector::X * 2.0, Vector::new(x, y, 0.0)];
+    let half = Scalar::constant(0.5);
+    let near = |found: [Vector; 2], expected: [Vector; 2]| {
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert_near(found, expected, 1e-5, "velocity");
+        }
+    };
+    near(after(Tree::from), along(0.0, 0.0));
+    near(after(|it| it.strength(2.0).into()), along(2.0, 0.0));
+    near(
+        after(|it| it.scaled_by(half.clone()).into()),
+        along(-1.0, 0.0),
+    );
+    near(after(|it| it.limited_to(0.5).into()), along(-1.5, 0.0));
+    near(
+        after(|it| Tree::from(it).scaled_by(half.clone())),
+        along(-1.0, 0.0),
+    );
+    // The push along x, crossed with z, goes along −y.
+    let z = || Field::uniform(Vector::Z);
+    near(after(|it| it.cross_union(z())), along(-2.0, -2.0));
+    near(
+        after(|it| Tree::instances(it, [Anchor::WORLD])),
+        along(0.0, 0.0),
+    );
+    let cut = || Field::uniform(Vector::ZERO).within(Region::ball(0.1));
+    near(
+        after(|it| it.difference(cut().at(Vector::Y * 9.0))),
+        along(0.0, 0.0),
+    );
+}
