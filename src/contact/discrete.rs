@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::field_contact::{FieldContact, Part};
 use super::laws::Laws;
 use super::overlap::{OverlapPoint, PlacedBall, PlacedShape};
-use super::resting::{HeldPairs, StillPoints};
+use super::resting::{HeldPairs, HeldPart, StillPoints};
 use super::separation::Separations;
 use super::starts::Starts;
 use crate::compile::Compiled;
@@ -52,6 +52,22 @@ struct Solid {
     part: Part,
     placed: PlacedShape,
     bounds: Aabb,
+}
+
+impl Solid {
+    /// Where it was when Rapier's step began, and is.
+    fn since(&self, world: &impl Lookup, starts: &Starts) -> HeldPart {
+        let now = self.placed.pose;
+        let start = self.part.body.and_then(|handle| {
+            let body = world.body(handle)?;
+            let local = body.position().inv_mul(&now);
+            Some(starts.of(handle, body).pose * local)
+        });
+        HeldPart {
+            poses: [start.unwrap_or(now), now],
+            size: self.bounds.half_extents().length(),
+        }
+    }
 }
 
 /// The contacts found, each with where it is among the points, and all points.
@@ -254,7 +270,7 @@ impl Discrete {
     /// `held` by Rapier its points may do.
     pub(super) fn find(
         &mut self,
-        world: &impl Lookup,
+        (world, starts): (&impl Lookup, &Starts),
         held: Option<HeldPairs<'_>>,
         found: &mut Found,
     ) {
@@ -305,7 +321,8 @@ impl Discrete {
                     let near = still.near(colliders, search);
                     one.placed.place(&two.placed, near, points);
                 } else {
-                    let near = held.and_then(|held| held.near(colliders));
+                    let parts = || [one, two].map(|solid| solid.since(world, starts));
+                    let near = held.and_then(|held| held.near(colliders, parts));
                     let near = near.unwrap_or_else(&mut search);
                     one.placed.place(&two.placed, &near, points);
                 }

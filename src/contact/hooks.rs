@@ -9,7 +9,7 @@ use super::starts::Starts;
 use super::{Responder, Rules};
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
-use crate::math::{ColliderHandle, ColliderSet, Real, Vector};
+use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodySet, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle, RigidBodyType};
 use crate::rapier::geometry::{NarrowPhase, SolverContact, SolverFlags};
 use crate::rapier::pipeline::{
@@ -237,9 +237,19 @@ impl StepHooks<'_> {
     }
 
     /// The law by which fields answer a pair in this step.
-    fn law(&self, pair: [ColliderHandle; 2]) -> Option<ContactLaw> {
+    fn law(
+        &self,
+        pair: [ColliderHandle; 2],
+        handles: [Option<RigidBodyHandle>; 2],
+        bodies: &RigidBodySet,
+    ) -> Option<ContactLaw> {
         let released = || self.released.contains(&in_order(pair));
-        self.claims.law(pair).filter(|_| !released())
+        let dominated = || {
+            let found = handles.map(|handle| bodies.get(handle?));
+            is_dominated(found)
+        };
+        let law = self.claims.law(pair);
+        law.filter(|_| !released() && !dominated())
     }
 
     /// Leaves the contacts of a manifold to Rapier if they last, else lifts them off.
@@ -287,6 +297,15 @@ impl StepHooks<'_> {
     }
 }
 
+/// Whether one of two dynamic bodies dominates the other: it yields to none of its contacts, which
+/// Rapier's solver knows to do and the laws do not. Such pairs are Rapier's.
+pub(crate) fn is_dominated(bodies: [Option<&RigidBody>; 2]) -> bool {
+    let [Some(one), Some(two)] = bodies else {
+        return false;
+    };
+    one.is_dynamic() && two.is_dynamic() && one.dominance_group() != two.dominance_group()
+}
+
 /// The velocity of a point of a body; of one that is moved to a place, that of its way there.
 pub(super) fn velocity_at(body: &RigidBody, point: Vector, dt: Real) -> Vector {
     if body.body_type() != RigidBodyType::KinematicPositionBased || dt <= 0.0 {
@@ -299,7 +318,8 @@ pub(super) fn velocity_at(body: &RigidBody, point: Vector, dt: Real) -> Vector {
 impl PhysicsHooks for StepHooks<'_> {
     fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
         let pair = [context.collider1, context.collider2];
-        let claimed = self.law(pair).is_some();
+        let handles = [context.rigid_body1, context.rigid_body2];
+        let claimed = self.law(pair, handles, context.bodies).is_some();
         let bits = ActiveHooks::FILTER_CONTACT_PAIRS;
         let flags = if self.is_users(pair, bits, context.colliders) {
             self.user.filter_contact_pair(context)
@@ -342,7 +362,8 @@ impl PhysicsHooks for StepHooks<'_> {
         if self.claims.law(pair).is_some() {
             self.heard.asked.store(true, Ordering::Relaxed);
         }
-        let Some(law) = self.law(pair) else {
+        let handles = [context.rigid_body1, context.rigid_body2];
+        let Some(law) = self.law(pair, handles, context.bodies) else {
             return;
         };
         if found > 0 && count(context) == 0 {

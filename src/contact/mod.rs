@@ -9,6 +9,7 @@ mod field_contact;
 mod field_mask;
 mod hooks;
 mod impact;
+mod jointed;
 mod laws;
 mod lcp;
 mod modes;
@@ -34,7 +35,8 @@ pub use modes::{Detection, Responder};
 
 pub(crate) use detector::Detector;
 pub(crate) use event::report;
-pub(crate) use hooks::{Claims, Heard, Listening, Verdicts, is_to_ask};
+pub(crate) use hooks::{Claims, Heard, Listening, Verdicts, is_dominated, is_to_ask};
+pub(crate) use jointed::Joints;
 pub(crate) use resting::HeldPairs;
 pub(crate) use rules::{Pairs, Rules};
 pub(crate) use starts::Starts;

@@ -6,9 +6,9 @@ use super::bands::Bands;
 use super::counts::NotComparable;
 use super::settings::CrossCheck;
 use super::sighting::{Expected, Spot};
-use crate::contact::Pairs;
+use crate::contact::{Joints, Pairs};
 use crate::math::{ColliderHandle, RigidBodyHandle};
-use crate::rapier::dynamics::{ImpulseJointSet, IntegrationParameters, MultibodyJointSet};
+use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::{Collider, NarrowPhase};
 use crate::rigid::Lookup;
 
@@ -19,8 +19,7 @@ pub(crate) type Watched = HashMap<ColliderHandle, bool>;
 pub(crate) struct Stepped<'a, W> {
     pub world: &'a W,
     pub narrow_phase: &'a NarrowPhase,
-    pub impulse_joints: &'a ImpulseJointSet,
-    pub multibody_joints: &'a MultibodyJointSet,
+    pub joints: Joints<'a>,
     pub parameters: &'a IntegrationParameters,
     /// Pairs that hooks of the user's own have hidden from Rapier.
     pub hidden: &'a Pairs,
@@ -118,19 +117,8 @@ impl<W: Lookup> Judging<'_, W> {
         if self.after.hidden.contains(&pair) {
             return Some(|it| &mut it.hidden);
         }
-        let [Some(one), Some(two)] = bodies else {
-            return None;
-        };
-        let mut joints = self.after.impulse_joints.joints_between(one, two);
-        let apart = joints.any(|(_, joint)| !joint.data.contacts_enabled);
-        (apart || self.are_of_one_multibody(one, two)).then_some(|it| &mut it.jointed)
-    }
-
-    fn are_of_one_multibody(&self, one: RigidBodyHandle, two: RigidBodyHandle) -> bool {
-        let set = self.after.multibody_joints;
-        let [one, two] = [one, two].map(|body| set.rigid_body_link(body));
-        one.zip(two)
-            .is_some_and(|(one, two)| one.multibody == two.multibody)
+        let apart = self.after.joints.keep_apart(bodies);
+        apart.then_some(|it| &mut it.jointed)
     }
 
     /// Sensors of those looked at that overlap something.

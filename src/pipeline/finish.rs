@@ -3,8 +3,8 @@
 use super::begin::moment;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
-use crate::bridge::{self, StepError, WakePolicy, WorldMut};
-use crate::contact::{FieldContact, HeldPairs, Verdicts, report};
+use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
+use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, report};
 use crate::cross_check::Stepped;
 use crate::diagnose::blame;
 use crate::integrate::{StepWarning, find};
@@ -61,8 +61,7 @@ impl FieldPipeline {
             let after = Stepped {
                 world: &view,
                 narrow_phase: world.narrow_phase,
-                impulse_joints: world.impulse_joints,
-                multibody_joints: world.multibody_joints,
+                joints: joints(world),
                 parameters: world.integration_parameters,
                 hidden: &open.heard.take_hidden(),
             };
@@ -148,7 +147,7 @@ impl FieldPipeline {
     ) -> usize {
         let rules = &fields.settings.rules;
         self.pushes.clear();
-        let view = world.view();
+        let (view, joints) = (world.view(), joints(world));
         let properties = &self.properties;
         let displaced = self.compiled.requirements.displaced;
         self.detector.sweep(
@@ -157,7 +156,9 @@ impl FieldPipeline {
             (moment(began, dt), dt),
             |samples| Self::sites(properties, &view, displaced, samples),
             (
-                |contact: &FieldContact| rules.answers(contact, &verdicts.vetoed),
+                |contact: &FieldContact| {
+                    rules.answers(contact, &verdicts.vetoed) && !is_rapiers(contact, joints, &view)
+                },
                 verdicts,
             ),
             &mut self.pushes,
@@ -308,7 +309,10 @@ impl FieldPipeline {
                 Self::sites(properties, &view, displaced, samples);
             });
         if rules.answer_any() {
-            let answers = |contact: &FieldContact| rules.answers(contact, &verdicts.vetoed);
+            let joints = joints(world);
+            let answers = |contact: &FieldContact| {
+                rules.answers(contact, &verdicts.vetoed) && !is_rapiers(contact, joints, &view)
+            };
             let (place, when) = ((&view, &self.compiled), (moment, dt));
             self.detector
                 .respond(place, when, answers, &mut self.pushes);
@@ -320,5 +324,18 @@ impl FieldPipeline {
             report(channel, &mut state.touching, contacts, state.time);
         }
         written
+    }
+}
+
+/// Whether fields leave a contact to Rapier's solver, whatever the rules say.
+fn is_rapiers(contact: &FieldContact, joints: Joints<'_>, view: &View<'_>) -> bool {
+    let bodies = contact.bodies.map(|body| view.body(body?));
+    joints.keep_apart(contact.bodies) || is_dominated(bodies)
+}
+
+fn joints<'a>(world: &WorldMut<'a>) -> Joints<'a> {
+    Joints {
+        impulse: world.impulse_joints,
+        multibody: world.multibody_joints,
     }
 }

@@ -2,7 +2,8 @@
 
 use super::*;
 use rapier3d_fields::rapier::prelude::{
-    ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks, SolverFlags,
+    ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks,
+    PrismaticJointBuilder, SolverFlags,
 };
 
 fn falling() -> Scene {
@@ -152,6 +153,70 @@ fn a_bullet_that_rapier_stops_is_answered() {
                 let left = -to_f64(body.linvel().x) / to_f64(speed);
                 assert!((left - 0.5).abs() < 1e-3, "{what}");
             }
+        }
+    }
+}
+
+/// A light body that dominates a heavy one is not stopped by it: as in Rapier alone.
+#[test]
+fn what_dominates_yields_to_nobody() {
+    let after = |way| {
+        let stuff = Stuff {
+            restitution: 0.0,
+            friction: 0.0,
+        };
+        let mut scene = Scene::new(stuff, 60);
+        scene.world.gravity = Vector::ZERO;
+        for (side, group, mass) in [(-1.0, 5, 1.0), (1.0, 0, 50.0)] {
+            let body = RigidBodyBuilder::dynamic().translation(Vector::X * side);
+            let body = body.linvel(-Vector::X * side).can_sleep(false);
+            let ball = ColliderBuilder::ball(0.5).mass(mass);
+            scene.add(body.dominance_group(group), ball);
+        }
+        let mut fields = scene.fields(way, None);
+        for _ in 0..60 {
+            fields.step(&mut scene.world).expect("a step");
+        }
+        let velocity = |body: &RigidBodyHandle| to_f64(scene.world.bodies[*body].linvel().x);
+        [velocity(&scene.bodies[0]), velocity(&scene.bodies[1])]
+    };
+    let theirs = after(Way::Rapier);
+    assert_close(theirs[0], 1.0, 1e-3, "it goes on");
+    for way in FIELDS {
+        for (ours, theirs) in after(way).into_iter().zip(theirs) {
+            assert_close(ours, theirs, 1e-2, "as in Rapier alone");
+        }
+    }
+}
+
+/// Two overlapping boxes on a joint that keeps them from touching: nobody pushes them apart.
+#[test]
+fn what_a_joint_keeps_from_touching_is_not_answered() {
+    for way in FIELDS {
+        for touch in [false, true] {
+            let stuff = Stuff {
+                restitution: 1.0,
+                friction: 0.0,
+            };
+            let mut scene = Scene::new(stuff, 60);
+            scene.world.gravity = Vector::ZERO;
+            for side in [-1.0, 1.0] {
+                let body = RigidBodyBuilder::dynamic().translation(Vector::X * (0.9 * side));
+                let body = body.linvel(-Vector::X * side).can_sleep(false);
+                scene.add(body, ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+            }
+            let rail = PrismaticJointBuilder::new(Vector::X).contacts_enabled(touch);
+            let (one, two) = (scene.bodies[0], scene.bodies[1]);
+            scene.world.impulse_joints.insert(one, two, rail, true);
+            let mut fields = scene.fields(way, None);
+            let mut nearest = Real::MAX;
+            for _ in 0..48 {
+                fields.step(&mut scene.world).expect("a step");
+                let places = scene.places();
+                nearest = nearest.min((places[1] - places[0]).x);
+            }
+            // They meet at a distance of one after 0.4 s, and would be at 0.2 at the end.
+            assert_eq!(nearest > 0.8, touch, "{way:?}: {nearest}");
         }
     }
 }

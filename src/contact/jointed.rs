@@ -1,0 +1,37 @@
+//! Joints that keep the bodies they join from touching.
+
+use crate::math::RigidBodyHandle;
+use crate::rapier::dynamics::{ImpulseJointSet, MultibodyJointSet};
+
+/// All joints of a world.
+#[derive(Clone, Copy)]
+pub(crate) struct Joints<'a> {
+    pub impulse: &'a ImpulseJointSet,
+    pub multibody: &'a MultibodyJointSet,
+}
+
+impl Joints<'_> {
+    /// Whether a joint, or the multibody of both, keeps two bodies from touching, as in Rapier. What
+    /// fields see of them all the same they do not answer.
+    pub(crate) fn keep_apart(&self, bodies: [Option<RigidBodyHandle>; 2]) -> bool {
+        let [Some(one), Some(two)] = bodies else {
+            return false;
+        };
+        let mut joints = self.impulse.joints_between(one, two);
+        joints.any(|(_, joint)| !joint.data.contacts_enabled) || self.in_one_multibody(one, two)
+    }
+
+    fn in_one_multibody(&self, one: RigidBodyHandle, two: RigidBodyHandle) -> bool {
+        let link = |body| self.multibody.rigid_body_link(body);
+        let Some((one_link, two_link)) = link(one).zip(link(two)) else {
+            return false;
+        };
+        let multibody = self.multibody.get_multibody(one_link.multibody);
+        one_link.multibody == two_link.multibody
+            && (multibody.is_some_and(|it| !it.self_contacts_enabled())
+                || self
+                    .multibody
+                    .joint_between(one, two)
+                    .is_some_and(|(_, _, link)| !link.joint.data.contacts_enabled))
+    }
+}
