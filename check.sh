@@ -33,9 +33,7 @@ for each in "" expression serde-serialize \
     features rapier3d-fields "f32,$each"
 done
 # The other precision is the same source.
-for each in "" parallel,enhanced-determinism,debug-render,serde-serialize,expression; do
-    features rapier3d-fields-f64 "f64,$each"
-done
+features rapier3d-fields-f64 f64,parallel,enhanced-determinism,debug-render,serde-serialize,expression
 
 step "documentation without broken links, private items included"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
