@@ -1,5 +1,9 @@
 //! Liquid ammonia for 20 ps at 2 fs: what every scheme makes of its temperature, with hydrogens that
 //! stand out of their nitrogens and contacts answered by fields.
+//!
+//! It fails, and is kept to be made pass: `KickDriftKick` ends at 751 K with discrete detection and at
+//! 841 K swept, and at 679 K with atoms too small to collide. So either the scene is not yet the one
+//! of the band, or the cut at 10 Å heats more than it should, and hard contacts add to it.
 
 use rapier3d_fields::math::{DPose3, DQuat, DVec3, Pose, Rotation, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
