@@ -106,11 +106,18 @@ fn given(
             }
         }
     }
+    // A part may have no mass of its own, on a body that has it all: it is pushed as any.
+    let mass = if touching.mass > 0.0 {
+        touching.mass
+    } else {
+        1.0
+    };
+    let touching = Query { mass, ..touching };
     let alone = Query {
         touches: Vec::new(),
         ..touching.clone()
     };
-    let weight = touching.dt / touching.mass;
+    let weight = touching.dt / mass;
     for mask in composites {
         let mut force = |query: &Query| masks.force(compiled, mask, query);
         let difference = (force(&touching) - force(&alone)) * weight;

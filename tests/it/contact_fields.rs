@@ -294,3 +294,25 @@ fn a_push_is_a_vector() {
         along(0.0, 0.0),
     );
 }
+
+/// A molecule's atoms have no mass of their own: their body has it all.
+#[test]
+fn a_part_without_mass_is_pushed_all_the_same() {
+    let pushed = |strength: Real| {
+        let (mut world, things) = overlapping([Vector::X * 2.0, -Vector::X * 2.0], [1.0; 2]);
+        for thing in &things {
+            let (body, part) = (thing.body, thing.parts[0]);
+            world.colliders[part].set_mass(0.0);
+            let inertia = Vector::splat(0.1);
+            let properties = MassProperties::new(Vector::ZERO, 1.0, inertia);
+            world.bodies[body].set_additional_mass_properties(properties, true);
+            world.bodies[body].recompute_mass_properties_from_colliders(&world.colliders);
+        }
+        let field = Field::contact(ContactLaw::Paper).at(things[0].parts[0]);
+        let mut fields = Fields::new(field.strength(strength)).expect("a valid tree");
+        fields.step(&mut world).expect("a step");
+        linvel(&world, &things[1])
+    };
+    assert_near(pushed(1.0), Vector::ZERO, 1e-5, "velocity");
+    assert_near(pushed(2.0), Vector::X * 2.0, 1e-5, "velocity");
+}

@@ -33,8 +33,7 @@ fn drift(case: &Case, dt: f64, time: f64) -> f64 {
             .iter()
             .map(|it| it.position.length())
             .sum::<f64>();
-    // Twice, for what the rotations' own rounding adds.
-    2.0 * (start + case.flights.iter().map(of).sum::<f64>())
+    start + case.flights.iter().map(of).sum::<f64>()
 }
 
 /// The first touch of a pair in a world.
