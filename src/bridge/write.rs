@@ -152,6 +152,8 @@ pub(crate) struct Push {
     pub pose: Option<Pose>,
     pub linvel: Vector,
     pub angvel: Vector,
+    /// Which share of the step was over when it was put on another path, if it was.
+    pub share: Option<Real>,
 }
 
 /// Writes where bodies go on from; returns how many. A contact wakes whom it hits, as Rapier's do.

@@ -35,7 +35,8 @@ impl Capability {
     ///
     /// All else: cuboid, capsule, cylinder, cone, convex hull, triangle, segment, the round ones of
     /// these, and compounds. Two segments have no thickness, and never overlap. It is the same for
-    /// both kinds of [`Detection`]. Of a half-space and voxels Parry panics in Rapier's own step.
+    /// both kinds of [`Detection`]. Of a half-space and voxels Parry panics in Rapier's own step, and of a
+    /// ball on voxels Rapier 0.36.1 may.
     pub fn of(one: ShapeType, two: ShapeType) -> Self {
         use ShapeType::{Ball, HalfSpace, HeightField, TriMesh, Voxels};
         match (one, two) {

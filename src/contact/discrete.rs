@@ -89,7 +89,7 @@ impl Found {
             if law == ContactLaw::Observe || motions.iter().all(PointMotion::is_still) {
                 return false;
             }
-            let lags = contact.bodies.map(|body| starts.lag(body));
+            let lags = contact.bodies.map(|body| starts.behind(body));
             let slow = 0.5 * starts.slow(law, contact.bodies);
             let fast = |point: &OverlapPoint| {
                 let [one, two] = [0, 1].map(|it| motions[it].at(point.world_point) + lags[it]);

@@ -39,5 +39,5 @@ pub(crate) use hooks::{Claims, Heard, Listening, Verdicts, is_dominated, is_to_a
 pub(crate) use jointed::Joints;
 pub(crate) use resting::HeldPairs;
 pub(crate) use rules::{Pairs, Rules};
-pub(crate) use starts::Starts;
+pub(crate) use starts::{KickShare, Starts};
 pub(crate) use touch_record::{TouchRecord, Way};

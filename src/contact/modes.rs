@@ -29,8 +29,13 @@ pub enum Detection {
     /// Bodies move as they do for Rapier: on parabolas, under its gravity, their users' forces and
     /// the fields. Those that turn freely are all turned by this crate's own rotation, balls
     /// included, which Rapier would turn by linearised substeps. Where something else pushed a body
-    /// within the step (joints, Rapier's contacts), and in schemes with substeps, its path is taken
-    /// as the straight line, and the steady rotation, between its poses.
+    /// within the step (joints, Rapier's contacts), its path is taken as the straight line, and the
+    /// steady rotation, between its poses.
+    ///
+    /// A hit is answered with the velocities of its moment, and schemes of two half kicks go on
+    /// from there with the wrench at the end of the step: they neither gain nor lose energy by hits
+    /// in the mean. Schemes with substeps do: a ball that a spring throws at a wall at 5 ms, 0.03 of a
+    /// period, goes out 4 % farther after a minute.
     Swept,
 }
 

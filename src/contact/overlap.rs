@@ -6,7 +6,7 @@ use super::capability::Capability;
 use super::separation::Separations;
 use crate::math::{ColliderHandle, Pose, Real, SharedShape, Vector};
 use crate::rapier::parry::query::{
-    self, ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher,
+    self, Contact, ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, Unsupported,
 };
 
 /// A point at which two shapes overlap.
@@ -124,6 +124,27 @@ pub(super) fn manifold_points(
     near.map(|(point, _)| point).collect()
 }
 
+/// Where two shapes are nearest, if that is within `far`; an error for shapes of which Parry has
+/// manifolds only.
+pub(super) fn nearest(
+    shapes: [&SharedShape; 2],
+    relative: &Pose,
+    far: Real,
+) -> Result<Option<Contact>, Unsupported> {
+    // Within a compound Parry takes what it does not know for being far away.
+    if shapes.into_iter().any(has_voxels) {
+        return Err(Unsupported);
+    }
+    let [first, second] = shapes.map(|shape| &*shape.0);
+    query::contact(&Pose::IDENTITY, first, relative, second, far)
+}
+
+fn has_voxels(shape: &SharedShape) -> bool {
+    let pieces = shape.as_compound().map(|compound| compound.shapes());
+    let mut pieces = pieces.into_iter().flatten();
+    shape.as_voxels().is_some() || pieces.any(|(_, piece)| has_voxels(piece))
+}
+
 /// The points of a manifold; from its second shape to its first if it is `swapped`.
 pub(super) fn points_of<M, C>(
     manifold: &ContactManifold<M, C>,
@@ -212,9 +233,8 @@ impl PlacedShape {
         }
         let relative = self.pose.inv_mul(&other.pose);
         let measure = |reach: Real| {
-            let (first, second) = (&*self.shape.0, &*other.shape.0);
             let far = 0.25 * reach;
-            let found = query::contact(&Pose::IDENTITY, first, &relative, second, far).ok()?;
+            let found = nearest([&self.shape, &other.shape], &relative, far).ok()?;
             Some(found.map_or(far, |contact| contact.dist))
         };
         let near = (&relative, self.skin + other.skin);

@@ -77,15 +77,21 @@ pub(super) fn respond(
         }
     }
     for (body, mover) in handles.iter().zip(movers).filter(|(_, mover)| mover.pushed) {
-        let lag = world.body(*body).map(|found| starts.of(*body, found).lag);
-        let linvel = from_dvec3(mover.linvel) - lag.unwrap_or_default();
-        let angvel = from_dvec3(mover.angvel);
+        let Some(found) = world.body(*body) else {
+            continue;
+        };
+        let start = starts.of(*body, found);
+        let behind = start.turn.map_or(DVec3::ZERO, |turn| turn.behind);
+        let behind = mover.resistance.rotor.angvel(mover.attitude, behind);
+        let linvel = from_dvec3(mover.linvel) - start.behind;
+        let angvel = from_dvec3(mover.angvel - behind);
         if mover.linvel.is_finite() && mover.angvel.is_finite() {
             pushes.push(Push {
                 body: *body,
                 pose: None,
                 linvel,
                 angvel,
+                share: None,
             });
         }
     }

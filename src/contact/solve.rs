@@ -106,8 +106,11 @@ impl ContactBody {
     /// A body on the parabola that Rapier takes it along.
     pub(super) fn pressed(body: &RigidBody, start: &Start) -> Self {
         let here = ContactBody::of(body);
+        let behind = start.turn.map_or(DVec3::ZERO, |turn| turn.behind);
+        let rotor = here.resistance.rotor;
         ContactBody {
-            linvel: here.linvel + to_dvec3(start.lag),
+            linvel: here.linvel + to_dvec3(start.behind),
+            angvel: here.angvel + rotor.angvel(here.attitude, behind),
             acceleration: to_dvec3(start.acceleration()),
             ..here
         }

@@ -1,7 +1,7 @@
 //! The bodies when Rapier's step begins: how they move, and what presses on them.
 
 use crate::field::ContactLaw;
-use crate::math::{DVec3, Pose, Real, RigidBodyHandle, Vector};
+use crate::math::{DVec3, Pose, Real, RigidBodyHandle, Vector, to_f64};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
 use crate::rigid::Lookup;
 
@@ -12,17 +12,30 @@ pub(super) struct Start {
     pub pose: Pose,
     pub linvel: Vector,
     pub angvel: Vector,
-    /// Angular momentum, of a body that this crate turns.
-    pub momentum: Option<DVec3>,
+    /// The rotation of a body that this crate turns.
+    pub turn: Option<FreeTurn>,
     /// The acceleration that Rapier spreads over its step: gravity and the user's force.
     pub spread: Vector,
-    /// The acceleration by fields that kick.
+    /// The acceleration by fields.
     kicked: Vector,
-    /// Whether they have given half of it, so that the way is bent by it as by gravity.
-    halved: bool,
-    /// By how much the velocity of a body that Rapier moves by `spread` is behind that of the
-    /// parabola on which it moves it, in its steps within the step.
-    pub lag: Vector,
+    share: KickShare,
+    /// By how much the velocity at the end of the step is behind where the body is: Rapier's, which
+    /// moves it in steps within the step, behind the parabola, and that of a whole kick, which is
+    /// the velocity in the middle.
+    pub behind: Vector,
+}
+
+/// The rotation over a step of a body that this crate turns: angular momenta in the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FreeTurn {
+    /// With which Rapier's step ends.
+    pub momentum: DVec3,
+    /// With which it would have turned freely from where it began to about where it ended.
+    pub mean: DVec3,
+    /// The torque that bends its way about that.
+    pub torque: DVec3,
+    /// By how much that of a whole kick is behind.
+    pub behind: DVec3,
 }
 
 /// All bodies when Rapier's step began, by their index, and what tells a contact that lasts from an
@@ -43,6 +56,42 @@ struct Setting {
     rebound: Real,
 }
 
+/// Which share of the kicks of a step a body gets when it begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum KickShare {
+    /// The second follows, so that the way is bent by both as by gravity.
+    Half,
+    Whole,
+    /// It is moved within the step, and is to arrive with a velocity, if anything accelerates it.
+    Within(Option<Vector>),
+}
+
+impl FreeTurn {
+    fn new(share: KickShare, [momentum, twist]: [DVec3; 2], dt: f64) -> Self {
+        let free = FreeTurn {
+            momentum,
+            mean: momentum,
+            torque: DVec3::ZERO,
+            behind: DVec3::ZERO,
+        };
+        match share {
+            KickShare::Half => FreeTurn {
+                torque: twist * 2.0 / dt,
+                ..free
+            },
+            KickShare::Whole => FreeTurn {
+                behind: twist * 0.5,
+                ..free
+            },
+            KickShare::Within(_) => FreeTurn {
+                mean: momentum - twist * 0.5,
+                torque: twist / dt,
+                ..free
+            },
+        }
+    }
+}
+
 impl Start {
     /// A body that nothing but gravity and its own force acts on, with the state it has.
     fn now(handle: RigidBodyHandle, body: &RigidBody, setting: &Setting) -> Self {
@@ -59,11 +108,11 @@ impl Start {
             pose: *body.position(),
             linvel: body.linvel(),
             angvel: body.angvel(),
-            momentum: None,
+            turn: None,
             spread,
             kicked: Vector::ZERO,
-            halved: false,
-            lag: spread * (setting.dt / (2.0 * iterations as Real)),
+            share: KickShare::Whole,
+            behind: spread * (setting.dt / (2.0 * iterations as Real)),
         }
     }
 
@@ -74,11 +123,30 @@ impl Start {
             pose: Pose::IDENTITY,
             linvel: Vector::ZERO,
             angvel: Vector::ZERO,
-            momentum: None,
+            turn: None,
             spread: Vector::ZERO,
             kicked: Vector::ZERO,
-            halved: false,
-            lag: Vector::ZERO,
+            share: KickShare::Whole,
+            behind: Vector::ZERO,
+        }
+    }
+
+    /// Adds what fields have given the body since `before`.
+    fn kick(&mut self, before: Vector, share: KickShare, dt: Real) {
+        let change = self.linvel - before;
+        self.share = share;
+        if dt <= 0.0 {
+            return;
+        }
+        self.kicked = change / dt;
+        match share {
+            KickShare::Half => self.kicked *= 2.0,
+            KickShare::Whole => self.behind += change * 0.5,
+            KickShare::Within(Some(arrives)) => {
+                self.kicked = (arrives - before) / dt - self.spread;
+                self.behind = Vector::ZERO;
+            }
+            KickShare::Within(None) => {}
         }
     }
 
@@ -94,13 +162,20 @@ impl Start {
     }
 
     /// The velocity and the acceleration with which its true way over a step begins, if nothing
-    /// hits it.
-    pub(super) fn way(&self, dt: Real) -> [Vector; 2] {
-        let ahead = self.linvel + self.lag;
-        if self.halved {
-            [ahead - self.kicked * (0.5 * dt), self.acceleration()]
-        } else {
-            [ahead, self.spread]
+    /// hits it; and the velocity with which Rapier's step ends.
+    pub(super) fn way(&self, dt: Real) -> [Vector; 3] {
+        let (half, end) = (self.kicked * (0.5 * dt), self.linvel + self.spread * dt);
+        match self.share {
+            KickShare::Half => {
+                let begin = self.linvel + self.behind - half;
+                [begin, self.acceleration(), end]
+            }
+            KickShare::Within(Some(arrives)) => {
+                let acceleration = self.acceleration();
+                [arrives - acceleration * dt, acceleration, arrives]
+            }
+            KickShare::Within(None) => [self.linvel + self.behind, self.spread, end],
+            KickShare::Whole => [self.linvel + self.behind - half, self.spread, end],
         }
     }
 }
@@ -127,13 +202,14 @@ impl Starts {
         }
     }
 
-    /// Takes note of what fields have given them: `halved` says for which it is the first half of
-    /// two kicks. `momenta` are those of the bodies that this crate turns.
+    /// Takes note of what fields have given them: `share` says which share of the kicks of the step
+    /// it was, if any. `momenta` are those of the bodies that this crate turns, and what fields have given of
+    /// them.
     pub(crate) fn after(
         &mut self,
         world: &impl Lookup,
-        halved: impl Fn(RigidBodyHandle) -> bool,
-        momenta: impl Iterator<Item = (RigidBodyHandle, DVec3)>,
+        share: impl Fn(RigidBodyHandle) -> KickShare,
+        momenta: impl Iterator<Item = (RigidBodyHandle, [DVec3; 2])>,
     ) {
         for start in self.list.iter_mut().flatten() {
             let Some(body) = world.body(start.body) else {
@@ -141,16 +217,13 @@ impl Starts {
             };
             let before = start.linvel;
             *start = Start::now(start.body, body, &self.setting);
-            start.halved = halved(start.body);
-            if self.setting.dt > 0.0 {
-                let share = if start.halved { 0.5 } else { 1.0 };
-                start.kicked = (start.linvel - before) / (self.setting.dt * share);
-            }
+            start.kick(before, share(start.body), self.setting.dt);
         }
-        for (handle, momentum) in momenta {
+        let dt = to_f64(self.setting.dt);
+        for (handle, changes) in momenta.filter(|_| dt > 0.0) {
             let start = self.list.get_mut(handle.into_raw_parts().0 as usize);
             if let Some(Some(start)) = start {
-                start.momentum = Some(momentum);
+                start.turn = Some(FreeTurn::new(start.share, changes, dt));
             }
         }
     }
@@ -185,10 +258,10 @@ impl Starts {
         self.setting.dt
     }
 
-    /// By how much a body is behind its parabola, as far as it is known.
-    pub(super) fn lag(&self, handle: Option<RigidBodyHandle>) -> Vector {
+    /// By how much the velocity of a body is behind where it is, as far as it is known.
+    pub(super) fn behind(&self, handle: Option<RigidBodyHandle>) -> Vector {
         let known = handle.and_then(|handle| self.known(handle));
-        known.map_or(Vector::ZERO, |start| start.lag)
+        known.map_or(Vector::ZERO, |start| start.behind)
     }
 
     /// The acceleration of a body in this step, as far as it is known.

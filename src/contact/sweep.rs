@@ -357,6 +357,7 @@ impl Sweep {
                     pose: Some(pose),
                     linvel,
                     angvel,
+                    share: track.hit_at.map(|time| from_f64(time / dt)),
                 });
             }
         }

@@ -5,7 +5,7 @@ use super::discrete::Discrete;
 use super::field_contact::Part;
 use super::solve::{ContactBody, Resistance};
 use super::starts::{Start, Starts};
-use super::trajectory::{Path, Turn};
+use super::trajectory::{Bend, Path, Turn};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, SharedShape, from_dvec3, from_f64,
     to_dpose3, to_dvec3, to_f64,
@@ -36,7 +36,11 @@ pub(super) struct SweptBody {
     /// Where Rapier left it, its frame and its velocity.
     end: DPose3,
     end_linvel: DVec3,
+    /// Its angular momentum there, if a torque bends its way.
+    end_momentum: Option<DVec3>,
     local_com: DVec3,
+    /// When it was last put on another path.
+    pub hit_at: Option<f64>,
     /// The angular velocity with which it goes on, if it was stopped for the rest of the step.
     stopped: Option<DVec3>,
     /// Whether it stood still over Rapier's step.
@@ -193,6 +197,7 @@ impl SweptBody {
                 linvel,
                 acceleration,
                 turn,
+                bend: None,
             },
             parts: 0..0,
             reach: 0.0,
@@ -201,7 +206,9 @@ impl SweptBody {
             start,
             end,
             end_linvel: to_dvec3(body.linvel()),
+            end_momentum: None,
             local_com,
+            hit_at: None,
             stopped: None,
             still: start.is_still(body),
             generation: 0,
@@ -223,6 +230,7 @@ impl SweptBody {
                 linvel: DVec3::ZERO,
                 acceleration: DVec3::ZERO,
                 turn,
+                bend: None,
             },
             parts: 0..0,
             reach: 0.0,
@@ -231,7 +239,9 @@ impl SweptBody {
             start: Start::nowhere(),
             end: DPose3::IDENTITY,
             end_linvel: DVec3::ZERO,
+            end_momentum: None,
             local_com: DVec3::ZERO,
+            hit_at: None,
             stopped: None,
             still: true,
             generation: 0,
@@ -254,16 +264,33 @@ impl SweptBody {
         let begin = to_dpose3(&self.start.pose).rotation;
         let rotor = resistance.rotor;
         // Rapier carried out this crate's free rotation unless something pushed the body.
-        let free = self.start.momentum.filter(|momentum| {
-            let expected = rotor.angvel(self.end.rotation, *momentum);
+        let free = self.start.turn.filter(|turn| {
+            let expected = rotor.angvel(self.end.rotation, turn.momentum);
             let off = (expected - to_dvec3(body.angvel())).length();
             off <= ROUNDINGS * to_f64(Real::EPSILON) * expected.length()
         });
-        let turn = free.and_then(|momentum| Turn::freely(&rotor, begin, momentum, [0.0, dt]));
+        let turn = free.and_then(|turn| {
+            let ends = [begin, self.end.rotation];
+            let momentum = if turn.mean == turn.momentum {
+                turn.mean
+            } else {
+                rotor.momentum_between(ends, turn.mean, dt)?
+            };
+            Turn::freely(&rotor, begin, momentum, [0.0, dt])
+        });
         self.path.turn = turn.unwrap_or_else(|| Turn::Steady {
             attitude: begin,
             angvel: steady(begin, self.end.rotation, to_dvec3(self.start.angvel), dt),
         });
+        let bent = free.filter(|turn| turn.torque != DVec3::ZERO && rotor.is_free());
+        if let (Some(turn), Turn::Free(_)) = (bent, &self.path.turn) {
+            let midway = self.path.attitude(0.5 * dt);
+            self.path.bend = Some(Bend {
+                acceleration: rotor.angvel(midway, turn.torque),
+                span: [0.0, dt],
+            });
+            self.end_momentum = Some(turn.momentum);
+        }
     }
 
     /// The body as a response sees it, at a moment.
@@ -274,7 +301,7 @@ impl SweptBody {
             com: self.path.com(time),
             attitude,
             linvel: self.path.velocity(time),
-            angvel: self.path.angvel(attitude),
+            angvel: self.path.angvel(time, attitude),
             acceleration: self.path.acceleration,
             pushed: false,
         })
@@ -286,14 +313,23 @@ impl SweptBody {
         let free = free && mover.resistance.may_turn == DVec3::ONE;
         // What it is no longer pressed by in the rest of the step it does not gain either.
         let lost = (mover.acceleration - self.path.acceleration) * (end - time);
+        self.hit_at = Some(time);
         self.end_linvel += mover.linvel - self.path.velocity(time) + lost;
+        if let Some(momentum) = &mut self.end_momentum {
+            let change = mover.angvel - self.path.angvel(time, mover.attitude);
+            *momentum += rotor.momentum(mover.attitude, change);
+        }
         let span = [time, end];
+        let bend = self.path.bend.filter(|_| free);
+        let bend = bend.map(|bend| Bend { span, ..bend });
+        let unbent = mover.angvel - bend.map_or(DVec3::ZERO, |bend| bend.angvel(time));
         self.path = Path {
             from: time,
             com: mover.com,
             linvel: mover.linvel,
             acceleration: mover.acceleration,
-            turn: Turn::new(&rotor, mover.attitude, mover.angvel, span, free),
+            turn: Turn::new(&rotor, mover.attitude, unbent, span, free),
+            bend,
         };
         self.generation += 1;
     }
@@ -301,7 +337,7 @@ impl SweptBody {
     /// Keeps the body where it is at a moment, with the velocity that it has.
     pub(super) fn stop(&mut self, time: f64) {
         let attitude = self.path.attitude(time);
-        let angvel = self.path.angvel(attitude);
+        let angvel = self.path.angvel(time, attitude);
         self.stopped = self.stopped.or(Some(angvel));
         self.path = Path {
             from: time,
@@ -312,6 +348,7 @@ impl SweptBody {
                 attitude,
                 angvel: DVec3::ZERO,
             },
+            bend: None,
         };
         self.generation += 1;
     }
@@ -321,7 +358,12 @@ impl SweptBody {
         let attitude = self.path.attitude(dt);
         let origin = self.path.com(dt) - attitude * self.local_com;
         let pose = DPose3::from_parts(origin, attitude);
-        let angvel = self.stopped.unwrap_or_else(|| self.path.angvel(attitude));
+        let at_end = |momentum| {
+            self.resistance
+                .map(|it| it.rotor.angvel(attitude, momentum))
+        };
+        let angvel = self.end_momentum.and_then(at_end).or(self.stopped);
+        let angvel = angvel.unwrap_or_else(|| self.path.angvel(dt, attitude));
         (pose, self.end_linvel, angvel)
     }
 
@@ -391,7 +433,7 @@ pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> 
 /// The velocity and acceleration with which a centre of mass began a step that took it along a way.
 /// Of a body that something else pushed only the chord is known.
 fn way([from, to]: [DVec3; 2], start: &Start, body: &RigidBody, dt: f64) -> [DVec3; 2] {
-    let [linvel, acceleration] = start.way(from_f64(dt)).map(to_dvec3);
+    let [linvel, acceleration, arrival] = start.way(from_f64(dt)).map(to_dvec3);
     if dt <= 0.0 {
         return [linvel, DVec3::ZERO];
     }
@@ -399,8 +441,8 @@ fn way([from, to]: [DVec3; 2], start: &Start, body: &RigidBody, dt: f64) -> [DVe
     let rounding = ROUNDINGS * 0.5 * to_f64(Real::EPSILON);
     let gained = to_dvec3(start.spread) * dt;
     let damped = to_f64(body.linear_damping()) * dt * to_dvec3(start.linvel).length();
-    let pushed = (to_dvec3(body.linvel()) - to_dvec3(start.linvel) - gained).length();
-    let scale = to_dvec3(start.linvel).length() + gained.length();
+    let pushed = (to_dvec3(body.linvel()) - arrival).length();
+    let scale = to_dvec3(start.linvel).length() + gained.length() + arrival.length();
     if pushed > rounding * scale + damped {
         return [mean, DVec3::ZERO];
     }

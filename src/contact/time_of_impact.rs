@@ -1,13 +1,13 @@
 //! When and where two parts on their ways first touch.
 
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
-use super::overlap::manifold_points;
+use super::overlap::{manifold_points, nearest};
 use super::separation::Separations;
 use super::swept_body::{Form, Member, Solid, SweptBody};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
 };
-use crate::rapier::parry::query::{self, Contact, Unsupported};
+use crate::rapier::parry::query::{Contact, Unsupported};
 
 /// Roundings of coordinates in a gap, in 64 bits: less is not told from touching.
 const EXACT: f64 = 16.0 * f64::EPSILON;
@@ -42,7 +42,7 @@ impl MovingShape<'_> {
         }
         let attitude = self.track.path.attitude(time);
         let arm = attitude * self.member.arm;
-        [arm, self.track.path.angvel(attitude).cross(arm)]
+        [arm, self.track.path.angvel(time, attitude).cross(arm)]
     }
 
     /// The place of the collider's frame.
@@ -276,12 +276,11 @@ fn contact(
         });
     }
     let shapes = [&a.member.shape, &b.member.shape].map(Form::parry);
-    let [first, second] = shapes.map(|shape| &*shape.0);
-    let found = if is_plane(a) && second.as_support_map().is_none() {
+    let found = if is_plane(a) && shapes[1].as_support_map().is_none() {
         // The same for what is made of pieces.
         Err(Unsupported)
     } else {
-        query::contact(&Pose::IDENTITY, first, &relative, second, near)
+        nearest(shapes, &relative, near)
     };
     found.unwrap_or_else(|_| {
         // Of some shapes Parry knows manifolds only.

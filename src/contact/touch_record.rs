@@ -97,10 +97,11 @@ impl Way {
         let angvel = match &path.turn {
             // How a ball turns about its own centre does not show.
             _ if is_ball && part.member.arm == DVec3::ZERO => Some(DVec3::ZERO),
+            _ if path.bend.is_some() => None,
             Turn::Steady { angvel, .. } => Some(*angvel),
             Turn::Free(top) => {
                 let [_, spin_up] = top.bounds();
-                (spin_up == 0.0).then(|| top.angvel(path.attitude(from)))
+                (spin_up == 0.0).then(|| path.angvel(from, path.attitude(from)))
             }
         };
         Way {

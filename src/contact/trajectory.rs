@@ -14,6 +14,16 @@ pub(super) struct Path {
     pub linvel: DVec3,
     pub acceleration: DVec3,
     pub turn: Turn,
+    /// What a torque adds to that.
+    pub bend: Option<Bend>,
+}
+
+/// By how much a constant angular acceleration bends a rotation that has the same ends without it: as
+/// a parabola stands above its chord.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bend {
+    pub acceleration: DVec3,
+    pub span: [f64; 2],
 }
 
 /// How a body turns.
@@ -33,6 +43,18 @@ pub(super) struct Bounds {
     pub angvel: f64,
     /// Acceleration of a point at a distance of one from the centre of mass.
     pub acceleration: f64,
+}
+
+impl Bend {
+    fn rotation(&self, time: f64) -> DQuat {
+        let [from, to] = self.span;
+        DQuat::from_scaled_axis(self.acceleration * (0.5 * (time - from) * (time - to)))
+    }
+
+    pub(super) fn angvel(&self, time: f64) -> DVec3 {
+        let [from, to] = self.span;
+        self.acceleration * (time - 0.5 * (from + to))
+    }
 }
 
 impl Turn {
@@ -77,21 +99,30 @@ impl Path {
 
     /// The rotation from body to world.
     pub(super) fn attitude(&self, time: f64) -> DQuat {
-        match &self.turn {
+        let unbent = match &self.turn {
             Turn::Steady { attitude, angvel } if *angvel == DVec3::ZERO => *attitude,
             Turn::Steady { attitude, angvel } => {
                 DQuat::from_scaled_axis(*angvel * (time - self.from)) * *attitude
             }
             Turn::Free(top) => top.attitude(time),
-        }
+        };
+        self.bend
+            .map_or(unbent, |bend| bend.rotation(time) * unbent)
     }
 
     /// The angular velocity, given the attitude at the same moment.
-    pub(super) fn angvel(&self, attitude: DQuat) -> DVec3 {
-        match &self.turn {
+    pub(super) fn angvel(&self, time: f64, attitude: DQuat) -> DVec3 {
+        let unbent = |attitude| match &self.turn {
             Turn::Steady { angvel, .. } => *angvel,
             Turn::Free(top) => top.angvel(attitude),
-        }
+        };
+        self.bend.map_or_else(
+            || unbent(attitude),
+            |bend| {
+                let turned = bend.rotation(time);
+                turned * unbent(turned.inverse() * attitude) + bend.angvel(time)
+            },
+        )
     }
 
     pub(super) fn bounds(&self) -> Bounds {
@@ -99,9 +130,19 @@ impl Path {
             Turn::Steady { angvel, .. } => [angvel.length(), 0.0],
             Turn::Free(top) => top.bounds(),
         };
+        let Some(Bend { acceleration, span }) = self.bend else {
+            return Bounds {
+                angvel,
+                acceleration: angvel * angvel + spin_up,
+            };
+        };
+        let torque = acceleration.length();
+        let added = 0.5 * torque * (span[1] - span[0]);
+        let whole = angvel + added;
+        // The unbent angular velocity is turned with the bend.
         Bounds {
-            angvel,
-            acceleration: angvel * angvel + spin_up,
+            angvel: whole,
+            acceleration: whole * whole + spin_up + torque + added * angvel,
         }
     }
 }

@@ -30,6 +30,33 @@ enum Duty {
     ByForce,
 }
 
+/// The bodies that something has put on another path within the step.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Redirected<'a> {
+    /// The wrenches on all bodies when the step began.
+    pub before: &'a [Wrench],
+    /// Who, in the order of handles, and which share of the step was over.
+    pub shares: &'a [(RigidBodyHandle, Real)],
+}
+
+impl Redirected<'_> {
+    /// By how much the wrench of the second half of a kick is off: up to a hit the first wrench is to
+    /// act, and the second from then on. The map of a step is the same backwards, so hits in a field
+    /// that changes neither add nor take energy in the mean.
+    fn correction(&self, place: usize, body: RigidBodyHandle, wrench: Wrench) -> Option<Wrench> {
+        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
+        let found = self
+            .shares
+            .binary_search_by_key(&index(body), |(body, _)| index(*body));
+        let (share, before) = (self.shares[found.ok()?].1, self.before.get(place)?);
+        let later = 1.0 - 2.0 * share;
+        Some(Wrench {
+            force: (wrench.force - before.force) * later,
+            torque: (wrench.torque - before.torque) * later,
+        })
+    }
+}
+
 /// Whether a wrench acts on a body, and whether it is to be woken, or kept from falling asleep.
 pub(crate) type Acts<'a> = &'a dyn Fn(usize, &Body, Wrench) -> (bool, bool);
 
@@ -43,7 +70,8 @@ impl Integrator {
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         motions.clear();
-        self.kick((context, evaluation), (Half::First, &[]), acts, motions)?;
+        let all = (Half::First, &[][..], Redirected::default());
+        self.kick((context, evaluation), all, acts, motions)?;
         self.move_within(context, evaluation, motions)
     }
 
@@ -53,24 +81,20 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
-        settled: &[RigidBodyHandle],
+        (settled, redirected): (&[RigidBodyHandle], Redirected<'_>),
         acts: Acts<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         motions.clear();
-        self.kick(
-            (context, evaluation),
-            (Half::Second, settled),
-            acts,
-            motions,
-        )
+        let rest = (Half::Second, settled, redirected);
+        self.kick((context, evaluation), rest, acts, motions)
     }
 
     /// Works out what is done with each body, and whom the multirate integrator is to move.
     fn kick(
         &self,
         (context, evaluation): (&StepContext<'_, impl Lookup>, &Evaluation),
-        (half, settled): (Half, &[RigidBodyHandle]),
+        (half, settled, redirected): (Half, &[RigidBodyHandle], Redirected<'_>),
         acts: Acts<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
@@ -108,11 +132,17 @@ impl Integrator {
             };
             // Bodies that feel nothing are left alone.
             let spins = turns && drifts && body.angvel != Vector::ZERO;
-            if wrench == Wrench::ZERO && implicit.is_none() && !wake && !spins {
+            let correction = redirected.correction(place, body.handle, wrench);
+            let feels = wrench != Wrench::ZERO || correction.is_some();
+            if !feels && implicit.is_none() && !wake && !spins {
                 continue;
             }
             let (update, twist) = implicit.unwrap_or_else(|| {
                 let felt = midway(evaluation, place, body, duration);
+                let felt = correction.map_or(felt, |more| Wrench {
+                    force: felt.force + more.force,
+                    torque: felt.torque + more.torque,
+                });
                 let twist = to_dvec3(felt.torque * duration);
                 (kicked(body, felt, duration), twist)
             });

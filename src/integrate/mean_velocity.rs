@@ -109,10 +109,13 @@ fn correct(
             linvel: from_dvec3(state.linvel),
         });
     }
-    let after = match state.turning {
-        Turning::Free(_, momentum) => Some(TurnAfter::Momentum(momentum)),
-        Turning::Steady => Some(TurnAfter::Velocity(state.angvel)),
-        Turning::LeftAlone => None,
+    let (after, twist) = match &state.turning {
+        Turning::Free(inertia, momentum) => (
+            Some(TurnAfter::Momentum(*momentum)),
+            *momentum - body.angular_momentum(inertia),
+        ),
+        Turning::Steady => (Some(TurnAfter::Velocity(state.angvel)), DVec3::ZERO),
+        Turning::LeftAlone => (None, DVec3::ZERO),
     };
     let still = state.attitude == state.start.1 && state.angvel == DVec3::ZERO;
     if let Some(after) = after.filter(|_| !still) {
@@ -123,6 +126,7 @@ fn correct(
         motions.turns.push(SteadyTurn {
             body: state.body,
             after,
+            twist,
             gyroscopic: body.gyroscopic,
             steady: update.angvel,
         });

@@ -22,6 +22,7 @@ pub use stiffness::{StepWarning, Stiffness};
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use evaluation::{Evaluation, find};
 pub(crate) use fault::{Fault, FaultKind};
+pub(crate) use kick::Redirected;
 pub(crate) use kick::warn_of_caps;
 pub(crate) use motion::{FASTEST, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
 

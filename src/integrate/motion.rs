@@ -50,6 +50,8 @@ pub(crate) struct VelocityUpdate {
 pub(crate) struct SteadyTurn {
     pub body: RigidBodyHandle,
     pub after: TurnAfter,
+    /// The angular impulse of fields with which it begins.
+    pub twist: DVec3,
     /// Whether Rapier's gyroscopic term was on, and is to be put on again.
     pub gyroscopic: bool,
     /// The angular velocity that Rapier was given, and changes when something pushes the body.
@@ -84,6 +86,15 @@ impl Motions {
         self.settled.clear();
         self.inner.clear();
     }
+
+    /// The velocity with which a body arrives that is moved at its mean velocity.
+    pub(crate) fn arrival(&self, body: RigidBodyHandle) -> Option<Vector> {
+        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
+        let place = self
+            .means
+            .binary_search_by_key(&index(body), |mean| index(mean.body));
+        place.ok().map(|place| self.means[place].linvel)
+    }
 }
 
 impl SteadyTurn {
@@ -102,6 +113,7 @@ impl SteadyTurn {
         SteadyTurn {
             body: body.handle,
             after: TurnAfter::Momentum(angular_momentum),
+            twist,
             gyroscopic: true,
             steady: steady_angvel(rotation, dt, body.iterations(substeps)),
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
-use crate::contact::{Heard, Pairs, is_to_ask};
+use crate::contact::{Heard, KickShare, Pairs, is_to_ask};
 use crate::diagnose::{blame, missing_anchor};
 use crate::field::{Anchor, FieldSet, Frames};
 use crate::integrate::{StepWarning, TurnAfter, find, warn_of_caps};
@@ -405,12 +405,16 @@ impl FieldPipeline {
         let motions = &self.motions;
         let turns = motions.turns.iter();
         let momenta = turns.filter_map(|turn| match turn.after {
-            TurnAfter::Momentum(momentum) => Some((turn.body, momentum)),
+            TurnAfter::Momentum(momentum) => Some((turn.body, [momentum, turn.twist])),
             TurnAfter::Velocity(_) => None,
         });
         let whole = fields.settings.scheme.kicks_once();
-        let halved = |body| !whole && find(&motions.settled, body).is_none();
-        Arc::make_mut(&mut self.detector.starts).after(&world.view(), halved, momenta);
+        let share = |body| match find(&motions.settled, body) {
+            Some(_) => KickShare::Within(motions.arrival(body)),
+            None if whole => KickShare::Whole,
+            None => KickShare::Half,
+        };
+        Arc::make_mut(&mut self.detector.starts).after(&world.view(), share, momenta);
     }
 
     /// The pairs that are Rapier's, since no detection field acts where they are.

@@ -7,7 +7,7 @@ use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, report};
 use crate::cross_check::Stepped;
 use crate::diagnose::blame;
-use crate::integrate::{StepWarning, find};
+use crate::integrate::{Redirected, StepWarning, find};
 use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rigid::{Lookup, Wrench};
 
@@ -206,6 +206,7 @@ impl FieldPipeline {
         let mut late = std::mem::take(&mut self.late);
         let mut acting = std::mem::take(&mut self.acting);
         let mut warnings = std::mem::take(&mut self.warnings);
+        let shares = &self.redirected();
         let view = world.view();
         let rules = Self::rules(&links, exact, fields, world);
         let context = self.context(&view, (now, dt), rules);
@@ -223,7 +224,10 @@ impl FieldPipeline {
                     .resting
                     .decide(&self.bodies, &evaluation.wrenches, policy, &mut acting);
                 let acts = acts(policy, &acting);
-                integrator.second_half(&context, &evaluation, settled, &acts, &mut late)
+                let before = wrenches.unwrap_or_default();
+                let redirected = Redirected { before, shares };
+                let done = (&settled[..], redirected);
+                integrator.second_half(&context, &evaluation, done, &acts, &mut late)
             });
         (self.integrator, self.links, self.acting) = (integrator, links, acting);
         (self.late, self.warnings) = (late, warnings);
@@ -237,6 +241,16 @@ impl FieldPipeline {
         let written = bridge::write(world.bodies, &self.late.updates);
         self.record(state, world);
         Ok(written)
+    }
+
+    /// Who was put on another path within the step, in the order of handles, and which share of it
+    /// was over.
+    fn redirected(&self) -> Vec<(RigidBodyHandle, Real)> {
+        let shares = self.pushes.iter();
+        let shares = shares.filter_map(|push| Some((push.body, push.share?)));
+        let mut shares: Vec<_> = shares.collect();
+        shares.sort_unstable_by_key(|(body, _)| body.into_raw_parts().0);
+        shares
     }
 
     /// Takes note of how the step leaves the bodies.

@@ -18,6 +18,11 @@ const MOST_PIECES: usize = 8192;
 /// The same where only the end counts: some ten turns.
 const MOST_TO_THE_END: usize = 64;
 
+/// Guesses at a momentum, at most, and how near the attitude is to be that the last leads to. Each is better
+/// than the one before by about the square of the angle of the step.
+const MOST_TRIES: usize = 32;
+const ARRIVED: f64 = 1e-14;
+
 /// What resists the rotation of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rotor {
@@ -103,6 +108,29 @@ impl Rotor {
             if left == 0.0 {
                 return Some(attitude);
             }
+        }
+        None
+    }
+
+    /// The angular momentum, near a guess, of the free rotation from one attitude to another over `dt`;
+    /// nothing if the guess does not lead there.
+    pub(crate) fn momentum_between(
+        &self,
+        [from, to]: [DQuat; 2],
+        guess: DVec3,
+        dt: f64,
+    ) -> Option<DVec3> {
+        let (mut momentum, midway) = (guess, from.slerp(to, 0.5));
+        for _ in 0..MOST_TRIES {
+            let reached = self.attitude_after(from, momentum, dt, SMALLEST_TERM)?;
+            let missing = to * reached.inverse();
+            let missing = if missing.w < 0.0 { -missing } else { missing };
+            // The angle, of a small one.
+            let missing = missing.xyz() * 2.0;
+            if missing.length() <= ARRIVED {
+                return Some(momentum);
+            }
+            momentum += self.momentum(midway, missing / dt);
         }
         None
     }
@@ -281,6 +309,19 @@ mod tests {
             let change = top.angvel(after) - top.angvel(before);
             assert!(spin.length() <= fastest * (1.0 + 1e-12));
             assert!(change.length() / (2.0 * h) <= hardest);
+        }
+    }
+
+    #[test]
+    fn the_momentum_between_two_attitudes_is_found() {
+        let rotor = rotor([0.7, 1.1, 1.5]);
+        let momentum = DVec3::new(3.0, 0.5, -2.0);
+        for dt in [1e-3, 0.05, 0.2] {
+            let to = rotor.attitude_after(START, momentum, dt, SMALLEST_TERM);
+            let guess = momentum + DVec3::new(0.1, -0.2, 0.15);
+            let found = rotor.momentum_between([START, to.expect("an attitude")], guess, dt);
+            let error = (found.expect("a momentum") - momentum).length();
+            assert!(error < 1e-12 / dt, "{error:e} over {dt}");
         }
     }
 

@@ -28,6 +28,7 @@ mod detection;
 mod evaluators_agree;
 mod explain;
 mod force_lifetime;
+mod impacts_under_force;
 mod implosion;
 mod integrator_maps;
 mod lasting;
