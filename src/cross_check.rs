@@ -4,6 +4,7 @@
 //! Contacts that Rapier reports after a step belong to the poses before it. So what the fields find
 //! before a step is kept, and compared after it.
 
+mod answers;
 mod bands;
 mod comparable;
 mod counts;
@@ -14,6 +15,7 @@ mod settings;
 mod sighting;
 mod touches;
 
+pub use answers::{Answered, Answers};
 pub use counts::{ContactCounts, NotComparable, TouchCounts, TouchesNotComparable};
 pub use disagreement::{Difference, Disagreement};
 pub use report::CrossCheckReport;
@@ -25,13 +27,14 @@ pub(crate) use sighting::Expected;
 use std::collections::BTreeMap;
 
 use bands::{Bands, Sizes};
-use comparable::Judging;
+use comparable::{Judging, is_watched};
 use judge::{Found, Placed, Verdict, judge};
 use sighting::{Sighting, Spot, spots};
 
-use crate::contact::{FieldContact, TouchRecord};
+use crate::contact::{FieldContact, TouchRecord, in_order};
 use crate::math::{ColliderHandle, Pose, Real, to_f64};
 use crate::rapier::dynamics::IntegrationParameters;
+use crate::rapier::geometry::NarrowPhase;
 use crate::rigid::Lookup;
 
 /// What the fields found, for comparison after the next step.
@@ -98,8 +101,7 @@ impl CrossCheckReport {
             seen.ours = Some(*our);
         }
         for pair in after.narrow_phase.contact_pairs() {
-            let mut handles = [pair.collider1, pair.collider2];
-            handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
+            let handles = in_order([pair.collider1, pair.collider2]);
             if !judging.watches(handles) {
                 continue;
             }
@@ -116,6 +118,26 @@ impl CrossCheckReport {
             self.weigh(&judging, handles, &seen, &pose_before);
         }
         self.total.add(self.last_step);
+    }
+
+    /// Adds who answered in a step.
+    pub(crate) fn add_answers(
+        &mut self,
+        (settings, watched): (&CrossCheck, &Watched),
+        contacts: &[FieldContact],
+        narrow_phase: &NarrowPhase,
+        world: &impl Lookup,
+    ) {
+        let ours = contacts.iter();
+        for contact in ours.filter(|contact| settings.watches(contact.colliders)) {
+            self.answers.add_field(contact, world);
+        }
+        for pair in narrow_phase.contact_pairs() {
+            let handles = in_order([pair.collider1, pair.collider2]);
+            if is_watched((settings, watched), handles) {
+                self.answers.add_rapier(pair, world);
+            }
+        }
     }
 
     /// Compares the two sides of one pair.

@@ -186,8 +186,8 @@ pub use contact::{
     Capability, ContactEvent, ContactPlan, Detection, FieldContact, Responder, StepHooks,
 };
 pub use cross_check::{
-    ContactCounts, CrossCheck, CrossCheckReport, Difference, Disagreement, NotComparable,
-    TouchCounts, TouchesNotComparable,
+    Answered, Answers, ContactCounts, CrossCheck, CrossCheckReport, Difference, Disagreement,
+    NotComparable, TouchCounts, TouchesNotComparable,
 };
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal};
 pub use eval::{PotentialEnergy, WrenchError};

@@ -38,6 +38,6 @@ pub(crate) use event::report;
 pub(crate) use hooks::{Claims, Heard, Listening, Verdicts, is_dominated, is_to_ask};
 pub(crate) use jointed::Joints;
 pub(crate) use resting::HeldPairs;
-pub(crate) use rules::{Pairs, Rules};
+pub(crate) use rules::{Pairs, Rules, in_order};
 pub(crate) use starts::{KickShare, Starts};
 pub(crate) use touch_record::{TouchRecord, Way};

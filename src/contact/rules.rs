@@ -11,7 +11,7 @@ use crate::math::ColliderHandle;
 pub(crate) type Pairs = HashSet<[ColliderHandle; 2], BuildHasherDefault<Fingerprint>>;
 
 /// A pair in the order of its handles.
-pub(super) fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
+pub(crate) fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
     pair.sort_unstable_by_key(|collider| collider.into_raw_parts());
     pair
 }

@@ -25,6 +25,14 @@ pub(crate) struct Stepped<'a, W> {
     pub hidden: &'a Pairs,
 }
 
+/// Whether the fields look at a pair.
+pub(super) fn is_watched(
+    (settings, watched): (&CrossCheck, &Watched),
+    pair: [ColliderHandle; 2],
+) -> bool {
+    pair.iter().any(|it| watched.contains_key(it)) && settings.watches(pair)
+}
+
 /// Why a pair cannot be compared.
 pub(super) type Reason = fn(&mut NotComparable) -> &mut u64;
 
@@ -39,8 +47,7 @@ pub(super) struct Judging<'a, W> {
 impl<W: Lookup> Judging<'_, W> {
     /// Whether the fields look at a pair.
     pub(super) fn watches(&self, pair: [ColliderHandle; 2]) -> bool {
-        let detects = |handle: &ColliderHandle| self.watched.contains_key(handle);
-        pair.iter().any(detects) && self.settings.watches(pair)
+        is_watched((self.settings, self.watched), pair)
     }
 
     /// Why a pair of which one side saw an overlap cannot be compared; `seen` says whether the

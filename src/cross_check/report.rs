@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::answers::Answers;
 use super::counts::{ContactCounts, TouchCounts};
 use super::disagreement::Disagreement;
 use crate::math::{Real, Vector};
@@ -34,6 +35,8 @@ pub struct CrossCheckReport {
     pub touches: TouchCounts,
     /// Touches within the last step.
     pub last_touches: TouchCounts,
+    /// Who answered, and by how much.
+    pub answers: Answers,
     /// Largest difference of depth.
     pub depth_error: Real,
     /// Largest angle between normals that were judged, in radians.
@@ -144,6 +147,20 @@ impl fmt::Display for CrossCheckReport {
         )?;
         if self.touches.total() > 0 {
             self.write_touches(f)?;
+        }
+        let Answers {
+            by_fields,
+            by_rapier,
+        } = self.answers;
+        if by_fields.contacts > 0 && by_rapier.contacts > 0 {
+            for (who, answered) in [("the fields", by_fields), ("Rapier", by_rapier)] {
+                let title = format!("answered by {who}");
+                writeln!(
+                    f,
+                    "  {title:<22}{}   (velocity changed by {:.3e} in all)",
+                    answered.contacts, answered.velocity_change
+                )?;
+            }
         }
         match &self.first {
             Some(first) => writeln!(f, "  first disagreement    {first}"),

@@ -1,6 +1,7 @@
 //! The energy audit: what fields do to the energy of bodies.
 
 use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::each_trace;
 use crate::field::{Anchor, FieldSet, Frames};
@@ -12,8 +13,10 @@ use crate::sample::{Moment, Samples};
 /// Potential and work of every field, and the drift of the total energy, since the audit began.
 ///
 /// Work is the power F·v at the samples, by the trapezoidal rule over each step: second order in
-/// the step. The drift is what neither potentials nor work explain: the error of the scheme, and
-/// whatever else moved the bodies (contacts, joints, damping, gravity of Rapier's own, the user).
+/// the step. A field that has a potential and begins or ends to act on a sample (at the border of its
+/// region, where another overrules it, by its lifetime) gives or takes the whole potential at once: that is
+/// its border work. The drift is what neither potentials nor work explain: the error of the scheme,
+/// and whatever else moved the bodies (contacts, joints, damping, gravity of Rapier's own, the user).
 /// Prints as a table.
 #[cfg_attr(
     feature = "serde-serialize",
@@ -31,7 +34,8 @@ pub struct EnergyAudit {
     pub potential: f64,
     /// Kinetic energy and potentials when the audit began.
     pub initial: f64,
-    /// Change of kinetic energy and potentials since, less the work of all that has no potential.
+    /// Change of kinetic energy and potentials since, less the work of all that has no potential, and
+    /// less all border work.
     pub drift: f64,
     began: bool,
 }
@@ -52,23 +56,29 @@ pub struct FieldEnergy {
     pub potential: Option<f64>,
     /// Work done on bodies since the audit began.
     pub work: f64,
+    /// What the sum of kinetic and potential energy gained where the field began or ended to act on
+    /// samples; zero for what has no potential.
+    pub border: f64,
 }
 
-/// Power and potential by place in the tree.
-struct Tally {
+/// What all fields do at one moment, by place in the tree.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
     power: Vec<f64>,
     potential: Vec<Option<f64>>,
+    /// A sum of hashes: on which samples a field acts.
+    acts_on: Vec<u64>,
 }
 
 impl EnergyAudit {
-    /// Takes up the state before a step; returns the power of everything in the tree, by its place.
+    /// Takes up the state before a step; returns what the fields do then.
     pub(crate) fn begin(
         &mut self,
         set: &FieldSet,
         world: &(impl Lookup + Frames),
         samples: &Samples,
         moment: Moment,
-    ) -> Vec<f64> {
+    ) -> Tally {
         let tally = tally(set, world, samples, moment);
         if !self.began {
             self.began = true;
@@ -85,22 +95,28 @@ impl EnergyAudit {
             self.take(world, &tally);
             self.initial = self.kinetic + self.potential;
         }
-        tally.power
+        tally
     }
 
-    /// Adds the work of a step that has just ended; `power`: when it began.
+    /// Adds the work of a step that has just ended; `before`: when it began.
     pub(crate) fn end(
         &mut self,
-        power: &[f64],
+        before: &Tally,
         set: &FieldSet,
         world: &(impl Lookup + Frames),
         samples: &Samples,
         (moment, dt): (Moment, Real),
     ) {
         let tally = tally(set, world, samples, moment);
-        let powers = power.iter().zip(&tally.power);
-        for (field, (before, after)) in self.fields.iter_mut().zip(powers) {
-            field.work += (before + after) / 2.0 * to_f64(dt);
+        let common = before.power.len().min(tally.power.len());
+        for (place, field) in self.fields.iter_mut().enumerate().take(common) {
+            let work = (before.power[place] + tally.power[place]) / 2.0 * to_f64(dt);
+            field.work += work;
+            let crossed = before.acts_on[place] != tally.acts_on[place];
+            let potentials = before.potential[place].zip(tally.potential[place]);
+            if let (Some((before, after)), true) = (potentials, crossed) {
+                field.border += after - before + work;
+            }
         }
         self.take(world, &tally);
     }
@@ -118,7 +134,8 @@ impl EnergyAudit {
             .iter()
             .filter(|field| field.potential.is_none());
         let work: f64 = without.map(|field| field.work).sum();
-        audit.drift = audit.kinetic + audit.potential - audit.initial - work;
+        let border: f64 = audit.fields.iter().map(|field| field.border).sum();
+        audit.drift = audit.kinetic + audit.potential - audit.initial - work - border;
     }
 }
 
@@ -137,6 +154,7 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
     let mut tally = Tally {
         power: vec![0.0; count],
         potential: vec![None; count],
+        acts_on: vec![0; count],
     };
     for place in 0..count {
         // A field with a potential has one even where nobody is in it.
@@ -145,7 +163,9 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
         tally.potential[place] = known.then_some(0.0);
     }
     for body in 0..samples.bodies.len() as u32 {
+        let mut visit = 0_u32;
         each_trace(set, frames, samples, moment, body, |sample, term, trace| {
+            visit += 1;
             let velocity = to_dvec3(sample.velocity);
             let mut rest = trace.force.unwrap_or_default().dot(velocity);
             for contribution in &trace.contributions {
@@ -159,6 +179,9 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
                 rest -= power;
                 let field = set.field(contribution.place);
                 let carrier = contribution.carrier;
+                let who = (samples.bodies[body as usize], visit, carrier);
+                let acts_on = &mut tally.acts_on[place];
+                *acts_on = acts_on.wrapping_add(hash(who));
                 if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {
                     let point = sample.world_point;
                     tally.power[place] -= force.dot(velocity_of(frames, carrier, point));
@@ -177,15 +200,22 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
     tally
 }
 
+fn hash(sample: impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    sample.hash(&mut hasher);
+    hasher.finish()
+}
+
 impl fmt::Display for EnergyAudit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:>14} {:>14}  field", "potential", "work")?;
+        let [potential, work, border] = ["potential", "work", "border"];
+        writeln!(f, "{potential:>14} {work:>14} {border:>14}  field")?;
         for field in &self.fields {
-            let work = field.work;
+            let FieldEnergy { work, border, .. } = field;
             match field.potential {
-                Some(potential) => write!(f, "{potential:>14.6e} {work:>14.6e}")?,
-                None if work == 0.0 => continue,
-                None => write!(f, "{:>14} {work:>14.6e}", "none")?,
+                Some(potential) => write!(f, "{potential:>14.6e} {work:>14.6e} {border:>14.6e}")?,
+                None if *work == 0.0 => continue,
+                None => write!(f, "{:>14} {work:>14.6e} {:>14}", "none", "none")?,
             }
             writeln!(f, "  {}", field.field)?;
         }

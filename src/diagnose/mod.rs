@@ -5,6 +5,7 @@ mod blame;
 
 use std::fmt;
 
+pub(crate) use audit::Tally;
 pub use audit::{EnergyAudit, FieldEnergy};
 pub(crate) use blame::{blame, missing_anchor};
 

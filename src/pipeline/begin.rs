@@ -6,7 +6,7 @@ use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{Heard, KickShare, Pairs, is_to_ask};
-use crate::diagnose::{blame, missing_anchor};
+use crate::diagnose::{Tally, blame, missing_anchor};
 use crate::field::{Anchor, FieldSet, Frames};
 use crate::integrate::{StepWarning, TurnAfter, find, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
@@ -41,7 +41,7 @@ impl FieldPipeline {
         self.check_anchors(fields.set, state, &world.view())?;
         self.find_links(&world);
         let expected = self.expect(fields, state, &world);
-        let power = self.begin_audit(fields, state, &world);
+        let tally = self.begin_audit(fields, state, &world);
         let soft = self.begin_soft(fields, state, &world)?;
         self.note_starts(&world);
         let begun = self.begin_bodies(fields, state, &mut world);
@@ -71,7 +71,7 @@ impl FieldPipeline {
             bodies: std::mem::replace(&mut self.bodies, std::mem::take(&mut self.late_bodies)),
             rollback: std::mem::take(&mut self.rollback),
             expected,
-            power,
+            tally,
             soft,
             sleepers,
             claims: self.claims.clone(),
@@ -172,9 +172,9 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         state: &mut FieldState,
         world: &WorldMut<'_>,
-    ) -> Vec<f64> {
+    ) -> Tally {
         if !fields.settings.audit {
-            return Vec::new();
+            return Tally::default();
         }
         let view = world.view();
         let (_, samples) =

@@ -91,6 +91,12 @@ impl FieldPipeline {
         state.time = now;
         state.steps += 1;
         written += self.touch(fields, state, (dt, &verdicts), world);
+        if check.on {
+            let (contacts, pairs) = (&self.detector.contacts, world.narrow_phase);
+            let watched = (check, &self.watched);
+            let report = &mut state.cross_check;
+            report.add_answers(watched, contacts, pairs, &world.view());
+        }
         if fields.settings.audit {
             let view = world.view();
             let (_, samples) =
@@ -98,7 +104,7 @@ impl FieldPipeline {
             let moment = (moment(now, dt), dt);
             state
                 .audit
-                .end(&open.power, fields.set, &view, &samples, moment);
+                .end(&open.tally, fields.set, &view, &samples, moment);
         }
         let mut particles = 0;
         if open.soft {

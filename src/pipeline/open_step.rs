@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::bridge::Rollback;
 use crate::contact::{Claims, Heard, Listening, Pairs, Starts, StepHooks};
 use crate::cross_check::Expected;
+use crate::diagnose::Tally;
 use crate::integrate::Motions;
 use crate::math::Real;
 use crate::rapier::pipeline::PhysicsHooks;
@@ -29,8 +30,8 @@ pub struct OpenStep {
     pub(super) rollback: Rollback,
     /// Contacts that Rapier should find.
     pub(super) expected: Option<Expected>,
-    /// The power of the fields, if there is an audit.
-    pub(super) power: Vec<f64>,
+    /// What the fields did when the step began, if there is an audit.
+    pub(super) tally: Tally,
     /// Whether particles of soft bodies were pushed.
     pub(super) soft: bool,
     /// Whether sleepers are looked at.

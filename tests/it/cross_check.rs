@@ -319,3 +319,42 @@ fn chosen_pairs_alone_are_watched_and_disagreements_are_told_at_once() {
     );
     assert_eq!(report(&fields).total.only_field, 3);
 }
+
+/// Two balls that meet at a metre a second each, bouncing: who turned them back, by how much.
+#[test]
+fn it_tells_who_answered() {
+    let answers = |responder: Responder| {
+        let mut world = arena(1.0 / 60.0);
+        let [a, b] = [-1.0, 1.0].map(|side| {
+            let side = from_f64(side);
+            let thing = ball(&mut world, 1.0, Vector::X * side, -Vector::X * side);
+            let collider = &mut world.colliders[thing.parts[0]];
+            collider.set_restitution(1.0);
+            collider.set_restitution_combine_rule(CoefficientCombineRule::Max);
+            thing
+        });
+        let tree = touch(parts(&[&a, &b]), ContactLaw::elastic());
+        let builder = Fields::builder(tree).responder(responder);
+        let mut fields = builder.cross_check(true).build().expect("a valid tree");
+        for _ in 0..120 {
+            step(&mut fields, &mut world);
+        }
+        report(&fields).answers
+    };
+    let fields = answers(Responder::Fields);
+    assert_eq!(
+        (fields.by_fields.contacts, fields.by_rapier.contacts),
+        (1, 0)
+    );
+    // From two metres a second towards each other to two apart.
+    assert_close(fields.by_fields.velocity_change, 4.0, 1e-5, "by the fields");
+    let rapier = answers(Responder::Rapier);
+    assert_eq!(rapier.by_fields.contacts, 0);
+    assert!(rapier.by_rapier.velocity_change > 1.9, "{rapier:?}");
+    let both = answers(Responder::Both);
+    let change = both.by_fields.velocity_change + both.by_rapier.velocity_change;
+    assert!(
+        change > 3.9,
+        "who is turned back is turned by somebody: {both:?}"
+    );
+}

@@ -5,6 +5,8 @@ use rapier3d_fields::math::{DVec3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Fate;
 
+use crate::support::either;
+
 fn world() -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::ZERO;
@@ -135,6 +137,39 @@ fn the_audit_knows_who_took_the_energy() {
     assert!(coarse < 5e-3 * 6.0, "{coarse}");
     // Second order: a quarter of the step, a sixteenth of the drift; f32 ends near 10⁻⁵.
     assert!(fine < coarse / 12.0 + 2e-5, "{coarse} {fine}");
+}
+
+/// A ball that a zone pushes through gains the potential between its two borders, and keeps it: that is
+/// the borders' work, not an error of the scheme.
+#[test]
+fn the_audit_knows_what_borders_give() {
+    let mut world = world();
+    world.integration_parameters.dt = 1e-3;
+    let ball = RigidBodyBuilder::dynamic()
+        .translation(Vector::X * -3.0)
+        .linvel(Vector::X * 2.0)
+        .can_sleep(false);
+    let (body, _) = world.insert(ball, ColliderBuilder::ball(0.1).mass(1.0));
+    let slab = Region::cuboid(Vector::new(1.0, 5.0, 5.0));
+    let zone = Field::uniform(Vector::X * 6.0).within(slab).named("zone");
+    let mut fields = Fields::builder(zone).audit(true).build().expect("a tree");
+    let mut inside = 0.0;
+    while world.bodies[body].translation().x < 3.0 {
+        fields.step(&mut world).expect("a quiet step");
+        if world.bodies[body].translation().x.abs() < 0.9 {
+            let audit = fields.audit().expect("switched on");
+            inside = audit.drift.abs().max(inside);
+        }
+    }
+    let audit = fields.audit().expect("switched on");
+    // 6 N over 2 m, each border to a step's way at most.
+    assert_relative_eq!(audit.fields[0].border, 12.0, epsilon = 2.0 * 6.0 * 6e-3);
+    let gained = audit.kinetic - 2.0;
+    assert_relative_eq!(gained, 12.0, epsilon = 2.0 * 6.0 * 6e-3);
+    // What roundings of some thousand steps, and two half kicks, leave.
+    let rest = inside.max(audit.drift.abs());
+    assert!(rest < either(1e-3, 2e-5), "{rest}");
+    assert_eq!(audit.potential, 0.0);
 }
 
 /// A field that reacts conserves momentum and angular momentum; without, it does not.

@@ -49,11 +49,11 @@ fn heavy(boxes: bool, hertz: u32) -> Scene {
 }
 
 /// Fields hold what Rapier holds: as deep, as still, asleep as soon.
-fn compare(name: &str, scene: impl Fn() -> Scene, hertz: u32) {
-    let theirs = run(scene(), Way::Rapier, 20.0);
+fn compare(name: &str, scene: impl Fn() -> Scene, (hertz, seconds): (u32, f64)) {
+    let theirs = run(scene(), Way::Rapier, seconds);
     let theirs_at = theirs.asleep_at.expect("Rapier's rests");
     for way in FIELDS {
-        let ours = run(scene(), way, 20.0);
+        let ours = run(scene(), way, seconds);
         let what = format!("{name}, {hertz} Hz, {way:?}: {ours:?} beside {theirs:?}");
         assert!(ours.gained <= 1e-4, "{what}");
         let at = ours.asleep_at.unwrap_or_else(|| panic!("awake: {what}"));
@@ -66,36 +66,62 @@ fn compare(name: &str, scene: impl Fn() -> Scene, hertz: u32) {
     }
 }
 
-#[test]
-fn stacks_stand() {
+fn stacks(seconds: f64) {
     for hertz in [60, 240] {
         for boxes in [false, true] {
             for count in [2, 3, 5, 10] {
                 let name = format!("{count} of boxes {boxes}");
-                compare(&name, || stack(count, boxes, hertz), hertz);
+                compare(&name, || stack(count, boxes, hertz), (hertz, seconds));
             }
         }
     }
 }
 
-#[test]
-fn a_pyramid_stands() {
+fn pyramids(seconds: f64) {
     for hertz in [60, 240] {
-        compare("pyramid", || pyramid(hertz), hertz);
+        compare("pyramid", || pyramid(hertz), (hertz, seconds));
     }
 }
 
-#[test]
-fn the_heavy_rests_on_the_light() {
+fn heavy_on_light(seconds: f64) {
     for hertz in [60, 240] {
         for boxes in [false, true] {
-            compare("1 to 100", || heavy(boxes, hertz), hertz);
+            compare("1 to 100", || heavy(boxes, hertz), (hertz, seconds));
         }
     }
 }
 
-/// Fifty shapes of five kinds in a box, let fall in layers.
-fn heap(hertz: u32) -> Scene {
+#[test]
+fn stacks_stand() {
+    stacks(20.0);
+}
+
+#[test]
+fn a_pyramid_stands() {
+    pyramids(20.0);
+}
+
+#[test]
+fn the_heavy_rests_on_the_light() {
+    heavy_on_light(20.0);
+}
+
+#[test]
+#[ignore = "a minute each, and ten heaps"]
+fn they_stand_for_a_minute() {
+    stacks(60.0);
+    pyramids(60.0);
+    heavy_on_light(60.0);
+    for start in 1..=5 {
+        for hertz in [60, 240] {
+            println!("heap {start} at {hertz} Hz");
+            come_to_rest((hertz, start), 60.0);
+        }
+    }
+}
+
+/// Fifty shapes of five kinds in a box, let fall in layers, otherwise turned at every start.
+fn heap((hertz, start): (u32, u8)) -> Scene {
     let stuff = Stuff {
         restitution: 0.3,
         friction: 0.5,
@@ -110,7 +136,8 @@ fn heap(hertz: u32) -> Scene {
     for number in 0..50_u8 {
         let layer = |count: u8| Real::from(number / count % 4) * 1.1 - 1.6;
         let height = Real::from(number / 16) * 1.3 + 1.0;
-        let turn = Vector::new(Real::from(number) * 0.3, Real::from(number) * 0.2, 0.0);
+        let (once, twice) = (Real::from(number), Real::from(number) * Real::from(start));
+        let turn = Vector::new(once * 0.3, twice * 0.2, twice - once);
         let body = RigidBodyBuilder::dynamic();
         let body = body.translation(Vector::new(layer(1), height, layer(4)));
         let collider = match number % 5 {
@@ -127,8 +154,12 @@ fn heap(hertz: u32) -> Scene {
 
 #[test]
 fn a_heap_of_mixed_shapes_comes_to_rest() {
+    come_to_rest((60, 1), 12.0);
+}
+
+fn come_to_rest(heap_of: (u32, u8), seconds: f64) {
     let energies = |way| {
-        let end = run(heap(60), way, 12.0);
+        let end = run(heap(heap_of), way, seconds);
         let bodies = end
             .scene
             .bodies
@@ -148,12 +179,14 @@ fn a_heap_of_mixed_shapes_comes_to_rest() {
             end.overlap, end.asleep_at
         );
         assert!(low > 0.2, "{way:?}: one is through the floor: {low}");
-        assert!(end.gained <= 1e-4, "{way:?}: {}", end.gained);
-        (moving, end.overlap)
+        println!("{way:?}: energy gained {:.1e}", end.gained);
+        (moving, end.overlap, end.gained)
     };
     let theirs = energies(Way::Rapier);
     for way in FIELDS {
-        let (moving, overlap) = energies(way);
+        let (moving, overlap, gained) = energies(way);
+        // Rapier itself may push shapes apart that it let overlap.
+        assert!(gained <= 1e-4_f64.max(theirs.2), "{way:?}: {gained}");
         // One body that rolls keeps a heap awake in either way.
         assert!(moving < 0.05 + theirs.0, "{way:?}: {moving}");
         assert!(overlap < 0.02 + theirs.1, "{way:?}: {overlap}");
