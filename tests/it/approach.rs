@@ -1,7 +1,7 @@
 //! Axes of approach: where a sample comes from, how fast, when and how near; and who swerves by them.
 
 use rapier3d_fields::field::{Axis, Query};
-use rapier3d_fields::math::{DVec3, from_f64, to_f64};
+use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
@@ -100,4 +100,35 @@ fn who_would_come_too_near_swerves_and_nobody_else() {
     let (nearest, swerved) = pass(2.0, true);
     assert_close(nearest, 2.0, 1e-3, "they pass as they would");
     assert_eq!(swerved, 0.0, "nobody pushed them");
+}
+
+/// Of fields that weaken with the distance, the strongest is that of the nearest.
+#[test]
+fn of_several_bodies_the_nearest_decides() {
+    let mut world = weightless(1.0);
+    let places = [(1.0, 0.0), (-2.0, 1.0), (0.5, 3.0)].map(|(x, y)| Vector::new(x, y, 0.5));
+    let bodies = places.map(|place| {
+        let body = RigidBodyBuilder::dynamic().translation(place);
+        world.insert_body(body)
+    });
+    let repels = |body| Field::radial(1.0, -2.0).at(body);
+    let tree = Tree::fold(Operator::Strongest, bodies.map(repels));
+    let reference = Reference::new(&tree).expect("a valid tree");
+    for number in 0..50 {
+        let turn = f64::from(number) * 0.7;
+        let point = DVec3::new(turn.sin(), 1.0 + turn.cos(), 0.1 * turn) * 2.0;
+        let query = Query {
+            world_point: point,
+            ..Query::default()
+        };
+        let force = reference.force(&(&world.bodies, &world.colliders), &query);
+        let away = places.map(|place| point - to_dvec3(place));
+        let nearest = away
+            .into_iter()
+            .min_by(|a, b| a.length().total_cmp(&b.length()));
+        let nearest = nearest.expect("one of three");
+        let expected = nearest.normalize() / nearest.length_squared();
+        let error = (force.expect("defined everywhere") - expected).length();
+        assert!(error < 1e-9, "{point}: {force:?} for {expected}");
+    }
 }

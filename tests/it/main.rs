@@ -38,6 +38,8 @@ mod layering;
 mod live_edits;
 mod modes_of_others;
 mod modifier_laws;
+#[cfg(feature = "f64")]
+mod potentials;
 mod reference_dimers;
 mod regions_vs_parry;
 mod routes;
