@@ -153,7 +153,7 @@ impl fmt::Display for CrossCheckReport {
             by_rapier,
         } = self.answers;
         if by_fields.contacts > 0 && by_rapier.contacts > 0 {
-            for (who, answered) in [("the fields", by_fields), ("Rapier", by_rapier)] {
+            for (who, answered) in [("fields", by_fields), ("Rapier", by_rapier)] {
                 let title = format!("answered by {who}");
                 writeln!(
                     f,
