@@ -168,6 +168,8 @@ fn temperatures((mut world, mut fields, bodies): Liquid) -> ([f64; 2], usize) {
     (means, warned)
 }
 
+/// It fails for `Kick`, which gains a sixth, for `ExternalForce`, which explodes without contacts too, and for
+/// `LinearlyImplicit`, which damps: nothing warns of them yet.
 #[test]
 #[ignore = "twenty picoseconds of a liquid under every scheme"]
 fn every_scheme_keeps_the_temperature_of_a_liquid() {
