@@ -34,7 +34,7 @@ pub enum Detection {
     ///
     /// A hit is answered with the velocities of its moment, and schemes of two half kicks go on
     /// from there with the wrench at the end of the step: they neither gain nor lose energy by hits
-    /// in the mean. Schemes with substeps do: a ball that a spring throws at a wall at 5 ms, 0.03 of a
+    /// in the mean, as far as forces do not read velocities. Schemes with substeps do: a ball that a spring throws at a wall at 5 ms, 0.03 of a
     /// period, goes out 4 % farther after a minute.
     Swept,
 }

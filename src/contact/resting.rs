@@ -1,7 +1,8 @@
 //! Points of pairs that rest on each other: taken over, instead of searched for from nothing.
 //!
 //! A pair that Rapier's solver has held has fresh manifolds in the narrow phase, of the poses when
-//! its step began: they do as long as the two have hardly moved against each other since. A pair of which neither has
+//! its step began: they do as long as the two have hardly moved against each other since. A pair of which
+//! neither has
 //! moved at all has the points of the step before. Both follow from the state of the world, so a
 //! snapshot goes on bit for bit.
 

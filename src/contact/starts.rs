@@ -203,8 +203,8 @@ impl Starts {
     }
 
     /// Takes note of what fields have given them: `share` says which share of the kicks of the step
-    /// it was, if any. `momenta` are those of the bodies that this crate turns, and what fields have given of
-    /// them.
+    /// it was, if any. `momenta` are those of the bodies that this crate turns, and what fields have
+    /// given of them.
     pub(crate) fn after(
         &mut self,
         world: &impl Lookup,

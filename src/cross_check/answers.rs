@@ -1,4 +1,4 @@
-//! Who answered the contacts that both sides find, and by how much.
+//! Who answered contacts, and by how much.
 
 use crate::contact::FieldContact;
 use crate::math::{Real, RigidBodyHandle, Vector, to_f64};

@@ -132,7 +132,11 @@ impl Integrator {
             };
             // Bodies that feel nothing are left alone.
             let spins = turns && drifts && body.angvel != Vector::ZERO;
-            let correction = redirected.correction(place, body.handle, wrench);
+            // What reads velocities is solved for the whole kick, and nothing may be added to it.
+            let reads_velocities = matches!(evaluation.couplings.get(place), Some(Some(_)));
+            let correction = redirected
+                .correction(place, body.handle, wrench)
+                .filter(|_| !reads_velocities);
             let feels = wrench != Wrench::ZERO || correction.is_some();
             if !feels && implicit.is_none() && !wake && !spins {
                 continue;
