@@ -85,6 +85,8 @@ pub struct FieldPipeline {
     spare_record: OpenRecord,
     acting: Vec<bool>,
     links: Vec<RigidBodyHandle>,
+    /// Bodies that Rapier's solver holds.
+    held: Vec<RigidBodyHandle>,
     softs: SoftBodies,
     pub(crate) detector: Detector,
     /// The revision of the detection fields that it was made for.
@@ -126,6 +128,7 @@ impl Default for FieldPipeline {
             spare_record: OpenRecord::default(),
             acting: Vec::new(),
             links: Vec::new(),
+            held: Vec::new(),
             softs: SoftBodies::default(),
             detection: Detection::default(),
             pushes: Vec::new(),

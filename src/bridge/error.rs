@@ -1,6 +1,7 @@
 //! What can go wrong in a step.
 
 use crate::field::BuildError;
+use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
 /// Why a step was refused. The world is as it was before the step.
@@ -47,6 +48,17 @@ pub enum StepError {
         field: String,
         /// What it is anchored to.
         anchor: String,
+    },
+    /// A field answers contacts under a scheme that does not keep the energy of bodies which are hit
+    /// in a field: `Kick`, `ExternalForce` and `LinearlyImplicit`, unless every field is constant.
+    #[error(
+        "{field} answers contacts, but {scheme:?} does not keep the energy of what is hit in a field: choose KickDriftKick, or Responder::Rapier"
+    )]
+    SchemeAtHits {
+        /// The first such field.
+        field: String,
+        /// The scheme.
+        scheme: Scheme,
     },
     /// A setting is out of its range.
     #[error(transparent)]

@@ -1,5 +1,6 @@
 //! Bridge: the only place that reads and writes Rapier's sets.
 
+mod constrained;
 mod error;
 mod read;
 mod rollback;
@@ -12,6 +13,7 @@ pub use error::StepError;
 pub use sleep::WakePolicy;
 pub use world::WorldMut;
 
+pub(crate) use constrained::Constraints;
 pub(crate) use read::{Reader, Wanted, is_movable};
 pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;

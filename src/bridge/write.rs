@@ -1,11 +1,11 @@
 //! What is written into Rapier's bodies, and taken back.
 
 use super::world::WorldMut;
-use crate::integrate::{MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
+use crate::integrate::{Load, MeanVelocity, SteadyTurn, TurnAfter, VelocityUpdate};
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, from_dvec3};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Inertia, Wrench, to_dquat};
+use crate::rigid::{Body, Inertia, to_dquat};
 
 /// A user's forces, while those of fields stand in their place.
 #[derive(Clone, Copy, Debug)]
@@ -33,27 +33,20 @@ pub(crate) fn write(bodies: &mut RigidBodySet, updates: &[VelocityUpdate]) -> us
     updates.len()
 }
 
-/// Puts wrenches on top of the users' forces; returns on how many bodies.
-pub(crate) fn apply(
-    bodies: &mut RigidBodySet,
-    motions: &Motions,
-    (copies, wrenches): (&[Body], &[Wrench]),
-    overrides: &mut Vec<ForceOverride>,
-) -> usize {
-    for (place, wake) in &motions.by_force {
-        let handle = copies[*place].handle;
-        let Some(body) = bodies.get_mut(handle) else {
+/// Puts wrenches on top of the users' forces.
+pub(crate) fn apply(bodies: &mut RigidBodySet, loads: &[Load], overrides: &mut Vec<ForceOverride>) {
+    for load in loads {
+        let Some(body) = bodies.get_mut(load.body) else {
             continue;
         };
         overrides.push(ForceOverride {
-            body: handle,
+            body: load.body,
             force: body.user_force(),
             torque: body.user_torque(),
         });
-        body.add_force(wrenches[*place].force, *wake);
-        body.add_torque(wrenches[*place].torque, *wake);
+        body.add_force(load.wrench.force, load.wake);
+        body.add_torque(load.wrench.torque, load.wake);
     }
-    motions.by_force.len()
 }
 
 /// Gives the users their forces back, bit for bit: resetting first, since (u + f) − f is not u.

@@ -34,6 +34,8 @@ pub(crate) struct MotionRules<'a> {
     pub max_speed: Real,
     /// Links of multibodies, in the order of their handles: they ignore impulses.
     pub links: &'a [RigidBodyHandle],
+    /// Bodies that Rapier's solver holds, by contacts or joints, in the order of their handles.
+    pub held: &'a [RigidBodyHandle],
 }
 
 impl<W: Lookup> StepContext<'_, W> {

@@ -3,7 +3,7 @@
 use super::evaluation::{Evaluation, find};
 use super::fault::{Fault, FaultKind};
 use super::implicit::implicit_change;
-use super::motion::{FASTEST, Motions, Start, SteadyTurn, VelocityUpdate, kicked};
+use super::motion::{FASTEST, Load, Motions, Start, SteadyTurn, VelocityUpdate, kicked};
 use super::scheme::SUZUKI_STAGES;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext, Substeps};
@@ -50,10 +50,7 @@ impl Redirected<'_> {
             .binary_search_by_key(&index(body), |(body, _)| index(*body));
         let (share, before) = (self.shares[found.ok()?].1, self.before.get(place)?);
         let later = 1.0 - 2.0 * share;
-        Some(Wrench {
-            force: (wrench.force - before.force) * later,
-            torque: (wrench.torque - before.torque) * later,
-        })
+        Some(wrench.plus(before.times(-1.0)).times(later))
     }
 }
 
@@ -70,23 +67,25 @@ impl Integrator {
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         motions.clear();
-        let all = (Half::First, &[][..], Redirected::default());
+        let all = (Half::First, None, Redirected::default());
         self.kick((context, evaluation), all, acts, motions)?;
-        self.move_within(context, evaluation, motions)
+        self.move_within(context, evaluation, motions)?;
+        motions.sort_loads();
+        Ok(())
     }
 
     /// Works out what is written after Rapier's step: the second half of a kick, for all bodies
-    /// that were not `settled` before.
+    /// that were not settled in the `first` one.
     pub(crate) fn second_half(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
-        (settled, redirected): (&[RigidBodyHandle], Redirected<'_>),
+        (first, redirected): (&Motions, Redirected<'_>),
         acts: Acts<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         motions.clear();
-        let rest = (Half::Second, settled, redirected);
+        let rest = (Half::Second, Some(first), redirected);
         self.kick((context, evaluation), rest, acts, motions)
     }
 
@@ -94,12 +93,13 @@ impl Integrator {
     fn kick(
         &self,
         (context, evaluation): (&StepContext<'_, impl Lookup>, &Evaluation),
-        (half, settled, redirected): (Half, &[RigidBodyHandle], Redirected<'_>),
+        (half, first, redirected): (Half, Option<&Motions>, Redirected<'_>),
         acts: Acts<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         let turns = context.turns();
         let drifts = half == Half::First;
+        let settled = first.map_or(&[][..], |first| &first.settled);
         for (place, body) in context.bodies.iter().enumerate() {
             let Some(duty) = duty(context, evaluation, (half, settled), place) else {
                 continue;
@@ -109,13 +109,21 @@ impl Integrator {
             if !acts {
                 continue;
             }
-            if drifts && !matches!(duty, Duty::Kick(_)) {
+            // What reads velocities is solved for the whole kick, and nothing may be added to it.
+            let reads_velocities = matches!(evaluation.couplings.get(place), Some(Some(_)));
+            let loaded = drifts && context.is_held(body);
+            if drifts && (!matches!(duty, Duty::Kick(_)) || loaded && reads_velocities) {
                 motions.settled.push(body.handle);
             }
             let duration = match duty {
                 Duty::ByForce if wrench == Wrench::ZERO => continue,
                 Duty::ByForce => {
-                    motions.by_force.push((place, wake));
+                    self.lend(context, place, (wrench, wake), motions)?;
+                    continue;
+                }
+                Duty::Kick(_) if loaded => {
+                    let wrench = midway(evaluation, place, body, context.dt);
+                    self.lend(context, place, (wrench, wake), motions)?;
                     continue;
                 }
                 Duty::Inner(count) => {
@@ -130,23 +138,28 @@ impl Integrator {
                 }
                 _ => None,
             };
+            if loaded && let Some((update, _)) = implicit {
+                let wrench = Load::making(body, &update, context.dt);
+                self.lend(context, place, (wrench, wake), motions)?;
+                continue;
+            }
+            let felt = match first {
+                Some(_) if reads_velocities => midway(evaluation, place, body, duration),
+                Some(first) => {
+                    let load = first.load(body.handle);
+                    let correction = redirected.correction(place, body.handle, wrench);
+                    let correction = correction.filter(|_| load.is_none());
+                    let felt = context.second(body, wrench, load);
+                    felt.plus(correction.unwrap_or(Wrench::ZERO))
+                }
+                None => midway(evaluation, place, body, duration),
+            };
             // Bodies that feel nothing are left alone.
             let spins = turns && drifts && body.angvel != Vector::ZERO;
-            // What reads velocities is solved for the whole kick, and nothing may be added to it.
-            let reads_velocities = matches!(evaluation.couplings.get(place), Some(Some(_)));
-            let correction = redirected
-                .correction(place, body.handle, wrench)
-                .filter(|_| !reads_velocities);
-            let feels = wrench != Wrench::ZERO || correction.is_some();
-            if !feels && implicit.is_none() && !wake && !spins {
+            if felt == Wrench::ZERO && implicit.is_none() && !wake && !spins {
                 continue;
             }
             let (update, twist) = implicit.unwrap_or_else(|| {
-                let felt = midway(evaluation, place, body, duration);
-                let felt = correction.map_or(felt, |more| Wrench {
-                    force: felt.force + more.force,
-                    torque: felt.torque + more.torque,
-                });
                 let twist = to_dvec3(felt.torque * duration);
                 (kicked(body, felt, duration), twist)
             });
@@ -158,6 +171,26 @@ impl Integrator {
             let drift = (turns && drifts).then_some(context.dt);
             take(context, motions, body, update, (twist, drift));
         }
+        Ok(())
+    }
+
+    /// Has a body pushed by Rapier's own forces.
+    fn lend(
+        &self,
+        context: &StepContext<'_, impl Lookup>,
+        place: usize,
+        (wrench, wake): (Wrench, bool),
+        motions: &mut Motions,
+    ) -> Result<(), Fault> {
+        if wrench == Wrench::ZERO && !wake {
+            return Ok(());
+        }
+        let load = Load::new(&context.bodies[place], wrench, wake, context.dt);
+        let [speed, turn] = load.speeds;
+        if !(speed <= FASTEST && turn <= FASTEST) {
+            return Err(self.too_fast(context, place, speed));
+        }
+        motions.loads.push(load);
         Ok(())
     }
 
@@ -289,10 +322,12 @@ pub(crate) fn warn_of_caps(
     warnings: &mut Vec<StepWarning>,
 ) {
     let limit = context.rules.max_speed;
+    let updates = motions.updates.iter();
+    let updates = updates.map(|it| (it.body, [it.linvel, it.angvel].map(Vector::length)));
+    let loads = motions.loads.iter().map(|load| (load.body, load.speeds));
     // Rapier's `MAX_ROTATION`, an eighth of a turn per step.
     let fastest_turn = from_f64(std::f64::consts::FRAC_PI_4) / context.dt;
-    for update in &motions.updates {
-        let (body, speed, turn) = (update.body, update.linvel.length(), update.angvel.length());
+    for (body, [speed, turn]) in updates.chain(loads) {
         if speed > limit {
             warnings.push(StepWarning::SpeedCapped { body, speed, limit });
         }

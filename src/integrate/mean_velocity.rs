@@ -2,12 +2,14 @@
 
 use super::evaluation::Evaluation;
 use super::fault::Fault;
-use super::motion::{FASTEST, MeanVelocity, Motions, Start, SteadyTurn, TurnAfter, VelocityUpdate};
+use super::motion::{
+    FASTEST, Load, MeanVelocity, Motions, Start, SteadyTurn, TurnAfter, VelocityUpdate,
+};
 use super::multirate::Setting;
 use super::predicted::PredictedMotion;
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
-use crate::rigid::{Body, Lookup, RigidState, Turning, steady_angvel};
+use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, steady_angvel};
 
 impl Integrator {
     /// Runs the multirate integrator, and adds what Rapier is to be given to `motions`.
@@ -27,6 +29,9 @@ impl Integrator {
             let body = &context.bodies[start.place];
             let mut state = RigidState::new(body, turns);
             state.acceleration = own_acceleration(context, body);
+            if let Some(lag) = lag(context, body) {
+                state.catch_up(evaluation.wrenches[start.place], lag);
+            }
             state
         };
         multirate.states.clear();
@@ -75,8 +80,9 @@ fn own_acceleration(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec
     to_dvec3((body.user_force + gravity) * body.inv_mass)
 }
 
-/// Gives a body the mean velocity of its way, such that Rapier's own acceleration, over its
-/// iterations, takes it to the end of it. Returns the largest velocity there is in this.
+/// Gives a body the mean velocity of its way, such that what Rapier adds over its iterations takes
+/// it to the end of it: its own acceleration, and the load of a body that is held. Returns the
+/// largest velocity there is in this.
 fn correct(
     context: &StepContext<'_, impl Lookup>,
     motions: &mut Motions,
@@ -88,7 +94,7 @@ fn correct(
     if !state.pushed && !turns && !wake {
         return 0.0;
     }
-    let dt = context.dt;
+    let step = to_f64(context.dt);
     let mut update = VelocityUpdate {
         body: state.body,
         linvel: body.linvel,
@@ -96,39 +102,56 @@ fn correct(
         spins: false,
         wake,
     };
-    let step = to_f64(dt);
-    let iterations = body.iterations(context.rules.iterations);
+    let lag = lag(context, body);
+    let load = lag.map(|_| state.mean_wrench(to_f64(body.mass), step));
+    let shown = lag.map(|lag| state.behind(lag));
+    let shown = shown.as_ref().unwrap_or(state);
+    let (force, torque) = load.unwrap_or_default();
+    let own = state.acceleration + force * to_dvec3(body.inv_mass);
+    let count = f64::from(body.iterations(context.rules.iterations).max(1));
+    // What a constant acceleration adds to the way over the iterations, as a velocity.
+    let ahead = step * (count + 1.0) / (2.0 * count);
     if state.pushed {
-        let count = f64::from(iterations.max(1));
-        let ahead = state.acceleration * (step * (count + 1.0) / (2.0 * count));
         let mean = (state.position - state.start.0) / step;
-        update.linvel = from_dvec3(mean - ahead);
+        update.linvel = from_dvec3(mean - own * ahead);
         motions.means.push(MeanVelocity {
             body: state.body,
-            expected: update.linvel + from_dvec3(state.acceleration) * from_f64(step),
-            linvel: from_dvec3(state.linvel),
+            expected: update.linvel + from_dvec3(own * step),
+            linvel: from_dvec3(shown.linvel),
         });
     }
-    let (after, twist) = match &state.turning {
+    let (after, twist) = match &shown.turning {
         Turning::Free(inertia, momentum) => (
             Some(TurnAfter::Momentum(*momentum)),
             *momentum - body.angular_momentum(inertia),
         ),
-        Turning::Steady => (Some(TurnAfter::Velocity(state.angvel)), DVec3::ZERO),
+        Turning::Steady => (Some(TurnAfter::Velocity(shown.angvel)), DVec3::ZERO),
         Turning::LeftAlone => (None, DVec3::ZERO),
     };
     let still = state.attitude == state.start.1 && state.angvel == DVec3::ZERO;
     if let Some(after) = after.filter(|_| !still) {
         let turn = state.attitude * state.start.1.inverse();
         let turn = if turn.w < 0.0 { -turn } else { turn };
-        update.angvel = steady_angvel(turn, dt, iterations);
+        let twisted = body.inv_inertia * from_dvec3(torque);
+        let iterations = body.iterations(context.rules.iterations);
+        let steady = steady_angvel(turn, context.dt, iterations);
+        update.angvel = steady - twisted * from_f64(ahead);
         update.spins = true;
         motions.turns.push(SteadyTurn {
             body: state.body,
             after,
             twist,
             gyroscopic: body.gyroscopic,
-            steady: update.angvel,
+            steady: update.angvel + twisted * context.dt,
+        });
+    }
+    if load.is_some() {
+        let (force, torque) = (from_dvec3(force), from_dvec3(torque));
+        motions.loads.push(Load {
+            body: state.body,
+            wrench: Wrench { force, torque },
+            wake,
+            speeds: [0.0; 2],
         });
     }
     let ends = from_f64(state.linvel.length().max(state.angvel.length()));
@@ -137,4 +160,14 @@ fn correct(
     motions.updates.push(update);
     // `max` passes over NaN.
     if update_is_nan { Real::NAN } else { speed }
+}
+
+/// By how long a time the velocity of a body is behind that is held, and loaded. Forces that read
+/// velocities have no such lag.
+fn lag(context: &StepContext<'_, impl Lookup>, body: &Body) -> Option<f64> {
+    let half = 0.5 * to_f64(context.dt) * to_f64(context.behind(body));
+    let reads = context.compiled.reads_velocity;
+    context
+        .is_held(body)
+        .then_some(if reads { 0.0 } else { half })
 }

@@ -7,6 +7,7 @@ mod fault;
 mod implicit;
 mod jacobian;
 mod kick;
+mod load;
 mod mean_velocity;
 mod monitor;
 mod motion;
@@ -24,7 +25,10 @@ pub(crate) use evaluation::{Evaluation, find};
 pub(crate) use fault::{Fault, FaultKind};
 pub(crate) use kick::Redirected;
 pub(crate) use kick::warn_of_caps;
-pub(crate) use motion::{FASTEST, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
+pub(crate) use load::second;
+pub(crate) use motion::{
+    FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate,
+};
 
 use crate::eval::{Evaluator, Lineariser};
 

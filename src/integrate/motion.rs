@@ -1,6 +1,6 @@
 //! What bodies are to do in one half of a step: the value between INTEGRATE and BRIDGE.
 
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_f64};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::{Body, Inertia, Wrench, steady_angvel, to_dquat};
 
 /// The largest speed whose square is finite.
@@ -16,8 +16,8 @@ pub(crate) struct Motions {
     pub updates: Vec<VelocityUpdate>,
     pub turns: Vec<SteadyTurn>,
     pub means: Vec<MeanVelocity>,
-    /// Bodies to be pushed by Rapier's own forces, by place, and whether to wake them.
-    pub by_force: Vec<(usize, bool)>,
+    /// In the order of the handles of their bodies.
+    pub loads: Vec<Load>,
     /// Bodies that get no second half of a kick, in the order of their handles.
     pub settled: Vec<RigidBodyHandle>,
     /// Bodies that the multirate integrator is to move.
@@ -43,6 +43,16 @@ pub(crate) struct VelocityUpdate {
     /// Whether Rapier's gyroscopic term is to stay out of the step.
     pub spins: bool,
     pub wake: bool,
+}
+
+/// A wrench that Rapier spreads over its step, on top of the user's own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Load {
+    pub body: RigidBodyHandle,
+    pub wrench: Wrench,
+    pub wake: bool,
+    /// The speed and the angular speed that the body has then, if nothing holds it.
+    pub speeds: [Real; 2],
 }
 
 /// A rotation that Rapier carries out at constant angular velocity.
@@ -82,9 +92,26 @@ impl Motions {
         self.updates.clear();
         self.turns.clear();
         self.means.clear();
-        self.by_force.clear();
+        self.loads.clear();
         self.settled.clear();
         self.inner.clear();
+    }
+
+    /// The load on a body in the first half of the step.
+    pub(crate) fn load(&self, body: RigidBodyHandle) -> Option<Wrench> {
+        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
+        let place = self
+            .loads
+            .binary_search_by_key(&index(body), |load| index(load.body));
+        place.ok().map(|place| self.loads[place].wrench)
+    }
+
+    /// Brings the loads into the order of handles.
+    pub(super) fn sort_loads(&mut self) {
+        let index = |load: &Load| load.body.into_raw_parts().0;
+        if !self.loads.is_sorted_by_key(index) {
+            self.loads.sort_unstable_by_key(index);
+        }
     }
 
     /// The velocity with which a body arrives that is moved at its mean velocity.
@@ -116,6 +143,30 @@ impl SteadyTurn {
             twist,
             gyroscopic: true,
             steady: steady_angvel(rotation, dt, body.iterations(substeps)),
+        }
+    }
+}
+
+impl Load {
+    pub(crate) fn new(body: &Body, wrench: Wrench, wake: bool, dt: Real) -> Self {
+        let then = kicked(body, wrench, dt);
+        Load {
+            body: body.handle,
+            wrench,
+            wake,
+            speeds: [then.linvel.length(), then.angvel.length()],
+        }
+    }
+
+    /// The wrench that makes these velocities of those of a body within a step.
+    pub(super) fn making(body: &Body, update: &VelocityUpdate, dt: Real) -> Wrench {
+        let attitude = to_dquat(body.pose.rotation);
+        let turn = to_dvec3(update.angvel - body.angvel);
+        let inertia = body.inertia();
+        let twist = inertia.map_or(DVec3::ZERO, |it| it.angular_momentum(attitude, turn));
+        Wrench {
+            force: (update.linvel - body.linvel) * (body.mass / dt),
+            torque: from_dvec3(twist) / dt,
         }
     }
 }

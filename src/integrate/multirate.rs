@@ -237,6 +237,7 @@ impl<W: Lookup> Run<'_, W> {
             };
             let state = &mut self.states[*place];
             state.pushed |= group.wrenches[body] != Wrench::ZERO;
+            state.wrench = (force, torque);
             state.kick(force * duration, torque * duration);
             state.linvel += state.acceleration * duration;
             let speed = state.linvel.length().max(state.angvel.length());

@@ -23,6 +23,11 @@ use crate::math::{Real, to_f64};
 /// fields alone in smaller steps, give the body the mean velocity of that motion before Rapier's
 /// step, and the velocity at its end, plus what Rapier changed meanwhile, after it.
 ///
+/// What Rapier's solver holds, by contacts or joints, is loaded as by gravity (except under `Kick`
+/// and `ExternalForce`): the force is spread over the iterations of Rapier's step, so that what
+/// friction holds stays where it is, and what rests is shown at rest. Such a velocity is behind that
+/// of `KickDriftKick` by half an iteration of the force; the map is the same.
+///
 /// Forces that read velocities: their kicks solve the linear part of the force by the implicit
 /// midpoint rule, so that a magnetic force turns a velocity without changing its length (the
 /// rotation of Boris), except under `Kick` and `ExternalForce`, which sample them once.
@@ -165,6 +170,11 @@ impl Scheme {
             self,
             Scheme::Kick | Scheme::LinearlyImplicit | Scheme::ExternalForce
         )
+    }
+
+    /// Whether what Rapier's solver holds is loaded, not kicked.
+    pub(crate) fn loads(self) -> bool {
+        !matches!(self, Scheme::Kick | Scheme::ExternalForce)
     }
 
     /// Puts into `ticks` the steps into which all bodies divide theirs, in units of it; `most`: as

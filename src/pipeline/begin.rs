@@ -7,7 +7,7 @@ use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{Heard, KickShare, Pairs, is_to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor};
-use crate::field::{Anchor, FieldSet, Frames};
+use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
 use crate::integrate::{StepWarning, TurnAfter, find, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
@@ -36,6 +36,7 @@ impl FieldPipeline {
             return Err(StepError::State);
         }
         self.follow(fields);
+        self.check_scheme(fields)?;
         self.warnings.clear();
         self.recognise(state, &world.view())?;
         self.check_anchors(fields.set, state, &world.view())?;
@@ -80,6 +81,21 @@ impl FieldPipeline {
             released,
             to_ask,
             heard: Heard::new(fields.settings.cross_check.on),
+        })
+    }
+
+    /// Fields answer contacts under schemes that keep the energy of what is hit.
+    fn check_scheme(&self, fields: &Definition<'_>) -> Result<(), StepError> {
+        let (scheme, answer) = (fields.settings.scheme, fields.settings.rules.answer_any());
+        if !answer || !scheme.kicks_once() || !self.compiled.varies() {
+            return Ok(());
+        }
+        let mut detectors = self.compiled.detectors.iter();
+        let pushes = |law| matches!(law, ContactLaw::Observe | ContactLaw::Penalty { .. });
+        let answering = detectors.find(|it| !pushes(it.law));
+        answering.map_or(Ok(()), |detector| {
+            let field = fields.set.label(detector.leaf);
+            Err(StepError::SchemeAtHits { field, scheme })
         })
     }
 
@@ -221,7 +237,7 @@ impl FieldPipeline {
             return Ok((true, false));
         }
         if !sleepers && self.pushes_alike(fields, world) {
-            self.push_alike(fields, state, world, true);
+            self.push_alike(fields, state, world, None);
             return Ok((false, false));
         }
         self.read(world, (sleepers, first || self.other_bodies), &[]);
@@ -307,16 +323,17 @@ impl FieldPipeline {
         let dt = world.integration_parameters.dt;
         let last = state.evaluation.take();
         let mut evaluation = last.unwrap_or_else(|| std::mem::take(&mut self.spare));
-        let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
+        let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
+        let links = std::mem::take(&mut self.links);
         let mut integrator = std::mem::take(&mut self.integrator);
         let view = world.view();
-        let rules = Self::rules(&links, exact, fields, world);
+        let rules = Self::rules([&links, &held], exact, fields, world);
         let context = self.context(&view, (state.time, dt), rules);
         let outcome = integrator.evaluate(&context, &self.seen, &mut evaluation);
         if outcome.is_ok() {
             integrator.predict(&context, &mut evaluation, &mut state.stiff);
         }
-        (self.integrator, self.links) = (integrator, links);
+        (self.integrator, self.links, self.held) = (integrator, links, held);
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
@@ -353,6 +370,7 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
+        self.find_held(fields, world);
         let Some(evaluation) = &state.evaluation else {
             return Ok(());
         };
@@ -361,19 +379,20 @@ impl FieldPipeline {
         state
             .resting
             .decide(&self.bodies, wrenches, policy, &mut self.acting);
-        let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
+        let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
+        let links = std::mem::take(&mut self.links);
         let mut integrator = std::mem::take(&mut self.integrator);
         let mut motions = std::mem::take(&mut self.motions);
         let mut warnings = std::mem::take(&mut self.warnings);
         let view = world.view();
-        let rules = Self::rules(&links, exact, fields, world);
+        let rules = Self::rules([&links, &held], exact, fields, world);
         let context = self.context(&view, (state.time, dt), rules);
         let acts = super::acts(policy, &self.acting);
         let outcome = integrator.first_half(&context, evaluation, &acts, &mut motions);
         if outcome.is_ok() {
             warn_of_caps(&context, &motions, &mut warnings);
         }
-        (self.integrator, self.links) = (integrator, links);
+        (self.integrator, self.links, self.held) = (integrator, links, held);
         (self.motions, self.warnings) = (motions, warnings);
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         let all = state.steps == 0 || state.mark.is_none();
@@ -381,8 +400,8 @@ impl FieldPipeline {
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
-        let (motions, copies) = (&self.motions, (&self.bodies[..], &wrenches[..]));
-        bridge::apply(world.bodies, motions, copies, &mut open.overrides);
+        let motions = &self.motions;
+        bridge::apply(world.bodies, &motions.loads, &mut open.overrides);
         open.steady
             .extend(motions.turns.iter().map(|turn| turn.body));
         bridge::write(world.bodies, &motions.updates);

@@ -185,7 +185,7 @@ impl FieldPipeline {
             return Ok(0);
         }
         if open.bodies.is_empty() && self.pushes_alike(fields, world) {
-            return Ok(self.push_alike(fields, state, world, false));
+            return Ok(self.push_alike(fields, state, world, Some(&open.motions)));
         }
         if !fields.settings.scheme.kicks_twice() {
             self.note_sleepers(fields, state, &open.bodies, world);
@@ -207,14 +207,16 @@ impl FieldPipeline {
         self.sample(&world.view());
         let mut evaluation = std::mem::take(&mut self.spare);
         let last = state.evaluation.take();
-        let (links, exact) = (std::mem::take(&mut self.links), self.exact_turns(fields));
+        self.find_held(fields, world);
+        let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
+        let links = std::mem::take(&mut self.links);
         let mut integrator = std::mem::take(&mut self.integrator);
         let mut late = std::mem::take(&mut self.late);
         let mut acting = std::mem::take(&mut self.acting);
         let mut warnings = std::mem::take(&mut self.warnings);
         let shares = &self.redirected();
         let view = world.view();
-        let rules = Self::rules(&links, exact, fields, world);
+        let rules = Self::rules([&links, &held], exact, fields, world);
         let context = self.context(&view, (now, dt), rules);
         let outcome = integrator
             .evaluate(&context, &self.seen, &mut evaluation)
@@ -232,10 +234,11 @@ impl FieldPipeline {
                 let acts = acts(policy, &acting);
                 let before = wrenches.unwrap_or_default();
                 let redirected = Redirected { before, shares };
-                let done = (&settled[..], redirected);
+                let done = (&open.motions, redirected);
                 integrator.second_half(&context, &evaluation, done, &acts, &mut late)
             });
-        (self.integrator, self.links, self.acting) = (integrator, links, acting);
+        (self.integrator, self.links, self.held) = (integrator, links, held);
+        self.acting = acting;
         (self.late, self.warnings) = (late, warnings);
         self.spare = last.unwrap_or_default();
         if let Err(fault) = outcome {

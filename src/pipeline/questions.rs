@@ -302,6 +302,7 @@ impl<'a> Scene<'a> {
                 gravity: Vector::ZERO,
                 max_speed: Real::MAX,
                 links: &[],
+                held: &[],
             },
         }
     }

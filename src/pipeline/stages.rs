@@ -1,7 +1,7 @@
 //! What both halves of a step have in common: bodies → samples → evaluation.
 
 use super::{Definition, FieldPipeline, FieldState};
-use crate::bridge::{View, Wanted, WorldMut, is_movable};
+use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
 use crate::compile::{Prepared, Reach as Box};
 use crate::field::FieldSet;
 use crate::integrate::{MotionRules, StepContext};
@@ -38,6 +38,15 @@ impl FieldPipeline {
             .sort_unstable_by_key(|link| link.into_raw_parts().0);
     }
 
+    /// Takes up the bodies that Rapier's solver holds, if the scheme treats them differently.
+    pub(super) fn find_held(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
+        self.held.clear();
+        if fields.settings.scheme.loads() {
+            let bodies = self.bodies.iter().map(|body| body.handle);
+            Constraints::new(world).among(bodies, &mut self.held);
+        }
+    }
+
     pub(super) fn prepared<'a>(&'a self, set: &'a FieldSet) -> Prepared<'a> {
         Prepared {
             set,
@@ -47,7 +56,7 @@ impl FieldPipeline {
 
     /// How bodies move in this step, apart from fields.
     pub(super) fn rules<'a>(
-        links: &'a [RigidBodyHandle],
+        [links, held]: [&'a [RigidBodyHandle]; 2],
         exact_turns: bool,
         fields: &Definition<'_>,
         world: &WorldMut<'_>,
@@ -60,6 +69,7 @@ impl FieldPipeline {
             gravity: world.gravity,
             max_speed: parameters.max_linear_velocity(),
             links,
+            held,
         }
     }
 

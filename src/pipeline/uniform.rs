@@ -1,11 +1,11 @@
 //! Fields that push every body alike: nothing is to be sampled or evaluated.
 
 use super::{Definition, FieldPipeline, FieldState};
-use crate::bridge::{self, WakePolicy, Wanted, WorldMut};
+use crate::bridge::{self, Constraints, WakePolicy, Wanted, WorldMut};
 use crate::field::ForceMode;
-use crate::integrate::{FASTEST, Scheme, VelocityUpdate};
+use crate::integrate::{FASTEST, Load, Motions, Scheme, VelocityUpdate, second};
 use crate::math::{Real, Vector};
-use crate::rigid::Wrench;
+use crate::rigid::{Body, Wrench};
 
 impl FieldPipeline {
     /// Whether the fields are the same vector for every body, and a kick is all that is done with
@@ -39,13 +39,14 @@ impl FieldPipeline {
         sum * dt.max(1.0) * 1e9
     }
 
-    /// Kicks every awake body; returns how many.
+    /// Kicks every awake body, or loads it if it is held; `first`: what the first half of the step
+    /// did, in the second. Returns how many were kicked.
     pub(super) fn push_alike(
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
         world: &mut WorldMut<'_>,
-        first: bool,
+        first: Option<&Motions>,
     ) -> usize {
         let dt = world.integration_parameters.dt;
         self.motions.clear();
@@ -53,27 +54,35 @@ impl FieldPipeline {
         self.rollback.clear();
         self.retire(state);
         state.carriers.clear();
-        let duration = match (fields.settings.scheme, first) {
-            (Scheme::Kick, true) => dt,
-            (Scheme::Kick, false) => return 0,
+        let scheme = fields.settings.scheme;
+        let duration = match (scheme, first) {
+            (Scheme::Kick, None) => dt,
+            (Scheme::Kick, Some(_)) => return 0,
             _ => dt * 0.5,
         };
+        let fields = self.compiled.constants.iter();
         let sum = |mode: ForceMode| -> Vector {
-            let fields = self.compiled.constants.iter();
-            fields.filter(|c| c.mode == mode).map(|c| c.vector).sum()
+            fields
+                .clone()
+                .filter(|c| c.mode == mode)
+                .map(|c| c.vector)
+                .sum()
         };
         let force = sum(ForceMode::Force);
         let (acceleration, change) = (sum(ForceMode::Acceleration), sum(ForceMode::VelocityChange));
-        let updates = &mut self.late.updates;
+        let (updates, loads) = (&mut self.late.updates, &mut self.motions.loads);
         updates.clear();
         let shown = &mut self.spare;
         shown.clear();
         let wanted = Wanted {
             sleepers: false,
-            all: first && self.other_bodies,
+            all: first.is_none() && self.other_bodies,
             besides: &[],
         };
         let view = world.view();
+        let constraints = Constraints::new(world);
+        let any_held = scheme.loads() && !constraints.none();
+        let parameters = world.integration_parameters;
         self.reader
             .visit(&view, world.islands, wanted, |handle, body| {
                 let mass = body.mass();
@@ -84,15 +93,32 @@ impl FieldPipeline {
                 if change != Vector::ZERO {
                     pull += change * (mass / dt);
                 }
-                shown.bodies.push(handle);
-                shown.wrenches.push(Wrench {
+                let wrench = Wrench {
                     force: pull,
                     torque: Vector::ZERO,
-                });
+                };
+                shown.bodies.push(handle);
+                shown.wrenches.push(wrench);
+                let held = any_held && constraints.hold(handle, body);
+                if held && first.is_none() {
+                    let body = Body::of(handle, body);
+                    loads.push(Load::new(&body, wrench, false, dt));
+                    return true;
+                }
+                let load = first.and_then(|first| first.load(handle));
+                let count = parameters.num_solver_iterations + body.additional_solver_iterations();
+                let behind = (count.max(1) as Real).recip();
+                let felt = match (held, load.is_some()) {
+                    (false, false) => wrench,
+                    _ => second(wrench, load, held, behind),
+                };
+                if felt == Wrench::ZERO {
+                    return true;
+                }
                 let inv_mass = body.mass_properties().effective_inv_mass;
                 updates.push(VelocityUpdate {
                     body: handle,
-                    linvel: body.linvel() + pull * duration * inv_mass,
+                    linvel: body.linvel() + felt.force * duration * inv_mass,
                     angvel: body.angvel(),
                     spins: false,
                     wake: false,
@@ -100,7 +126,12 @@ impl FieldPipeline {
                 true
             });
         bridge::write_linear(world.bodies, updates);
-        self.sampled = updates.len();
+        if !loads.is_empty() {
+            let record = &mut self.spare_record;
+            let open = state.open.get_or_insert_with(|| std::mem::take(record));
+            bridge::apply(world.bodies, loads, &mut open.overrides);
+        }
+        self.sampled = shown.bodies.len();
         updates.len()
     }
 }

@@ -178,4 +178,11 @@ impl TurnedInertia {
         }
         inertia
     }
+
+    /// The angular momentum of an angular velocity, but for what is locked.
+    pub(crate) fn momentum(&self, attitude: crate::math::DQuat, angvel: DVec3) -> DVec3 {
+        let to_world = attitude * self.principal_to_body;
+        let moments = self.inverse.to_array().map(inverse_or_zero);
+        to_world * (DVec3::from_array(moments) * (to_world.inverse() * angvel))
+    }
 }

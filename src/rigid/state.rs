@@ -3,6 +3,7 @@
 use super::body::Body;
 use super::mobility::{self, Mobility, TurnedInertia, six};
 use super::rotation::{Inertia, to_dquat};
+use super::wrench::Wrench;
 use crate::math::{DPose3, DQuat, DVec3, RigidBodyHandle, to_dvec3};
 
 /// A body on its way through the inner steps, in 64-bit precision.
@@ -17,10 +18,14 @@ pub(crate) struct RigidState {
     pub local_com: DVec3,
     pub turning: Turning,
     pub start: (DVec3, DQuat),
+    /// The velocities at the start.
+    pub began: (DVec3, DVec3),
     /// By gravity and the user's force, which Rapier adds.
     pub acceleration: DVec3,
     /// Whether any field ever pushed it.
     pub pushed: bool,
+    /// The last wrench that did.
+    pub wrench: (DVec3, DVec3),
     inv_mass: DVec3,
     inertia: TurnedInertia,
 }
@@ -58,8 +63,10 @@ impl RigidState {
             local_com,
             turning,
             start: (position, attitude),
+            began: (to_dvec3(body.linvel), angvel),
             acceleration: DVec3::ZERO,
             pushed: false,
+            wrench: (DVec3::ZERO, DVec3::ZERO),
             inv_mass: to_dvec3(body.inv_mass),
             inertia: mobility::turned_inertia(body),
         }
@@ -92,6 +99,39 @@ impl RigidState {
                 self.attitude = (turn * self.attitude).normalize();
             }
         }
+    }
+
+    /// Begins with the true velocities instead of those that are behind by `lag`, a time under a
+    /// wrench.
+    pub(crate) fn catch_up(&mut self, wrench: Wrench, lag: f64) {
+        let (force, torque) = (to_dvec3(wrench.force), to_dvec3(wrench.torque));
+        self.kick(force * lag, torque * lag);
+        self.linvel += self.acceleration * lag;
+        self.began = (self.linvel, self.angvel);
+    }
+
+    /// The velocity, and the state's turning, that are behind the true ones by `lag`.
+    pub(crate) fn behind(&self, lag: f64) -> Self {
+        let mut shown = self.clone();
+        let (force, torque) = self.wrench;
+        shown.kick(force * -lag, torque * -lag);
+        shown.linvel -= self.acceleration * lag;
+        shown
+    }
+
+    /// The mean wrench of fields since the start, over `dt`, for `mass`.
+    pub(crate) fn mean_wrench(&self, mass: f64, dt: f64) -> (DVec3, DVec3) {
+        let force = ((self.linvel - self.began.0) / dt - self.acceleration) * mass;
+        let twist = match &self.turning {
+            Turning::Free(inertia, momentum) => {
+                *momentum - inertia.angular_momentum(self.start.1, self.began.1)
+            }
+            Turning::Steady => self
+                .inertia
+                .momentum(self.start.1, self.angvel - self.began.1),
+            Turning::LeftAlone => DVec3::ZERO,
+        };
+        (force, twist / dt)
     }
 
     /// Takes an impulse and an angular impulse.

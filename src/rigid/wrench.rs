@@ -1,6 +1,6 @@
 //! A force with its torque.
 
-use crate::math::Vector;
+use crate::math::{Real, Vector};
 
 /// A force and the torque about the centre of mass that comes with it, world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,6 +21,20 @@ impl Wrench {
         force: Vector::ZERO,
         torque: Vector::ZERO,
     };
+
+    pub(crate) fn plus(self, other: Wrench) -> Self {
+        Wrench {
+            force: self.force + other.force,
+            torque: self.torque + other.torque,
+        }
+    }
+
+    pub(crate) fn times(self, factor: Real) -> Self {
+        Wrench {
+            force: self.force * factor,
+            torque: self.torque * factor,
+        }
+    }
 
     /// Whether all components are finite.
     pub fn is_finite(&self) -> bool {

@@ -36,6 +36,7 @@ mod laws;
 #[cfg(feature = "f32")]
 mod layering;
 mod live_edits;
+mod loads;
 mod modes_of_others;
 mod modifier_laws;
 #[cfg(feature = "f64")]

@@ -73,7 +73,18 @@ fn ammonia(scheme: Scheme, detection: Detection) -> Run {
         ..AmmoniaSettings::default()
     };
     let scene = settings.build().expect("valid settings");
-    let tree = scene.tree(Some(8.0), ContactLaw::elastic());
+    // The others are refused where fields answer hits.
+    let one = [
+        Scheme::Kick,
+        Scheme::ExternalForce,
+        Scheme::LinearlyImplicit,
+    ];
+    let law = if one.contains(&scheme) {
+        ContactLaw::Observe
+    } else {
+        ContactLaw::elastic()
+    };
+    let tree = scene.tree(Some(8.0), law);
     let builder = Fields::builder(tree).scheme(scheme).detection(detection);
     let fields = scene.fields(builder).expect("a valid tree");
     (scene.world, fields)

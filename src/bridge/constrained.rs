@@ -1,0 +1,65 @@
+//! Which bodies Rapier's solver holds, by contacts or joints.
+
+use super::world::WorldMut;
+use crate::math::{RigidBodyHandle, RigidBodySet};
+use crate::rapier::dynamics::{ImpulseJointSet, RigidBody};
+use crate::rapier::geometry::{ContactPair, NarrowPhase};
+
+/// What may hold bodies.
+#[derive(Clone, Copy)]
+pub(crate) struct Constraints<'a> {
+    bodies: &'a RigidBodySet,
+    pairs: &'a NarrowPhase,
+    joints: &'a ImpulseJointSet,
+    /// Whether there are any.
+    contacts: bool,
+    jointed: bool,
+}
+
+impl<'a> Constraints<'a> {
+    pub(crate) fn new(world: &'a WorldMut<'_>) -> Self {
+        Constraints {
+            bodies: world.bodies,
+            pairs: world.narrow_phase,
+            joints: world.impulse_joints,
+            contacts: world.narrow_phase.contact_pairs().next().is_some(),
+            jointed: !world.impulse_joints.is_empty(),
+        }
+    }
+
+    /// Whether there are none at all.
+    pub(crate) fn none(&self) -> bool {
+        !self.contacts && !self.jointed
+    }
+
+    /// Whether Rapier's solver pushed a body in its last step, or is to hold it by a joint in any.
+    pub(crate) fn hold(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
+        let mut colliders = body.colliders().iter();
+        let pushes = |collider| self.pairs.contact_pairs_with(collider).any(is_pushed);
+        let mut joints = self.joints.attached_enabled_joints(handle);
+        (self.contacts && colliders.any(|it| pushes(*it)))
+            || (self.jointed && joints.next().is_some())
+    }
+
+    /// Those of some bodies that are held, in their order.
+    pub(crate) fn among(
+        &self,
+        bodies: impl Iterator<Item = RigidBodyHandle>,
+        held: &mut Vec<RigidBodyHandle>,
+    ) {
+        held.clear();
+        if self.none() {
+            return;
+        }
+        let is_held = |handle: &RigidBodyHandle| {
+            let body = self.bodies.get(*handle);
+            body.is_some_and(|body| self.hold(*handle, body))
+        };
+        held.extend(bodies.filter(is_held));
+    }
+}
+
+/// Whether Rapier's solver has pushed the two sides of a contact apart.
+fn is_pushed(pair: &ContactPair) -> bool {
+    pair.has_any_active_contact() && pair.total_impulse_magnitude() > 0.0
+}
