@@ -88,7 +88,8 @@ pub(crate) fn finish(
         if let Some(angvel) = angvel {
             let kept = damped(body.angular_damping(), dt);
             let pushed = body.angvel() - turn.steady * kept;
-            body.set_angvel(from_dvec3(angvel) * kept + pushed, false);
+            let left = if turn.damped { 1.0 } else { kept };
+            body.set_angvel(from_dvec3(angvel) * left + pushed, false);
         }
     }
     for mean in means {
@@ -97,7 +98,8 @@ pub(crate) fn finish(
         };
         let kept = damped(body.linear_damping(), dt);
         let pushed = body.linvel() - mean.expected * kept;
-        body.set_linvel(mean.linvel * kept + pushed, false);
+        let left = if mean.damped { 1.0 } else { kept };
+        body.set_linvel(mean.linvel * left + pushed, false);
     }
 }
 

@@ -59,8 +59,11 @@ struct Setting {
 /// Which share of the kicks of a step a body gets when it begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum KickShare {
-    /// The second follows, so that the way is bent by both as by gravity.
-    Half,
+    /// The second follows, so that the way is bent by both as by gravity; `free`: they hold Rapier's
+    /// own pull, which is taken off before its step.
+    Half {
+        free: bool,
+    },
     Whole,
     /// It is moved within the step, and is to arrive with a velocity, if anything accelerates it.
     Within(Option<Vector>),
@@ -75,7 +78,7 @@ impl FreeTurn {
             behind: DVec3::ZERO,
         };
         match share {
-            KickShare::Half => FreeTurn {
+            KickShare::Half { .. } => FreeTurn {
                 torque: twist * 2.0 / dt,
                 ..free
             },
@@ -133,14 +136,18 @@ impl Start {
 
     /// Adds what fields have given the body since `before`.
     fn kick(&mut self, before: Vector, share: KickShare, dt: Real) {
-        let change = self.linvel - before;
+        let taken = match share {
+            KickShare::Half { free: true } => self.behind,
+            _ => Vector::ZERO,
+        };
+        let change = self.linvel + taken - before;
         self.share = share;
         if dt <= 0.0 {
             return;
         }
         self.kicked = change / dt;
         match share {
-            KickShare::Half => self.kicked *= 2.0,
+            KickShare::Half { .. } => self.kicked *= 2.0,
             KickShare::Whole => self.behind += change * 0.5,
             KickShare::Within(Some(arrives)) => {
                 self.kicked = (arrives - before) / dt - self.spread;
@@ -166,7 +173,7 @@ impl Start {
     pub(super) fn way(&self, dt: Real) -> [Vector; 3] {
         let (half, end) = (self.kicked * (0.5 * dt), self.linvel + self.spread * dt);
         match self.share {
-            KickShare::Half => {
+            KickShare::Half { .. } => {
                 let begin = self.linvel + self.behind - half;
                 [begin, self.acceleration(), end]
             }
@@ -224,6 +231,16 @@ impl Starts {
             let start = self.list.get_mut(handle.into_raw_parts().0 as usize);
             if let Some(Some(start)) = start {
                 start.turn = Some(FreeTurn::new(start.share, changes, dt));
+            }
+        }
+    }
+
+    /// Takes note of bodies whose velocities are not behind any more.
+    pub(crate) fn catch_up(&mut self, bodies: &[RigidBodyHandle]) {
+        for handle in bodies {
+            let start = self.list.get_mut(handle.into_raw_parts().0 as usize);
+            if let Some(Some(start)) = start {
+                start.behind = Vector::ZERO;
             }
         }
     }

@@ -29,6 +29,9 @@ pub(crate) struct Evaluation {
     pub sampled_at: Vec<Vector6<f64>>,
     /// By place; empty if no field reads velocities, or the scheme samples them as they are.
     pub couplings: Vec<Option<Coupling>>,
+    /// Whether the kick after it changed forces that read velocities so much that the next step is to
+    /// see them anew.
+    pub outdated: bool,
     /// Of bodies that were looked into, in the order of their places.
     pub estimates: Vec<Estimate>,
 }
@@ -56,6 +59,7 @@ impl Evaluation {
         self.sampled_at.clear();
         self.couplings.clear();
         self.estimates.clear();
+        self.outdated = false;
     }
 
     /// Whether what was read from elsewhere is of one piece.

@@ -5,8 +5,8 @@ use crate::eval::Lineariser;
 use crate::field::Frames;
 use crate::math::{DVec3, Vector, to_dvec3};
 use crate::rapier::glamx::DMat3;
-use crate::rapier::na::{Matrix3, Matrix6};
-use crate::rigid::cross_matrix;
+use crate::rapier::na::{Matrix3, Matrix6, Vector6};
+use crate::rigid::{cross_matrix, six};
 use crate::sample::{Moment, Samples};
 
 /// The derivatives of the world wrench [force; torque about the centre of mass] of one body.
@@ -16,11 +16,20 @@ use crate::sample::{Moment, Samples};
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub(crate) struct Jacobian {
+    /// The wrench itself.
+    pub wrench: Vector6<f64>,
     /// By [translation of the centre of mass; small rotation about it], world axes, at constant
     /// velocities.
     pub by_motion: Matrix6<f64>,
     /// By [linear velocity; angular velocity], world axes.
     pub by_velocity: Matrix6<f64>,
+}
+
+impl Jacobian {
+    pub(super) fn is_zero(&self) -> bool {
+        let mut entries = self.by_motion.iter().chain(&self.by_velocity);
+        entries.all(|entry| *entry == 0.0)
+    }
 }
 
 /// The Jacobian of the wrench on one body, the bodies of the fields standing still, in the world
@@ -39,6 +48,7 @@ pub(crate) fn of_body(
     let mut sum = Jacobian::default();
     lineariser.of_body(compiled, world, samples, moment, body, |sample, slope| {
         let (a, b) = (matrix(slope.by_position), matrix(slope.by_velocity));
+        sum.wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
         if sample.arm == Vector::ZERO {
             let mut by_place = sum.by_motion.fixed_view_mut::<3, 3>(0, 0);
             by_place += a;

@@ -2,15 +2,23 @@
 
 use super::evaluation::{Evaluation, find};
 use super::fault::{Fault, FaultKind};
-use super::implicit::implicit_change;
-use super::motion::{FASTEST, Load, Motions, Start, SteadyTurn, VelocityUpdate, kicked};
+use super::free_motion::FreeMotion;
+use super::implicit::{Besides, implicit_change};
+use super::motion::{
+    FASTEST, Load, MeanVelocity, Motions, Start, SteadyTurn, VelocityUpdate, kicked,
+};
 use super::scheme::SUZUKI_STAGES;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext, Substeps};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::rapier::na::Vector6;
 use crate::rigid::{
-    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, to_dquat, velocities,
+    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, six, to_dquat, velocities,
 };
+
+/// A force that a kick has changed by more than this part of it is seen anew: of one that grows with the
+/// square of the speed the slope alone would be a quarter of its square off, 2.5e-3.
+const OUTDATED: f64 = 0.1;
 
 /// Which half of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +78,7 @@ impl Integrator {
         let all = (Half::First, None, Redirected::default());
         self.kick((context, evaluation), all, acts, motions)?;
         self.move_within(context, evaluation, motions)?;
-        motions.sort_loads();
+        motions.sort();
         Ok(())
     }
 
@@ -97,8 +105,6 @@ impl Integrator {
         acts: Acts<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
-        let turns = context.turns();
-        let drifts = half == Half::First;
         let settled = first.map_or(&[][..], |first| &first.settled);
         for (place, body) in context.bodies.iter().enumerate() {
             let Some(duty) = duty(context, evaluation, (half, settled), place) else {
@@ -109,66 +115,37 @@ impl Integrator {
             if !acts {
                 continue;
             }
-            // What reads velocities is solved for the whole kick, and nothing may be added to it.
-            let reads_velocities = matches!(evaluation.couplings.get(place), Some(Some(_)));
-            let loaded = drifts && context.is_held(body);
-            if drifts && (!matches!(duty, Duty::Kick(_)) || loaded && reads_velocities) {
-                motions.settled.push(body.handle);
-            }
-            let duration = match duty {
-                Duty::ByForce if wrench == Wrench::ZERO => continue,
-                Duty::ByForce => {
-                    self.lend(context, place, (wrench, wake), motions)?;
-                    continue;
-                }
-                Duty::Kick(_) if loaded => {
-                    let wrench = midway(evaluation, place, body, context.dt);
-                    self.lend(context, place, (wrench, wake), motions)?;
-                    continue;
-                }
-                Duty::Inner(count) => {
+            let kick = Kick {
+                context,
+                evaluation,
+                place,
+                body,
+                wrench,
+                wake,
+            };
+            let done = match (first, duty) {
+                (Some(first), duty) => Some(kick.second(duty, (first, redirected), motions)),
+                (None, Duty::Inner(count)) => {
+                    motions.settled.push(body.handle);
                     motions.inner.push(Start { place, count, wake });
-                    continue;
+                    None
                 }
-                Duty::Implicit(duration) | Duty::Kick(duration) => duration,
-            };
-            let implicit = match duty {
-                Duty::Implicit(_) => {
-                    implicit_kick(evaluation, place, body, duration, context.rules.exact_turns)
+                (None, _) if matches!(duty, Duty::ByForce) || context.is_held(body) => {
+                    let wrench = kick.load(duty, motions);
+                    self.lend(context, place, (wrench, wake), motions)?;
+                    None
                 }
-                _ => None,
+                (None, duty) => Some(kick.first(duty, motions)),
             };
-            if loaded && let Some((update, _)) = implicit {
-                let wrench = Load::making(body, &update, context.dt);
-                self.lend(context, place, (wrench, wake), motions)?;
+            let Some(Some((update, twist))) = done else {
                 continue;
-            }
-            let felt = match first {
-                Some(_) if reads_velocities => midway(evaluation, place, body, duration),
-                Some(first) => {
-                    let load = first.load(body.handle);
-                    let correction = redirected.correction(place, body.handle, wrench);
-                    let correction = correction.filter(|_| load.is_none());
-                    let felt = context.second(body, wrench, load);
-                    felt.plus(correction.unwrap_or(Wrench::ZERO))
-                }
-                None => midway(evaluation, place, body, duration),
             };
-            // Bodies that feel nothing are left alone.
-            let spins = turns && drifts && body.angvel != Vector::ZERO;
-            if felt == Wrench::ZERO && implicit.is_none() && !wake && !spins {
-                continue;
-            }
-            let (update, twist) = implicit.unwrap_or_else(|| {
-                let twist = to_dvec3(felt.torque * duration);
-                (kicked(body, felt, duration), twist)
-            });
             let update = VelocityUpdate { wake, ..update };
             let speed = update.linvel.length();
             if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
                 return Err(self.too_fast(context, place, speed));
             }
-            let drift = (turns && drifts).then_some(context.dt);
+            let drift = (context.turns() && half == Half::First).then_some(context.dt);
             take(context, motions, body, update, (twist, drift));
         }
         Ok(())
@@ -263,56 +240,232 @@ fn take(
     motions.updates.push(update);
 }
 
-/// The wrench in the middle of a kick; the one of its start unless it reads velocities.
-fn midway(evaluation: &Evaluation, place: usize, body: &Body, duration: Real) -> Wrench {
-    let wrench = evaluation.wrenches[place];
-    let Some(Some(coupling)) = evaluation.couplings.get(place) else {
-        return wrench;
-    };
-    let mobility = Mobility::of(body);
-    let duration = to_f64(duration);
-    let midway = coupling.midway(&mobility, &of_wrench(wrench), &velocities(body), duration);
-    midway.map_or(wrench, |midway| {
-        let (force, torque) = rounded(&midway);
-        Wrench { force, torque }
-    })
+/// New velocities of a body, and the angular impulse that is part of them.
+type Kicked = (VelocityUpdate, DVec3);
+
+/// A body that is to be kicked.
+struct Kick<'a, W> {
+    context: &'a StepContext<'a, W>,
+    evaluation: &'a Evaluation,
+    place: usize,
+    body: &'a Body,
+    wrench: Wrench,
+    wake: bool,
 }
 
-/// The velocities after a linearly implicit kick, and the change of the angular momentum of a free
-/// top; `None` if there is no Jacobian for it.
-fn implicit_kick(
-    evaluation: &Evaluation,
-    place: usize,
-    body: &Body,
-    duration: Real,
-    balls_too: bool,
-) -> Option<(VelocityUpdate, DVec3)> {
-    let estimate = evaluation.estimate(place)?;
-    let now = velocities(body);
-    let wrench = evaluation.wrenches[place];
-    let change = implicit_change(
-        &Mobility::of(body),
-        &estimate.jacobian,
-        &of_wrench(wrench),
-        &now,
-        to_f64(duration),
-    )?;
-    if wrench == Wrench::ZERO && change.iter().all(|x| *x == 0.0) {
-        return None;
+impl<W: Lookup> Kick<'_, W> {
+    /// The first half for a free body; `None` if nothing is to be written.
+    fn first(&self, duty: Duty, motions: &mut Motions) -> Option<Kicked> {
+        let (context, body) = (self.context, self.body);
+        let twice = context.rules.scheme.kicks_twice();
+        let (duration, implicit) = match duty {
+            Duty::Implicit(duration) => (duration, true),
+            Duty::Kick(duration) => (duration, false),
+            _ => return None,
+        };
+        if implicit {
+            motions.settled.push(body.handle);
+        }
+        let free = context.free_motion(body);
+        let solved = match implicit {
+            true => self.implicit(Some(&free), duration),
+            false => self.solved(Some(&free), duration),
+        };
+        let felt = solved.is_some() || self.wrench != Wrench::ZERO;
+        let spins = context.turns() && body.angvel != Vector::ZERO;
+        if !felt && !self.wake && !spins {
+            return None;
+        }
+        // Symplectic Euler is there to be compared with.
+        let compared = !twice && solved.is_none();
+        if !felt || compared || free.is_none() {
+            return Some(solved.unwrap_or_else(|| self.plain(self.wrench, duration)));
+        }
+        let (mut update, twist) =
+            solved.unwrap_or_else(|| self.along(&free, self.wrench, duration));
+        let linvel = update.linvel;
+        update.linvel = free.given(linvel);
+        if twice && !implicit {
+            motions.free.push(body.handle);
+        } else {
+            motions.means.push(MeanVelocity {
+                body: body.handle,
+                expected: free.arrives(update.linvel),
+                linvel,
+                damped: false,
+            });
+        }
+        Some((update, twist))
     }
-    let (linvel, angvel) = pair(&(now + change));
-    let update = VelocityUpdate {
-        body: body.handle,
-        linvel: from_dvec3(linvel),
-        angvel: from_dvec3(angvel),
-        spins: false,
-        wake: false,
-    };
-    let top = body.free_top(update.angvel, balls_too);
-    let twist = top.map_or(DVec3::ZERO, |inertia| {
-        inertia.angular_momentum(to_dquat(body.pose.rotation), pair(&change).1)
-    });
-    Some((update, twist))
+
+    /// The second half; `None` if nothing is to be written.
+    fn second(
+        &self,
+        duty: Duty,
+        (first, redirected): (&Motions, Redirected<'_>),
+        motions: &mut Motions,
+    ) -> Option<Kicked> {
+        let (context, body) = (self.context, self.body);
+        let (duration, implicit) = match duty {
+            Duty::Implicit(duration) => (duration, true),
+            Duty::Kick(duration) => (duration, false),
+            _ => return None,
+        };
+        let motion = context.free_motion(body);
+        let free = find(&first.free, body.handle).map(|_| &motion);
+        let solved = match implicit {
+            true => self.implicit(free, duration),
+            false => self.solved(free, duration),
+        };
+        let load = first.load(body.handle);
+        let held = context.is_held(body);
+        let felt = motion.second(self.wrench, load, held);
+        let correction = redirected.correction(self.place, body.handle, self.wrench);
+        let felt = match correction {
+            Some(correction) if load.is_none() => felt.plus(correction),
+            _ => felt,
+        };
+        let true_after = !held && (solved.is_some() || self.wrench != Wrench::ZERO);
+        let lag = motion.catches_up(free.is_some(), true_after);
+        motions.outdated |= solved
+            .as_ref()
+            .is_some_and(|(update, _)| self.outdates(update));
+        if true_after && !motion.is_none() {
+            motions.ahead.push(body.handle);
+        }
+        let still = felt == Wrench::ZERO && lag == Vector::ZERO && free.is_none();
+        if still && solved.is_none() && !self.wake {
+            return None;
+        }
+        let (mut update, twist) = solved.unwrap_or_else(|| match free {
+            Some(free) => self.along(free, felt, duration),
+            None => self.plain(felt, duration),
+        });
+        update.linvel += lag;
+        Some((update, twist))
+    }
+
+    /// What a body that is held, or pushed by Rapier's forces, is loaded with.
+    fn load(&self, duty: Duty, motions: &mut Motions) -> Wrench {
+        let (context, body, dt) = (self.context, self.body, self.context.dt);
+        let solved = match duty {
+            Duty::Implicit(duration) => self.implicit(None, duration),
+            _ => self.solved(None, dt),
+        };
+        // Only a plain load is completed by a second half.
+        if solved.is_some() || !matches!(duty, Duty::Kick(_)) {
+            motions.settled.push(body.handle);
+        }
+        match solved {
+            Some((update, _)) if matches!(duty, Duty::Implicit(_)) => {
+                Load::making(body, &update, dt)
+            }
+            Some(_) => {
+                // Gravity acts beside it, unless something holds the body.
+                let free = context.rules.scheme == Scheme::ExternalForce && !context.is_held(body);
+                let besides = match free {
+                    true => context.free_motion(body).pull(body),
+                    false => Besides::default(),
+                };
+                let mean = self.mean(&besides, dt);
+                mean.map_or(self.wrench, |all| all.plus(besides.as_wrench().times(-1.0)))
+            }
+            None => self.wrench,
+        }
+    }
+
+    fn plain(&self, wrench: Wrench, duration: Real) -> Kicked {
+        let twist = to_dvec3(wrench.torque * duration);
+        (kicked(self.body, wrench, duration), twist)
+    }
+
+    /// A kick with all that moves a free body.
+    fn along(&self, free: &FreeMotion, wrench: Wrench, duration: Real) -> Kicked {
+        let [left, share] = free.turning(duration);
+        let mut twist = to_dvec3(wrench.torque * (duration * share));
+        if left != 1.0 {
+            twist += self.body.angular_momentum_now() * (to_f64(left) - 1.0);
+        }
+        (free.kicked(self.body, wrench, duration), twist)
+    }
+
+    /// The mean of all that changes the momentum over a kick, if the force reads velocities.
+    fn mean(&self, besides: &Besides, duration: Real) -> Option<Wrench> {
+        let (force, torque) = rounded(&self.mean_of(besides, duration)?);
+        Some(Wrench { force, torque })
+    }
+
+    fn mean_of(&self, besides: &Besides, duration: Real) -> Option<Vector6<f64>> {
+        let coupling = self.evaluation.couplings.get(self.place)?.as_ref()?;
+        let here = coupling.at(&velocities(self.body));
+        coupling.mean(&Mobility::of(self.body), &here, besides, to_f64(duration))
+    }
+
+    /// A kick that is solved for the velocities, if the force reads them.
+    fn solved(&self, free: Option<&FreeMotion>, duration: Real) -> Option<Kicked> {
+        let besides = free.map_or(Besides::default(), |free| free.besides(self.body));
+        let impulse = self.mean_of(&besides, duration)? * to_f64(duration);
+        let change = Mobility::of(self.body).apply(&impulse);
+        // What drag stops is not to go back by a rounding.
+        let sum = |was: f64, more: f64| match was + more {
+            sum if sum.abs() <= 16.0 * f64::EPSILON * was.abs() => 0.0,
+            sum => sum,
+        };
+        let now = velocities(self.body).zip_map(&change, sum);
+        Some((self.updated(&now), pair(&impulse).1))
+    }
+
+    /// Whether the force has changed much with the velocities: the next kick would begin with what it is
+    /// by its slope alone.
+    fn outdates(&self, update: &VelocityUpdate) -> bool {
+        let Some(Some(coupling)) = self.evaluation.couplings.get(self.place) else {
+            return false;
+        };
+        let after = six(to_dvec3(update.linvel), to_dvec3(update.angvel));
+        let here = coupling.at(&velocities(self.body));
+        (coupling.at(&after) - here).norm() > OUTDATED * here.norm()
+    }
+
+    /// A linearly implicit kick, and the change of the angular momentum of a free top; `None` if
+    /// there is no Jacobian for it.
+    fn implicit(&self, free: Option<&FreeMotion>, duration: Real) -> Option<Kicked> {
+        let (context, body) = (self.context, self.body);
+        let estimate = self.evaluation.estimate(self.place)?;
+        let now = velocities(body);
+        let pull = free.map_or(Vector6::zeros(), |free| free.pull(body).pull);
+        let coupling = self.evaluation.couplings.get(self.place);
+        let coupling = coupling.and_then(Option::as_ref);
+        let wrench = coupling.map_or(of_wrench(self.wrench), |it| it.at(&now));
+        let change = implicit_change(
+            &Mobility::of(body),
+            &estimate.jacobian,
+            &(wrench + pull),
+            &now,
+            to_f64(duration),
+        )?;
+        // Where no field acts, gravity is Rapier's.
+        let idle = estimate.jacobian.is_zero() || change.iter().all(|x| *x == 0.0);
+        if self.wrench == Wrench::ZERO && idle {
+            return None;
+        }
+        let update = self.updated(&(now + change));
+        let top = body.free_top(update.angvel, context.rules.exact_turns);
+        let twist = top.map_or(DVec3::ZERO, |inertia| {
+            inertia.angular_momentum(to_dquat(body.pose.rotation), pair(&change).1)
+        });
+        Some((update, twist))
+    }
+
+    fn updated(&self, velocities: &Vector6<f64>) -> VelocityUpdate {
+        let (linvel, angvel) = pair(velocities);
+        VelocityUpdate {
+            body: self.body.handle,
+            linvel: from_dvec3(linvel),
+            angvel: from_dvec3(angvel),
+            spins: false,
+            wake: false,
+        }
+    }
 }
 
 /// Warns of the bodies that Rapier will slow down without a word.

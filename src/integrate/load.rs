@@ -8,7 +8,9 @@
 
 use super::StepContext;
 use super::evaluation::find;
-use crate::math::Real;
+use super::free_motion::FreeMotion;
+use super::motion::{VelocityUpdate, kicked};
+use crate::math::{Real, Vector};
 use crate::rigid::{Body, Lookup, Wrench};
 
 impl<W: Lookup> StepContext<'_, W> {
@@ -17,27 +19,58 @@ impl<W: Lookup> StepContext<'_, W> {
         let held = self.rules.held;
         !held.is_empty() && find(held, body.handle).is_some()
     }
-
-    /// The part of a step by half of which the velocity of a held body is behind: one iteration.
-    pub(super) fn behind(&self, body: &Body) -> Real {
-        let count = body.iterations(self.rules.iterations).max(1);
-        (count as Real).recip()
-    }
-
-    /// See [`second`].
-    pub(super) fn second(&self, body: &Body, wrench: Wrench, load: Option<Wrench>) -> Wrench {
-        second(wrench, load, self.is_held(body), self.behind(body))
-    }
 }
 
-/// What is to act for the second half of a step, on a body with that load in its first half: the
-/// wrench after Rapier's step, but for what the velocity that is shown of a held body is `behind` by,
-/// in steps.
-pub(crate) fn second(wrench: Wrench, load: Option<Wrench>, held: bool, behind: Real) -> Wrench {
-    if held && load == Some(wrench) {
-        return Wrench::ZERO;
+/// How a body was pushed before Rapier's step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Before {
+    /// Whether its kick holds Rapier's own pull.
+    pub free: bool,
+    pub load: Option<Wrench>,
+}
+
+/// The second half of a kick, of which the first was given, and what velocity is shown after it: for a
+/// body that is held then, or that no field pushes any more, that which Rapier works with. `None`
+/// if nothing changes.
+pub(crate) fn complete(
+    body: &Body,
+    motion: &FreeMotion,
+    (wrench, held): (Wrench, bool),
+    before: Before,
+    duration: Real,
+) -> Option<VelocityUpdate> {
+    let felt = motion.second(wrench, before.load, held);
+    let lag = motion.catches_up(before.free, !held && wrench != Wrench::ZERO);
+    if felt == Wrench::ZERO && lag == Vector::ZERO && !before.free {
+        return None;
     }
-    let share = if held { 1.0 - behind } else { 1.0 };
-    let had = load.unwrap_or(Wrench::ZERO).times(behind - 1.0);
-    wrench.times(share).plus(had)
+    let mut update = match before.free {
+        true => motion.kicked(body, felt, duration),
+        false => kicked(body, felt, duration),
+    };
+    update.linvel += lag;
+    Some(update)
+}
+
+impl FreeMotion {
+    /// What is to act for the second half of a step, on a body with that load in its first half: the
+    /// wrench after Rapier's step, but for what the velocity that is shown of a held body is behind by.
+    pub(super) fn second(&self, wrench: Wrench, load: Option<Wrench>, held: bool) -> Wrench {
+        if held && load == Some(wrench) {
+            return Wrench::ZERO;
+        }
+        let behind = self.iteration();
+        let share = if held { 1.0 - behind } else { 1.0 };
+        let had = load.unwrap_or(Wrench::ZERO).times(behind - 1.0);
+        wrench.times(share).plus(had)
+    }
+
+    /// What makes the velocity with which Rapier works of the true one, or the other way round.
+    pub(super) fn catches_up(&self, was_true: bool, is_true: bool) -> Vector {
+        match (was_true, is_true) {
+            (true, false) => -self.lag(),
+            (false, true) => self.lag(),
+            _ => Vector::ZERO,
+        }
+    }
 }

@@ -9,7 +9,7 @@ use super::multirate::Setting;
 use super::predicted::PredictedMotion;
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
-use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, steady_angvel};
+use crate::rigid::{Body, Lookup, Mobility, RigidState, Turning, Wrench, steady_angvel};
 
 impl Integrator {
     /// Runs the multirate integrator, and adds what Rapier is to be given to `motions`.
@@ -30,6 +30,8 @@ impl Integrator {
             let mut state = RigidState::new(body, turns);
             state.acceleration = own_acceleration(context, body);
             if let Some(lag) = lag(context, body) {
+                // Rapier damps what it holds.
+                state.damping = [0.0; 2];
                 state.catch_up(evaluation.wrenches[start.place], lag);
             }
             state
@@ -39,11 +41,13 @@ impl Integrator {
         self.predict_motions(motions, &multirate.states);
         let scheme = context.rules.scheme;
         let most = starts.iter().map(|start| start.count).max().unwrap_or(1);
-        scheme.divide(most, &mut multirate.ticks);
+        // A step back in time would undo what drag has stopped.
+        let composed = scheme == Scheme::Suzuki4 && !slows_much(context, evaluation, &starts);
+        Scheme::divide(most, composed, &mut multirate.ticks);
         let setting = Setting {
             context,
             motions: &self.motions,
-            composed: scheme == Scheme::Suzuki4,
+            composed,
         };
         multirate.integrate(setting, &starts, &evaluation.wrenches)?;
         for (state, start) in multirate.states.iter().zip(&starts) {
@@ -72,6 +76,22 @@ impl Integrator {
             self.motions.assign(state.body, motion);
         }
     }
+}
+
+/// Whether drag or damping stops any of some bodies within a step.
+fn slows_much(
+    context: &StepContext<'_, impl Lookup>,
+    evaluation: &Evaluation,
+    starts: &[Start],
+) -> bool {
+    let dt = to_f64(context.dt);
+    starts.iter().any(|start| {
+        let body = &context.bodies[start.place];
+        let coupling = evaluation.couplings.get(start.place);
+        let drag = coupling.and_then(|it| Some(it.as_ref()?.slows(&Mobility::of(body))));
+        let damping = to_f64(body.damping[0].max(body.damping[1]));
+        (drag.unwrap_or(0.0) + damping) * dt > 1.0
+    })
 }
 
 /// What Rapier itself accelerates a body by.
@@ -103,7 +123,7 @@ fn correct(
         wake,
     };
     let lag = lag(context, body);
-    let load = lag.map(|_| state.mean_wrench(to_f64(body.mass), step));
+    let load = lag.map(|_| state.mean_wrench(step));
     let shown = lag.map(|lag| state.behind(lag));
     let shown = shown.as_ref().unwrap_or(state);
     let (force, torque) = load.unwrap_or_default();
@@ -118,6 +138,7 @@ fn correct(
             body: state.body,
             expected: update.linvel + from_dvec3(own * step),
             linvel: from_dvec3(shown.linvel),
+            damped: lag.is_none(),
         });
     }
     let (after, twist) = match &shown.turning {
@@ -142,6 +163,7 @@ fn correct(
             after,
             twist,
             gyroscopic: body.gyroscopic,
+            damped: lag.is_none(),
             steady: update.angvel + twisted * context.dt,
         });
     }
@@ -165,7 +187,7 @@ fn correct(
 /// By how long a time the velocity of a body is behind that is held, and loaded. Forces that read
 /// velocities have no such lag.
 fn lag(context: &StepContext<'_, impl Lookup>, body: &Body) -> Option<f64> {
-    let half = 0.5 * to_f64(context.dt) * to_f64(context.behind(body));
+    let half = 0.5 * to_f64(context.dt) * to_f64(context.free_motion(body).iteration());
     let reads = context.compiled.reads_velocity;
     context
         .is_held(body)

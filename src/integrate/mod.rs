@@ -3,7 +3,9 @@
 
 mod context;
 mod evaluation;
+mod exponential;
 mod fault;
+mod free_motion;
 mod implicit;
 mod jacobian;
 mod kick;
@@ -23,11 +25,12 @@ pub use stiffness::{StepWarning, Stiffness};
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use evaluation::{Evaluation, find};
 pub(crate) use fault::{Fault, FaultKind};
+pub(crate) use free_motion::FreeMotion;
 pub(crate) use kick::Redirected;
 pub(crate) use kick::warn_of_caps;
-pub(crate) use load::second;
+pub(crate) use load::{Before, complete};
 pub(crate) use motion::{
-    FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate,
+    FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate, kicked,
 };
 
 use crate::eval::{Evaluator, Lineariser};

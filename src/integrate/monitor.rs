@@ -7,7 +7,7 @@ use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
-use crate::rigid::{Body, Lookup, Mobility, Wrench, pair, rounded};
+use crate::rigid::{Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded};
 
 /// From this (dt·ω)² on a scheme that does not choose warns; its limit is 4.
 const WARNING: Real = 1.0;
@@ -225,9 +225,9 @@ impl Integrator {
         jacobian::of_body(&mut self.lineariser, world, samples, place, moment, angvel)
     }
 
-    /// Takes the derivatives by velocity, for schemes whose kicks solve for it.
+    /// Takes the derivatives by velocity, since kicks solve for it.
     fn couple(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &mut Evaluation) {
-        if !context.compiled.reads_velocity || !context.rules.scheme.kicks_twice() {
+        if !context.compiled.reads_velocity {
             return;
         }
         self.prepare(context);
@@ -236,12 +236,11 @@ impl Integrator {
             if evaluation.wrenches[place] != Wrench::ZERO {
                 let known = evaluation.estimate(place).map(|estimate| estimate.jacobian);
                 let jacobian = known.unwrap_or_else(|| self.jacobian(context, evaluation, place));
-                let by_velocity = jacobian.by_velocity;
-                let usable = by_velocity.iter().all(|entry| entry.is_finite());
-                coupling = usable.then_some(Coupling {
-                    by_velocity,
-                    sampled_at: evaluation.sampled_at[place],
-                });
+                let mut entries = jacobian.by_velocity.iter();
+                let usable = entries.all(|entry| entry.is_finite());
+                let wrench = of_wrench(evaluation.wrenches[place]);
+                let sampled_at = evaluation.sampled_at[place];
+                coupling = usable.then(|| Coupling::new(&jacobian, &wrench, sampled_at));
             }
             evaluation.couplings.push(coupling);
         }

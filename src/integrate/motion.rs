@@ -20,6 +20,13 @@ pub(crate) struct Motions {
     pub loads: Vec<Load>,
     /// Bodies that get no second half of a kick, in the order of their handles.
     pub settled: Vec<RigidBodyHandle>,
+    /// Bodies that are to be completed with [`FreeMotion`](super::FreeMotion) in the second half, in
+    /// the order of their handles.
+    pub free: Vec<RigidBodyHandle>,
+    /// Bodies with true velocities at the end of the second half, where Rapier's would be behind.
+    pub ahead: Vec<RigidBodyHandle>,
+    /// Whether any force that reads velocities has changed much by the kicks.
+    pub outdated: bool,
     /// Bodies that the multirate integrator is to move.
     pub(super) inner: Vec<Start>,
 }
@@ -64,6 +71,8 @@ pub(crate) struct SteadyTurn {
     pub twist: DVec3,
     /// Whether Rapier's gyroscopic term was on, and is to be put on again.
     pub gyroscopic: bool,
+    /// Whether Rapier's damping is part of it.
+    pub damped: bool,
     /// The angular velocity that Rapier was given, and changes when something pushes the body.
     pub steady: Vector,
 }
@@ -85,6 +94,8 @@ pub(crate) struct MeanVelocity {
     pub expected: Vector,
     /// The velocity that the body then has in truth.
     pub linvel: Vector,
+    /// Whether Rapier's damping is part of it.
+    pub damped: bool,
 }
 
 impl Motions {
@@ -94,6 +105,9 @@ impl Motions {
         self.means.clear();
         self.loads.clear();
         self.settled.clear();
+        self.free.clear();
+        self.ahead.clear();
+        self.outdated = false;
         self.inner.clear();
     }
 
@@ -106,11 +120,14 @@ impl Motions {
         place.ok().map(|place| self.loads[place].wrench)
     }
 
-    /// Brings the loads into the order of handles.
-    pub(super) fn sort_loads(&mut self) {
-        let index = |load: &Load| load.body.into_raw_parts().0;
-        if !self.loads.is_sorted_by_key(index) {
-            self.loads.sort_unstable_by_key(index);
+    /// Brings what is looked up into the order of handles.
+    pub(super) fn sort(&mut self) {
+        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
+        if !self.loads.is_sorted_by_key(|load| index(load.body)) {
+            self.loads.sort_unstable_by_key(|load| index(load.body));
+        }
+        if !self.means.is_sorted_by_key(|mean| index(mean.body)) {
+            self.means.sort_unstable_by_key(|mean| index(mean.body));
         }
     }
 
@@ -142,6 +159,7 @@ impl SteadyTurn {
             after: TurnAfter::Momentum(angular_momentum),
             twist,
             gyroscopic: true,
+            damped: false,
             steady: steady_angvel(rotation, dt, body.iterations(substeps)),
         }
     }

@@ -4,8 +4,9 @@
 //! which Rapier moves, are taken to move on at constant velocity meanwhile.
 
 use super::context::StepContext;
+use super::exponential::phi1;
 use super::fault::{Fault, FaultKind};
-use super::implicit::Coupling;
+use super::implicit::{Besides, Coupling};
 use super::jacobian;
 use super::motion::{FASTEST, Start};
 use super::predicted::{PredictedFrames, PredictedMotions};
@@ -47,7 +48,9 @@ struct Solution {
     /// About the velocities at the start.
     coupling: Coupling,
     mobility: Mobility,
-    /// The wrench in the middle of the kick.
+    /// What acts beside fields, at the start.
+    besides: Besides,
+    /// The mean of all that acts over the kick, or what acts in the middle of it.
     wrench: Vector6<f64>,
     /// The velocities there.
     velocities: (DVec3, DVec3),
@@ -187,12 +190,12 @@ impl<W: Lookup> Run<'_, W> {
             }
             self.evaluate(group, true)?;
             for (known, sampled) in group.solutions.iter_mut().zip(&group.wrenches) {
-                let off = of_wrench(*sampled) - known.wrench;
-                let change = known.mobility.apply(&off) * duration;
+                let besides = known.besides.after(&known.wrench, 0.5 * duration);
+                let off = of_wrench(*sampled) + besides.wrench() - known.wrench;
+                let damping = besides.damping;
                 let coupling = &known.coupling;
-                if let Some(change) = coupling.solve(&known.mobility, &change, duration) {
-                    known.wrench += off + coupling.by_velocity * change * 0.5;
-                }
+                let better = coupling.midway(&known.mobility, &off, damping, duration);
+                known.wrench += better.unwrap_or(off);
             }
         }
         self.push(group, duration)
@@ -213,17 +216,29 @@ impl<W: Lookup> Run<'_, W> {
                 self.moment(),
                 state.angvel,
             );
-            let coupling = Coupling {
-                by_velocity: jacobian.by_velocity,
-                sampled_at: six(state.linvel, state.angvel),
-            };
-            let wrench = of_wrench(group.wrenches[body]);
+            let velocities = six(state.linvel, state.angvel);
+            let evaluated = of_wrench(group.wrenches[body]);
+            // Samples have velocities in the precision of the world.
+            let seen = six(to_dvec3(from_dvec3(state.linvel)), state.angvel);
+            let coupling = Coupling::new(&jacobian, &evaluated, seen);
+            let wrench = coupling.at(&velocities);
             let mobility = state.mobility();
-            let midway = coupling.midway(&mobility, &wrench, &coupling.sampled_at, duration);
+            let (momentum, twist) = state.momentum();
+            let besides = Besides {
+                pull: six(state.acceleration * state.mass, DVec3::ZERO),
+                damping: state.damping,
+                momentum: six(momentum, twist),
+            };
+            let all = wrench + besides.wrench();
+            let solved = match self.setting.composed {
+                true => coupling.midway(&mobility, &all, state.damping, duration),
+                false => coupling.mean(&mobility, &wrench, &besides, duration),
+            };
             group.solutions.push(Solution {
                 coupling,
                 mobility,
-                wrench: midway.unwrap_or(wrench),
+                besides,
+                wrench: solved.unwrap_or(all),
                 velocities: (state.linvel, state.angvel),
             });
         }
@@ -231,15 +246,19 @@ impl<W: Lookup> Run<'_, W> {
 
     fn push(&mut self, group: &Group, duration: f64) -> Result<(), Fault> {
         for (body, place) in group.states.iter().enumerate() {
-            let (force, torque) = match self.setting.context.compiled.reads_velocity {
-                true => pair(&group.solutions[body].wrench),
-                false => pair(&of_wrench(group.wrenches[body])),
-            };
             let state = &mut self.states[*place];
             state.pushed |= group.wrenches[body] != Wrench::ZERO;
-            state.wrench = (force, torque);
-            state.kick(force * duration, torque * duration);
-            state.linvel += state.acceleration * duration;
+            if self.setting.context.compiled.reads_velocity {
+                let (force, torque) = pair(&group.solutions[body].wrench);
+                state.kick(force * duration, torque * duration);
+            } else {
+                let (force, torque) = pair(&of_wrench(group.wrenches[body]));
+                state.wrench = (force, torque);
+                state.damp(duration);
+                let shares = state.damping.map(|rate| duration * phi1(-rate * duration));
+                state.kick(force * shares[0], torque * shares[1]);
+                state.linvel += state.acceleration * shares[0];
+            }
             let speed = state.linvel.length().max(state.angvel.length());
             if speed.is_nan() || speed > to_f64(FASTEST) {
                 let speed = from_f64(speed);

@@ -28,9 +28,16 @@ use crate::math::{Real, to_f64};
 /// friction holds stays where it is, and what rests is shown at rest. Such a velocity is behind that
 /// of `KickDriftKick` by half an iteration of the force; the map is the same.
 ///
-/// Forces that read velocities: their kicks solve the linear part of the force by the implicit
-/// midpoint rule, so that a magnetic force turns a velocity without changing its length (the
-/// rotation of Boris), except under `Kick` and `ExternalForce`, which sample them once.
+/// The kicks of a free body in fields hold Rapier's gravity, the user's force and Rapier's damping,
+/// too, as far as the scheme is not one to compare with (`Kick`, `ExternalForce`,
+/// `LinearlyImplicit`): then the order holds with all of them on. Where no field acts on a body, it
+/// is Rapier's, bit for bit.
+///
+/// Forces that read velocities: kicks follow their linear part exactly (with gravity and damping), so
+/// that a drag of any strength stops a body without turning it back, what falls reaches its terminal
+/// velocity, and a magnetic force turns a velocity without changing its length. `Suzuki4` needs
+/// the implicit midpoint rule instead; in a step in which drag or damping stops any body (its rate
+/// times dt is more than 1) it makes five equal steps of second order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -174,14 +181,14 @@ impl Scheme {
 
     /// Whether what Rapier's solver holds is loaded, not kicked.
     pub(crate) fn loads(self) -> bool {
-        !matches!(self, Scheme::Kick | Scheme::ExternalForce)
+        self != Scheme::Kick
     }
 
     /// Puts into `ticks` the steps into which all bodies divide theirs, in units of it; `most`: as
-    /// many as any of them needs.
-    pub(super) fn divide(self, most: u32, ticks: &mut Vec<f64>) {
+    /// many as any of them needs; `composed`: by the composition of fourth order.
+    pub(super) fn divide(most: u32, composed: bool, ticks: &mut Vec<f64>) {
         ticks.clear();
-        if self == Scheme::Suzuki4 {
+        if composed {
             let outer = (4.0 - 4.0_f64.cbrt()).recip();
             ticks.extend([outer, outer, 1.0 - 4.0 * outer, outer, outer]);
         } else {

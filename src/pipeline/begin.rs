@@ -242,7 +242,7 @@ impl FieldPipeline {
         }
         self.read(world, (sleepers, first || self.other_bodies), &[]);
         self.weigh(state, world);
-        self.see(state, None);
+        self.see();
         let remade = self.sample(&world.view());
         if remade || first || self.is_stale(state, &world.view(), dt) {
             self.evaluate_anew(fields, state, world)?;
@@ -305,7 +305,8 @@ impl FieldPipeline {
                 && was.sleeping == body.sleeping
                 && (!reads_velocity || (was.linvel == body.linvel && was.angvel == body.angvel))
         };
-        evaluation.dt != dt
+        evaluation.outdated
+            || evaluation.dt != dt
             || evaluation.bodies != self.samples.bodies
             || !self.bodies.iter().zip(&state.records).all(same)
             || state
@@ -431,7 +432,9 @@ impl FieldPipeline {
         let share = |body| match find(&motions.settled, body) {
             Some(_) => KickShare::Within(motions.arrival(body)),
             None if whole => KickShare::Whole,
-            None => KickShare::Half,
+            None => KickShare::Half {
+                free: find(&motions.free, body).is_some(),
+            },
         };
         Arc::make_mut(&mut self.detector.starts).after(&world.view(), share, momenta);
     }

@@ -1,13 +1,16 @@
 //! The second half of a step.
 
+use std::sync::Arc;
+
 use super::begin::moment;
+use super::stages::iterations;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, report};
 use crate::cross_check::Stepped;
 use crate::diagnose::blame;
-use crate::integrate::{Redirected, StepWarning, find};
+use crate::integrate::{FreeMotion, Motions, Redirected, StepWarning, find};
 use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rigid::{Lookup, Wrench};
 
@@ -55,6 +58,8 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
         let dt = open.dt;
+        // Nobody asks hooks any more.
+        open.starts = Arc::default();
         if let Some(expected) = &open.expected {
             let settings = (&fields.settings.cross_check, &self.watched);
             let (view, rollback) = (world.view(), &open.rollback);
@@ -203,7 +208,8 @@ impl FieldPipeline {
             }
         }
         self.read(world, (open.sleepers, false), &open.bodies);
-        self.see(state, Some(dt * 0.5));
+        self.complete(&open.motions, world);
+        self.see();
         self.sample(&world.view());
         let mut evaluation = std::mem::take(&mut self.spare);
         let last = state.evaluation.take();
@@ -245,11 +251,30 @@ impl FieldPipeline {
             return Err(blame(fields.set, &fault));
         }
         self.sampled = self.bodies.len();
+        evaluation.outdated = self.late.outdated;
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         let written = bridge::write(world.bodies, &self.late.updates);
+        if !self.late.ahead.is_empty() && !self.compiled.detectors.is_empty() {
+            Arc::make_mut(&mut self.detector.starts).catch_up(&self.late.ahead);
+        }
         self.record(state, world);
         Ok(written)
+    }
+
+    /// Takes what Rapier moved bodies by itself for the velocities at which they have moved.
+    fn complete(&mut self, first: &Motions, world: &WorldMut<'_>) {
+        if first.free.is_empty() {
+            return;
+        }
+        let (gravity, parameters) = (world.gravity, world.integration_parameters);
+        let (iterations, dt) = (iterations(parameters), parameters.dt);
+        for body in &mut self.bodies {
+            if !body.sleeping && find(&first.free, body.handle).is_some() {
+                let free = FreeMotion::new(body, gravity, iterations, dt);
+                [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
+            }
+        }
     }
 
     /// Who was put on another path within the step, in the order of handles, and which share of it

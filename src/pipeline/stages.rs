@@ -6,6 +6,7 @@ use crate::compile::{Prepared, Reach as Box};
 use crate::field::FieldSet;
 use crate::integrate::{MotionRules, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::rapier::dynamics::IntegrationParameters;
 use crate::rigid::{Body, Lookup};
 use crate::sample::{Properties, Samples};
 
@@ -65,7 +66,7 @@ impl FieldPipeline {
         MotionRules {
             scheme: fields.settings.scheme,
             exact_turns,
-            iterations: u32::try_from(parameters.num_solver_iterations).unwrap_or(u32::MAX),
+            iterations: iterations(parameters),
             gravity: world.gravity,
             max_speed: parameters.max_linear_velocity(),
             links,
@@ -196,24 +197,12 @@ impl FieldPipeline {
         (way.is_finite() && !reach.low.is_nan() && !reach.high.is_nan()).then_some(reach)
     }
 
-    /// The velocities that fields see: those of the bodies, or those that kicks still to come, for
-    /// some more time under the wrenches of the last evaluation, will make of them.
-    pub(super) fn see(&mut self, state: &FieldState, pending: Option<Real>) {
-        let last = state.evaluation.as_ref();
-        let pending = pending.filter(|_| self.compiled.reads_velocity);
+    /// Takes the velocities of the bodies for those that fields see.
+    pub(super) fn see(&mut self) {
         self.seen.clear();
-        self.seen.extend(self.bodies.iter().map(|body| {
-            let wrench = pending.zip(last).and_then(|(duration, last)| {
-                Some((last.wrenches[last.place_of(body.handle)?], duration))
-            });
-            let Some((wrench, duration)) = wrench else {
-                return (body.linvel, body.angvel);
-            };
-            (
-                body.linvel + wrench.force * duration * body.inv_mass,
-                body.angvel + body.inv_inertia * (wrench.torque * duration),
-            )
-        }));
+        let bodies = self.bodies.iter();
+        self.seen
+            .extend(bodies.map(|body| (body.linvel, body.angvel)));
     }
 
     /// All samples of all bodies that fields can move, sleepers included.
@@ -253,4 +242,9 @@ impl FieldPipeline {
         };
         *samples = Self::sample_everyone(properties, view, only_sites).1;
     }
+}
+
+/// Solver iterations of Rapier's step.
+pub(super) fn iterations(parameters: &IntegrationParameters) -> u32 {
+    u32::try_from(parameters.num_solver_iterations).unwrap_or(u32::MAX)
 }

@@ -1,10 +1,14 @@
 //! Fields that push every body alike: nothing is to be sampled or evaluated.
 
+use super::stages::iterations;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{self, Constraints, WakePolicy, Wanted, WorldMut};
 use crate::field::ForceMode;
-use crate::integrate::{FASTEST, Load, Motions, Scheme, VelocityUpdate, second};
+use crate::integrate::{
+    Before, FASTEST, FreeMotion, Load, Motions, Scheme, VelocityUpdate, complete, kicked,
+};
 use crate::math::{Real, Vector};
+use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Body, Wrench};
 
 impl FieldPipeline {
@@ -70,8 +74,10 @@ impl FieldPipeline {
         };
         let force = sum(ForceMode::Force);
         let (acceleration, change) = (sum(ForceMode::Acceleration), sum(ForceMode::VelocityChange));
-        let (updates, loads) = (&mut self.late.updates, &mut self.motions.loads);
+        let updates = &mut self.late.updates;
         updates.clear();
+        let motions = &mut self.motions;
+        let mut free_before = first.map_or(&[][..], |first| &first.free).iter().peekable();
         let shown = &mut self.spare;
         shown.clear();
         let wanted = Wanted {
@@ -82,7 +88,8 @@ impl FieldPipeline {
         let view = world.view();
         let constraints = Constraints::new(world);
         let any_held = scheme.loads() && !constraints.none();
-        let parameters = world.integration_parameters;
+        let (gravity, iterations) = (world.gravity, iterations(world.integration_parameters));
+        let mut turns = false;
         self.reader
             .visit(&view, world.islands, wanted, |handle, body| {
                 let mass = body.mass();
@@ -100,32 +107,62 @@ impl FieldPipeline {
                 shown.bodies.push(handle);
                 shown.wrenches.push(wrench);
                 let held = any_held && constraints.hold(handle, body);
-                if held && first.is_none() {
-                    let body = Body::of(handle, body);
-                    loads.push(Load::new(&body, wrench, false, dt));
+                if !held
+                    && first.is_none_or(|first| first.loads.is_empty())
+                    && coasts(body, gravity)
+                {
+                    let inv_mass = body.mass_properties().effective_inv_mass;
+                    updates.push(VelocityUpdate {
+                        body: handle,
+                        linvel: body.linvel() + pull * duration * inv_mass,
+                        angvel: body.angvel(),
+                        spins: false,
+                        wake: false,
+                    });
                     return true;
                 }
-                let load = first.and_then(|first| first.load(handle));
-                let count = parameters.num_solver_iterations + body.additional_solver_iterations();
-                let behind = (count.max(1) as Real).recip();
-                let felt = match (held, load.is_some()) {
-                    (false, false) => wrench,
-                    _ => second(wrench, load, held, behind),
+                let mut copy = Body::of(handle, body);
+                let free = FreeMotion::new(&copy, gravity, iterations, dt);
+                let update = match first {
+                    None if held => {
+                        motions.loads.push(Load::new(&copy, wrench, false, dt));
+                        return true;
+                    }
+                    None if scheme == Scheme::Kick || free.is_none() || pull == Vector::ZERO => {
+                        kicked(&copy, wrench, duration)
+                    }
+                    None => {
+                        motions.free.push(handle);
+                        let update = free.kicked(&copy, wrench, duration);
+                        let linvel = free.given(update.linvel);
+                        VelocityUpdate { linvel, ..update }
+                    }
+                    Some(first) => {
+                        let was_free = free_before.next_if_eq(&&handle).is_some();
+                        if was_free {
+                            [copy.linvel, copy.angvel] = free.moved(copy.linvel, copy.angvel);
+                        }
+                        let before = Before {
+                            free: was_free,
+                            load: first.load(handle),
+                        };
+                        match complete(&copy, &free, (wrench, held), before, duration) {
+                            Some(update) => update,
+                            None => return true,
+                        }
+                    }
                 };
-                if felt == Wrench::ZERO {
-                    return true;
-                }
-                let inv_mass = body.mass_properties().effective_inv_mass;
-                updates.push(VelocityUpdate {
-                    body: handle,
-                    linvel: body.linvel() + felt.force * duration * inv_mass,
-                    angvel: body.angvel(),
-                    spins: false,
-                    wake: false,
-                });
+                turns |= update.angvel != body.angvel();
+                updates.push(update);
                 true
             });
-        bridge::write_linear(world.bodies, updates);
+        match turns {
+            true => {
+                bridge::write(world.bodies, updates);
+            }
+            false => bridge::write_linear(world.bodies, updates),
+        }
+        let loads = &self.motions.loads;
         if !loads.is_empty() {
             let record = &mut self.spare_record;
             let open = state.open.get_or_insert_with(|| std::mem::take(record));
@@ -134,4 +171,10 @@ impl FieldPipeline {
         self.sampled = shown.bodies.len();
         updates.len()
     }
+}
+
+/// Whether nothing but fields moves a free body.
+fn coasts(body: &RigidBody, gravity: Vector) -> bool {
+    let pulled = gravity != Vector::ZERO || body.user_force() != Vector::ZERO;
+    !pulled && body.linear_damping() == 0.0 && body.angular_damping() == 0.0
 }

@@ -27,6 +27,8 @@ pub(crate) struct Body {
     pub gravity_scale: Real,
     /// The user's own.
     pub user_force: Vector,
+    /// The rates of damping that Rapier applies, linear and angular.
+    pub damping: [Real; 2],
     /// Solver iterations on top of those of the world.
     pub extra_iterations: u32,
 }
@@ -52,6 +54,7 @@ impl Body {
             sleeping: body.is_sleeping(),
             gravity_scale: body.gravity_scale(),
             user_force: body.user_force(),
+            damping: [body.linear_damping(), body.angular_damping()],
             extra_iterations: u32::try_from(extra).unwrap_or(u32::MAX),
         }
     }

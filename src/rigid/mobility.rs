@@ -154,6 +154,14 @@ pub(crate) fn turned_inertia(body: &Body) -> TurnedInertia {
     }
 }
 
+impl Body {
+    /// Its angular momentum, but for what is locked.
+    pub(crate) fn angular_momentum_now(&self) -> DVec3 {
+        let attitude = to_dquat(self.pose.rotation);
+        turned_inertia(self).momentum(attitude, to_dvec3(self.angvel))
+    }
+}
+
 /// See [`turned_inertia`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TurnedInertia {

@@ -4,7 +4,7 @@ use super::body::Body;
 use super::mobility::{self, Mobility, TurnedInertia, six};
 use super::rotation::{Inertia, to_dquat};
 use super::wrench::Wrench;
-use crate::math::{DPose3, DQuat, DVec3, RigidBodyHandle, to_dvec3};
+use crate::math::{DPose3, DQuat, DVec3, RigidBodyHandle, to_dvec3, to_f64};
 
 /// A body on its way through the inner steps, in 64-bit precision.
 #[derive(Clone, Debug)]
@@ -22,6 +22,9 @@ pub(crate) struct RigidState {
     pub began: (DVec3, DVec3),
     /// By gravity and the user's force, which Rapier adds.
     pub acceleration: DVec3,
+    /// The rates of Rapier's damping, linear and angular.
+    pub damping: [f64; 2],
+    pub mass: f64,
     /// Whether any field ever pushed it.
     pub pushed: bool,
     /// The last wrench that did.
@@ -65,6 +68,8 @@ impl RigidState {
             start: (position, attitude),
             began: (to_dvec3(body.linvel), angvel),
             acceleration: DVec3::ZERO,
+            damping: body.damping.map(to_f64),
+            mass: to_f64(body.mass),
             pushed: false,
             wrench: (DVec3::ZERO, DVec3::ZERO),
             inv_mass: to_dvec3(body.inv_mass),
@@ -119,9 +124,18 @@ impl RigidState {
         shown
     }
 
-    /// The mean wrench of fields since the start, over `dt`, for `mass`.
-    pub(crate) fn mean_wrench(&self, mass: f64, dt: f64) -> (DVec3, DVec3) {
-        let force = ((self.linvel - self.began.0) / dt - self.acceleration) * mass;
+    /// Linear and angular momentum.
+    pub(crate) fn momentum(&self) -> (DVec3, DVec3) {
+        let twist = match &self.turning {
+            Turning::Free(_, momentum) => *momentum,
+            _ => self.inertia.momentum(self.attitude, self.angvel),
+        };
+        (self.linvel * self.mass, twist)
+    }
+
+    /// The mean wrench of fields since the start, over `dt`.
+    pub(crate) fn mean_wrench(&self, dt: f64) -> (DVec3, DVec3) {
+        let force = ((self.linvel - self.began.0) / dt - self.acceleration) * self.mass;
         let twist = match &self.turning {
             Turning::Free(inertia, momentum) => {
                 *momentum - inertia.angular_momentum(self.start.1, self.began.1)
@@ -134,9 +148,23 @@ impl RigidState {
         (force, twist / dt)
     }
 
+    /// Loses what damping takes over `duration`.
+    pub(crate) fn damp(&mut self, duration: f64) {
+        let [linear, angular] = self.damping.map(|rate| (-rate * duration).exp());
+        self.linvel *= linear;
+        match &mut self.turning {
+            Turning::Free(inertia, momentum) => {
+                *momentum *= angular;
+                self.angvel = inertia.angvel_after(self.attitude, *momentum);
+            }
+            Turning::Steady => self.angvel *= angular,
+            Turning::LeftAlone => {}
+        }
+    }
+
     /// Takes an impulse and an angular impulse.
     pub(crate) fn kick(&mut self, impulse: DVec3, twist: DVec3) {
-        self.linvel += self.inv_mass * impulse;
+        self.linvel = stopped(self.linvel, self.inv_mass * impulse);
         match &mut self.turning {
             Turning::Free(inertia, momentum) => {
                 *momentum += twist;
@@ -149,4 +177,12 @@ impl RigidState {
             Turning::LeftAlone => {}
         }
     }
+}
+
+/// A sum whose components are zero where they are nothing but a rounding: what drag stops is not to
+/// go back.
+fn stopped(was: DVec3, more: DVec3) -> DVec3 {
+    let sum = was + more;
+    let rounding = was.abs() * (16.0 * f64::EPSILON);
+    DVec3::select(sum.abs().cmple(rounding), DVec3::ZERO, sum)
 }

@@ -23,6 +23,7 @@ mod contact_fields;
 #[cfg(feature = "f64")]
 mod convergence;
 mod cross_check;
+mod damped;
 mod derivatives;
 mod detection;
 mod evaluators_agree;

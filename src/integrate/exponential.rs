@@ -1,0 +1,134 @@
+//! The mean of a vector that changes at a rate linear in itself: φ₁(A) x = ∫₀¹ exp(s A) x ds (M.
+//! Hochbruck and A. Ostermann, Acta Numerica 19 (2010) 209, §2).
+
+use crate::rapier::na::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector6};
+
+/// φ₁(x) = (eˣ − 1)/x.
+pub(super) fn phi1(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.exp_m1() / x }
+}
+
+/// φ₁(A) x of three components; `None` if it is not finite.
+pub(super) fn mean3(rate: &Matrix3<f64>, x: Vector3<f64>) -> Option<Vector3<f64>> {
+    let mean = match spiral(rate) {
+        Some((growth, turn)) => spiral_mean(growth, turn, x),
+        None => {
+            let mut both = Matrix4::zeros();
+            both.fixed_view_mut::<3, 3>(0, 0).copy_from(rate);
+            both.fixed_view_mut::<3, 1>(0, 3).copy_from(&x);
+            both.exp().fixed_view::<3, 1>(0, 3).into_owned()
+        }
+    };
+    mean.iter().all(|x| x.is_finite()).then_some(mean)
+}
+
+/// φ₁(A) x of six components; `None` if it is not finite.
+pub(super) fn mean6(rate: &Matrix6<f64>, x: &Vector6<f64>) -> Option<Vector6<f64>> {
+    let mut both = SMatrix::<f64, 7, 7>::zeros();
+    both.fixed_view_mut::<6, 6>(0, 0).copy_from(rate);
+    both.fixed_view_mut::<6, 1>(0, 6).copy_from(x);
+    if !both.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let mean = both.exp().fixed_view::<6, 1>(0, 6).into_owned();
+    mean.iter().all(|x| x.is_finite()).then_some(mean)
+}
+
+/// The rates of growth and of turning of a matrix that does nothing else, to rounding: a drag that
+/// is alike in all directions, and a magnetic force.
+fn spiral(rate: &Matrix3<f64>) -> Option<(f64, Vector3<f64>)> {
+    let size = rate.amax();
+    if !size.is_finite() {
+        return None;
+    }
+    let growth = rate.trace() / 3.0;
+    let stretch = (rate + rate.transpose()) * 0.5 - Matrix3::identity() * growth;
+    let turn = Vector3::new(
+        rate[(2, 1)] - rate[(1, 2)],
+        rate[(0, 2)] - rate[(2, 0)],
+        rate[(1, 0)] - rate[(0, 1)],
+    );
+    (stretch.amax() <= 4.0 * f64::EPSILON * size).then_some((growth, turn * 0.5))
+}
+
+/// The same for such a matrix: across the axis of turning it is a complex number z = k + iω.
+fn spiral_mean(growth: f64, turn: Vector3<f64>, x: Vector3<f64>) -> Vector3<f64> {
+    let rate = turn.norm();
+    if rate == 0.0 {
+        return x * phi1(growth);
+    }
+    let axis = turn / rate;
+    let along = axis * axis.dot(&x);
+    let across = x - along;
+    // e^z − 1, without loss of digits where z is small.
+    let (sine, cosine) = rate.sin_cos();
+    let half = (0.5 * rate).sin();
+    let real = growth.exp_m1() * cosine - 2.0 * half * half;
+    let imaginary = growth.exp() * sine;
+    // Divided by z, scaled so that its square is in range.
+    let scale = rate.max(growth.abs());
+    let (k, w) = (growth / scale, rate / scale);
+    let square = (k * k + w * w) * scale;
+    let (real, imaginary) = (
+        (real * k + imaginary * w) / square,
+        (imaginary * k - real * w) / square,
+    );
+    along * phi1(growth) + across * real + axis.cross(&across) * imaginary
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rigid::cross_matrix;
+
+    /// By sums of exponentials over many parts.
+    fn summed(rate: &Matrix3<f64>, x: Vector3<f64>) -> Vector3<f64> {
+        let parts = 4000;
+        let steps = (0..parts).map(|part| {
+            let s = (f64::from(part) + 0.5) / f64::from(parts);
+            (rate * s).exp() * x
+        });
+        steps.sum::<Vector3<f64>>() / f64::from(parts)
+    }
+
+    #[test]
+    fn it_is_the_mean_of_the_exponential() {
+        let x = Vector3::new(0.3, -1.2, 0.7);
+        let turn = cross_matrix(crate::math::DVec3::new(0.4, 2.0, -1.1));
+        let drag = Matrix3::identity() * -1.7;
+        let uneven = Matrix3::from_diagonal(&Vector3::new(-3.0, -0.1, 0.0));
+        for rate in [turn, drag, turn + drag, uneven, uneven + turn] {
+            let mean = mean3(&rate, x).expect("finite");
+            assert!((mean - summed(&rate, x)).norm() < 1e-6, "{rate}");
+            let mut six = Matrix6::zeros();
+            six.fixed_view_mut::<3, 3>(0, 0).copy_from(&rate);
+            six.fixed_view_mut::<3, 3>(3, 3).copy_from(&rate);
+            let both = Vector6::new(x.x, x.y, x.z, x.x, x.y, x.z);
+            let whole = mean6(&six, &both).expect("finite");
+            assert!((whole.fixed_rows::<3>(0) - mean).norm() < 1e-13, "{rate}");
+            assert!((whole.fixed_rows::<3>(3) - mean).norm() < 1e-13, "{rate}");
+        }
+    }
+
+    #[test]
+    fn a_turn_keeps_the_length_at_any_rate() {
+        let x = Vector3::new(0.3, -1.2, 0.7);
+        for rate in [1e-12, 1e-6, 1e-2, 1.0, 10.0, 100.0] {
+            let turn = cross_matrix(crate::math::DVec3::new(0.4, 2.0, -1.1) * rate);
+            let after = x + turn * mean3(&turn, x).expect("finite");
+            assert!((after.norm() / x.norm() - 1.0).abs() < 1e-13, "{rate}");
+        }
+    }
+
+    #[test]
+    fn drag_of_any_strength_stops_and_never_turns_back() {
+        let x = Vector3::new(0.3, -1.2, 0.7);
+        for rate in [1e-300, 1e-12, 1.0, 30.0, 1e6, 1e300] {
+            let drag = Matrix3::identity() * -rate;
+            let after = x + drag * mean3(&drag, x).expect("finite");
+            let left = after.dot(&x) / x.norm_squared();
+            assert!((-f64::EPSILON..=1.0).contains(&left), "{rate}: {left}");
+            assert!((left - (-rate).exp()).abs() < 1e-13, "{rate}: {left}");
+        }
+    }
+}

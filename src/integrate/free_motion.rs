@@ -1,0 +1,123 @@
+//! What moves a free body beside fields: Rapier's gravity, the user's force and damping.
+//!
+//! Rapier spreads its acceleration a over the n iterations of a step, and damps at its end; both are
+//! of first order. So the half kicks of a body that fields push hold all of it, and Rapier's own
+//! part is taken off beforehand: a body that is to move at v is given v − (n + 1)/2n · a dt, and
+//! arrives at v + (n − 1)/2n · a dt, damped.
+
+use super::StepContext;
+use super::exponential::phi1;
+use super::implicit::Besides;
+use super::motion::VelocityUpdate;
+use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
+use crate::rapier::na::Vector6;
+use crate::rigid::{Body, Lookup, Wrench, six};
+
+/// How a body moves freely in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FreeMotion {
+    /// Rapier's own acceleration.
+    own: Vector,
+    damping: [Real; 2],
+    /// The part of a step that is one iteration.
+    iteration: Real,
+    dt: Real,
+}
+
+impl<W: Lookup> StepContext<'_, W> {
+    pub(super) fn free_motion(&self, body: &Body) -> FreeMotion {
+        FreeMotion::new(body, self.rules.gravity, self.rules.iterations, self.dt)
+    }
+}
+
+impl FreeMotion {
+    pub(crate) fn new(body: &Body, gravity: Vector, iterations: u32, dt: Real) -> Self {
+        let weight = gravity * (body.gravity_scale * body.mass);
+        let count = body.iterations(iterations).max(1);
+        FreeMotion {
+            own: (body.user_force + weight) * body.inv_mass,
+            damping: body.damping,
+            iteration: (count as Real).recip(),
+            dt,
+        }
+    }
+
+    /// The part of a step that is one iteration.
+    pub(super) fn iteration(&self) -> Real {
+        self.iteration
+    }
+
+    /// Whether nothing but fields moves it.
+    pub(crate) fn is_none(&self) -> bool {
+        self.own == Vector::ZERO && self.damping == [0.0; 2]
+    }
+
+    /// Velocities after a wrench and all of this have acted for `duration`.
+    pub(crate) fn kicked(&self, body: &Body, wrench: Wrench, duration: Real) -> VelocityUpdate {
+        let [linear, angular] = self.damping.map(|rate| -rate * duration);
+        let mean = |rate: Real| from_f64(phi1(to_f64(rate)));
+        let pull = wrench.force * duration * body.inv_mass + self.own * duration;
+        let twist = body.inv_inertia * (wrench.torque * duration);
+        VelocityUpdate {
+            body: body.handle,
+            linvel: body.linvel + (body.linvel * linear + pull) * mean(linear),
+            angvel: body.angvel + (body.angvel * angular + twist) * mean(angular),
+            spins: false,
+            wake: false,
+        }
+    }
+
+    /// What damping leaves of an angular momentum over `duration`, and the share of an angular
+    /// impulse over it.
+    pub(super) fn turning(&self, duration: Real) -> [Real; 2] {
+        let rate = to_f64(-self.damping[1] * duration);
+        [rate.exp(), phi1(rate)].map(from_f64)
+    }
+
+    /// What Rapier is to be given for a body that is to move at `linvel`.
+    pub(crate) fn given(&self, linvel: Vector) -> Vector {
+        linvel - self.own * (0.5 * self.dt * (1.0 + self.iteration))
+    }
+
+    /// The velocity with which Rapier arrives from one that it is given, but for damping.
+    pub(super) fn arrives(&self, given: Vector) -> Vector {
+        given + self.own * self.dt
+    }
+
+    /// The same for a kick that is solved for.
+    pub(super) fn besides(&self, body: &Body) -> Besides {
+        let momentum = match self.damping {
+            [0.0, 0.0] => Vector6::zeros(),
+            _ => six(
+                to_dvec3(body.linvel * body.mass),
+                body.angular_momentum_now(),
+            ),
+        };
+        Besides {
+            damping: self.damping.map(to_f64),
+            momentum,
+            ..self.pull(body)
+        }
+    }
+
+    /// Rapier's own pull alone.
+    pub(super) fn pull(&self, body: &Body) -> Besides {
+        Besides {
+            pull: six(to_dvec3(self.own * body.mass), DVec3::ZERO),
+            ..Besides::default()
+        }
+    }
+
+    /// The velocity at which the body has moved, where Rapier arrives with `linvel`; and the angular
+    /// velocity.
+    pub(crate) fn moved(&self, linvel: Vector, angvel: Vector) -> [Vector; 2] {
+        let [linear, angular] = self.damping.map(|rate| 1.0 + rate * self.dt);
+        let more = self.own * (0.5 * self.dt * (1.0 - self.iteration));
+        [linvel * linear - more, angvel * angular]
+    }
+
+    /// By how much the velocity that Rapier works with is behind the true one.
+    pub(crate) fn lag(&self) -> Vector {
+        self.own * (0.5 * self.dt * self.iteration)
+    }
+}

@@ -1,0 +1,111 @@
+//! Forces that read velocities, of any strength: nothing explodes, nothing turns back, and what falls
+//! reaches its terminal velocity, under every scheme.
+
+use rapier3d_fields::math::{Real, from_f64, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::*;
+
+const DT: Real = 1.0 / 60.0;
+
+/// Drag of rate k over the mass, or so at the first speed.
+fn drag(k: f64, quadratic: bool, speed: f64) -> Field {
+    match quadratic {
+        false => Field::drag(from_f64(k), 0.0),
+        true => Field::drag(0.0, from_f64(k / speed)),
+    }
+}
+
+fn strengths() -> impl Iterator<Item = f64> {
+    (-6..=6).map(|power| 10.0_f64.powi(power) / to_f64(DT))
+}
+
+#[test]
+fn drag_slows_and_never_turns_back() {
+    for scheme in SCHEMES {
+        for (k, quadratic) in strengths().flat_map(|k| [(k, false), (k, true)]) {
+            let mut world = weightless(DT);
+            let ball = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::X * 3.0);
+            let mut fields = build(drag(k, quadratic, 3.0), scheme);
+            let mut last = 3.0;
+            for step in 0..100 {
+                fields.step(&mut world).expect("a finite step");
+                let body = &world.bodies[ball];
+                let now = to_f64(body.linvel().x);
+                let what = format!("{scheme:?}, {k:e}, quadratic {quadratic}, step {step}: {now}");
+                assert!((0.0..=last).contains(&now), "{what} after {last}");
+                assert!(body.translation().is_finite(), "{what}");
+                last = now;
+            }
+        }
+    }
+}
+
+#[test]
+fn what_falls_reaches_its_terminal_velocity() {
+    let mut off = Vec::new();
+    for scheme in SCHEMES {
+        for (k, quadratic) in strengths().flat_map(|k| [(k, false), (k, true)]) {
+            // Time enough to get there.
+            let limit = if quadratic {
+                (9.81 / k).sqrt()
+            } else {
+                9.81 / k
+            };
+            let time = limit / 9.81;
+            if time > 20.0 {
+                continue;
+            }
+            let mut world = weightless(DT);
+            world.gravity = Vector::Y * -9.81;
+            let ball = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::ZERO);
+            let mut fields = build(drag(k, quadratic, 1.0), scheme);
+            let steps = (10.0 * time / to_f64(DT)) as usize + 60;
+            for _ in 0..steps {
+                fields.step(&mut world).expect("a finite step");
+            }
+            let start = to_f64(world.bodies[ball].translation().y);
+            for _ in 0..60 {
+                fields.step(&mut world).expect("a finite step");
+            }
+            let body = &world.bodies[ball];
+            let shown = -to_f64(body.linvel().y) / limit - 1.0;
+            let fallen = (start - to_f64(body.translation().y)) / limit - 1.0;
+            // What gravity adds in a step is rounded.
+            let rounding = 4.0 * to_f64(Real::EPSILON) * 9.81 * to_f64(DT) / limit;
+            let bound = rounding.max(1e-3);
+            if !(shown.abs() < bound && fallen.abs() < bound) {
+                let what = format!("{scheme:?}, {k:.1e}, quadratic {quadratic}");
+                off.push(format!("{what}: {shown:.1e} shown, {fallen:.1e} fallen"));
+            }
+        }
+    }
+    assert!(off.is_empty(), "{off:#?}");
+}
+
+#[test]
+fn gyration_keeps_the_speed() {
+    for scheme in SCHEMES {
+        for turn in [0.01, 0.1, 1.0, 3.0, 10.0, 100.0] {
+            let mut world = weightless(DT);
+            let velocity = Vector::new(1.0, -0.3, 0.5);
+            let ball = insert_ball(&mut world, 1.0, Vector::ZERO, velocity);
+            let rate = Vector::new(0.6, 0.0, 0.8) * (from_f64(turn) / DT);
+            let mut fields = build(Field::magnetic(rate), scheme);
+            let charge = ColliderProperties::new().charge(1.0);
+            let part = world.bodies[ball].colliders()[0];
+            fields
+                .set_properties(part, charge, &world.colliders)
+                .expect("a collider");
+            let mut worst = 0.0_f64;
+            for _ in 0..100 {
+                fields.step(&mut world).expect("a finite step");
+                let ratio = world.bodies[ball].linvel().length() / velocity.length();
+                worst = worst.max((to_f64(ratio) - 1.0).abs());
+            }
+            println!("{scheme:?}, {turn}: {worst:.1e}");
+            let bound = either(1e-6, 1e-12);
+            assert_at_most(worst, bound, format!("{scheme:?}, {turn}"));
+        }
+    }
+}
