@@ -84,6 +84,8 @@ pub struct FieldPipeline {
     /// A buffer for what is taken back of a step.
     spare_record: OpenRecord,
     acting: Vec<bool>,
+    /// Bodies that may not fall asleep.
+    restless: Vec<RigidBodyHandle>,
     links: Vec<RigidBodyHandle>,
     /// Bodies that Rapier's solver holds.
     held: Vec<RigidBodyHandle>,
@@ -127,6 +129,7 @@ impl Default for FieldPipeline {
             spare: Evaluation::default(),
             spare_record: OpenRecord::default(),
             acting: Vec::new(),
+            restless: Vec::new(),
             links: Vec::new(),
             held: Vec::new(),
             softs: SoftBodies::default(),

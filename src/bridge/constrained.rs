@@ -2,7 +2,7 @@
 
 use super::world::WorldMut;
 use crate::math::{RigidBodyHandle, RigidBodySet};
-use crate::rapier::dynamics::{ImpulseJointSet, RigidBody};
+use crate::rapier::dynamics::{ImpulseJointSet, MultibodyJointSet, RigidBody};
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
 
 /// What may hold bodies.
@@ -11,6 +11,7 @@ pub(crate) struct Constraints<'a> {
     bodies: &'a RigidBodySet,
     pairs: &'a NarrowPhase,
     joints: &'a ImpulseJointSet,
+    articulations: &'a MultibodyJointSet,
     /// Whether there are any.
     contacts: bool,
     jointed: bool,
@@ -22,6 +23,7 @@ impl<'a> Constraints<'a> {
             bodies: world.bodies,
             pairs: world.narrow_phase,
             joints: world.impulse_joints,
+            articulations: world.multibody_joints,
             contacts: world.narrow_phase.contact_pairs().next().is_some(),
             jointed: !world.impulse_joints.is_empty(),
         }
@@ -36,9 +38,28 @@ impl<'a> Constraints<'a> {
     pub(crate) fn hold(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
         let mut colliders = body.colliders().iter();
         let pushes = |collider| self.pairs.contact_pairs_with(collider).any(is_pushed);
+        (self.contacts && colliders.any(|it| pushes(*it))) || self.join(handle)
+    }
+
+    /// Whether joints hold a body.
+    pub(super) fn join(&self, handle: RigidBodyHandle) -> bool {
         let mut joints = self.joints.attached_enabled_joints(handle);
-        (self.contacts && colliders.any(|it| pushes(*it)))
-            || (self.jointed && joints.next().is_some())
+        let articulated = || self.articulations.rigid_body_link(handle).is_some();
+        (self.jointed && joints.next().is_some()) || articulated()
+    }
+
+    /// The contacts that pushed a body in Rapier's last step, and whether it is their first side.
+    pub(super) fn pushing(
+        &self,
+        handle: RigidBodyHandle,
+    ) -> impl Iterator<Item = (&ContactPair, bool)> {
+        let body = self.bodies.get(handle);
+        let colliders = body.map_or(&[][..], RigidBody::colliders).iter();
+        colliders.flat_map(|collider| {
+            let pairs = self.pairs.contact_pairs_with(*collider);
+            let pushed = pairs.filter(|pair| is_pushed(pair));
+            pushed.map(|pair| (pair, pair.collider1 == *collider))
+        })
     }
 
     /// Those of some bodies that are held, in their order.

@@ -3,6 +3,7 @@
 mod constrained;
 mod error;
 mod read;
+mod restless;
 mod rollback;
 mod sleep;
 mod soft;
@@ -15,6 +16,7 @@ pub use world::WorldMut;
 
 pub(crate) use constrained::Constraints;
 pub(crate) use read::{Reader, Wanted, is_movable};
+pub(crate) use restless::{Balance, Drowsing};
 pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;
 pub(crate) use soft::SoftBodies;

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
-use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
+use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{Heard, KickShare, Pairs, is_to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
 use crate::integrate::{StepWarning, TurnAfter, find, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::Lookup;
+use crate::rigid::{Body, Lookup};
 use crate::sample::Moment;
 
 impl FieldPipeline {
@@ -372,6 +372,7 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
         self.find_held(fields, world);
+        self.find_restless(state, world);
         let Some(evaluation) = &state.evaluation else {
             return Ok(());
         };
@@ -388,7 +389,12 @@ impl FieldPipeline {
         let view = world.view();
         let rules = Self::rules([&links, &held], exact, fields, world);
         let context = self.context(&view, (state.time, dt), rules);
-        let acts = super::acts(policy, &self.acting);
+        let (acts, restless) = (super::acts(policy, &self.acting), &self.restless);
+        let acts = |place, body: &Body, wrench| {
+            let (acts, wake) = acts(place, body, wrench);
+            let keep = !restless.is_empty() && find(restless, body.handle).is_some();
+            (acts, wake || keep)
+        };
         let outcome = integrator.first_half(&context, evaluation, &acts, &mut motions);
         if outcome.is_ok() {
             warn_of_caps(&context, &motions, &mut warnings);
@@ -407,6 +413,24 @@ impl FieldPipeline {
             .extend(motions.turns.iter().map(|turn| turn.body));
         bridge::write(world.bodies, &motions.updates);
         Ok(())
+    }
+
+    /// Takes up the bodies that are about to fall asleep though nothing balances what pushes them.
+    fn find_restless(&mut self, state: &mut FieldState, world: &WorldMut<'_>) {
+        let was_drowsing = std::mem::take(&mut state.drowsing);
+        let balance = Balance {
+            constraints: Constraints::new(world),
+            gravity: world.gravity,
+            parameters: world.integration_parameters,
+            drowsing: &was_drowsing,
+        };
+        let wrenches = state.evaluation.iter().flat_map(|it| &it.wrenches);
+        let drowsing = &mut state.drowsing;
+        let restless = self.bodies.iter().zip(wrenches);
+        let restless =
+            restless.filter(|(body, wrench)| balance.keeps_awake(body, **wrench, drowsing));
+        self.restless.clear();
+        self.restless.extend(restless.map(|(body, _)| body.handle));
     }
 
     /// Takes note of how the bodies begin the step, for contacts: before fields act on them.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::bridge::{ForceOverride, Resting};
+use crate::bridge::{Drowsing, ForceOverride, Resting};
 use crate::contact::Listening;
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::EnergyAudit;
@@ -35,6 +35,7 @@ pub struct FieldState {
     /// Bodies found stiff, in the order of their handles.
     pub(crate) stiff: Vec<RigidBodyHandle>,
     pub(crate) resting: Resting,
+    pub(crate) drowsing: Drowsing,
     /// Whether all anchors were found once, and how many bodies and colliders there were; what is
     /// missing later was removed.
     pub(crate) anchored: Option<[usize; 2]>,
@@ -107,7 +108,8 @@ impl FieldState {
             let count = evaluated.map_or(self.records.len(), |last| last.bodies.len());
             self.checked = evaluated.is_none_or(Evaluation::is_sound)
                 && self.records.len() == count
-                && self.resting.is_sound();
+                && self.resting.is_sound()
+                && self.drowsing.is_sound();
         }
         self.checked && self.time.is_finite()
     }

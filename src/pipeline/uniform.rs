@@ -2,12 +2,13 @@
 
 use super::stages::iterations;
 use super::{Definition, FieldPipeline, FieldState};
-use crate::bridge::{self, Constraints, WakePolicy, Wanted, WorldMut};
+use crate::bridge::{self, Balance, Constraints, Drowsing, WakePolicy, Wanted, WorldMut};
+use crate::compile::ConstantField;
 use crate::field::ForceMode;
 use crate::integrate::{
-    Before, FASTEST, FreeMotion, Load, Motions, Scheme, VelocityUpdate, complete, kicked,
+    Before, FASTEST, FreeMotion, Load, Motions, Scheme, VelocityUpdate, complete, find, kicked,
 };
-use crate::math::{Real, Vector};
+use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Body, Wrench};
 
@@ -52,115 +53,69 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
         first: Option<&Motions>,
     ) -> usize {
-        let dt = world.integration_parameters.dt;
         self.motions.clear();
         self.bodies.clear();
         self.rollback.clear();
         self.retire(state);
         state.carriers.clear();
+        let dt = world.integration_parameters.dt;
         let scheme = fields.settings.scheme;
         let duration = match (scheme, first) {
             (Scheme::Kick, None) => dt,
             (Scheme::Kick, Some(_)) => return 0,
             _ => dt * 0.5,
         };
-        let fields = self.compiled.constants.iter();
-        let sum = |mode: ForceMode| -> Vector {
-            fields
-                .clone()
-                .filter(|c| c.mode == mode)
-                .map(|c| c.vector)
-                .sum()
+        let was_drowsing = match first {
+            None => std::mem::take(&mut state.drowsing),
+            Some(_) => Drowsing::default(),
         };
-        let force = sum(ForceMode::Force);
-        let (acceleration, change) = (sum(ForceMode::Acceleration), sum(ForceMode::VelocityChange));
+        let (view, constraints) = (world.view(), Constraints::new(world));
+        let push = Push {
+            pull: Pull::new(self.compiled.constants.iter(), dt),
+            scheme,
+            duration,
+            constraints,
+            held: scheme.loads() && !constraints.none(),
+            balance: Balance {
+                constraints,
+                gravity: world.gravity,
+                parameters: world.integration_parameters,
+                drowsing: &was_drowsing,
+            },
+            first,
+        };
         let updates = &mut self.late.updates;
         updates.clear();
-        let motions = &mut self.motions;
-        let mut free_before = first.map_or(&[][..], |first| &first.free).iter().peekable();
         let shown = &mut self.spare;
         shown.clear();
+        let (motions, drowsing) = (&mut self.motions, &mut state.drowsing);
         let wanted = Wanted {
             sleepers: false,
             all: first.is_none() && self.other_bodies,
             besides: &[],
         };
-        let view = world.view();
-        let constraints = Constraints::new(world);
-        let any_held = scheme.loads() && !constraints.none();
-        let (gravity, iterations) = (world.gravity, iterations(world.integration_parameters));
-        let mut turns = false;
+        let mut linear = true;
         self.reader
             .visit(&view, world.islands, wanted, |handle, body| {
-                let mass = body.mass();
-                let mut pull = force;
-                if acceleration != Vector::ZERO {
-                    pull += acceleration * mass;
-                }
-                if change != Vector::ZERO {
-                    pull += change * (mass / dt);
-                }
-                let wrench = Wrench {
-                    force: pull,
-                    torque: Vector::ZERO,
-                };
+                let force = push.pull.on(body);
+                let torque = Vector::ZERO;
                 shown.bodies.push(handle);
-                shown.wrenches.push(wrench);
-                let held = any_held && constraints.hold(handle, body);
-                if !held
-                    && first.is_none_or(|first| first.loads.is_empty())
-                    && coasts(body, gravity)
-                {
-                    let inv_mass = body.mass_properties().effective_inv_mass;
-                    updates.push(VelocityUpdate {
-                        body: handle,
-                        linvel: body.linvel() + pull * duration * inv_mass,
-                        angvel: body.angvel(),
-                        spins: false,
-                        wake: false,
-                    });
-                    return true;
-                }
-                let mut copy = Body::of(handle, body);
-                let free = FreeMotion::new(&copy, gravity, iterations, dt);
-                let update = match first {
-                    None if held => {
-                        motions.loads.push(Load::new(&copy, wrench, false, dt));
-                        return true;
-                    }
-                    None if scheme == Scheme::Kick || free.is_none() || pull == Vector::ZERO => {
-                        kicked(&copy, wrench, duration)
-                    }
-                    None => {
-                        motions.free.push(handle);
-                        let update = free.kicked(&copy, wrench, duration);
-                        let linvel = free.given(update.linvel);
-                        VelocityUpdate { linvel, ..update }
-                    }
-                    Some(first) => {
-                        let was_free = free_before.next_if_eq(&&handle).is_some();
-                        if was_free {
-                            [copy.linvel, copy.angvel] = free.moved(copy.linvel, copy.angvel);
-                        }
-                        let before = Before {
-                            free: was_free,
-                            load: first.load(handle),
-                        };
-                        match complete(&copy, &free, (wrench, held), before, duration) {
-                            Some(update) => update,
-                            None => return true,
-                        }
-                    }
+                shown.wrenches.push(Wrench { force, torque });
+                let update = match push.plainly(handle, body, force) {
+                    Some(update) => Some(update),
+                    None => push.with_all(handle, body, force, (motions, drowsing)),
                 };
-                turns |= update.angvel != body.angvel();
-                updates.push(update);
+                if let Some(update) = update {
+                    linear &= !update.wake && update.angvel == body.angvel();
+                    updates.push(update);
+                }
                 true
             });
-        match turns {
-            true => {
+        match linear {
+            true => bridge::write_linear(world.bodies, updates),
+            false => {
                 bridge::write(world.bodies, updates);
             }
-            false => bridge::write_linear(world.bodies, updates),
         }
         let loads = &self.motions.loads;
         if !loads.is_empty() {
@@ -173,8 +128,127 @@ impl FieldPipeline {
     }
 }
 
-/// Whether nothing but fields moves a free body.
-fn coasts(body: &RigidBody, gravity: Vector) -> bool {
-    let pulled = gravity != Vector::ZERO || body.user_force() != Vector::ZERO;
-    !pulled && body.linear_damping() == 0.0 && body.angular_damping() == 0.0
+/// The sums of the fields, by what they are.
+struct Pull {
+    force: Vector,
+    acceleration: Vector,
+    /// A change of velocity over the step.
+    change: Vector,
+    dt: Real,
+}
+
+impl Pull {
+    fn new<'a>(fields: impl Iterator<Item = &'a ConstantField> + Clone, dt: Real) -> Self {
+        let sum = |mode: ForceMode| -> Vector {
+            let fields = fields.clone().filter(|field| field.mode == mode);
+            fields.map(|field| field.vector).sum()
+        };
+        Pull {
+            force: sum(ForceMode::Force),
+            acceleration: sum(ForceMode::Acceleration),
+            change: sum(ForceMode::VelocityChange),
+            dt,
+        }
+    }
+
+    fn on(&self, body: &RigidBody) -> Vector {
+        let mass = body.mass();
+        let mut pull = self.force;
+        if self.acceleration != Vector::ZERO {
+            pull += self.acceleration * mass;
+        }
+        if self.change != Vector::ZERO {
+            pull += self.change * (mass / self.dt);
+        }
+        pull
+    }
+}
+
+/// What is done with every body in one half of a step.
+struct Push<'a> {
+    pull: Pull,
+    scheme: Scheme,
+    duration: Real,
+    constraints: Constraints<'a>,
+    /// Whether any body may be held.
+    held: bool,
+    balance: Balance<'a>,
+    first: Option<&'a Motions>,
+}
+
+impl Push<'_> {
+    /// A kick of a body that nothing else concerns.
+    fn plainly(
+        &self,
+        handle: RigidBodyHandle,
+        body: &RigidBody,
+        force: Vector,
+    ) -> Option<VelocityUpdate> {
+        let drowsy = body.activation().time_since_can_sleep > 0.0;
+        let quiet = match self.first {
+            None => !drowsy,
+            Some(first) => first.loads.is_empty() && first.free.is_empty(),
+        };
+        if !quiet || !self.coasts(body) || (self.held && self.constraints.hold(handle, body)) {
+            return None;
+        }
+        let inv_mass = body.mass_properties().effective_inv_mass;
+        Some(VelocityUpdate {
+            body: handle,
+            linvel: body.linvel() + force * self.duration * inv_mass,
+            angvel: body.angvel(),
+            spins: false,
+            wake: false,
+        })
+    }
+
+    /// Whether nothing but fields moves a free body.
+    fn coasts(&self, body: &RigidBody) -> bool {
+        let pulled = self.balance.gravity != Vector::ZERO || body.user_force() != Vector::ZERO;
+        !pulled && body.linear_damping() == 0.0 && body.angular_damping() == 0.0
+    }
+
+    fn with_all(
+        &self,
+        handle: RigidBodyHandle,
+        body: &RigidBody,
+        force: Vector,
+        (motions, drowsing): (&mut Motions, &mut Drowsing),
+    ) -> Option<VelocityUpdate> {
+        let held = self.held && self.constraints.hold(handle, body);
+        let mut copy = Body::of(handle, body);
+        let wrench = Wrench {
+            force,
+            torque: Vector::ZERO,
+        };
+        let (dt, gravity) = (self.pull.dt, self.balance.gravity);
+        let free = FreeMotion::new(&copy, gravity, iterations(self.balance.parameters), dt);
+        let Some(first) = self.first else {
+            let wake = self.balance.keeps_awake(&copy, wrench, drowsing);
+            if held {
+                motions.loads.push(Load::new(&copy, wrench, wake, dt));
+                return None;
+            }
+            if self.scheme == Scheme::Kick || free.is_none() || force == Vector::ZERO {
+                let update = kicked(&copy, wrench, self.duration);
+                return Some(VelocityUpdate { wake, ..update });
+            }
+            motions.free.push(handle);
+            let update = free.kicked(&copy, wrench, self.duration);
+            let linvel = free.given(update.linvel);
+            return Some(VelocityUpdate {
+                linvel,
+                wake,
+                ..update
+            });
+        };
+        let before = Before {
+            free: find(&first.free, handle).is_some(),
+            load: first.load(handle),
+        };
+        if before.free {
+            [copy.linvel, copy.angvel] = free.moved(copy.linvel, copy.angvel);
+        }
+        complete(&copy, &free, (wrench, held), before, self.duration)
+    }
 }

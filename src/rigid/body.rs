@@ -24,6 +24,10 @@ pub(crate) struct Body {
     /// Whether its gyroscopic forces are on.
     pub gyroscopic: bool,
     pub sleeping: bool,
+    /// For how long it has been slow enough to fall asleep.
+    pub drowsy: Real,
+    /// After how long it does.
+    pub patience: Real,
     pub gravity_scale: Real,
     /// The user's own.
     pub user_force: Vector,
@@ -52,6 +56,8 @@ impl Body {
             rotation_locked: body.is_rotation_locked(),
             gyroscopic: body.gyroscopic_forces_enabled(),
             sleeping: body.is_sleeping(),
+            drowsy: body.activation().time_since_can_sleep,
+            patience: body.activation().time_until_sleep,
             gravity_scale: body.gravity_scale(),
             user_force: body.user_force(),
             damping: [body.linear_damping(), body.angular_damping()],

@@ -53,4 +53,5 @@ mod stiff_closed_forms;
 mod study;
 mod swept;
 mod traces;
+mod weak;
 mod whole_flights;

@@ -1,0 +1,149 @@
+//! Weak forces: what they push does not fall asleep, however slow it is; what balances does.
+
+use rapier3d_fields::math::{Real, from_f64, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::*;
+
+const DT: Real = 1.0 / 60.0;
+
+/// A ball that may sleep.
+fn ball(world: &mut PhysicsWorld, place: Vector, linvel: Vector) -> RigidBodyHandle {
+    let body = RigidBodyBuilder::dynamic()
+        .translation(place)
+        .linvel(linvel);
+    world.insert(body, ColliderBuilder::ball(0.5).mass(2.0)).0
+}
+
+fn steps(fields: &mut Fields, world: &mut PhysicsWorld, count: usize) {
+    for _ in 0..count {
+        fields.step(world).expect("a valid step");
+    }
+}
+
+/// One vector for all bodies, by its own path and by the general one.
+fn winds(force: Vector) -> [Tree; 2] {
+    let everywhere = Field::uniform(force);
+    let within = Field::uniform(force).within(Region::ball(1e5));
+    [everywhere.into(), within.into()]
+}
+
+#[test]
+fn weak_forces_move_what_rests() {
+    for scheme in SCHEMES {
+        // Down to what moves a ball by a few of its roundings while it might fall asleep.
+        for weak in [1e-5, 1e-3, 0.01, 0.1, 0.19, 0.5] {
+            for tree in winds(Vector::X * from_f64(2.0 * weak)) {
+                let mut world = weightless(DT);
+                let ball = ball(&mut world, Vector::Y, Vector::ZERO);
+                let mut fields = build(tree, scheme);
+                steps(&mut fields, &mut world, 3600);
+                let way = to_f64(world.bodies[ball].translation().x);
+                let expected = 0.5 * weak * 3600.0;
+                assert_close(way / expected, 1.0, 1e-3, format!("{scheme:?}, {weak}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_thrown_against_a_weak_wind_comes_back() {
+    for tree in winds(Vector::X * -0.02) {
+        let mut world = weightless(DT);
+        let ball = ball(&mut world, Vector::ZERO, Vector::X * 0.15);
+        let mut fields = build(tree, Scheme::KickDriftKick);
+        // Out and back: 2 · 0.15 / 0.01 s.
+        steps(&mut fields, &mut world, 1800);
+        let body = &world.bodies[ball];
+        assert_at_most(to_f64(body.translation().x).abs(), 1e-3, "place");
+        assert_close(to_f64(body.linvel().x), -0.15, 1e-4, "velocity");
+    }
+}
+
+#[test]
+fn slow_springs_swing() {
+    for hertz in [0.01, 0.05, 0.2] {
+        let mut world = weightless(DT);
+        let ball = ball(&mut world, Vector::X, Vector::ZERO);
+        let stiffness = 2.0 * (std::f64::consts::TAU * hertz).powi(2);
+        let mut fields = build(Field::spring(from_f64(stiffness)), Scheme::KickDriftKick);
+        let period = (60.0 / hertz) as usize;
+        for turn in 1..=4 {
+            steps(&mut fields, &mut world, period / 2);
+            let expected = if turn % 2 == 0 { 1.0 } else { -1.0 };
+            let place = to_f64(world.bodies[ball].translation().x);
+            assert_close(place, expected, 1e-3, format!("{hertz} Hz"));
+        }
+    }
+}
+
+/// A ball that hangs on a spring in syrup.
+#[test]
+fn what_comes_to_balance_sleeps() {
+    for scheme in [Scheme::KickDriftKick, Scheme::Auto { tolerance: 1e-3 }] {
+        let mut world = weightless(DT);
+        world.gravity = Vector::Y * -9.81;
+        let ball = ball(&mut world, Vector::ZERO, Vector::ZERO);
+        let tree = Tree::from(Field::spring(20.0)).sum_union(Field::drag(8.0, 0.0));
+        let mut fields = build(tree, scheme);
+        steps(&mut fields, &mut world, 1800);
+        let body = &world.bodies[ball];
+        let below = -2.0 * 9.81 / 20.0;
+        let height = to_f64(body.translation().y);
+        assert_close(height / below, 1.0, 1e-3, format!("{scheme:?}"));
+        assert!(body.is_sleeping(), "{scheme:?}: {height}");
+    }
+}
+
+/// A float in a pool, from above.
+#[test]
+fn a_float_settles_and_sleeps() {
+    let mut world = weightless(DT);
+    world.gravity = Vector::Y * -9.81;
+    let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.6);
+    let cube = ColliderBuilder::cuboid(0.5, 0.5, 0.5).density(400.0);
+    let float = world.insert(body, cube).0;
+    let pool = Tree::pool(Vector::ZERO, Vector::splat(20.0), 1000.0, 9.81, 2.0);
+    let mut fields = build(pool, Scheme::KickDriftKick);
+    steps(&mut fields, &mut world, 3600);
+    let body = &world.bodies[float];
+    // Four tenths of it are under water.
+    let height = to_f64(body.translation().y);
+    assert_close(height, 0.1, 1e-3, "height");
+    assert!(body.is_sleeping(), "{height}, {:?}", body.linvel());
+}
+
+/// How far wind pushes a box on the floor in ten seconds, and whether it sleeps then.
+fn blown(friction: Real, weak: f64) -> (f64, bool) {
+    let mut world = weightless(DT);
+    world.gravity = Vector::Y * -9.81;
+    let floor = ColliderBuilder::cuboid(50.0, 0.5, 50.0).friction(friction);
+    world.colliders.insert(floor.translation(Vector::Y * -0.5));
+    let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.5);
+    let cube = ColliderBuilder::cuboid(0.5, 0.5, 0.5)
+        .friction(friction)
+        .mass(2.0);
+    let cube = world.insert(body, cube).0;
+    let wind = Field::uniform(Vector::X * from_f64(2.0 * weak));
+    let mut fields = build(wind, Scheme::KickDriftKick);
+    steps(&mut fields, &mut world, 600);
+    let body = &world.bodies[cube];
+    (to_f64(body.translation().x), body.is_sleeping())
+}
+
+#[test]
+fn wind_pushes_a_box_over_ice_and_lets_it_sleep_on_the_floor() {
+    for weak in [0.01, 0.05, 0.2] {
+        let (way, asleep) = blown(0.0, weak);
+        assert_close(
+            way / (0.5 * weak * 100.0),
+            1.0,
+            0.01,
+            format!("on ice, {weak}"),
+        );
+        assert!(!asleep);
+        let (way, asleep) = blown(0.5, weak);
+        assert_at_most(way.abs(), 1e-3, "on the floor");
+        assert!(asleep, "on the floor, {weak}");
+    }
+}
