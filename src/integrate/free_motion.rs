@@ -67,11 +67,19 @@ impl FreeMotion {
         }
     }
 
-    /// What damping leaves of an angular momentum over `duration`, and the share of an angular
-    /// impulse over it.
-    pub(super) fn turning(&self, duration: Real) -> [Real; 2] {
+    /// The same, with the change of the angular momentum.
+    pub(crate) fn along(
+        &self,
+        body: &Body,
+        wrench: Wrench,
+        duration: Real,
+    ) -> (VelocityUpdate, DVec3) {
         let rate = to_f64(-self.damping[1] * duration);
-        [rate.exp(), phi1(rate)].map(from_f64)
+        let mut twist = to_dvec3(wrench.torque * (duration * from_f64(phi1(rate))));
+        if rate != 0.0 {
+            twist += body.angular_momentum_now() * rate.exp_m1();
+        }
+        (self.kicked(body, wrench, duration), twist)
     }
 
     /// What Rapier is to be given for a body that is to move at `linvel`.

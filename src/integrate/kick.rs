@@ -4,16 +4,14 @@ use super::evaluation::{Evaluation, find};
 use super::fault::{Fault, FaultKind};
 use super::free_motion::FreeMotion;
 use super::implicit::{Besides, implicit_change};
-use super::motion::{
-    FASTEST, Load, MeanVelocity, Motions, Start, SteadyTurn, VelocityUpdate, kicked,
-};
+use super::motion::{FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked};
 use super::scheme::SUZUKI_STAGES;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext, Substeps};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{
-    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, six, to_dquat, velocities,
+    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, six, stopped, to_dquat, velocities,
 };
 
 /// A force that a kick has changed by more than this part of it is seen anew: of one that grows with the
@@ -145,8 +143,15 @@ impl Integrator {
             if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
                 return Err(self.too_fast(context, place, speed));
             }
-            let drift = (context.turns() && half == Half::First).then_some(context.dt);
-            take(context, motions, body, update, (twist, drift));
+            let rules = &context.rules;
+            let update = match half {
+                Half::First => {
+                    let drift = (context.dt, rules.iterations, rules.exact_turns);
+                    motions.turned(body, update, twist, drift)
+                }
+                Half::Second => update,
+            };
+            motions.updates.push(update);
         }
         Ok(())
     }
@@ -220,26 +225,6 @@ fn duty(
     })
 }
 
-/// Takes up new velocities of a body; over a `drift`, with its free rotation, which begins with an
-/// angular impulse `twist`.
-fn take(
-    context: &StepContext<'_, impl Lookup>,
-    motions: &mut Motions,
-    body: &Body,
-    mut update: VelocityUpdate,
-    (twist, drift): (DVec3, Option<Real>),
-) {
-    let balls_too = context.rules.exact_turns;
-    let top = drift.and_then(|dt| Some((dt, body.free_top(update.angvel, balls_too)?)));
-    if let Some((dt, inertia)) = top {
-        let turn = SteadyTurn::new(body, &inertia, twist, dt, context.rules.iterations);
-        update.angvel = turn.steady;
-        update.spins = true;
-        motions.turns.push(turn);
-    }
-    motions.updates.push(update);
-}
-
 /// New velocities of a body, and the angular impulse that is part of them.
 type Kicked = (VelocityUpdate, DVec3);
 
@@ -281,8 +266,7 @@ impl<W: Lookup> Kick<'_, W> {
         if !felt || compared || free.is_none() {
             return Some(solved.unwrap_or_else(|| self.plain(self.wrench, duration)));
         }
-        let (mut update, twist) =
-            solved.unwrap_or_else(|| self.along(&free, self.wrench, duration));
+        let (mut update, twist) = solved.unwrap_or_else(|| free.along(body, self.wrench, duration));
         let linvel = update.linvel;
         update.linvel = free.given(linvel);
         if twice && !implicit {
@@ -338,7 +322,7 @@ impl<W: Lookup> Kick<'_, W> {
             return None;
         }
         let (mut update, twist) = solved.unwrap_or_else(|| match free {
-            Some(free) => self.along(free, felt, duration),
+            Some(free) => free.along(body, felt, duration),
             None => self.plain(felt, duration),
         });
         update.linvel += lag;
@@ -379,16 +363,6 @@ impl<W: Lookup> Kick<'_, W> {
         (kicked(self.body, wrench, duration), twist)
     }
 
-    /// A kick with all that moves a free body.
-    fn along(&self, free: &FreeMotion, wrench: Wrench, duration: Real) -> Kicked {
-        let [left, share] = free.turning(duration);
-        let mut twist = to_dvec3(wrench.torque * (duration * share));
-        if left != 1.0 {
-            twist += self.body.angular_momentum_now() * (to_f64(left) - 1.0);
-        }
-        (free.kicked(self.body, wrench, duration), twist)
-    }
-
     /// The mean of all that changes the momentum over a kick, if the force reads velocities.
     fn mean(&self, besides: &Besides, duration: Real) -> Option<Wrench> {
         let (force, torque) = rounded(&self.mean_of(besides, duration)?);
@@ -406,12 +380,8 @@ impl<W: Lookup> Kick<'_, W> {
         let besides = free.map_or(Besides::default(), |free| free.besides(self.body));
         let impulse = self.mean_of(&besides, duration)? * to_f64(duration);
         let change = Mobility::of(self.body).apply(&impulse);
-        // What drag stops is not to go back by a rounding.
-        let sum = |was: f64, more: f64| match was + more {
-            sum if sum.abs() <= 16.0 * f64::EPSILON * was.abs() => 0.0,
-            sum => sum,
-        };
-        let now = velocities(self.body).zip_map(&change, sum);
+        let (now, change) = (pair(&velocities(self.body)), pair(&change));
+        let now = six(stopped(now.0, change.0), stopped(now.1, change.1));
         Some((self.updated(&now), pair(&impulse).1))
     }
 

@@ -24,10 +24,12 @@ impl Integrator {
         }
         let starts = std::mem::take(&mut motions.inner);
         let mut multirate = std::mem::take(&mut self.multirate);
-        let turns = context.compiled.torque_possible;
+        let torque_possible = context.compiled.torque_possible;
         let state = |start: &Start| {
             let body = &context.bodies[start.place];
-            let mut state = RigidState::new(body, turns);
+            let felt = evaluation.wrenches[start.place] != Wrench::ZERO;
+            let turns = felt && body.free_top(body.angvel, false).is_some();
+            let mut state = RigidState::new(body, torque_possible || turns);
             state.acceleration = own_acceleration(context, body);
             if let Some(lag) = lag(context, body) {
                 // Rapier damps what it holds.

@@ -120,6 +120,30 @@ impl Motions {
         place.ok().map(|place| self.loads[place].wrench)
     }
 
+    /// The free rotation of a body over a step, which begins with an angular impulse `twist` that is part
+    /// of the new velocities: the velocities that Rapier is given for it. `balls_too`: even of a body
+    /// whose rotation Rapier has right.
+    pub(crate) fn turned(
+        &mut self,
+        body: &Body,
+        update: VelocityUpdate,
+        twist: DVec3,
+        (dt, iterations, balls_too): (Real, u32, bool),
+    ) -> VelocityUpdate {
+        let top = body.free_top(update.angvel, balls_too);
+        let Some(inertia) = top.filter(|_| dt > 0.0) else {
+            return update;
+        };
+        let turn = SteadyTurn::new(body, &inertia, twist, dt, iterations);
+        let angvel = turn.steady;
+        self.turns.push(turn);
+        VelocityUpdate {
+            angvel,
+            spins: true,
+            ..update
+        }
+    }
+
     /// Brings what is looked up into the order of handles.
     pub(super) fn sort(&mut self) {
         let index = |body: RigidBodyHandle| body.into_raw_parts().0;

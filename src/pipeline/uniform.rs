@@ -8,7 +8,7 @@ use crate::field::ForceMode;
 use crate::integrate::{
     Before, FASTEST, FreeMotion, Load, Motions, Scheme, VelocityUpdate, complete, find, kicked,
 };
-use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Body, Wrench};
 
@@ -117,11 +117,12 @@ impl FieldPipeline {
                 bridge::write(world.bodies, updates);
             }
         }
-        let loads = &self.motions.loads;
-        if !loads.is_empty() {
+        let (loads, turns) = (&self.motions.loads, &self.motions.turns);
+        if !loads.is_empty() || !turns.is_empty() {
             let record = &mut self.spare_record;
             let open = state.open.get_or_insert_with(|| std::mem::take(record));
             bridge::apply(world.bodies, loads, &mut open.overrides);
+            open.steady.extend(turns.iter().map(|turn| turn.body));
         }
         self.sampled = shown.bodies.len();
         updates.len()
@@ -189,7 +190,11 @@ impl Push<'_> {
             None => !drowsy,
             Some(first) => first.loads.is_empty() && first.free.is_empty(),
         };
-        if !quiet || !self.coasts(body) || (self.held && self.constraints.hold(handle, body)) {
+        if !quiet
+            || !self.coasts(body)
+            || may_precess(body)
+            || (self.held && self.constraints.hold(handle, body))
+        {
             return None;
         }
         let inv_mass = body.mass_properties().effective_inv_mass;
@@ -229,12 +234,15 @@ impl Push<'_> {
                 motions.loads.push(Load::new(&copy, wrench, wake, dt));
                 return None;
             }
+            let drift = (dt, iterations(self.balance.parameters), false);
             if self.scheme == Scheme::Kick || free.is_none() || force == Vector::ZERO {
                 let update = kicked(&copy, wrench, self.duration);
+                let update = motions.turned(&copy, update, DVec3::ZERO, drift);
                 return Some(VelocityUpdate { wake, ..update });
             }
             motions.free.push(handle);
-            let update = free.kicked(&copy, wrench, self.duration);
+            let (update, twist) = free.along(&copy, wrench, self.duration);
+            let update = motions.turned(&copy, update, twist, drift);
             let linvel = free.given(update.linvel);
             return Some(VelocityUpdate {
                 linvel,
@@ -251,4 +259,11 @@ impl Push<'_> {
         }
         complete(&copy, &free, (wrench, held), before, self.duration)
     }
+}
+
+/// Whether a body turns, and not about every axis alike.
+fn may_precess(body: &RigidBody) -> bool {
+    let inertia = body.mass_properties().local_mprops.inv_principal_inertia;
+    let alike = inertia.x == inertia.y && inertia.y == inertia.z;
+    !alike && body.angvel() != Vector::ZERO
 }

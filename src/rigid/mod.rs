@@ -16,5 +16,5 @@ pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };
 pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel, to_dquat};
-pub(crate) use state::{RigidState, Turning};
+pub(crate) use state::{RigidState, Turning, stopped};
 pub(crate) use taylor_rotation::{Rotor, Top};

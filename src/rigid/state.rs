@@ -6,6 +6,9 @@ use super::rotation::{Inertia, to_dquat};
 use super::wrench::Wrench;
 use crate::math::{DPose3, DQuat, DVec3, RigidBodyHandle, to_dvec3, to_f64};
 
+/// Below it squares vanish.
+const SLOWEST: f64 = 1e-150;
+
 /// A body on its way through the inner steps, in 64-bit precision.
 #[derive(Clone, Debug)]
 pub(crate) struct RigidState {
@@ -179,10 +182,10 @@ impl RigidState {
     }
 }
 
-/// A sum whose components are zero where they are nothing but a rounding: what drag stops is not to
-/// go back.
-fn stopped(was: DVec3, more: DVec3) -> DVec3 {
+/// A velocity after a change, whose components are zero where they are nothing but a rounding, or where
+/// their squares would be: what drag stops is not to go back.
+pub(crate) fn stopped(was: DVec3, more: DVec3) -> DVec3 {
     let sum = was + more;
-    let rounding = was.abs() * (16.0 * f64::EPSILON);
+    let rounding = was.abs() * (16.0 * f64::EPSILON) + DVec3::splat(SLOWEST);
     DVec3::select(sum.abs().cmple(rounding), DVec3::ZERO, sum)
 }

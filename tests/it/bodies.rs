@@ -4,7 +4,8 @@ use rapier3d_fields::math::{DVec3, Real, from_dvec3, to_dpose3, to_dvec3, to_f64
 use rapier3d_fields::prelude::*;
 
 use crate::support::{
-    Row, SCHEMES, Table, assert_at_most, assert_close, build, insert_ball, largest, weightless,
+    Row, SCHEMES, Table, assert_at_most, assert_close, build, either, insert_ball, largest,
+    weightless,
 };
 
 fn steps(fields: &mut Fields, world: &mut PhysicsWorld, count: usize) {
@@ -492,6 +493,36 @@ fn free_tops_turn_for_ten_seconds() {
                 1e-3,
                 format!("{name}, {scheme:?}: direction of L"),
             );
+        }
+    }
+}
+
+/// Where the axes of a top point after two seconds.
+fn turned(tree: Tree, scheme: Scheme) -> Rotation {
+    let mut world = weightless(1.0 / 120.0);
+    let body = RigidBodyBuilder::dynamic().angvel(Vector::new(0.3, 4.0, 0.2));
+    let slab = ColliderBuilder::cuboid(0.5, 0.3, 0.1);
+    let top = world.insert(body.can_sleep(false), slab).0;
+    let mut fields = build(tree, scheme);
+    steps(&mut fields, &mut world, 240);
+    *world.bodies[top].rotation()
+}
+
+#[test]
+fn tops_turn_freely_even_where_no_field_can_turn_them() {
+    let schemes = SCHEMES
+        .into_iter()
+        .filter(|scheme| *scheme != Scheme::ExternalForce);
+    for scheme in schemes {
+        let wind = || Tree::from(Field::uniform(Vector::X));
+        let zone = || Tree::from(Field::uniform(Vector::X).within(Region::ball(1e4)));
+        // Far away, and yet it could turn them.
+        let torque = Field::uniform(Vector::X).within(Region::ball(0.1));
+        let torque = torque.sampled(Sampling::Volume).at(Vector::X * 1e3);
+        let known = turned(wind().sum_union(torque), scheme);
+        for tree in [wind(), zone()] {
+            let off = turned(tree, scheme).angle_between(known);
+            assert_at_most(to_f64(off), either(2e-3, 1e-6), format!("{scheme:?}"));
         }
     }
 }

@@ -183,7 +183,10 @@ impl Case<'_> {
         let errors = self.errors(fraction);
         let found = orders(&errors);
         println!("{what}: errors {}, orders {found:.3?}", scientific(&errors));
-        assert_close(found[2], 2.0, 0.1, format!("{what}: order"));
+        // Some motions are followed exactly.
+        if errors.iter().any(|error| *error > 1e-12) {
+            assert_close(found[2], 2.0, 0.1, format!("{what}: order"));
+        }
     }
 }
 
