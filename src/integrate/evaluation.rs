@@ -25,6 +25,8 @@ pub(crate) struct Evaluation {
     pub wrenches: Vec<Wrench>,
     /// Of those bodies that were sampled adaptively.
     pub errors: Vec<(RigidBodyHandle, WrenchError)>,
+    /// Where the centres of mass were, under schemes that evaluate once a step.
+    pub centres: Vec<Vector>,
     /// The velocities that the fields saw; empty if none reads them.
     pub sampled_at: Vec<Vector6<f64>>,
     /// By place; empty if no field reads velocities, or the scheme samples them as they are.
@@ -56,6 +58,7 @@ impl Evaluation {
         self.bodies.clear();
         self.wrenches.clear();
         self.errors.clear();
+        self.centres.clear();
         self.sampled_at.clear();
         self.couplings.clear();
         self.estimates.clear();
@@ -68,6 +71,7 @@ impl Evaluation {
         let fits = |length: usize| length == 0 || length == count;
         let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
         self.wrenches.len() == count
+            && fits(self.centres.len())
             && fits(self.sampled_at.len())
             && fits(self.couplings.len())
             && self.bodies.is_sorted_by(|a, b| index(a) < index(b))
@@ -97,6 +101,12 @@ impl Integrator {
         evaluation.dt = context.dt;
         evaluation.bodies.extend_from_slice(&context.samples.bodies);
         self.motions.clear();
+        if !context.rules.scheme.kicks_twice() {
+            let centres = context.samples.centres.iter();
+            evaluation
+                .centres
+                .extend(centres.map(|centre| centre.world_point));
+        }
         if context.compiled.reads_velocity {
             for (handle, (linvel, angvel)) in evaluation.bodies.iter().zip(seen) {
                 let both = six(to_dvec3(*linvel), to_dvec3(*angvel));

@@ -4,13 +4,22 @@ use super::evaluation::{Evaluation, find};
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
 use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
-use super::{Integrator, Scheme, StepContext};
+use super::{Integrator, Scheme, StepContext, Substeps};
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded};
 
-/// From this (dt·ω)² on a scheme that does not choose warns; its limit is 4.
-const WARNING: Real = 1.0;
+/// From which dt·ω on a scheme that does not choose warns: half of where it explodes, of one that gains
+/// energy at any where that is a percent in a hundred steps, and never of one that damps.
+fn warns_from(scheme: Scheme) -> Option<Real> {
+    match scheme {
+        Scheme::Substep(Substeps::Fixed(count)) => Some(count as Real),
+        Scheme::Suzuki4 => Some(1.25),
+        Scheme::ExternalForce => Some(0.02),
+        Scheme::LinearlyImplicit => None,
+        _ => Some(1.0),
+    }
+}
 
 /// A body is looked into at this share of the (dt·ω)² that would change what is done with it:
 /// along its way it need not meet the stiffest direction.
@@ -83,9 +92,36 @@ impl Integrator {
             }
             self.estimate_candidates(context, evaluation, stiff);
         } else if let Some(last) = last {
-            self.warn(context, evaluation, last, warnings);
+            let fourth =
+                |place| fourth_power(context, place, evaluation.wrenches[place], last[place]);
+            self.warn(context, evaluation, fourth, warnings);
         }
         self.couple(context, evaluation);
+    }
+
+    /// The same for schemes that evaluate once a step, by the ways since the `last` evaluation: what they
+    /// do within a step does not show in the velocities.
+    pub(crate) fn watch(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        last: &Evaluation,
+        warnings: &mut Vec<StepWarning>,
+    ) {
+        let same = last.bodies == evaluation.bodies && last.centres.len() == last.bodies.len();
+        if !same || context.dt == 0.0 || !context.compiled.varies() {
+            return;
+        }
+        let fourth = |place: usize| {
+            let (is, was) = (evaluation.wrenches[place], last.wrenches[place]);
+            if is.torque != was.torque {
+                return fourth_power(context, place, is, was);
+            }
+            let way = evaluation.centres[place] - last.centres[place];
+            let pull = (is.force - was.force) * (context.bodies[place].inv_mass * context.dt);
+            (pull * context.dt).length_squared() / way.length_squared()
+        };
+        self.warn(context, evaluation, fourth, warnings);
     }
 
     /// How stiff the fields are for a body.
@@ -107,13 +143,16 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
-        last: &[Wrench],
+        fourth_power: impl Fn(usize) -> Real,
         warnings: &mut Vec<StepWarning>,
     ) {
+        let Some(limit) = warns_from(context.rules.scheme) else {
+            return;
+        };
         // Of (dt·ω)⁴, which takes no root.
-        let mut worst = (WARNING * WARNING, None);
-        for (place, was) in last.iter().enumerate() {
-            let fourth = fourth_power(context, place, evaluation.wrenches[place], *was);
+        let mut worst = (limit.powi(4), None);
+        for place in 0..evaluation.bodies.len() {
+            let fourth = fourth_power(place);
             if fourth > worst.0 {
                 worst = (fourth, Some(place));
             }
@@ -121,14 +160,21 @@ impl Integrator {
         let Some(place) = worst.1 else {
             return;
         };
-        self.prepare(context);
-        let estimate = self.estimate(context, evaluation, place);
-        let report = estimate.rates.report(context.dt);
-        if report.dt_omega > WARNING {
+        // Where energy is gained at any step, Jacobians would be worked out in every one.
+        let (dt_omega, largest_stable_dt) = match context.rules.scheme {
+            Scheme::ExternalForce => (worst.0.sqrt().sqrt(), 0.0),
+            _ => {
+                self.prepare(context);
+                let estimate = self.estimate(context, evaluation, place);
+                let report = estimate.rates.report(context.dt);
+                (report.dt_omega, report.largest_stable_dt)
+            }
+        };
+        if dt_omega > limit {
             warnings.push(StepWarning::Stiff {
                 body: evaluation.bodies[place],
-                dt_omega: report.dt_omega,
-                largest_stable_dt: report.largest_stable_dt,
+                dt_omega,
+                largest_stable_dt,
             });
         }
     }

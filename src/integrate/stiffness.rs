@@ -28,16 +28,17 @@ pub struct Stiffness {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepWarning {
-    /// The fields are too stiff for the scheme at this step, or nearly so: dt·ω is more than 1.
+    /// The fields are too stiff for the scheme at this step, or nearly so: dt·ω is more than half of
+    /// where it explodes, or the scheme gains a percent of energy in a hundred steps.
     #[error(
         "the fields are stiff for {body:?}: dt·ω is {dt_omega}, and the largest stable dt {largest_stable_dt:e}"
     )]
     Stiff {
         /// The body.
         body: RigidBodyHandle,
-        /// The step times the fastest frequency; the limit of the scheme is 2.
+        /// The step times the fastest frequency; see [`Scheme`](crate::Scheme) for its limit.
         dt_omega: Real,
-        /// See [`Stiffness::largest_stable_dt`].
+        /// See [`Stiffness::largest_stable_dt`]; zero under `ExternalForce`, which gains energy at any.
         largest_stable_dt: Real,
     },
     /// The fields make a body faster than Rapier lets it be

@@ -101,7 +101,11 @@ impl FieldPipeline {
 
     /// A state that was read from elsewhere must know some body of the world as it stands there.
     fn recognise(&mut self, state: &FieldState, view: &View<'_>) -> Result<(), StepError> {
-        let Some(evaluation) = state.evaluation.as_ref().filter(|_| !self.met) else {
+        let known = state
+            .evaluation
+            .as_ref()
+            .filter(|_| !state.records.is_empty());
+        let Some(evaluation) = known.filter(|_| !self.met) else {
             self.met = true;
             return Ok(());
         };
@@ -322,8 +326,9 @@ impl FieldPipeline {
         world: &WorldMut<'_>,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
-        let last = state.evaluation.take();
-        let mut evaluation = last.unwrap_or_else(|| std::mem::take(&mut self.spare));
+        let last = state.evaluation.take().unwrap_or_default();
+        let mut evaluation = std::mem::take(&mut self.spare);
+        let mut warnings = std::mem::take(&mut self.warnings);
         let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
         let links = std::mem::take(&mut self.links);
         let mut integrator = std::mem::take(&mut self.integrator);
@@ -333,8 +338,12 @@ impl FieldPipeline {
         let outcome = integrator.evaluate(&context, &self.seen, &mut evaluation);
         if outcome.is_ok() {
             integrator.predict(&context, &mut evaluation, &mut state.stiff);
+            if !fields.settings.scheme.kicks_twice() {
+                integrator.watch(&context, &evaluation, &last, &mut warnings);
+            }
         }
         (self.integrator, self.links, self.held) = (integrator, links, held);
+        (self.warnings, self.spare) = (warnings, last);
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);

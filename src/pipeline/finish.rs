@@ -194,7 +194,11 @@ impl FieldPipeline {
         }
         if !fields.settings.scheme.kicks_twice() {
             self.note_sleepers(fields, state, &open.bodies, world);
-            self.retire(state);
+            // Kept for how wrenches change from step to step.
+            if let Some(evaluation) = &mut state.evaluation {
+                evaluation.outdated = true;
+            }
+            state.records.clear();
             return Ok(0);
         }
         let dt = open.dt;

@@ -107,7 +107,7 @@ impl FieldState {
             let evaluated = self.evaluation.as_ref();
             let count = evaluated.map_or(self.records.len(), |last| last.bodies.len());
             self.checked = evaluated.is_none_or(Evaluation::is_sound)
-                && self.records.len() == count
+                && (self.records.len() == count || self.records.is_empty())
                 && self.resting.is_sound()
                 && self.drowsing.is_sound();
         }

@@ -53,5 +53,6 @@ mod stiff_closed_forms;
 mod study;
 mod swept;
 mod traces;
+mod warned;
 mod weak;
 mod whole_flights;

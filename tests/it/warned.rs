@@ -1,0 +1,76 @@
+//! No spring explodes without a warning: schemes against stiffness, damping and gravity.
+
+use rapier3d_fields::math::{Real, from_f64, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::*;
+
+/// How a spring of so many radians a step fares for ten seconds.
+#[derive(Debug)]
+struct Fate {
+    /// The largest energy as a share of that of the start.
+    energy: f64,
+    /// In how many steps there was a warning.
+    warned: usize,
+    refused: bool,
+}
+
+fn fate(scheme: Scheme, turn: f64, (damping, gravity): (Real, Real)) -> Fate {
+    let mut world = weightless(1.0 / 60.0);
+    world.gravity = Vector::Y * gravity;
+    world.integration_parameters.normalized_max_linear_velocity = Real::MAX;
+    let stiffness = (turn * 60.0).powi(2);
+    let ball = insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);
+    world.bodies[ball].set_linear_damping(damping);
+    let mut fields = build(Field::spring(from_f64(stiffness)), scheme);
+    let mut fate = Fate {
+        energy: 0.0,
+        warned: 0,
+        refused: false,
+    };
+    for _ in 0..600 {
+        if fields.step(&mut world).is_err() {
+            fate.refused = true;
+            break;
+        }
+        fate.warned += usize::from(!fields.warnings().is_empty());
+        let body = &world.bodies[ball];
+        let [place, velocity] = [body.translation(), body.linvel()];
+        // About where it hangs, 1 m aside.
+        let place = place - world.gravity / from_f64(stiffness);
+        let energy = stiffness * to_f64(place.length_squared()) + to_f64(velocity.length_squared());
+        let sag = to_f64(gravity).powi(2) / stiffness;
+        fate.energy = fate.energy.max(energy / (stiffness + sag));
+    }
+    fate
+}
+
+#[test]
+fn no_spring_explodes_without_a_warning() {
+    let turns = [
+        0.03, 0.1, 0.3, 1.0, 1.5, 1.9, 2.1, 3.0, 5.0, 7.0, 10.0, 100.0, 1000.0,
+    ];
+    let mut silent = Vec::new();
+    for scheme in SCHEMES {
+        for others in [(0.0, 0.0), (1.0, 0.0), (30.0, -9.81)] {
+            for turn in turns {
+                let fate = fate(scheme, turn, others);
+                let told = fate.refused || fate.warned > 0;
+                // Symplectic Euler swings by dt·ω/2 of its energy, and stays there.
+                let swing = if scheme == Scheme::Kick {
+                    1.0 / (1.0 - 0.5 * turn.min(1.9))
+                } else {
+                    1.0
+                };
+                if fate.energy > 1.1 * swing && !told {
+                    silent.push(format!("{scheme:?}, {turn}, {others:?}: {fate:?}"));
+                }
+                // Nothing is told of what goes well.
+                if turn < 0.02 || (turn < 0.5 && scheme != Scheme::ExternalForce) {
+                    assert_eq!(fate.warned, 0, "{scheme:?}, {turn}: {fate:?}");
+                }
+            }
+        }
+    }
+    assert!(silent.is_empty(), "{silent:#?}");
+}
