@@ -8,7 +8,7 @@ use crate::rapier::dynamics::{
 };
 use crate::rapier::geometry::{Collider, NarrowPhase};
 use crate::rapier::pipeline::PhysicsWorld;
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, is_sound};
 
 /// All that a step reads or writes of a world, borrowed from wherever you keep it: for
 /// [`Fields::begin`](crate::Fields::begin) and [`Fields::finish`](crate::Fields::finish) around a
@@ -121,7 +121,7 @@ impl Frames for (&RigidBodySet, &ColliderSet) {
     fn frame(&self, anchor: &Anchor) -> Option<Frame> {
         let (bodies, colliders) = *self;
         let of_body = |handle: RigidBodyHandle| {
-            let body = bodies.get(handle)?;
+            let body = bodies.get(handle).filter(|body| is_sound(body))?;
             let arm = body.translation() - body.center_of_mass();
             Some(Frame {
                 pose: *body.position(),

@@ -5,7 +5,7 @@ use crate::field::{Anchor, Frame, Frames};
 use crate::math::{DQuat, DVec3, Pose, RigidBodyHandle, Rotation};
 use crate::math::{Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::{RigidBody, RigidBodyType};
-use crate::rigid::{Lookup, RigidState, to_dquat};
+use crate::rigid::{Lookup, RigidState, is_sound, to_dquat};
 
 /// What a body does within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,7 +66,7 @@ pub(super) struct PredictedFrames<'a, W> {
 
 impl<W: Lookup> PredictedFrames<'_, W> {
     fn of_body(&self, handle: RigidBodyHandle) -> Option<Frame> {
-        let body = self.world.body(handle)?;
+        let body = self.world.body(handle).filter(|body| is_sound(body))?;
         let motion = self.motions.get(handle.into_raw_parts().0 as usize);
         let state = match motion {
             Some(PredictedMotion::Moves(state)) => self.states.get(*state as usize),

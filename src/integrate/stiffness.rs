@@ -63,6 +63,13 @@ pub enum StepWarning {
         /// The largest that Rapier allows.
         limit: Real,
     },
+    /// The place, a velocity or the user's force of a body is not finite. Fields leave it alone, and what is
+    /// anchored to it is defined nowhere; Rapier will disable it in its step.
+    #[error("{body:?} is not finite: fields leave it to Rapier's quarantine")]
+    NotFinite {
+        /// The body.
+        body: RigidBodyHandle,
+    },
     /// What a field was anchored to was removed: the field is defined nowhere from now on.
     #[error("{field} is gone, with what it was anchored to")]
     AnchorRemoved {

@@ -58,8 +58,10 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
         let dt = open.dt;
-        // Nobody asks hooks any more.
-        open.starts = Arc::default();
+        if !self.compiled.detectors.is_empty() {
+            // Nobody asks hooks any more.
+            open.starts = Arc::default();
+        }
         if let Some(expected) = &open.expected {
             let settings = (&fields.settings.cross_check, &self.watched);
             let (view, rollback) = (world.view(), &open.rollback);

@@ -4,10 +4,10 @@ use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
 use crate::compile::{Prepared, Reach as Box};
 use crate::field::FieldSet;
-use crate::integrate::{MotionRules, StepContext};
+use crate::integrate::{MotionRules, StepContext, StepWarning};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
-use crate::rigid::{Body, Lookup};
+use crate::rigid::{Body, Lookup, is_sound};
 use crate::sample::{Properties, Samples};
 
 /// Rapier's speed limit, but for what rounding adds over the iterations of a step.
@@ -82,7 +82,7 @@ impl FieldPipeline {
         (sleepers, all): (bool, bool),
         besides: &[Body],
     ) {
-        let bodies = &mut self.bodies;
+        let (bodies, warnings) = (&mut self.bodies, &mut self.warnings);
         bodies.clear();
         let wanted = Wanted {
             sleepers,
@@ -91,7 +91,10 @@ impl FieldPipeline {
         };
         self.reader
             .visit(&world.view(), world.islands, wanted, |handle, body| {
-                bodies.push(Body::of(handle, body));
+                match is_sound(body) {
+                    true => bodies.push(Body::of(handle, body)),
+                    false => warnings.push(StepWarning::NotFinite { body: handle }),
+                }
                 true
             });
     }
@@ -212,7 +215,8 @@ impl FieldPipeline {
         mut requirements: crate::compile::SamplingRequirements,
     ) -> (Vec<Body>, Samples) {
         requirements.parts = true;
-        let movable = view.bodies().filter(|(_, body)| is_movable(body));
+        let movable = |body| is_movable(body) && is_sound(body);
+        let movable = view.bodies().filter(|(_, body)| movable(body));
         let bodies: Vec<Body> = movable
             .map(|(handle, body)| Body::of(handle, body))
             .collect();

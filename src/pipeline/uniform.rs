@@ -6,11 +6,12 @@ use crate::bridge::{self, Balance, Constraints, Drowsing, WakePolicy, Wanted, Wo
 use crate::compile::ConstantField;
 use crate::field::ForceMode;
 use crate::integrate::{
-    Before, FASTEST, FreeMotion, Load, Motions, Scheme, VelocityUpdate, complete, find, kicked,
+    Before, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning, VelocityUpdate, complete,
+    find, kicked,
 };
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::RigidBody;
-use crate::rigid::{Body, Wrench};
+use crate::rigid::{Body, Wrench, is_sound};
 
 impl FieldPipeline {
     /// Whether the fields are the same vector for every body, and a kick is all that is done with
@@ -89,6 +90,7 @@ impl FieldPipeline {
         let shown = &mut self.spare;
         shown.clear();
         let (motions, drowsing) = (&mut self.motions, &mut state.drowsing);
+        let warnings = &mut self.warnings;
         let wanted = Wanted {
             sleepers: false,
             all: first.is_none() && self.other_bodies,
@@ -97,6 +99,10 @@ impl FieldPipeline {
         let mut linear = true;
         self.reader
             .visit(&view, world.islands, wanted, |handle, body| {
+                if !is_sound(body) {
+                    warnings.push(StepWarning::NotFinite { body: handle });
+                    return true;
+                }
                 let force = push.pull.on(body);
                 let torque = Vector::ZERO;
                 shown.bodies.push(handle);

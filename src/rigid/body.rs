@@ -97,3 +97,12 @@ impl Body {
         substeps.saturating_add(self.extra_iterations)
     }
 }
+
+/// Whether a body is somewhere, and moves somehow. What is not is left to Rapier, which puts it into
+/// quarantine in its step.
+pub(crate) fn is_sound(body: &RigidBody) -> bool {
+    let pose = body.position();
+    let moves = body.linvel().is_finite() && body.angvel().is_finite();
+    let placed = pose.translation.is_finite() && pose.rotation.is_finite();
+    placed && moves && body.user_force().is_finite()
+}

@@ -5,6 +5,7 @@ use rapier3d_fields::math::{ColliderHandle, Pose, RigidBodyHandle};
 use rapier3d_fields::prelude::*;
 
 use crate::support::bits::bits;
+use crate::support::{insert_ball, weightless};
 
 const SCHEMES: [Scheme; 8] = [
     Scheme::KickDriftKick,
@@ -487,6 +488,77 @@ proptest! {
                     prop_assert_eq!(bits(&world), before, "{}", error);
                     break;
                 }
+            }
+        }
+    }
+}
+
+/// How the others move beside a body that is not finite.
+fn beside(spoil: impl Fn(&mut RigidBody), scheme: Scheme, detection: Detection) -> Vec<Vector> {
+    let mut world = weightless(1.0 / 60.0);
+    world.gravity = Vector::Y * -9.81;
+    let floor = world
+        .colliders
+        .insert(ColliderBuilder::cuboid(20.0, 0.5, 20.0));
+    let places = [
+        Vector::Y,
+        Vector::new(3.0, 2.0, 0.0),
+        Vector::new(8.0, 5.0, 0.0),
+    ];
+    let balls = places.map(|place| insert_ball(&mut world, 1.0, place, Vector::X));
+    let part = world.bodies[balls[0]].colliders()[0];
+    let contact = Tree::from(Field::contact(ContactLaw::Observe).at(part));
+    let moon = Field::point_gravity(3.0).at(balls[2]);
+    let tree = contact
+        .sum_union(Field::spring(2.0))
+        .sum_union(moon)
+        .sum_union(Field::contact(ContactLaw::Observe).at(floor));
+    let builder = Fields::builder(tree).scheme(scheme).detection(detection);
+    let mut fields = builder.cross_check(true).build().expect("a valid tree");
+    for _ in 0..3 {
+        fields.step(&mut world).expect("a finite step");
+    }
+    spoil(&mut world.bodies[balls[2]]);
+    fields.step(&mut world).expect("the world goes on");
+    let told = |warning: &StepWarning| matches!(warning, StepWarning::NotFinite { body } if *body == balls[2]);
+    assert!(
+        fields.warnings().iter().any(told),
+        "{:?}",
+        fields.warnings()
+    );
+    for _ in 0..3 {
+        fields.step(&mut world).expect("the world goes on");
+        assert!(!fields.warnings().iter().any(told), "told once");
+    }
+    assert!(!world.bodies[balls[2]].is_enabled(), "in quarantine");
+    let finite = |ball: RigidBodyHandle| world.bodies[ball].translation();
+    [balls[0], balls[1]].map(finite).to_vec()
+}
+
+#[test]
+fn one_bad_body_does_not_stop_a_world() {
+    for detection in [Detection::Discrete, Detection::Swept] {
+        let schemes = SCHEMES.into_iter();
+        for scheme in schemes {
+            let spoilt = [
+                beside(
+                    |it| it.set_translation(Vector::X * Real::NAN, true),
+                    scheme,
+                    detection,
+                ),
+                beside(
+                    |it| it.set_linvel(Vector::X * Real::INFINITY, true),
+                    scheme,
+                    detection,
+                ),
+                beside(
+                    |it| it.add_force(Vector::X * Real::NAN, true),
+                    scheme,
+                    detection,
+                ),
+            ];
+            for places in &spoilt {
+                assert!(places.iter().all(|place| place.is_finite()), "{scheme:?}");
             }
         }
     }
