@@ -35,6 +35,10 @@ fn drag_slows_and_never_turns_back() {
                 let what = format!("{scheme:?}, {k:e}, quadratic {quadratic}, step {step}: {now}");
                 assert!((0.0..=last).contains(&now), "{what} after {last}");
                 assert!(body.translation().is_finite(), "{what}");
+                // Below, squares of speeds vanish.
+                if now < 1e-100 {
+                    break;
+                }
                 last = now;
             }
         }
