@@ -7,8 +7,11 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::ContactPair;
 use crate::rigid::{Body, Wrench};
 
+/// What is not told from balance, in both precisions: `f64` would have bodies settle for minutes.
+const RESOLUTION: Real = f32::EPSILON as Real;
+
 /// Forces balance if no more than this part of them is left: what rounding leaves.
-const ROUNDING: Real = 64.0 * Real::EPSILON;
+const ROUNDING: Real = 64.0 * RESOLUTION;
 
 /// A body that is held moves if it is accelerated at this part of what contacts leave it if nothing
 /// rubs. A ball that rolls is so at five sevenths, and may rest.
@@ -63,7 +66,7 @@ impl Balance<'_> {
         let size = (wrench.force.length() + own.length()) * body.inv_mass.max_element();
         // What would not move it by a rounding while it falls asleep.
         let place = body.pose.translation.length() + self.parameters.length_unit;
-        let least = Real::EPSILON * place / (body.drowsy * body.drowsy);
+        let least = RESOLUTION * place / (body.drowsy * body.drowsy);
         let least = least.max(ROUNDING * size);
         if self.constraints.join(body.handle) {
             return false;
