@@ -498,10 +498,9 @@ fn tops_with_damping() {
         let turn = q * exact.1.inverse();
         x.distance(exact.0).hypot(2.0 * turn.xyz().length())
     };
-    let plan = [
-        (KDK, 2.0, from(100)),
-        (SUBSTEP, 2.0, from(50)),
-        (SUZUKI, 4.0, from(100)),
-    ];
+    let plan = [(KDK, 2.0, from(100)), (SUBSTEP, 2.0, from(50))];
     check("tops with damping", &plan, off);
+    // At finer steps it is as exact as free rotation is worked out.
+    let errors = [100, 200].map(|count| off(SUZUKI, count));
+    assert_order(&errors, 4.0, ORDER_BAND, "tops with damping, Suzuki4");
 }

@@ -33,10 +33,17 @@ fn drag_slows_and_never_turns_back() {
                 let body = &world.bodies[ball];
                 let now = to_f64(body.linvel().x);
                 let what = format!("{scheme:?}, {k:e}, quadratic {quadratic}, step {step}: {now}");
-                assert!((0.0..=last).contains(&now), "{what} after {last}");
+                // What is lent to Rapier as a force stops a body but for a rounding.
+                let lent = scheme == Scheme::ExternalForce;
+                let least = if lent {
+                    -12.0 * to_f64(Real::EPSILON)
+                } else {
+                    0.0
+                };
+                assert!((least..=last).contains(&now), "{what} after {last}");
                 assert!(body.translation().is_finite(), "{what}");
-                // Below, squares of speeds vanish.
-                if now < 1e-100 {
+                // Below, squares of speeds vanish, or it is a rounding.
+                if now < 1e-100 || (lent && now < 12.0 * to_f64(Real::EPSILON)) {
                     break;
                 }
                 last = now;
