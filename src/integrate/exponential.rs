@@ -1,36 +1,51 @@
 //! The mean of a vector that changes at a rate linear in itself: φ₁(A) x = ∫₀¹ exp(s A) x ds (M.
 //! Hochbruck and A. Ostermann, Acta Numerica 19 (2010) 209, §2).
 
-use crate::rapier::na::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector6};
+use crate::rapier::na::{Const, DimMin, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 /// φ₁(x) = (eˣ − 1)/x.
 pub(super) fn phi1(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { x.exp_m1() / x }
 }
 
-/// φ₁(A) x of three components; `None` if it is not finite.
+/// φ₁(A) x of three components; `None` if it is not finite or beyond [`LARGEST`].
 pub(super) fn mean3(rate: &Matrix3<f64>, x: Vector3<f64>) -> Option<Vector3<f64>> {
     let mean = match spiral(rate) {
         Some((growth, turn)) => spiral_mean(growth, turn, x),
-        None => {
-            let mut both = Matrix4::zeros();
-            both.fixed_view_mut::<3, 3>(0, 0).copy_from(rate);
-            both.fixed_view_mut::<3, 1>(0, 3).copy_from(&x);
-            both.exp().fixed_view::<3, 1>(0, 3).into_owned()
-        }
+        None => by_exponential::<3, 4>(rate, &x)?,
     };
     mean.iter().all(|x| x.is_finite()).then_some(mean)
 }
 
-/// φ₁(A) x of six components; `None` if it is not finite.
+/// φ₁(A) x of six components; `None` if it is not finite or beyond [`LARGEST`].
 pub(super) fn mean6(rate: &Matrix6<f64>, x: &Vector6<f64>) -> Option<Vector6<f64>> {
-    let mut both = SMatrix::<f64, 7, 7>::zeros();
-    both.fixed_view_mut::<6, 6>(0, 0).copy_from(rate);
-    both.fixed_view_mut::<6, 1>(0, 6).copy_from(x);
-    if !both.iter().all(|x| x.is_finite()) {
+    by_exponential::<6, 7>(rate, x)
+}
+
+/// The library's exponential takes the tenth power of a matrix, and with no end if that overflows.
+const LARGEST: f64 = 1e28;
+
+/// As a column of the exponential of (A, x; 0, 0), which has a row and a column more.
+fn by_exponential<const N: usize, const MORE: usize>(
+    rate: &SMatrix<f64, N, N>,
+    x: &SVector<f64, N>,
+) -> Option<SVector<f64, N>>
+where
+    Const<MORE>: DimMin<Const<MORE>, Output = Const<MORE>>,
+{
+    // A force of any size is as exact as one of size 1.
+    let size = x.amax();
+    if size == 0.0 {
+        return Some(*x);
+    }
+    let mut both = SMatrix::<f64, MORE, MORE>::zeros();
+    both.fixed_view_mut::<N, N>(0, 0).copy_from(rate);
+    both.fixed_view_mut::<N, 1>(0, N).copy_from(&(x / size));
+    // Not so if anything is NaN.
+    if !both.iter().all(|entry| entry.abs() <= LARGEST) {
         return None;
     }
-    let mean = both.exp().fixed_view::<6, 1>(0, 6).into_owned();
+    let mean = both.exp().fixed_view::<N, 1>(0, N) * size;
     mean.iter().all(|x| x.is_finite()).then_some(mean)
 }
 
@@ -108,6 +123,33 @@ mod tests {
             assert!((whole.fixed_rows::<3>(0) - mean).norm() < 1e-13, "{rate}");
             assert!((whole.fixed_rows::<3>(3) - mean).norm() < 1e-13, "{rate}");
         }
+    }
+
+    #[test]
+    fn what_is_not_finite_or_too_large_ends() {
+        let x = Vector3::new(0.3, -1.2, 0.7);
+        for rate in [1e27, 1e29, 1e100, 1e300, f64::INFINITY, f64::NAN] {
+            let uneven = Matrix3::from_diagonal(&Vector3::new(-3.0, -1.0, 0.0)) * rate;
+            let mut six = Matrix6::zeros();
+            six.fixed_view_mut::<3, 3>(3, 3).copy_from(&uneven);
+            let both = Vector6::new(x.x, x.y, x.z, x.x, x.y, x.z);
+            let (three, six) = (mean3(&uneven, x), mean6(&six, &both));
+            assert_eq!(three.is_some(), rate < LARGEST, "{rate}");
+            assert_eq!(six.is_some(), rate < LARGEST, "{rate}");
+            if let (Some(three), Some(six)) = (three, six) {
+                assert!(three.x.abs() <= 1e-27 && (three.z - x.z).abs() < 1e-12);
+                assert!((six.fixed_rows::<3>(0) - x).norm() < 1e-12, "{six}");
+                assert!((six.fixed_rows::<3>(3) - three).norm() < 1e-12, "{six}");
+            }
+            // What grows so fast is no number.
+            assert_eq!(mean3(&-uneven, x), None, "{rate}");
+        }
+        let nowhere = Vector6::repeat(f64::NAN);
+        assert_eq!(mean6(&Matrix6::zeros(), &nowhere), None);
+        assert_eq!(
+            mean6(&Matrix6::zeros(), &Vector6::zeros()),
+            Some(Vector6::zeros())
+        );
     }
 
     #[test]
