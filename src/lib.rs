@@ -124,7 +124,7 @@
 //!
 //! # Features
 //!
-//! - `expression`: formulas given as text, by the crate `exmex`.
+//! - `expression`: formulas given as text: `field::Expression`.
 //! - `serde-serialize`: trees and settings as plain data for any of serde's formats, and
 //!   snapshots. Scenes as files are a crate of their own, `rapier3d-fields-scene`.
 

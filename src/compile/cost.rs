@@ -38,7 +38,7 @@ fn formula(formula: &Formula) -> f64 {
         Formula::Nearest(_) | Formula::Path(_) => 90.0,
         Formula::Turbulence(_) => 1300.0,
         #[cfg(feature = "expression")]
-        Formula::Expression(_) => 200.0,
+        Formula::Expression(_) => 90.0,
         Formula::Wind(wind) => 30.0 + self::formula(&wind.flow),
         Formula::Contact(_) => 0.0,
         _ => 25.0,

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::expression_error::ExpressionError;
 use super::handle::FieldHandle;
 use crate::math::{Pose, Real, Vector, to_f64};
 
@@ -92,13 +93,13 @@ pub enum BuildError {
         /// The formula.
         formula: &'static str,
     },
-    /// An expression cannot be read, or not be differentiated.
-    #[error("{field}: {message}")]
+    /// An expression cannot be read.
+    #[error("{field}: {error}")]
     Expression {
         /// The field.
         field: FieldRef,
-        /// The text, and what is wrong with it.
-        message: String,
+        /// What is wrong with the text, and at which character.
+        error: Box<ExpressionError>,
     },
     /// A parameter of a field is out of its range.
     #[error("{field}: {quantity} must be {requirement}, but is {value}")]

@@ -7,6 +7,7 @@ mod closure;
 mod constructors;
 mod contact;
 mod error;
+mod expression_error;
 mod formula;
 mod handle;
 mod layer;
@@ -43,6 +44,7 @@ pub use axis::Axis;
 pub use closure::Closure;
 pub use contact::ContactLaw;
 pub use error::{BuildError, FieldRef};
+pub use expression_error::{ExpressionError, ExpressionErrorKind};
 #[cfg(feature = "expression")]
 pub use formula::Expression;
 pub use formula::{

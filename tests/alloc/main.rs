@@ -196,6 +196,16 @@ fn a_uniform_field() {
 }
 
 #[test]
+fn expressions() {
+    let texts = [
+        "-0.01*x/(x^2 + 1)",
+        "if(y < 3, 1e-3, -1e-3)*y",
+        "abs(atan2(min(x, y, 1), hypot(z, vx) + 1))^2.5*1e-3",
+    ];
+    assert_free(&Field::expression(texts).into(), &all_balls);
+}
+
+#[test]
 fn point_gravity_in_a_region() {
     let between_balls = Vector::splat(0.75);
     let tree = Field::point_gravity(0.01).within(Region::ball(5.0));

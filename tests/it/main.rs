@@ -28,6 +28,7 @@ mod derivatives;
 mod detection;
 mod evaluators_agree;
 mod explain;
+mod expressions;
 mod force_lifetime;
 mod impacts_under_force;
 mod implosion;

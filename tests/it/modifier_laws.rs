@@ -156,10 +156,10 @@ fn bounds_hold_after_scaling() {
     }
 }
 
-/// What the documentation of expressions warns of.
+/// `-x^2` was (−x)².
 #[test]
-fn signs_in_expressions_bind_more_tightly_than_powers() {
-    let tree = Tree::from(Field::expression(["-x^2", "-(x^2)", "0 - x^2"]));
-    let expected = DVec3::new(4.0, -4.0, -4.0);
+fn powers_in_expressions_bind_more_tightly_than_signs() {
+    let tree = Tree::from(Field::expression(["-x^2", "(-x)^2", "0 - x^2"]));
+    let expected = DVec3::new(-4.0, 4.0, -4.0);
     assert_eq!(force(&tree, &[4, 0, 0, 0, 0]), Some(expected));
 }

@@ -188,9 +188,7 @@ impl HeadOn {
     /// who comes nearer, the vertical is an expression, one where they do and zero where not. It
     /// can stand in a file; the other cannot.
     pub fn tree_as_text(&self) -> Tree {
-        // Of 64 bits, the hyperbolic tangent of anything beyond 20 is one.
-        let step = "0.5 - 0.5*tanh(10^30*(x*vx + y*vy + z*vz) + 100)";
-        let vertical = Field::expression(["0", step, "0"]);
+        let vertical = Field::expression(["0", "x*vx + y*vy + z*vz < 0", "0"]);
         self.with(passing(vertical, repulsion()))
     }
 

@@ -73,6 +73,11 @@ fn what_a_tree_is_refused_for_is_found_in_the_file() {
              no axis `heat`",
         ),
         (
+            r#"{ "field": { "formula": { "expression": ["0", "x + * y", "0"] } } }"#,
+            "line 7, column 12, at `fields.tree.sum-union[1].field`: field #0 (expression): \
+             `x + * y`, character 5: expected a number, a name or `(`, found `*`",
+        ),
+        (
             r#"{ "limited": { "to": -1, "tree": { "field": { "formula": { "drag": {} } } } } }"#,
             "line 7, column 1, at `fields.tree.sum-union[1]`: scale or limit #1: the limit must be",
         ),

@@ -1,21 +1,64 @@
 //! Three expressions, given as text.
 
-use exmex::{Differentiate, Express, FlatEx};
+mod exact;
+mod function;
+mod names;
+mod parse;
+mod program;
+mod token;
+
+use names::Names;
+use program::Program;
 
 use super::Law;
 use crate::field::axis::Axis;
 use crate::field::error::BuildError;
+use crate::field::expression_error::ExpressionError;
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::LocalQuery;
 use crate::math::DVec3;
 
 /// The components of a vector, written as text: `"-x / (x^2 + y^2)"`.
 ///
-/// Variables are the coordinates `x`, `y`, `z` and the velocity `vx`, `vy`, `vz` of the sample in
-/// the field's frame, the axes `time`, `speed`, `radius`, `mass`, `charge`, and the axes of the
-/// user. Operators and functions are those of the crate `exmex`: `+ - * / ^`, `sin`, `exp`,
-/// `sqrt`, `abs`, `atan2`, …, `PI`, `E`. A sign binds more tightly than `^`: `-x^2` is x², and
-/// what most people mean is `-(x^2)`. Derivatives are exact: the text is differentiated.
+/// Names are axes: the coordinates `x`, `y`, `z` and the velocity `vx`, `vy`, `vz` of the sample in
+/// the field's frame, `time`, `speed`, `radius`, `mass`, `charge` and so on, and the axes of the
+/// user. An axis of any other name, or of one that is taken, stands in braces: `{heat flux}`.
+/// Constants are `PI`, `E`, `TAU` and `π`, `e`, `τ`. Numbers may have exponents: `1e-3`.
+///
+/// Operators, those that bind most tightly first:
+///
+/// | operator | |
+/// |---|---|
+/// | `a^b` | power, from right to left: `2^3^2` is 2⁹, `-x^2` is −(x²); `2^-x` may be written |
+/// | `-a`, `+a` | sign |
+/// | `a*b`, `a/b` | |
+/// | `a+b`, `a-b` | |
+/// | `<`, `<=`, `>`, `>=`, `==`, `!=` | 1 if so, 0 if not; `a < b < c` is an error |
+/// | `not a`, `!a` | 1 if a is 0, else 0; of all that follows up to an `and` or `or` |
+/// | `a and b`, `a && b` | 1 if neither is 0, else 0 |
+/// | `a or b`, `a \|\| b` | 0 if both are 0, else 1 |
+///
+/// Functions:
+///
+/// | function | |
+/// |---|---|
+/// | `if(condition, a, b)` | a unless the condition is 0, else b; the other is not evaluated |
+/// | `abs`, `sign`, `signum` | `sign(0)` is 0, `signum(0)` is 1 |
+/// | `min`, `max` | of any number of arguments; what is not a number is passed over |
+/// | `clamp(x, low, high)` | |
+/// | `floor`, `ceil`, `round`, `trunc`, `fract` | halves are rounded away from zero; `fract(x)` is `x - trunc(x)` |
+/// | `sqrt`, `cbrt`, `pow(a, b)`, `hypot` | `hypot` is the length of a vector of any dimension; `0^0` is 1 |
+/// | `exp`, `ln`, `log`, `log2`, `log10` | `log` is `ln`, the natural logarithm |
+/// | `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `atan2(y, x)` | in radians |
+/// | `sinh`, `cosh`, `tanh`, `asinh`, `acosh`, `atanh` | |
+///
+/// Derivatives are exact. At corners they are those of one side: of `abs` on the right, of `min`
+/// and `max` those of the first of equal arguments, of `if` those of what it chose. What is constant
+/// in steps (comparisons, `sign`, `floor`, …) has a derivative of zero, at its steps too. So has
+/// what has a value and no finite derivative (`sqrt(0)`, `asin(1)`, `hypot(0, 0)`), and `a^b` along
+/// b where a is not positive.
+///
+/// A text has at most 65536 characters; brackets may be as deep as they like.
 #[derive(Clone, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -25,66 +68,18 @@ use crate::math::DVec3;
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Expression {
     texts: [String; 3],
-    parsed: Result<Vec<Component>, String>,
+    programs: Result<[Program; 3], Box<ExpressionError>>,
     axes: Vec<Axis>,
-}
-
-#[derive(Clone, Debug)]
-struct Component {
-    value: FlatEx<f64>,
-    inputs: Vec<Axis>,
-    /// The derivative by each input.
-    slopes: Vec<FlatEx<f64>>,
-}
-
-impl Component {
-    fn parse(text: &str) -> Result<Self, String> {
-        check_size(text)?;
-        let readable = |error: exmex::ExError| format!("`{text}`: {error}");
-        let value = FlatEx::<f64>::parse(text).map_err(readable)?;
-        let inputs = value.var_names().iter().map(|name| Axis::named(name));
-        let inputs: Vec<Axis> = inputs.collect();
-        let mut slopes = Vec::new();
-        for k in 0..inputs.len() {
-            let slope = value.clone().partial(k).map_err(readable)?;
-            slopes.push(slope);
-        }
-        Ok(Component {
-            value,
-            inputs,
-            slopes,
-        })
-    }
-
-    fn at<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
-        let value = |axis: &Axis| local.coordinate(axis).unwrap_or(f64::NAN.into());
-        let inputs: Vec<T> = self.inputs.iter().map(value).collect();
-        let values: Vec<f64> = inputs.iter().map(|input| input.re()).collect();
-        let mut result = T::from(self.value.eval(&values).unwrap_or(f64::NAN));
-        if T::NDERIV > 0 {
-            for (slope, input) in self.slopes.iter().zip(inputs) {
-                let slope = slope.eval(&values).unwrap_or(f64::NAN);
-                result += (input - input.re()) * slope;
-            }
-        }
-        result
-    }
 }
 
 impl Expression {
     /// Expressions for x, y and z. What is wrong with them is told when the tree is compiled.
     pub fn new(components: [&str; 3]) -> Self {
-        let parsed: Result<Vec<_>, _> = components.into_iter().map(Component::parse).collect();
-        let mut axes: Vec<Axis> = Vec::new();
-        for input in parsed.iter().flatten().flat_map(|c| &c.inputs) {
-            if !axes.contains(input) {
-                axes.push(input.clone());
-            }
-        }
+        let mut names = Names::default();
         Expression {
             texts: components.map(str::to_owned),
-            parsed,
-            axes,
+            programs: programs(components, &mut names),
+            axes: names.into_axes(),
         }
     }
 
@@ -94,27 +89,17 @@ impl Expression {
     }
 }
 
-/// The parser calls itself for each bracket, and derivatives grow with the text.
-fn check_size(text: &str) -> Result<(), String> {
-    const LONGEST: usize = 4096;
-    const DEEPEST: usize = 64;
-    let (mut depth, mut deepest) = (0_usize, 0);
-    for c in text.chars() {
-        match c {
-            '(' => depth += 1,
-            ')' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        deepest = deepest.max(depth);
+fn programs(texts: [&str; 3], names: &mut Names) -> Result<[Program; 3], Box<ExpressionError>> {
+    let mut programs: [Program; 3] = Default::default();
+    for (component, text) in texts.into_iter().enumerate() {
+        programs[component] = parse::parse(text, names).map_err(|fault| ExpressionError {
+            component,
+            text: text.to_owned(),
+            position: text[..fault.at].chars().count() + 1,
+            kind: fault.kind,
+        })?;
     }
-    if text.len() <= LONGEST && deepest <= DEEPEST {
-        return Ok(());
-    }
-    Err(format!(
-        "expected at most {LONGEST} characters and {DEEPEST} levels of brackets, found {} and \
-         {deepest}",
-        text.len()
-    ))
+    Ok(programs)
 }
 
 #[cfg(feature = "serde-serialize")]
@@ -137,10 +122,15 @@ impl Law for Expression {
     }
 
     fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        match self.parsed.as_deref() {
-            Ok([x, y, z]) => Vec3::new(x.at(local), y.at(local), z.at(local)),
-            _ => constant(DVec3::NAN),
-        }
+        let Ok([x, y, z]) = &self.programs else {
+            return constant(DVec3::NAN);
+        };
+        let missing = || T::from(f64::NAN);
+        let axis = |number: usize| {
+            let value = local.coordinate(&self.axes[number]);
+            value.unwrap_or_else(missing)
+        };
+        Vec3::new(x.value(axis), y.value(axis), z.value(axis))
     }
 
     fn reads_velocity(&self) -> bool {
@@ -152,11 +142,11 @@ impl Law for Expression {
     }
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {
-        match &self.parsed {
+        match &self.programs {
             Ok(_) => Ok(()),
-            Err(message) => Err(BuildError::Expression {
+            Err(error) => Err(BuildError::Expression {
                 field: field.into(),
-                message: message.clone(),
+                error: error.clone(),
             }),
         }
     }
@@ -168,3 +158,6 @@ impl PartialEq for Expression {
         self.texts == other.texts
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,211 @@
+//! The functions of expressions.
+
+use super::exact;
+use crate::field::number::Number;
+
+/// A function, or an operator that is one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Function {
+    Abs,
+    Sign,
+    Signum,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Atan2,
+    Sinh,
+    Cosh,
+    Tanh,
+    Asinh,
+    Acosh,
+    Atanh,
+    Floor,
+    Ceil,
+    Round,
+    Trunc,
+    Fract,
+    Exp,
+    Ln,
+    Log2,
+    Log10,
+    Sqrt,
+    Cbrt,
+    Power,
+    Hypot,
+    Min,
+    Max,
+    Clamp,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Equal,
+    Unequal,
+    And,
+    Or,
+    Not,
+}
+
+/// A function by its name.
+pub(super) struct Named {
+    pub name: &'static str,
+    pub function: Function,
+    pub fewest: usize,
+    /// `None` without a limit.
+    pub most: Option<usize>,
+}
+
+impl Named {
+    pub(super) fn takes(&self, arguments: usize) -> bool {
+        arguments >= self.fewest && self.most.is_none_or(|most| arguments <= most)
+    }
+}
+
+const fn fixed(name: &'static str, function: Function, arguments: usize) -> Named {
+    Named {
+        name,
+        function,
+        fewest: arguments,
+        most: Some(arguments),
+    }
+}
+
+const fn any(name: &'static str, function: Function, fewest: usize) -> Named {
+    Named {
+        name,
+        function,
+        fewest,
+        most: None,
+    }
+}
+
+/// All that have names, but `if`, which the parser knows.
+static NAMED: [Named; 33] = [
+    fixed("abs", Function::Abs, 1),
+    fixed("sign", Function::Sign, 1),
+    fixed("signum", Function::Signum, 1),
+    any("min", Function::Min, 1),
+    any("max", Function::Max, 1),
+    fixed("clamp", Function::Clamp, 3),
+    fixed("sqrt", Function::Sqrt, 1),
+    fixed("cbrt", Function::Cbrt, 1),
+    any("hypot", Function::Hypot, 1),
+    fixed("pow", Function::Power, 2),
+    fixed("exp", Function::Exp, 1),
+    fixed("ln", Function::Ln, 1),
+    fixed("log", Function::Ln, 1),
+    fixed("log2", Function::Log2, 1),
+    fixed("log10", Function::Log10, 1),
+    fixed("sin", Function::Sin, 1),
+    fixed("cos", Function::Cos, 1),
+    fixed("tan", Function::Tan, 1),
+    fixed("asin", Function::Asin, 1),
+    fixed("acos", Function::Acos, 1),
+    fixed("atan", Function::Atan, 1),
+    fixed("atan2", Function::Atan2, 2),
+    fixed("sinh", Function::Sinh, 1),
+    fixed("cosh", Function::Cosh, 1),
+    fixed("tanh", Function::Tanh, 1),
+    fixed("asinh", Function::Asinh, 1),
+    fixed("acosh", Function::Acosh, 1),
+    fixed("atanh", Function::Atanh, 1),
+    fixed("floor", Function::Floor, 1),
+    fixed("ceil", Function::Ceil, 1),
+    fixed("round", Function::Round, 1),
+    fixed("trunc", Function::Trunc, 1),
+    fixed("fract", Function::Fract, 1),
+];
+
+/// The function of that name.
+pub(super) fn named(name: &str) -> Option<&'static Named> {
+    NAMED.iter().find(|each| each.name == name)
+}
+
+/// The names of all functions.
+pub(super) fn known() -> String {
+    let names = NAMED.iter().map(|each| each.name);
+    names.chain(["if"]).collect::<Vec<_>>().join(", ")
+}
+
+/// Whether a number stands for what is true.
+pub(super) fn holds<T: Number>(x: &T) -> bool {
+    x.re() != 0.0
+}
+
+impl Function {
+    /// The value. Of other numbers of arguments than it takes, there is none.
+    pub(super) fn of<T: Number>(self, arguments: &[T]) -> T {
+        let truth = |yes: bool| T::from(f64::from(yes));
+        match (self, arguments) {
+            (Function::Abs, &[x]) => exact::abs(x),
+            (Function::Sign, [x]) => sign(x.re()).into(),
+            (Function::Signum, [x]) => x.re().signum().into(),
+            (Function::Sin, [x]) => x.sin(),
+            (Function::Cos, [x]) => x.cos(),
+            (Function::Tan, [x]) => x.tan(),
+            (Function::Asin, &[x]) => exact::asin(x),
+            (Function::Acos, &[x]) => exact::acos(x),
+            (Function::Atan, [x]) => x.atan(),
+            (Function::Atan2, &[y, x]) => exact::atan2(y, x),
+            (Function::Sinh, [x]) => x.sinh(),
+            (Function::Cosh, [x]) => x.cosh(),
+            (Function::Tanh, &[x]) => exact::tanh(x),
+            (Function::Asinh, [x]) => x.asinh(),
+            (Function::Acosh, &[x]) => exact::acosh(x),
+            (Function::Atanh, [x]) => x.atanh(),
+            (Function::Floor, [x]) => x.re().floor().into(),
+            (Function::Ceil, [x]) => x.re().ceil().into(),
+            (Function::Round, [x]) => x.re().round().into(),
+            (Function::Trunc, [x]) => x.re().trunc().into(),
+            (Function::Fract, &[x]) => x - x.re().trunc(),
+            (Function::Exp, [x]) => x.exp(),
+            (Function::Ln, [x]) => x.ln(),
+            (Function::Log2, [x]) => x.log2(),
+            (Function::Log10, [x]) => x.log10(),
+            (Function::Sqrt, &[x]) => exact::sqrt(x),
+            (Function::Cbrt, &[x]) => exact::cbrt(x),
+            (Function::Power, &[x, y]) => exact::power(x, y),
+            (Function::Hypot, all) => exact::hypot(all),
+            (Function::Min, all) => chosen(all, |a, b| a < b),
+            (Function::Max, all) => chosen(all, |a, b| a > b),
+            (Function::Clamp, &[x, low, high]) => clamp(x, low, high),
+            (Function::Less, [a, b]) => truth(a.re() < b.re()),
+            (Function::LessOrEqual, [a, b]) => truth(a.re() <= b.re()),
+            (Function::Greater, [a, b]) => truth(a.re() > b.re()),
+            (Function::GreaterOrEqual, [a, b]) => truth(a.re() >= b.re()),
+            (Function::Equal, [a, b]) => truth(a.re() == b.re()),
+            (Function::Unequal, [a, b]) => truth(a.re() != b.re()),
+            (Function::And, [a, b]) => truth(holds(a) && holds(b)),
+            (Function::Or, [a, b]) => truth(holds(a) || holds(b)),
+            (Function::Not, [x]) => truth(!holds(x)),
+            _ => f64::NAN.into(),
+        }
+    }
+}
+
+/// Zero at zero.
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+/// The first that is better than all others; what is NaN is passed over.
+fn chosen<T: Number>(all: &[T], better: fn(f64, f64) -> bool) -> T {
+    let nan = T::from(f64::NAN);
+    all.iter().fold(nan, |best, x| {
+        let wins = best.re().is_nan() || better(x.re(), best.re());
+        if wins { *x } else { best }
+    })
+}
+
+/// x within its bounds; of bounds in the wrong order, the upper counts.
+fn clamp<T: Number>(x: T, low: T, high: T) -> T {
+    let raised = if x.re() < low.re() { low } else { x };
+    if raised.re() > high.re() {
+        high
+    } else {
+        raised
+    }
+}

@@ -1,0 +1,183 @@
+//! Expressions as instructions for a stack of numbers.
+
+use super::exact;
+use super::function::{Function, holds};
+use crate::field::number::Number;
+
+/// An instruction. It takes its operands off the stack and puts its result there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Op {
+    Number(f64),
+    /// An axis, by its number.
+    Axis(u32),
+    Negate,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    /// The power with that whole exponent.
+    Whole(i32),
+    /// A function of so many arguments.
+    Call(Function, u32),
+    /// Goes on at that instruction.
+    Jump(u32),
+    /// Takes a condition; goes on at that instruction unless it holds.
+    JumpUnless(u32),
+}
+
+/// Instructions that leave one number on the stack.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Program {
+    ops: Vec<Op>,
+    /// Where jumps last met: operations do not reach behind it.
+    met: usize,
+    /// How many numbers are on the stack after the last instruction.
+    depth: usize,
+    /// How many there ever are.
+    deepest: usize,
+}
+
+impl Program {
+    /// Adds what puts a number on the stack.
+    pub(super) fn push(&mut self, op: Op) {
+        self.ops.push(op);
+        self.depth += 1;
+        self.deepest = self.deepest.max(self.depth);
+    }
+
+    /// Adds an operation on the last `operands` numbers. If all are constants, so is the result.
+    pub(super) fn apply(&mut self, op: Op, operands: usize) {
+        self.depth = self.depth + 1 - operands;
+        let op = self.with_whole_exponent(op);
+        let operands = if matches!(op, Op::Whole(_)) {
+            1
+        } else {
+            operands
+        };
+        let first = self.ops.len() - operands;
+        let is_number = |op: &Op| matches!(op, Op::Number(_));
+        let is_constant = first >= self.met && self.ops[first..].iter().all(is_number);
+        self.ops.push(op);
+        if is_constant {
+            let mut stack = vec![0.0; operands];
+            let value = run(&self.ops[first..], &mut stack, |_| f64::NAN);
+            self.ops.truncate(first);
+            self.ops.push(Op::Number(value));
+        }
+    }
+
+    /// A power with a constant exponent that is whole needs no logarithm.
+    fn with_whole_exponent(&mut self, op: Op) -> Op {
+        let last = self.ops[self.met..].last();
+        if let (Op::Call(Function::Power, _), Some(&Op::Number(exponent))) = (op, last)
+            && let Some(whole) = exact::whole(exponent)
+        {
+            self.ops.pop();
+            return Op::Whole(whole);
+        }
+        op
+    }
+
+    /// Adds a jump that takes a condition; its target is set later.
+    pub(super) fn jump_unless(&mut self) -> usize {
+        self.ops.push(Op::JumpUnless(0));
+        self.depth -= 1;
+        self.ops.len() - 1
+    }
+
+    /// Adds a jump over what stands for the number that is on the stack.
+    pub(super) fn jump(&mut self) -> usize {
+        self.ops.push(Op::Jump(0));
+        self.depth -= 1;
+        self.ops.len() - 1
+    }
+
+    /// Lets a jump go on at the next instruction.
+    pub(super) fn land(&mut self, jump: usize) {
+        self.met = self.ops.len();
+        if let Op::Jump(target) | Op::JumpUnless(target) = &mut self.ops[jump] {
+            *target = self.met as u32;
+        }
+    }
+
+    /// The result, with a value for each axis.
+    pub(super) fn value<T: Number>(&self, axis: impl Fn(usize) -> T) -> T {
+        /// Deeper ones are rare, and allocate.
+        const SHALLOW: usize = 12;
+        let zero = T::from(0.0);
+        if self.deepest <= SHALLOW {
+            return run(&self.ops, &mut [zero; SHALLOW], axis);
+        }
+        run(&self.ops, &mut vec![zero; self.deepest], axis)
+    }
+}
+
+/// The number that instructions leave at the bottom of a stack.
+fn run<T: Number>(ops: &[Op], stack: &mut [T], axis: impl Fn(usize) -> T) -> T {
+    let mut depth = 0;
+    let mut at = 0;
+    while let Some(op) = ops.get(at) {
+        at += 1;
+        match *op {
+            Op::Number(number) => {
+                stack[depth] = number.into();
+                depth += 1;
+            }
+            Op::Axis(number) => {
+                stack[depth] = axis(number as usize);
+                depth += 1;
+            }
+            Op::Negate => stack[depth - 1] = -stack[depth - 1],
+            Op::Add => {
+                depth -= 1;
+                stack[depth - 1] += stack[depth];
+            }
+            Op::Subtract => {
+                depth -= 1;
+                stack[depth - 1] -= stack[depth];
+            }
+            Op::Multiply => {
+                depth -= 1;
+                stack[depth - 1] *= stack[depth];
+            }
+            Op::Divide => {
+                depth -= 1;
+                stack[depth - 1] /= stack[depth];
+            }
+            Op::Whole(exponent) => stack[depth - 1] = exact::product(stack[depth - 1], exponent),
+            Op::Call(function, arguments) => {
+                let first = depth - arguments as usize;
+                stack[first] = function.of(&stack[first..depth]);
+                depth = first + 1;
+            }
+            Op::Jump(target) => at = target as usize,
+            Op::JumpUnless(target) => {
+                depth -= 1;
+                if !holds(&stack[depth]) {
+                    at = target as usize;
+                }
+            }
+        }
+    }
+    stack[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::names::Names;
+    use super::super::parse::parse;
+    use super::*;
+
+    #[test]
+    fn constants_are_computed_once_and_not_across_the_ends_of_if() {
+        let ops = |text: &str| {
+            let program = parse(text, &mut Names::default());
+            program.expect("a good text").ops
+        };
+        let constant = ops("-(2*3)^2/max(1, 2, 3) + sqrt(4)");
+        assert_eq!(constant, [Op::Number(-10.0)]);
+        assert_eq!(ops("x^-2"), [Op::Axis(0), Op::Whole(-2)]);
+        assert_eq!(ops("x^if(x, 2, 2)").len(), 7);
+        assert_eq!(ops("-if(x, 2, 2)").len(), 6);
+    }
+}

@@ -1,0 +1,286 @@
+//! Random expressions, written out and read again; and random texts.
+
+use proptest::prelude::*;
+
+use super::super::function;
+use super::*;
+
+/// An expression as people think of it.
+#[derive(Clone, Debug)]
+enum Tree {
+    Number(f64),
+    Axis(&'static str),
+    Negate(Box<Tree>),
+    Not(Box<Tree>),
+    Binary(&'static Operator, Box<[Tree; 2]>),
+    Call(&'static str, Vec<Tree>),
+    If(Box<[Tree; 3]>),
+}
+
+/// How an operator is written, how tightly it binds, and what it does.
+#[derive(Debug)]
+struct Operator {
+    mark: &'static str,
+    binding: u8,
+    does: Does,
+}
+
+#[derive(Debug)]
+enum Does {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Function(function::Function),
+}
+
+const NOT: u8 = 3;
+const COMPARISON: u8 = 4;
+const SIGN: u8 = 7;
+const POWER: u8 = 8;
+/// What needs no brackets anywhere.
+const WORD: u8 = 9;
+
+static OPERATORS: [Operator; 15] = {
+    use Does::Function as Does_;
+    use function::Function;
+    const fn operator(mark: &'static str, binding: u8, does: Does) -> Operator {
+        Operator {
+            mark,
+            binding,
+            does,
+        }
+    }
+    [
+        operator("or", 1, Does_(Function::Or)),
+        operator("||", 1, Does_(Function::Or)),
+        operator("and", 2, Does_(Function::And)),
+        operator("&&", 2, Does_(Function::And)),
+        operator("<", COMPARISON, Does_(Function::Less)),
+        operator("<=", COMPARISON, Does_(Function::LessOrEqual)),
+        operator(">", COMPARISON, Does_(Function::Greater)),
+        operator(">=", COMPARISON, Does_(Function::GreaterOrEqual)),
+        operator("==", COMPARISON, Does_(Function::Equal)),
+        operator("!=", COMPARISON, Does_(Function::Unequal)),
+        operator("+", 5, Does::Add),
+        operator("-", 5, Does::Subtract),
+        operator("*", 6, Does::Multiply),
+        operator("/", 6, Does::Divide),
+        operator("^", POWER, Does_(Function::Power)),
+    ]
+};
+
+const FUNCTIONS: [(&str, usize); 14] = [
+    ("abs", 1),
+    ("sin", 1),
+    ("exp", 1),
+    ("ln", 1),
+    ("sqrt", 1),
+    ("tanh", 1),
+    ("floor", 1),
+    ("sign", 1),
+    ("atan2", 2),
+    ("pow", 2),
+    ("hypot", 2),
+    ("min", 3),
+    ("max", 2),
+    ("clamp", 3),
+];
+
+fn tree() -> impl Strategy<Value = Tree> {
+    let leaf = prop_oneof![
+        (0_u8..5).prop_map(|n| Tree::Number(n.into())),
+        (0.0..10.0).prop_map(Tree::Number),
+        Just(Tree::Number(1e-3)),
+        Just(Tree::Axis("x")),
+        Just(Tree::Axis("y")),
+    ];
+    leaf.prop_recursive(6, 64, 3, |inner| {
+        let operator = (0..OPERATORS.len()).prop_map(|k| &OPERATORS[k]);
+        let function = proptest::sample::select(&FUNCTIONS[..]);
+        let three = proptest::array::uniform3(inner.clone());
+        prop_oneof![
+            inner.clone().prop_map(|a| Tree::Negate(a.into())),
+            inner.clone().prop_map(|a| Tree::Not(a.into())),
+            (operator, inner.clone(), inner)
+                .prop_map(|(operator, a, b)| Tree::Binary(operator, [a, b].into())),
+            (function, three.clone())
+                .prop_map(|((name, count), all)| Tree::Call(name, all[..count].to_vec())),
+            three.prop_map(|all| Tree::If(all.into())),
+        ]
+    })
+}
+
+impl Tree {
+    /// Whether it has neither axes nor conditions.
+    fn is_constant(&self) -> bool {
+        match self {
+            Tree::Number(_) => true,
+            Tree::Axis(_) | Tree::If(_) => false,
+            Tree::Negate(a) | Tree::Not(a) => a.is_constant(),
+            Tree::Binary(_, both) => both.iter().all(Tree::is_constant),
+            Tree::Call(_, arguments) => arguments.iter().all(Tree::is_constant),
+        }
+    }
+
+    fn value<T: Number>(&self, [x, y]: [T; 2]) -> T {
+        // With derivatives, quotients are rounded once more.
+        if T::NDERIV > 0 && self.is_constant() {
+            return self.value([f64::NAN; 2]).into();
+        }
+        let at = |tree: &Tree| tree.value([x, y]);
+        match self {
+            Tree::Number(number) => (*number).into(),
+            Tree::Axis("x") => x,
+            Tree::Axis(_) => y,
+            Tree::Negate(a) => -at(a),
+            Tree::Not(a) => function::Function::Not.of(&[at(a)]),
+            Tree::Binary(operator, both) => {
+                let [a, b] = [at(&both[0]), at(&both[1])];
+                match operator.does {
+                    Does::Add => a + b,
+                    Does::Subtract => a - b,
+                    Does::Multiply => a * b,
+                    Does::Divide => a / b,
+                    Does::Function(function) => function.of(&[a, b]),
+                }
+            }
+            Tree::Call(name, arguments) => {
+                let arguments: Vec<T> = arguments.iter().map(at).collect();
+                let named = function::named(name).expect("a function");
+                named.function.of(&arguments)
+            }
+            Tree::If(all) => match at(&all[0]).re() {
+                0.0 => at(&all[2]),
+                _ => at(&all[1]),
+            },
+        }
+    }
+
+    fn binding(&self) -> u8 {
+        match self {
+            Tree::Number(_) | Tree::Axis(_) | Tree::Call(..) | Tree::If(_) => WORD,
+            Tree::Negate(_) => SIGN,
+            Tree::Not(_) => NOT,
+            Tree::Binary(operator, _) => operator.binding,
+        }
+    }
+
+    /// With brackets around every operation.
+    fn bracketed(&self) -> String {
+        self.written(&|_, _| true)
+    }
+
+    /// With no more brackets than it needs.
+    fn bare(&self) -> String {
+        self.written(&|tree, least| tree.binding() < least)
+    }
+
+    /// `brackets` says whether an operand needs them where only what binds so tightly does not.
+    fn written(&self, brackets: &impl Fn(&Tree, u8) -> bool) -> String {
+        let within = |tree: &Tree, least: u8| {
+            let text = tree.written(brackets);
+            match tree.binding() < WORD && brackets(tree, least) {
+                true => format!("({text})"),
+                false => text,
+            }
+        };
+        let list = |all: &[Tree]| {
+            let all: Vec<String> = all.iter().map(|tree| within(tree, 0)).collect();
+            all.join(", ")
+        };
+        match self {
+            Tree::Number(number) => format!("{number:?}"),
+            Tree::Axis(name) => (*name).to_owned(),
+            Tree::Negate(a) => format!("-{}", within(a, SIGN)),
+            Tree::Not(a) => format!("not {}", within(a, NOT)),
+            Tree::Call(name, arguments) => format!("{name}({})", list(arguments)),
+            Tree::If(all) => format!("if({})", list(&all[..])),
+            Tree::Binary(operator, both) => {
+                let (left, right) = match operator.binding {
+                    POWER => (WORD, SIGN),
+                    COMPARISON => (COMPARISON + 1, COMPARISON + 1),
+                    binding => (binding, binding + 1),
+                };
+                let [a, b] = [within(&both[0], left), within(&both[1], right)];
+                format!("{a} {} {b}", operator.mark)
+            }
+        }
+    }
+}
+
+/// Bit by bit, but for the signs of zeros and the kinds of NaN.
+fn same(a: f64, b: f64) -> bool {
+    a == b || (a.is_nan() && b.is_nan())
+}
+
+fn point() -> impl Strategy<Value = [f64; 2]> {
+    let coordinate = prop_oneof![Just(0.0), Just(1.0), Just(-2.0), -3.0..3.0];
+    proptest::array::uniform2(coordinate)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn what_is_written_is_read(tree in tree(), point in point()) {
+        let expected = tree.value(point);
+        let seeded = [0, 1].map(|k| Dual::from(point[k]).derivative(k));
+        let slopes = |dual: Dual| dual.eps.0.unwrap_or_default();
+        let moved = tree.value(seeded);
+        for text in [tree.bracketed(), tree.bare()] {
+            let found = at(&text, point);
+            prop_assert!(same(found, expected), "{text}: {found}, not {expected}");
+            let found = at(&text, seeded);
+            prop_assert!(same(found.re, moved.re), "{text}: {found}, not {moved}");
+            for (a, b) in slopes(found).iter().zip(slopes(moved).iter()) {
+                // Of a constant, the program has the value, and no slopes that are NaN.
+                prop_assert!(same(*a, *b) || b.is_nan(), "{text}: {found}, not {moved}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_read_as_rust_reads_them(number in 0.0..f64::MAX, small in 0.0..1e-3) {
+        for number in [number, small, number * 1e-300] {
+            for text in [format!("{number:?}"), format!("{number:e}"), format!("{number:E}")] {
+                prop_assert_eq!(value(&text), number);
+            }
+        }
+    }
+
+    #[test]
+    fn no_text_panics(text in "\\PC{0,40}") {
+        check(&text)?;
+    }
+
+    #[test]
+    fn no_row_of_words_panics(
+        words in proptest::collection::vec(proptest::sample::select(&WORDS[..]), 0..24),
+        between in proptest::sample::select(&["", " "][..]),
+    ) {
+        check(&words.join(between))?;
+    }
+}
+
+const WORDS: [&str; 36] = [
+    "1", ".5", "2e-3", "e", "x", "y", "PI", "+", "-", "*", "/", "^", "(", ")", "(", ")", ",", ",",
+    "<", "<=", "==", "!=", "=", "&&", "||", "and", "or", "not", "!", "if(", "if(", "min(", "sin(",
+    "atan2(", "{a b}", "é",
+];
+
+/// A text is read and has values, or is refused at one of its characters.
+fn check(text: &str) -> Result<(), TestCaseError> {
+    let expression = Expression::new([text, "0", "0"]);
+    match &expression.programs {
+        Ok([program, ..]) => {
+            program.value(|_| 1.0);
+            program.value(|_| Dual::from(1.0).derivative(0));
+        }
+        Err(error) => {
+            let last = text.chars().count() + 1;
+            prop_assert!((1..=last).contains(&error.position), "{error}");
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,223 @@
+//! A text as a row of tokens.
+
+use crate::field::expression_error::ExpressionErrorKind;
+
+/// What is wrong at a byte of a text.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub at: usize,
+    pub kind: ExpressionErrorKind,
+}
+
+impl Fault {
+    pub(super) fn new(at: usize, kind: ExpressionErrorKind) -> Self {
+        Fault { at, kind }
+    }
+}
+
+/// A word of the language.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Token<'a> {
+    Number(f64),
+    /// A name: an axis or a constant.
+    Name(&'a str),
+    /// A name in braces: an axis, whatever it is called.
+    Braced(&'a str),
+    /// A name and the bracket after it, which opens at a byte of the text.
+    Call(&'a str, usize),
+    Symbol(Symbol),
+    Open,
+    Close,
+    Comma,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Symbol {
+    Plus,
+    Minus,
+    Times,
+    Divide,
+    Power,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Equal,
+    Unequal,
+    And,
+    Or,
+    Not,
+}
+
+/// Longer ones first: `<=` is not `<`.
+const MARKS: [(&str, Token); 17] = [
+    ("<=", Token::Symbol(Symbol::LessOrEqual)),
+    (">=", Token::Symbol(Symbol::GreaterOrEqual)),
+    ("==", Token::Symbol(Symbol::Equal)),
+    ("!=", Token::Symbol(Symbol::Unequal)),
+    ("&&", Token::Symbol(Symbol::And)),
+    ("||", Token::Symbol(Symbol::Or)),
+    ("+", Token::Symbol(Symbol::Plus)),
+    ("-", Token::Symbol(Symbol::Minus)),
+    ("*", Token::Symbol(Symbol::Times)),
+    ("/", Token::Symbol(Symbol::Divide)),
+    ("^", Token::Symbol(Symbol::Power)),
+    ("<", Token::Symbol(Symbol::Less)),
+    (">", Token::Symbol(Symbol::Greater)),
+    ("!", Token::Symbol(Symbol::Not)),
+    ("(", Token::Open),
+    (")", Token::Close),
+    (",", Token::Comma),
+];
+
+/// A token in its place.
+pub(super) struct Spot<'a> {
+    pub token: Token<'a>,
+    /// The byte it begins at.
+    pub at: usize,
+    /// How it is written.
+    pub text: &'a str,
+}
+
+/// Reads tokens from left to right.
+pub(super) struct Tokens<'a> {
+    text: &'a str,
+    at: usize,
+}
+
+impl<'a> Tokens<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
+        Tokens { text, at: 0 }
+    }
+
+    /// The next token, `None` at the end of the text.
+    pub(super) fn advance(&mut self) -> Result<Option<Spot<'a>>, Fault> {
+        self.skip_spaces();
+        let at = self.at;
+        let rest = self.rest();
+        let Some(first) = rest.chars().next() else {
+            return Ok(None);
+        };
+        let token = match first {
+            '0'..='9' => self.number()?,
+            '.' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) => self.number()?,
+            '{' => self.braced()?,
+            _ if begins_name(first) => return Ok(Some(self.name())),
+            _ => self.mark(first)?,
+        };
+        let text = &self.text[at..self.at];
+        Ok(Some(Spot { token, at, text }))
+    }
+
+    fn rest(&self) -> &'a str {
+        &self.text[self.at..]
+    }
+
+    /// Takes so many bytes.
+    fn take(&mut self, length: usize) -> &'a str {
+        let taken = &self.rest()[..length];
+        self.at += length;
+        taken
+    }
+
+    fn skip_spaces(&mut self) {
+        let rest = self.rest();
+        self.at += rest.len() - rest.trim_start().len();
+    }
+
+    fn number(&mut self) -> Result<Token<'a>, Fault> {
+        let at = self.at;
+        let text = self.take(number_length(self.rest()));
+        match text.parse() {
+            Ok(number) if f64::is_finite(number) => Ok(Token::Number(number)),
+            _ => {
+                let number = beginning(text);
+                Err(Fault::new(at, ExpressionErrorKind::TooLarge { number }))
+            }
+        }
+    }
+
+    fn braced(&mut self) -> Result<Token<'a>, Fault> {
+        let Some(length) = self.rest().find('}') else {
+            return Err(Fault::new(self.at, ExpressionErrorKind::Unclosed));
+        };
+        Ok(Token::Braced(&self.take(length + 1)[1..length]))
+    }
+
+    /// A name, which may be an operator, or the beginning of a call.
+    fn name(&mut self) -> Spot<'a> {
+        let at = self.at;
+        let goes_on = |c: char| begins_name(c) || c.is_ascii_digit();
+        let rest = self.rest();
+        let text = self.take(rest.find(|c| !goes_on(c)).unwrap_or(rest.len()));
+        let token = match text {
+            "and" => Token::Symbol(Symbol::And),
+            "or" => Token::Symbol(Symbol::Or),
+            "not" => Token::Symbol(Symbol::Not),
+            _ => self.call(text).unwrap_or(Token::Name(text)),
+        };
+        Spot { token, at, text }
+    }
+
+    /// Takes the bracket after a name, if there is one.
+    fn call(&mut self, name: &'a str) -> Option<Token<'a>> {
+        let after_name = self.at;
+        self.skip_spaces();
+        let open = self.at;
+        if self.rest().starts_with('(') {
+            self.at += 1;
+            return Some(Token::Call(name, open));
+        }
+        self.at = after_name;
+        None
+    }
+
+    fn mark(&mut self, first: char) -> Result<Token<'a>, Fault> {
+        let rest = self.rest();
+        let mut marks = MARKS.iter();
+        if let Some((mark, token)) = marks.find(|(mark, _)| rest.starts_with(mark)) {
+            self.at += mark.len();
+            return Ok(*token);
+        }
+        let kind = match first {
+            '=' => ExpressionErrorKind::Assignment,
+            found => ExpressionErrorKind::UnknownCharacter { found },
+        };
+        Err(Fault::new(self.at, kind))
+    }
+}
+
+fn begins_name(c: char) -> bool {
+    c.is_alphabetic() || c == '_'
+}
+
+/// The bytes of the number that a text begins with: digits, a point, an exponent.
+fn number_length(text: &str) -> usize {
+    let after_digits = |from: usize| {
+        let digits = text[from..].bytes().take_while(u8::is_ascii_digit);
+        from + digits.count()
+    };
+    let mut end = after_digits(0);
+    if text[end..].starts_with('.') {
+        end = after_digits(end + 1);
+    }
+    if let Some(exponent) = text[end..].strip_prefix(['e', 'E']) {
+        let signs = usize::from(exponent.starts_with(['+', '-']));
+        let first = end + 1 + signs;
+        let last = after_digits(first);
+        // Without digits it is a name after a number, which the parser refuses.
+        if last > first {
+            end = last;
+        }
+    }
+    end
+}
+
+/// How a word of any length begins, for messages.
+pub(super) fn beginning(word: &str) -> String {
+    const SHOWN: usize = 32;
+    match word.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &word[..end]),
+        None => word.to_owned(),
+    }
+}
