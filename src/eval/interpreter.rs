@@ -161,7 +161,7 @@ impl<T: Number> Interpreter<T> {
                 }
                 Step::Layers(count, modes) => {
                     let modes = &program.modes[modes as usize];
-                    self.combine(count, |operands| Some(layers(operands, modes)));
+                    self.combine(count, |operands| Some(layers(operands, modes, here)));
                 }
                 Step::Modify(number) => {
                     if let Some(value) = self.stack.last_mut().filter(|v| v.defined.any()) {
@@ -206,7 +206,7 @@ impl<'a, T: Number> SampleContext<'a, T> {
         let bit = 1_u64.checked_shl(leaf).unwrap_or(0);
         let defined = match self.overridden.which & bit {
             0 => field.region.pieces(&local, here),
-            _ if self.overridden.holds & bit != 0 => here.all(),
+            _ if self.overridden.holds & bit != 0 => Pieces::ALL,
             _ => Pieces::NONE,
         };
         if !defined.any() {
@@ -296,11 +296,11 @@ fn apply<T: Number>(
 }
 
 /// The rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
-fn layers<T: Number>(operands: &[Value<T>], modes: &[Override]) -> Value<T> {
+fn layers<T: Number>(operands: &[Value<T>], modes: &[Override], here: &Neighbourhood) -> Value<T> {
     let mut gathered = Value::undefined();
     let mut stopped = false;
     for (value, mode) in operands.iter().zip(modes) {
-        gathered.defined = gathered.defined | value.defined;
+        gathered.defined = here.union(gathered.defined, value.defined);
         if stopped || !value.defined.any() {
             continue;
         }

@@ -104,9 +104,9 @@ impl Operator {
     /// The set of the result, for sets of the operands.
     pub(crate) fn set(self, e: Pieces, g: Pieces, here: &Neighbourhood) -> Pieces {
         match self {
-            Operator::Difference => e & here.complement(g),
-            _ if self.is_intersection() => e & g,
-            _ => e | g,
+            Operator::Difference => here.difference(e, g),
+            _ if self.is_intersection() => here.intersection(e, g),
+            _ => here.union(e, g),
         }
     }
 

@@ -339,9 +339,9 @@ impl Region {
                     let right = stack.pop().unwrap_or(Pieces::NONE);
                     let left = stack.pop().unwrap_or(Pieces::NONE);
                     match step {
-                        Step::Union => left | right,
-                        Step::Intersection => left & right,
-                        _ => left & here.complement(right),
+                        Step::Union => here.union(left, right),
+                        Step::Intersection => here.intersection(left, right),
+                        _ => here.difference(left, right),
                     }
                 }
                 set => set.pieces(local, here),
@@ -409,21 +409,22 @@ impl Step {
     fn pieces<T: Number>(&self, local: &LocalQuery<'_, T>, here: &Neighbourhood) -> Pieces {
         match self {
             Step::Solid(solid, pose) => {
-                let mut inside = here.all();
+                let mut inside = Pieces::ALL;
                 solid.for_each_surface(local.local_point(), pose, |surface| {
                     let normal = || local.spatial_normal(surface.outward);
-                    inside = inside & here.behind(surface.distance, normal);
+                    inside = here.intersection(inside, here.behind(surface.distance, normal));
                 });
                 inside
             }
             Step::Interval(axis, min, max) => {
                 let value = local.axis(axis).unwrap_or(f64::NAN);
-                here.behind(to_f64(*min) - value, || local.normal_along(axis, -1.0))
-                    & here.behind(value - to_f64(*max), || local.normal_along(axis, 1.0))
+                let above = here.behind(to_f64(*min) - value, || local.normal_along(axis, -1.0));
+                let below = here.behind(value - to_f64(*max), || local.normal_along(axis, 1.0));
+                here.intersection(above, below)
             }
             Step::OverAxes(set) => here.behind(set.excess(local).re(), || set.outward(local)),
             Step::Predicate(predicate) if !predicate.at(local) => Pieces::NONE,
-            _ => here.all(),
+            _ => Pieces::ALL,
         }
     }
 

@@ -167,9 +167,13 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         let (e, g) = (u.defined, v.defined);
         let (on_e, on_g) = (e.any(), g.any());
         let defined = match operator {
-            SumUnion | CrossUnion | ReplaceUnion | Strongest | Weakest | Minimum | Maximum => e | g,
-            SumIntersection | CrossIntersection | ReplaceIntersection => e & g,
-            Difference => e & self.here.complement(g),
+            SumUnion | CrossUnion | ReplaceUnion | Strongest | Weakest | Minimum | Maximum => {
+                self.here.union(e, g)
+            }
+            SumIntersection | CrossIntersection | ReplaceIntersection => {
+                self.here.intersection(e, g)
+            }
+            Difference => self.here.difference(e, g),
         };
         if !defined.any() {
             let by_v = operator == Difference && on_g;
@@ -232,7 +236,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         let mut gathered = Value::undefined();
         let mut stopped_by: Option<Vec<u32>> = None;
         for (value, mode) in values.into_iter().zip(modes) {
-            gathered.defined = gathered.defined | value.defined;
+            gathered.defined = self.here.union(gathered.defined, value.defined);
             if let Some(by) = &stopped_by {
                 self.decide(&value.holds, overruled("stop", self.places(by)));
                 continue;

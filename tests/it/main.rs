@@ -18,6 +18,7 @@ mod algebra_laws;
 mod approach;
 mod billiards;
 mod bodies;
+mod borders;
 mod closed_form;
 mod contact_fields;
 #[cfg(feature = "f64")]

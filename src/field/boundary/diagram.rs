@@ -1,0 +1,145 @@
+//! Sets of pieces, as binary decision diagrams.
+//!
+//! A set is asked plane by plane: does the piece lie behind it, or beyond? Each node asks about one
+//! plane and passes on to a node for either answer; equal nodes are one. Planes are asked about in
+//! falling order, so that a set grows at its top when the surfaces after it are met.
+//!
+//! Diagrams know nothing of geometry: they hold sides of planes that no piece may lie on.
+
+use std::collections::BTreeMap;
+
+/// A set: the place of its first node, after the two sets that ask nothing.
+pub(super) type Set = u32;
+
+/// The empty set.
+pub(super) const NOWHERE: Set = 0;
+
+/// All pieces.
+pub(super) const WHOLE: Set = 1;
+
+/// One question, and what is left of the set on either side of the plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Question {
+    pub plane: usize,
+    pub behind: Set,
+    pub beyond: Set,
+}
+
+/// How two sets make one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Rule {
+    Either,
+    Both,
+    FirstOnly,
+}
+
+/// All sets met so far, each part of them once.
+#[derive(Debug, Default)]
+pub(super) struct Diagram {
+    questions: Vec<Question>,
+    places: BTreeMap<Question, Set>,
+    combined: BTreeMap<(Rule, Set, Set), Set>,
+}
+
+impl Diagram {
+    /// What a set asks first, unless it asks nothing.
+    pub fn question(&self, set: Set) -> Option<Question> {
+        let place = set.checked_sub(2)?;
+        Some(self.questions[place as usize])
+    }
+
+    /// How many questions all sets together ask.
+    #[cfg(test)]
+    pub fn size(&self) -> usize {
+        self.questions.len()
+    }
+
+    /// The pieces behind a plane, or those beyond it.
+    pub fn side(&mut self, plane: usize, behind: bool) -> Set {
+        let (behind, beyond) = if behind {
+            (WHOLE, NOWHERE)
+        } else {
+            (NOWHERE, WHOLE)
+        };
+        self.ask(plane, behind, beyond)
+    }
+
+    fn ask(&mut self, plane: usize, behind: Set, beyond: Set) -> Set {
+        if behind == beyond {
+            return behind;
+        }
+        let question = Question {
+            plane,
+            behind,
+            beyond,
+        };
+        let next = self.questions.len() as Set + 2;
+        let place = *self.places.entry(question).or_insert(next);
+        if place == next {
+            self.questions.push(question);
+        }
+        place
+    }
+
+    /// One set of two. The pairs that wait for others are kept on a list, since there may be as
+    /// many as there are planes.
+    pub fn combine(&mut self, rule: Rule, a: Set, b: Set) -> Set {
+        if let Some(set) = self.settled(rule, (a, b)) {
+            return set;
+        }
+        let mut waiting = vec![(a, b)];
+        loop {
+            let pair = waiting[waiting.len() - 1];
+            let (plane, behind, beyond) = self.split(pair);
+            let halves = (self.settled(rule, behind), self.settled(rule, beyond));
+            let (half_behind, half_beyond) = match halves {
+                (Some(behind), Some(beyond)) => (behind, beyond),
+                (None, _) => {
+                    waiting.push(behind);
+                    continue;
+                }
+                (_, None) => {
+                    waiting.push(beyond);
+                    continue;
+                }
+            };
+            let set = self.ask(plane, half_behind, half_beyond);
+            self.combined.insert((rule, pair.0, pair.1), set);
+            waiting.pop();
+            if waiting.is_empty() {
+                return set;
+            }
+        }
+    }
+
+    /// What the rule gives, where that is plain or was found before.
+    fn settled(&self, rule: Rule, (a, b): (Set, Set)) -> Option<Set> {
+        match (rule, a, b) {
+            (Rule::Either, NOWHERE, other) | (Rule::Either, other, NOWHERE) => Some(other),
+            (Rule::Either, WHOLE, _) | (Rule::Either, _, WHOLE) => Some(WHOLE),
+            (Rule::Both, WHOLE, other) | (Rule::Both, other, WHOLE) => Some(other),
+            (Rule::Both, NOWHERE, _) | (Rule::Both, _, NOWHERE) => Some(NOWHERE),
+            (Rule::FirstOnly, first, NOWHERE) => Some(first),
+            (Rule::FirstOnly, NOWHERE, _) | (Rule::FirstOnly, _, WHOLE) => Some(NOWHERE),
+            (Rule::FirstOnly, a, b) if a == b => Some(NOWHERE),
+            (_, a, b) if a == b => Some(a),
+            _ => self.combined.get(&(rule, a, b)).copied(),
+        }
+    }
+
+    /// The plane that a pair asks about first, and the pairs that are left on its two sides.
+    fn split(&self, (a, b): (Set, Set)) -> (usize, (Set, Set), (Set, Set)) {
+        let (first_a, first_b) = (self.question(a), self.question(b));
+        let planes = first_a
+            .iter()
+            .chain(&first_b)
+            .map(|question| question.plane);
+        let plane = planes.max().unwrap_or(0);
+        let sides = |set: Set, first: Option<Question>| match first {
+            Some(question) if question.plane == plane => (question.behind, question.beyond),
+            _ => (set, set),
+        };
+        let ((a_behind, a_beyond), (b_behind, b_beyond)) = (sides(a, first_a), sides(b, first_b));
+        (plane, (a_behind, b_behind), (a_beyond, b_beyond))
+    }
+}
