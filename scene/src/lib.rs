@@ -133,6 +133,8 @@
 //! | `convex-hull`, `mesh` | `points`; `points`, `triangles` |
 //! | `compound` | a list of `shape`, `at`, `rotation` |
 //!
+//! As a region, a mesh must be closed and wound one way, inwards or outwards; it is what it encloses.
+//!
 //! A scalar is a list of steps: first a source (`{"constant": c}`, `{"axis": a}`, `"distance"`,
 //! `{"depth": region}`), then what is done with it, one after the other: `ramp` and `smooth`
 //! (`[from, to]`), `power`, `exponential`, `gaussian` (a number), `table` (a list of `[x, y]`), and

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::closed_mesh::MeshFault;
 use super::expression_error::ExpressionError;
 use super::handle::FieldHandle;
 use crate::math::{Pose, Real, Vector, to_f64};
@@ -113,6 +114,14 @@ pub enum BuildError {
         /// The value found.
         value: f64,
     },
+    /// A mesh stands for the points inside it, and has no inside.
+    #[error("{field}: the mesh of the region is not the surface of a solid: {fault}")]
+    MeshRegion {
+        /// The field.
+        field: FieldRef,
+        /// What is wrong with the mesh.
+        fault: MeshFault,
+    },
     /// A region or formula names an axis nobody declared.
     #[error("{field}: there is no axis `{axis}`; declared are: {declared}")]
     UnknownAxis {
@@ -165,6 +174,7 @@ impl BuildError {
             BuildError::Misfit { field: culprit, .. }
             | BuildError::Expression { field: culprit, .. }
             | BuildError::Parameter { field: culprit, .. }
+            | BuildError::MeshRegion { field: culprit, .. }
             | BuildError::UnknownAxis { field: culprit, .. }
             | BuildError::Reaction { field: culprit }
             | BuildError::DetectionOperand { field: culprit, .. }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::anchor::{Anchor, Frame};
+use super::any_shape::AnyShape;
 use super::axis::Axis;
 use super::error::{BuildError, finite, not_negative, rigid};
 use super::formula::{Drag, Formula, Law, Nearest, Profile, Radial, Uniform, Wind};
@@ -12,7 +13,6 @@ use super::query::{LocalQuery, Query};
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
-use super::solid::AnyShape;
 use crate::math::{DVec3, InteractionGroups, Pose, Real, SharedShape, to_f64};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.

@@ -1,8 +1,10 @@
 //! Define: regions, formulas, fields, operators, and the tree they make.
 
 mod anchor;
+mod any_shape;
 mod axis;
 pub mod boundary;
+mod closed_mesh;
 mod closure;
 mod constructors;
 mod contact;
@@ -33,14 +35,17 @@ mod saved;
 mod scalar;
 mod set;
 mod solid;
+mod solid_shape;
 mod subtree;
 mod sum;
+mod surface;
 mod tree;
 mod validity;
 pub mod visit;
 
 pub use anchor::{Anchor, Frame, Frames};
 pub use axis::Axis;
+pub use closed_mesh::MeshFault;
 pub use closure::Closure;
 pub use contact::ContactLaw;
 pub use error::{BuildError, FieldRef};

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::any_shape::AnyShape;
 use super::axis::Axis;
 use super::boundary::{Neighbourhood, Normal, Pieces};
 use super::closure::Closure;
@@ -9,7 +10,7 @@ use super::error::{BuildError, rigid, validate_interval};
 use super::number::Number;
 use super::over_axes::OverAxes;
 use super::query::{LocalQuery, Sample};
-use super::solid::{AnyShape, Solid};
+use super::solid::Solid;
 use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 
 /// Where a field is defined: a set in the space of all axes, in the field's own frame.
@@ -119,10 +120,15 @@ impl Region {
 
     /// Any Parry shape: convex, mesh, height field, compound, voxels, …
     ///
-    /// Shapes without an inside (a triangle, a height field) hold their surface only, and so,
-    /// regularised, nothing.
+    /// - A **mesh** must be the surface of a solid, as files have it, with or without flags: equal
+    ///   vertices are made one, and it is turned if it is wound inwards. The field is refused
+    ///   ([`BuildError::MeshRegion`]) where the mesh has gaps, edges of more than two triangles, or
+    ///   neighbours that are wound against each other. Whether it cuts itself is not looked at. A mesh
+    ///   with the flag `ORIENTED` is taken as it is.
+    /// - Shapes that are surfaces or lines (a triangle, a height field) hold nothing: regularised, they
+    ///   are empty.
     pub fn shape(shape: SharedShape) -> Self {
-        Self::solid(Solid::Shape(AnyShape(shape)))
+        Self::solid(Solid::Shape(AnyShape(shape).into()))
     }
 
     /// Where `axis` lies between two values; either may be infinite.

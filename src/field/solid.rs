@@ -2,9 +2,9 @@
 
 use super::error::{BuildError, bad, positive, validate_interval};
 use super::number::{Number, Vec3, constant, real};
-use crate::math::{
-    DPose3, DVec3, Pose, Real, SharedShape, Vector, from_dvec3, to_dpose3, to_dvec3, to_f64,
-};
+use super::solid_shape::SolidShape;
+use super::surface::Surface;
+use crate::math::{DPose3, DVec3, Pose, Real, Vector, to_dpose3, to_dvec3, to_f64};
 
 /// A closed body in space, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,39 +62,7 @@ pub enum Solid {
         max: Real,
     },
     /// A shape of Parry's.
-    Shape(AnyShape),
-}
-
-/// A shape of Parry's; equal to itself only.
-#[derive(Clone)]
-pub struct AnyShape(pub SharedShape);
-
-impl PartialEq for AnyShape {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::addr_eq(&*self.0, &*other.0)
-    }
-}
-
-impl std::fmt::Debug for AnyShape {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{:?}", self.0.shape_type())
-    }
-}
-
-/// Signed distance from a surface (negative inside) and its outward direction.
-pub(super) struct Surface {
-    pub distance: f64,
-    pub outward: DVec3,
-}
-
-/// Whether a shape is more than its surface. Only meshes flagged as oriented know their inside.
-fn has_inside(shape: &SharedShape) -> bool {
-    let flat = shape.as_triangle().is_some()
-        || shape.as_segment().is_some()
-        || shape.as_polyline().is_some()
-        || shape.as_heightfield().is_some();
-    let mesh = shape.as_trimesh();
-    !flat && mesh.is_none_or(|mesh| mesh.pseudo_normals_if_oriented().is_some())
+    Shape(SolidShape),
 }
 
 impl Solid {
@@ -115,10 +83,7 @@ impl Solid {
             pose.inverse_transform_point(point)
         };
         let mut surface = |distance: f64, outward: DVec3| {
-            visit(Surface {
-                distance,
-                outward: pose.rotation * outward,
-            });
+            visit(Surface::new(distance, pose.rotation * outward));
         };
         let mut slab = |axis: usize, half: f64| {
             let mut outward = DVec3::ZERO;
@@ -167,20 +132,12 @@ impl Solid {
                 surface(to_f64(*min) - p[*axis], -outward);
                 surface(p[*axis] - to_f64(*max), outward);
             }
-            Solid::Shape(AnyShape(shape)) => {
-                if !has_inside(shape) {
-                    return surface(f64::INFINITY, DVec3::ZERO);
-                }
-                let local_point = from_dvec3(p);
-                let projection = shape.project_local_point(local_point, false);
-                let outward = p - to_dvec3(projection.point);
-                // These project onto their nearest part, which need not hold the point.
-                let in_parts = shape.as_compound().is_some() || shape.as_voxels().is_some();
-                let is_inside =
-                    projection.is_inside || in_parts && shape.contains_local_point(local_point);
-                let sign = if is_inside { -1.0 } else { 1.0 };
-                surface(sign * outward.length(), sign * outward);
-            }
+            Solid::Shape(shape) => shape.for_each_surface(p, |seen| {
+                visit(Surface {
+                    outward: pose.rotation * seen.outward,
+                    ..seen
+                });
+            }),
         }
     }
 
@@ -190,7 +147,8 @@ impl Solid {
         let mut excess = T::from(f64::NEG_INFINITY);
         self.for_each_surface(real(point), pose, |surface| {
             if surface.distance > excess.re() {
-                let outward = constant::<T>(surface.outward.normalize_or_zero());
+                let outward = surface.outward.normalize_or_zero() * surface.slope;
+                let outward = constant::<T>(outward);
                 // Zero, but for the derivative.
                 let moved = point - constant::<T>(real(point));
                 excess = outward.dot(&moved) + surface.distance;
@@ -217,11 +175,7 @@ impl Solid {
                 radius,
             } => Some(half_height + radius),
             Solid::HalfSpace { .. } | Solid::Slab { .. } => None,
-            Solid::Shape(AnyShape(shape)) => {
-                let bounds = shape.compute_local_bounding_sphere();
-                let extent = bounds.center.length() + bounds.radius;
-                extent.is_finite().then_some(extent)
-            }
+            Solid::Shape(shape) => shape.extent(),
         }
     }
 
@@ -256,7 +210,7 @@ impl Solid {
                 Err(bad(field, quantity, "one", to_f64(length)))
             }
             Solid::Slab { min, max, .. } => validate_interval(field, *min, *max),
-            Solid::Shape(_) => Ok(()),
+            Solid::Shape(shape) => shape.validate(field),
         }
     }
 }

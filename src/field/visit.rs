@@ -17,7 +17,8 @@
 pub use super::over_axes::{OverAxes, Shape as ShapeOverAxes};
 pub use super::region::Step as RegionStep;
 pub use super::scalar::{Curve, Step as ScalarStep};
-pub use super::solid::{AnyShape, Solid};
+pub use super::solid::Solid;
+pub use super::solid_shape::SolidShape;
 
 use super::anchor::Anchor;
 use super::formula::Formula;

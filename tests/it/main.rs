@@ -40,6 +40,7 @@ mod laws;
 mod layering;
 mod live_edits;
 mod loads;
+mod mesh_regions;
 mod modes_of_others;
 mod modifier_laws;
 #[cfg(feature = "f64")]

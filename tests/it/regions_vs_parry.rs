@@ -183,15 +183,17 @@ proptest! {
         compare_shape(shape, at, &points)?;
     }
 
-    /// An oriented mesh, whose inside Parry tells by pseudo-normals.
+    /// A mesh, whose inside Parry tells by pseudo-normals where it is flagged as oriented.
     #[test]
     fn meshes(half in [size(), size(), size()], at in placement(), points in points()) {
         let [x, y, z] = half;
         let cuboid = SharedShape::cuboid(x, y, z);
         let (vertices, indices) = cuboid.as_cuboid().expect("a cuboid").to_trimesh();
         let flags = TriMeshFlags::ORIENTED;
+        let plain = SharedShape::trimesh(vertices.clone(), indices.clone()).expect("a closed mesh");
         let shape = SharedShape::trimesh_with_flags(vertices, indices, flags).expect("a closed mesh");
         compare_shape(shape.clone(), at, &points)?;
+        compare(Region::shape(plain), &*shape.0, at, &points)?;
         // The mesh and the box it was made from hold the same points.
         compare(Region::cuboid(Vector::new(x, y, z)), &*shape.0, at, &points)?;
     }
@@ -233,11 +235,10 @@ proptest! {
 /// An open surface has no inside; regularised it holds nothing.
 #[test]
 fn surfaces_hold_nothing() {
-    let square =
-        [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(|[x, z]| Vector::new(x as Real, 0.0, z as Real));
-    let sheet = SharedShape::trimesh(square.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).expect("a sheet");
-    let triangle = SharedShape::triangle(square[0], square[1], square[2]);
-    for shape in [sheet, triangle] {
+    let corners = [[-1, -1], [1, -1], [1, 1]].map(|[x, z]| Vector::new(x as Real, 0.0, z as Real));
+    let triangle = SharedShape::triangle(corners[0], corners[1], corners[2]);
+    let line = SharedShape::polyline(corners.to_vec(), None);
+    for shape in [triangle, line] {
         let tree = Field::uniform(Vector::X)
             .within(Region::shape(shape.clone()))
             .into();

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::error::{FileError, content};
-use super::fields::field::visit::{AnyShape, RegionStep, ShapeOverAxes, Solid};
+use super::fields::field::visit::{RegionStep, ShapeOverAxes, Solid};
 use super::fields::field::{Axis, Region};
 use super::fields::math::{Pose, Real};
 use super::number::{Num, Quad, Triple, num, pose, quad, triple, unless_zero, vector};
@@ -312,7 +312,7 @@ fn write_solid(solid: &Solid) -> Result<RegionDoc, FileError> {
             min: end(min, -Real::INFINITY),
             max: end(max, Real::INFINITY),
         },
-        Solid::Shape(AnyShape(shape)) => RegionDoc::Shape(ShapeDoc::write(shape)?),
+        Solid::Shape(shape) => RegionDoc::Shape(ShapeDoc::write(shape.shape())?),
         _ => return Err(content("this region cannot stand in a file")),
     })
 }

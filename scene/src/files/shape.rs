@@ -51,6 +51,8 @@ pub(super) enum ShapeDoc {
     ConvexHull {
         points: Vec<Triple>,
     },
+    /// Triangles, by the numbers of their points. As a region it must be closed, and all of it wound
+    /// inwards or outwards; it is what it encloses.
     Mesh {
         points: Vec<Triple>,
         triangles: Vec<[u32; 3]>,

@@ -168,3 +168,30 @@ fn numbers_too_large_are_refused() {
     let read = SceneFile::from_json(&scene(fields)).and_then(|file| file.build());
     assert_eq!(read.is_err(), size_of::<Real>() == 4);
 }
+
+/// Meshes have no flags in a file: whole ones act on what they enclose, others are refused by name.
+#[test]
+fn meshes_are_regions_if_they_are_closed() {
+    let points = "[[-3, -3, -3], [3, -3, -3], [0, 3, -3], [0, 0, 3]]";
+    let fields = |triangles: &str| {
+        format!(
+            r#"{{ "tree": {{ "field": {{ "name": "wind", "formula": {{ "uniform": {{ "vector": [1, 0, 0] }} }},
+                "within": {{ "shape": {{ "mesh": {{ "points": {points}, "triangles": {triangles} }} }} }} }} }} }}"#
+        )
+    };
+    for closed in [
+        "[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]",
+        "[[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]",
+    ] {
+        let scene = SceneFile::from_json(&scene(&fields(closed))).and_then(|file| file.build());
+        let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+        let (bodies, colliders) = (&scene.world.bodies, &scene.world.colliders);
+        let (sun, _) = bodies.iter().next().expect("a body");
+        let wrench = scene.fields.sample(sun, bodies, colliders).expect("finite");
+        assert_eq!(wrench.expect("a dynamic body").force, Vector::X);
+    }
+    let found = error(&fields("[[0, 2, 1], [0, 1, 3], [1, 2, 3]]"));
+    for part in ["`wind`", "3 of its edges"] {
+        assert!(found.contains(part), "{found}\nlacks\n{part}");
+    }
+}

@@ -2,11 +2,11 @@
 
 use super::Law;
 use super::radial::Radial;
+use crate::field::any_shape::AnyShape;
 use crate::field::closure::difference_step;
 use crate::field::error::BuildError;
 use crate::field::number::{Number, Vec3, chain, differences};
 use crate::field::query::LocalQuery;
-use crate::field::solid::AnyShape;
 use crate::math::{DVec3, SharedShape, from_dvec3, to_dvec3};
 
 /// A radial force whose distance vector d is measured from the nearest point of a shape: the pull

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::field::solid::AnyShape;
+use crate::field::any_shape::AnyShape;
 use crate::math::{Pose, SharedShape, Vector};
 use crate::rapier::parry::shape::{
     Ball, Capsule, Cone, Cuboid, Cylinder, HalfSpace, RoundCone, RoundCuboid, RoundCylinder,

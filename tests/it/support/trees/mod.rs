@@ -46,6 +46,8 @@ pub enum RegionPlan {
     HalfSpace(usize, i32),
     Interval(usize, i32, i32),
     Shape([i32; 3]),
+    /// The same as a mesh without flags, and whether it is wound inwards.
+    Mesh([i32; 3], bool),
     /// Coefficients of two axes, and the offset.
     HalfSpaceOver([(usize, i32); 2], i32),
     /// Centres and radii along axes.
@@ -98,7 +100,7 @@ impl RegionPlan {
     /// Whether Parry decides about any part of it.
     pub fn any_shape(&self) -> bool {
         match self {
-            RegionPlan::Shape(_) => true,
+            RegionPlan::Shape(_) | RegionPlan::Mesh(..) => true,
             RegionPlan::Moved(of, _) | RegionPlan::Complement(of) => of.any_shape(),
             RegionPlan::Combined(_, a, b) => a.any_shape() || b.any_shape(),
             _ => false,
@@ -130,6 +132,17 @@ impl RegionPlan {
             RegionPlan::Shape(half) => {
                 let [x, y, z] = half.map(size);
                 Region::shape(SharedShape::cuboid(x, y, z))
+            }
+            RegionPlan::Mesh(half, inwards) => {
+                let [x, y, z] = half.map(size);
+                let shape = SharedShape::cuboid(x, y, z);
+                let (points, mut triangles) = shape.as_cuboid().expect("a cuboid").to_trimesh();
+                if *inwards {
+                    triangles
+                        .iter_mut()
+                        .for_each(|triangle| triangle.swap(0, 1));
+                }
+                Region::shape(SharedShape::trimesh(points, triangles).expect("a mesh"))
             }
             RegionPlan::HalfSpaceOver(coefficients, offset) => {
                 let named = coefficients.map(|(axis, c)| (AXES[axis].into(), c as Real));
@@ -435,6 +448,8 @@ fn region() -> impl Strategy<Value = RegionPlan> {
         2 => (0..AXES.len(), -2..=2, 1..=4)
             .prop_map(|(axis, low, length)| RegionPlan::Interval(axis, low, length)),
         1 => proptest::array::uniform3(size()).prop_map(RegionPlan::Shape),
+        1 => (proptest::array::uniform3(size()), any::<bool>())
+            .prop_map(|(half, inwards)| RegionPlan::Mesh(half, inwards)),
         2 => ([over(), over()], -2..=4)
             .prop_map(|(axes, offset)| RegionPlan::HalfSpaceOver(axes, offset)),
         2 => proptest::collection::vec((0..AXES.len(), -1..=1, size()), 1..4)

@@ -1,0 +1,109 @@
+//! Parry's shapes as solids.
+
+use super::any_shape::AnyShape;
+use super::closed_mesh::{MeshFault, oriented};
+use super::error::BuildError;
+use super::surface::Surface;
+use crate::math::{DVec3, Real, SharedShape, from_dvec3, to_dvec3};
+
+/// A shape of Parry's, and what it holds; see [`Region::shape`](crate::Region::shape).
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(from = "AnyShape", into = "AnyShape")
+)]
+pub struct SolidShape {
+    shape: AnyShape,
+    inside: Inside,
+}
+
+/// What a shape holds.
+#[derive(Clone, Debug, PartialEq)]
+enum Inside {
+    /// It is a surface, or a line.
+    Nothing,
+    /// What Parry says this shape holds: the shape itself, or a mesh made from it.
+    Shape(AnyShape),
+    /// A mesh that does not say.
+    Unknown(MeshFault),
+}
+
+impl Inside {
+    fn of(shape: &SharedShape) -> Self {
+        let flat = shape.as_triangle().is_some()
+            || shape.as_segment().is_some()
+            || shape.as_polyline().is_some()
+            || shape.as_heightfield().is_some();
+        if flat {
+            return Inside::Nothing;
+        }
+        match shape.as_trimesh() {
+            // The user's word that it is wound outwards is taken.
+            Some(mesh) if mesh.pseudo_normals_if_oriented().is_none() => match oriented(mesh) {
+                Ok(mesh) => Inside::Shape(AnyShape(mesh)),
+                Err(fault) => Inside::Unknown(fault),
+            },
+            _ => Inside::Shape(AnyShape(shape.clone())),
+        }
+    }
+}
+
+impl From<AnyShape> for SolidShape {
+    fn from(shape: AnyShape) -> Self {
+        let inside = Inside::of(&shape.0);
+        SolidShape { shape, inside }
+    }
+}
+
+impl From<SolidShape> for AnyShape {
+    fn from(solid: SolidShape) -> Self {
+        solid.shape
+    }
+}
+
+impl SolidShape {
+    /// The shape as it was given.
+    pub fn shape(&self) -> &SharedShape {
+        &self.shape.0
+    }
+
+    /// Visits the surfaces whose inner sides intersect in the solid, in its own frame.
+    pub(super) fn for_each_surface(&self, point: DVec3, mut visit: impl FnMut(Surface)) {
+        match &self.inside {
+            Inside::Nothing | Inside::Unknown(_) => {
+                visit(Surface::new(f64::INFINITY, DVec3::ZERO));
+            }
+            Inside::Shape(AnyShape(shape)) => visit(nearest_surface(shape, point)),
+        }
+    }
+
+    /// Farthest distance of the solid from its own origin, if it is bounded.
+    pub(super) fn extent(&self) -> Option<Real> {
+        let bounds = self.shape.0.compute_local_bounding_sphere();
+        let extent = bounds.center.length() + bounds.radius;
+        extent.is_finite().then_some(extent)
+    }
+
+    pub(super) fn validate(&self, field: &str) -> Result<(), BuildError> {
+        match &self.inside {
+            Inside::Unknown(fault) => Err(BuildError::MeshRegion {
+                field: field.into(),
+                fault: fault.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The surface of a shape of which Parry tells the inside.
+fn nearest_surface(shape: &SharedShape, point: DVec3) -> Surface {
+    let local_point = from_dvec3(point);
+    let projection = shape.project_local_point(local_point, false);
+    let outward = point - to_dvec3(projection.point);
+    // These project onto their nearest part, which need not hold the point.
+    let in_parts = shape.as_compound().is_some() || shape.as_voxels().is_some();
+    let is_inside = projection.is_inside || in_parts && shape.contains_local_point(local_point);
+    let sign = if is_inside { -1.0 } else { 1.0 };
+    Surface::new(sign * outward.length(), sign * outward)
+}
