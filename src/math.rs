@@ -6,6 +6,7 @@
 
 pub use rapier::dynamics::{RigidBodyHandle, RigidBodySet};
 pub use rapier::geometry::{ColliderHandle, ColliderSet, InteractionGroups, SharedShape};
+pub(crate) use rapier::glamx::DVec2;
 pub use rapier::glamx::{DMat3, DPose3, DQuat, DVec3};
 pub use rapier::math::{AngularInertia, Pose, Real, Rotation, Vector};
 

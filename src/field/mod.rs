@@ -11,6 +11,7 @@ mod contact;
 mod error;
 mod expression_error;
 mod formula;
+mod ground;
 mod handle;
 mod layer;
 mod leaf;

@@ -125,7 +125,12 @@ impl Region {
     ///   ([`BuildError::MeshRegion`]) where the mesh has gaps, edges of more than two triangles, or
     ///   neighbours that are wound against each other. Whether it cuts itself is not looked at. A mesh
     ///   with the flag `ORIENTED` is taken as it is.
-    /// - Shapes that are surfaces or lines (a triangle, a height field) hold nothing: regularised, they
+    /// - A **height field** stands for the points below it, within its rectangle and however deep;
+    ///   y is up, as for Parry. Below cells and triangles that are removed there are none. On its
+    ///   folds, which are no planes, and on the walls of holes it is simply a closed set. Its depth
+    ///   is that of the point below the ground, or less where the ground is steep anywhere, and
+    ///   with holes at most to the end of the next cell.
+    /// - Shapes that are surfaces or lines (a triangle, a polyline) hold nothing: regularised, they
     ///   are empty.
     pub fn shape(shape: SharedShape) -> Self {
         Self::solid(Solid::Shape(AnyShape(shape).into()))

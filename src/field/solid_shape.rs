@@ -2,7 +2,8 @@
 
 use super::any_shape::AnyShape;
 use super::closed_mesh::{MeshFault, oriented};
-use super::error::BuildError;
+use super::error::{BuildError, bad};
+use super::ground::Ground;
 use super::surface::Surface;
 use crate::math::{DVec3, Real, SharedShape, from_dvec3, to_dvec3};
 
@@ -25,16 +26,20 @@ enum Inside {
     Nothing,
     /// What Parry says this shape holds: the shape itself, or a mesh made from it.
     Shape(AnyShape),
+    /// What is below a height field.
+    Below(Ground),
     /// A mesh that does not say.
     Unknown(MeshFault),
 }
 
 impl Inside {
     fn of(shape: &SharedShape) -> Self {
+        if let Some(ground) = Ground::of(shape) {
+            return Inside::Below(ground);
+        }
         let flat = shape.as_triangle().is_some()
             || shape.as_segment().is_some()
-            || shape.as_polyline().is_some()
-            || shape.as_heightfield().is_some();
+            || shape.as_polyline().is_some();
         if flat {
             return Inside::Nothing;
         }
@@ -75,11 +80,15 @@ impl SolidShape {
                 visit(Surface::new(f64::INFINITY, DVec3::ZERO));
             }
             Inside::Shape(AnyShape(shape)) => visit(nearest_surface(shape, point)),
+            Inside::Below(ground) => ground.for_each_surface(point, visit),
         }
     }
 
     /// Farthest distance of the solid from its own origin, if it is bounded.
     pub(super) fn extent(&self) -> Option<Real> {
+        if matches!(self.inside, Inside::Below(_)) {
+            return None;
+        }
         let bounds = self.shape.0.compute_local_bounding_sphere();
         let extent = bounds.center.length() + bounds.radius;
         extent.is_finite().then_some(extent)
@@ -91,7 +100,26 @@ impl SolidShape {
                 field: field.into(),
                 fault: fault.clone(),
             }),
-            _ => Ok(()),
+            Inside::Below(ground) => ground.validate(field),
+            _ => self.validate_parts(field),
+        }
+    }
+
+    /// Parry's compounds may hold height fields, and know nothing of what is below them.
+    fn validate_parts(&self, field: &str) -> Result<(), BuildError> {
+        let compound = self.shape.0.as_compound();
+        let parts = compound.map_or(&[][..], |compound| compound.shapes());
+        let grounds = parts
+            .iter()
+            .filter(|(_, part)| part.as_heightfield().is_some());
+        match grounds.count() {
+            0 => Ok(()),
+            grounds => Err(bad(
+                field,
+                "the number of height fields in the compound of the region",
+                "zero (a height field can be a region of its own)",
+                grounds as f64,
+            )),
         }
     }
 }

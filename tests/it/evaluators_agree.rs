@@ -126,6 +126,28 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(cases(1000))]
+
+    /// What is below height fields, folds and rims included.
+    #[test]
+    fn grounds_agree(
+        plans in bodies(4, 1..=1),
+        leaves in proptest::collection::vec(
+            (trees::leaf(Numbers::Integer), proptest::array::uniform9(-2..=2)), 2..4,
+        ),
+        operator in proptest::sample::select(Operator::ALL.to_vec()),
+    ) {
+        let term = |(mut leaf, heights): (LeafPlan, [i32; 9])| {
+            leaf.region = RegionPlan::Ground(heights);
+            TermPlan::Leaf(leaf)
+        };
+        let both = |a: TermPlan, b: TermPlan| TermPlan::Apply(operator, Box::new(a), Box::new(b));
+        let term = leaves.into_iter().map(term).reduce(both).expect("leaves");
+        agree(&World::new(&plans), &[term], Numbers::Integer)?;
+    }
+}
+
 /// Radial fields of one law at many places: a batch.
 fn batch(formula: &FormulaPlan, region: &RegionPlan, places: &[(u8, [i32; 3])]) -> Vec<TermPlan> {
     let source = |(kind, place): &(u8, [i32; 3])| {

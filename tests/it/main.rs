@@ -31,6 +31,7 @@ mod evaluators_agree;
 mod explain;
 mod expressions;
 mod force_lifetime;
+mod ground;
 mod impacts_under_force;
 mod implosion;
 mod integrator_maps;

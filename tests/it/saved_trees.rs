@@ -3,6 +3,8 @@
 use proptest::prelude::*;
 use rapier3d_fields::field::Registry;
 use rapier3d_fields::prelude::*;
+use rapier3d_fields::rapier::parry::shape::{HeightField, HeightFieldCellStatus};
+use rapier3d_fields::rapier::parry::utils::Array2;
 use rapier3d_fields_lab::random::Random;
 
 use crate::support::trees::{self, Numbers, TermPlan};
@@ -140,12 +142,22 @@ fn rarities() -> Tree {
         Layer::new(pull(hull)).priority(3).stopping(),
     ]);
     let mesh = push().within(Region::shape(mesh.expect("a mesh")).at(Vector::Z));
+    let ground = Region::shape(SharedShape::new(hills())).at(Vector::Y);
     let wind = push().as_wind(0.5, 0.25).as_wind(1.0, 0.0).speed_cap(9.0);
     layers
         .sum_union(mesh.limited_to(2.0))
         .sum_union(pull(compound).groups(InteractionGroups::none()))
         .sum_union(pull(line).sampled(Sampling::Adaptive { tolerance: 0.5 }))
         .sum_union(wind)
+        .sum_union(push().within(ground))
+}
+
+/// Three heights along z, two along x, and a hole.
+fn hills() -> HeightField {
+    let heights = [0, 3, 1, 2, -1, 4].map(|height| height as Real);
+    let mut field = HeightField::new(Array2::new(3, 2, heights.to_vec()), Vector::splat(2.5));
+    field.set_cell_status(1, 0, HeightFieldCellStatus::LEFT_TRIANGLE_REMOVED);
+    field
 }
 
 #[test]

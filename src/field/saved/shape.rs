@@ -8,11 +8,13 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::field::any_shape::AnyShape;
-use crate::math::{Pose, SharedShape, Vector};
+use crate::math::{Pose, Real, SharedShape, Vector};
 use crate::rapier::parry::shape::{
-    Ball, Capsule, Cone, Cuboid, Cylinder, HalfSpace, RoundCone, RoundCuboid, RoundCylinder,
-    Segment, Shape, TriMeshFlags, Triangle, TypedShape,
+    Ball, Capsule, Cone, Cuboid, Cylinder, HalfSpace, HeightField, HeightFieldCellStatus,
+    HeightFieldFlags, RoundCone, RoundCuboid, RoundCylinder, Segment, Shape, TriMeshFlags,
+    Triangle, TypedShape,
 };
+use crate::rapier::parry::utils::Array2;
 
 #[derive(Serialize, Deserialize)]
 enum Saved {
@@ -26,6 +28,15 @@ enum Saved {
     Polyline {
         vertices: Vec<Vector>,
         indices: Vec<[u32; 2]>,
+    },
+    HeightField {
+        /// Heights along z, of which there are as many rows as along x.
+        rows: usize,
+        heights: Vec<Real>,
+        /// Of the cells, likewise.
+        status: Vec<u8>,
+        scale: Vector,
+        flags: u8,
     },
 }
 
@@ -120,6 +131,18 @@ fn check_indices<const N: usize>(vertices: &[Vector], indices: &[[u32; N]]) -> R
     }
 }
 
+fn height_field(rows: usize, heights: Vec<Real>, scale: Vector) -> Result<HeightField, String> {
+    let columns = heights.len().checked_div(rows).unwrap_or(0);
+    if rows < 2 || columns < 2 || rows * columns != heights.len() {
+        return Err("a height field needs two rows and two columns at least, all full".into());
+    }
+    let scaled = heights.iter().map(|height| height * scale.y);
+    if !scale.is_finite() || !scaled.into_iter().all(Real::is_finite) {
+        return Err("the heights and the scale of a height field must be finite".into());
+    }
+    Ok(HeightField::new(Array2::new(rows, columns, heights), scale))
+}
+
 impl Saved {
     fn of(shape: &SharedShape) -> Result<Self, String> {
         Ok(match shape.as_typed_shape() {
@@ -131,6 +154,18 @@ impl Saved {
             TypedShape::Polyline(line) => Saved::Polyline {
                 vertices: line.vertices().to_vec(),
                 indices: line.indices().to_vec(),
+            },
+            TypedShape::HeightField(field) => Saved::HeightField {
+                rows: field.heights().nrows(),
+                heights: field.heights().data().to_vec(),
+                status: field
+                    .cells_statuses()
+                    .data()
+                    .iter()
+                    .map(|s| s.bits())
+                    .collect(),
+                scale: field.scale(),
+                flags: field.flags().bits(),
             },
             TypedShape::Compound(compound) => {
                 let parts = compound.shapes().iter();
@@ -157,6 +192,24 @@ impl Saved {
             Saved::Polyline { vertices, indices } => {
                 check_indices(&vertices, &indices)?;
                 Ok(SharedShape::polyline(vertices, Some(indices)))
+            }
+            Saved::HeightField {
+                rows,
+                heights,
+                status,
+                scale,
+                flags,
+            } => {
+                let mut field = height_field(rows, heights, scale)?;
+                let cells = field.cells_statuses_mut().data_mut();
+                if cells.len() != status.len() {
+                    return Err("a height field needs a status for each cell".into());
+                }
+                for (cell, bits) in cells.iter_mut().zip(status) {
+                    *cell = HeightFieldCellStatus::from_bits_truncate(bits);
+                }
+                field.set_flags(HeightFieldFlags::from_bits_truncate(flags));
+                Ok(SharedShape::new(field))
             }
             Saved::Compound(parts) => {
                 let mut shapes = Vec::new();

@@ -11,6 +11,7 @@ use proptest::prelude::*;
 use rapier3d_fields::field::{Query, Registry};
 use rapier3d_fields::math::{Pose, to_f64};
 use rapier3d_fields::prelude::*;
+use rapier3d_fields::rapier::parry::utils::Array2;
 use rapier3d_fields::reference::Reference;
 
 pub use formulas::FormulaPlan;
@@ -48,6 +49,8 @@ pub enum RegionPlan {
     Shape([i32; 3]),
     /// The same as a mesh without flags, and whether it is wound inwards.
     Mesh([i32; 3], bool),
+    /// Below a height field of two by two cells; cannot be written to a file.
+    Ground([i32; 9]),
     /// Coefficients of two axes, and the offset.
     HalfSpaceOver([(usize, i32); 2], i32),
     /// Centres and radii along axes.
@@ -143,6 +146,11 @@ impl RegionPlan {
                         .for_each(|triangle| triangle.swap(0, 1));
                 }
                 Region::shape(SharedShape::trimesh(points, triangles).expect("a mesh"))
+            }
+            RegionPlan::Ground(heights) => {
+                let heights = heights.iter().map(|h| *h as Real).collect();
+                let heights = Array2::new(3, 3, heights);
+                Region::shape(SharedShape::heightfield(heights, Vector::splat(4.0)))
             }
             RegionPlan::HalfSpaceOver(coefficients, offset) => {
                 let named = coefficients.map(|(axis, c)| (AXES[axis].into(), c as Real));
