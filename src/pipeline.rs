@@ -25,7 +25,7 @@ use crate::compile::Compiled;
 use crate::contact::{Claims, ContactEvent, Detection, Detector, Rules};
 use crate::cross_check::Watched;
 use crate::field::FieldSet;
-use crate::integrate::{Evaluation, Integrator, Motions, StepWarning};
+use crate::integrate::{Evaluation, Integrator, Motions, Redone, StepWarning};
 use crate::math::{RigidBodyHandle, Vector};
 use crate::rigid::{Body, Wrench};
 use crate::sample::{Gatherer, Properties, Samples};
@@ -99,6 +99,8 @@ pub struct FieldPipeline {
     claims_for: (Rules, Detection),
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
+    /// Bodies that were moved again in the last step.
+    redone: Vec<Redone>,
     /// Whether bodies were added or removed since the last step.
     other_bodies: bool,
     /// Bodies sampled in the last step.
@@ -139,6 +141,7 @@ impl Default for FieldPipeline {
             claims_for: Default::default(),
             watched: Watched::default(),
             warnings: Vec::new(),
+            redone: Vec::new(),
             other_bodies: false,
             sampled: 0,
             met: false,

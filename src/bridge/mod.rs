@@ -22,6 +22,6 @@ pub(crate) use sleep::Resting;
 pub(crate) use soft::SoftBodies;
 pub(crate) use world::View;
 pub(crate) use write::{
-    ForceOverride, Push, apply, finish, let_precess, push, restore, set_hooks, weigh, write,
+    ForceOverride, Push, apply, finish, let_precess, place, push, restore, set_hooks, weigh, write,
     write_linear,
 };

@@ -1,8 +1,10 @@
 //! What is written into Rapier's bodies, and taken back.
 
 use super::world::WorldMut;
-use crate::integrate::{Load, MeanVelocity, SteadyTurn, TurnAfter, VelocityUpdate};
-use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, from_dvec3};
+use crate::integrate::{Load, MeanVelocity, Redone, SteadyTurn, TurnAfter, VelocityUpdate};
+use crate::math::{
+    ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, from_dvec3,
+};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Inertia, to_dquat};
@@ -31,6 +33,26 @@ pub(crate) fn write(bodies: &mut RigidBodySet, updates: &[VelocityUpdate]) -> us
         }
     }
     updates.len()
+}
+
+/// Puts bodies where they would have come, with their colliders; returns how many.
+pub(crate) fn place(
+    bodies: &mut RigidBodySet,
+    colliders: &mut ColliderSet,
+    redone: &[Redone],
+) -> usize {
+    for now in redone {
+        let Some(body) = bodies.get_mut(now.body) else {
+            continue;
+        };
+        body.set_position(now.pose, false);
+        body.set_linvel(now.linvel, false);
+        body.set_angvel(now.angvel, false);
+    }
+    if !redone.is_empty() {
+        bodies.propagate_modified_body_positions_to_colliders(colliders);
+    }
+    redone.len()
 }
 
 /// Puts wrenches on top of the users' forces.

@@ -1,7 +1,9 @@
 //! What the stage is given for a step.
 
+use super::plan::Choice;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
+use crate::field::Anchor;
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, Lookup};
 use crate::sample::{Moment, Samples};
@@ -50,5 +52,30 @@ impl<W: Lookup> StepContext<'_, W> {
     /// Whether bodies of unequal inertia are turned by this crate in the step.
     pub(super) fn turns(&self) -> bool {
         (self.compiled.torque_possible || self.rules.exact_turns) && self.dt > 0.0
+    }
+
+    /// How the scheme chooses, if it does. Where forces read velocities, drag would undo a step back in
+    /// time.
+    pub(super) fn choice(&self) -> Option<Choice> {
+        let choice = self.rules.scheme.choice()?;
+        let composes = choice.composes && !self.compiled.reads_velocity;
+        Some(Choice { composes, ..choice })
+    }
+
+    /// Whether bodies move fields that other bodies feel: those are to be moved together.
+    pub(super) fn is_coupled(&self) -> bool {
+        let mut moving = self.compiled.anchors.moving();
+        moving.any(|(_, anchor)| {
+            let carrier = match anchor {
+                Anchor::World { .. } => None,
+                Anchor::Body { handle, .. } => Some(*handle),
+                Anchor::Collider { handle, .. } => self
+                    .world
+                    .collider(*handle)
+                    .and_then(|collider| collider.parent()),
+            };
+            let body = carrier.and_then(|carrier| self.world.body(carrier));
+            body.is_some_and(|body| body.is_dynamic())
+        })
     }
 }

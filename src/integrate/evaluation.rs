@@ -3,7 +3,7 @@
 use super::fault::{Fault, FaultKind};
 use super::implicit::Coupling;
 use super::predicted::PredictedMotion;
-use super::stiffness::Estimate;
+use super::stiffness::{Estimate, Treatment};
 use super::{Integrator, StepContext};
 use crate::eval::WrenchError;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
@@ -36,6 +36,11 @@ pub(crate) struct Evaluation {
     pub outdated: bool,
     /// Of bodies that were looked into, in the order of their places.
     pub estimates: Vec<Estimate>,
+    /// Of bodies that are not simply kicked, by place and in that order.
+    pub treatments: Vec<(usize, Treatment)>,
+    /// The places of bodies that are to be moved again over the step, in their order.
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
+    pub missed: Vec<usize>,
 }
 
 impl Evaluation {
@@ -47,6 +52,11 @@ impl Evaluation {
     pub(super) fn estimate(&self, place: usize) -> Option<&Estimate> {
         let found = self.estimates.binary_search_by_key(&place, |e| e.place);
         found.ok().map(|found| &self.estimates[found])
+    }
+
+    pub(super) fn treatment(&self, place: usize) -> Option<Treatment> {
+        let found = self.treatments.binary_search_by_key(&place, |it| it.0);
+        found.ok().map(|found| self.treatments[found].1)
     }
 
     /// The wrench on a body, if it was sampled.
@@ -62,6 +72,8 @@ impl Evaluation {
         self.sampled_at.clear();
         self.couplings.clear();
         self.estimates.clear();
+        self.treatments.clear();
+        self.missed.clear();
         self.outdated = false;
     }
 
@@ -77,6 +89,8 @@ impl Evaluation {
             && self.bodies.is_sorted_by(|a, b| index(a) < index(b))
             && self.estimates.is_sorted_by(|a, b| a.place < b.place)
             && self.estimates.iter().all(|estimate| estimate.place < count)
+            && self.treatments.is_sorted_by(|a, b| a.0 < b.0)
+            && self.treatments.iter().all(|(place, _)| *place < count)
             && self.wrenches.iter().all(Wrench::is_finite)
     }
 }

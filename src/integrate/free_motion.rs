@@ -30,6 +30,12 @@ impl<W: Lookup> StepContext<'_, W> {
     }
 }
 
+/// What Rapier itself accelerates a body by.
+pub(super) fn own_acceleration(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec3 {
+    let gravity = context.rules.gravity * body.gravity_scale * body.mass;
+    to_dvec3((body.user_force + gravity) * body.inv_mass)
+}
+
 impl FreeMotion {
     pub(crate) fn new(body: &Body, gravity: Vector, iterations: u32, dt: Real) -> Self {
         let weight = gravity * (body.gravity_scale * body.mass);

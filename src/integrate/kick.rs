@@ -5,7 +5,7 @@ use super::fault::{Fault, FaultKind};
 use super::free_motion::FreeMotion;
 use super::implicit::{Besides, implicit_change};
 use super::motion::{FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked};
-use super::scheme::SUZUKI_STAGES;
+use super::plan::Plan;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext, Substeps};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
@@ -30,8 +30,8 @@ pub(crate) enum Half {
 enum Duty {
     Kick(Real),
     Implicit(Real),
-    /// To be moved by the multirate integrator, with so many substeps.
-    Inner(u32),
+    /// To be moved within the step.
+    Inner(Plan),
     /// To be pushed by Rapier's own forces.
     ByForce,
 }
@@ -43,18 +43,28 @@ pub(crate) struct Redirected<'a> {
     pub before: &'a [Wrench],
     /// Who, in the order of handles, and which share of the step was over.
     pub shares: &'a [(RigidBodyHandle, Real)],
+    /// Whether nobody has seen the ways of the others, so that they may still be changed.
+    pub may_redo: bool,
 }
 
 impl Redirected<'_> {
-    /// By how much the wrench of the second half of a kick is off: up to a hit the first wrench is to
-    /// act, and the second from then on. The map of a step is the same backwards, so hits in a field
-    /// that changes neither add nor take energy in the mean.
-    fn correction(&self, place: usize, body: RigidBodyHandle, wrench: Wrench) -> Option<Wrench> {
+    pub(super) fn has(&self, body: RigidBodyHandle) -> bool {
+        self.share(body).is_some()
+    }
+
+    fn share(&self, body: RigidBodyHandle) -> Option<Real> {
         let index = |body: RigidBodyHandle| body.into_raw_parts().0;
         let found = self
             .shares
             .binary_search_by_key(&index(body), |(body, _)| index(*body));
-        let (share, before) = (self.shares[found.ok()?].1, self.before.get(place)?);
+        Some(self.shares[found.ok()?].1)
+    }
+
+    /// By how much the wrench of the second half of a kick is off: up to a hit the first wrench is to
+    /// act, and the second from then on. The map of a step is the same backwards, so hits in a field
+    /// that changes neither add nor take energy in the mean.
+    fn correction(&self, place: usize, body: RigidBodyHandle, wrench: Wrench) -> Option<Wrench> {
+        let (share, before) = (self.share(body)?, self.before.get(place)?);
         let later = 1.0 - 2.0 * share;
         Some(wrench.plus(before.times(-1.0)).times(later))
     }
@@ -95,7 +105,7 @@ impl Integrator {
         self.kick((context, evaluation), rest, acts, motions)
     }
 
-    /// Works out what is done with each body, and whom the multirate integrator is to move.
+    /// Works out what is done with each body, and who is to be moved within the step.
     fn kick(
         &self,
         (context, evaluation): (&StepContext<'_, impl Lookup>, &Evaluation),
@@ -104,9 +114,17 @@ impl Integrator {
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         let settled = first.map_or(&[][..], |first| &first.settled);
+        let together = match half {
+            Half::First => together(context, evaluation),
+            Half::Second => None,
+        };
         for (place, body) in context.bodies.iter().enumerate() {
             let Some(duty) = duty(context, evaluation, (half, settled), place) else {
                 continue;
+            };
+            let duty = match (together, duty) {
+                (Some(plan), Duty::Kick(_)) | (Some(plan), Duty::Inner(_)) => Duty::Inner(plan),
+                _ => duty,
             };
             let wrench = evaluation.wrenches[place];
             let (acts, wake) = acts(place, body, wrench);
@@ -123,9 +141,9 @@ impl Integrator {
             };
             let done = match (first, duty) {
                 (Some(first), duty) => Some(kick.second(duty, (first, redirected), motions)),
-                (None, Duty::Inner(count)) => {
+                (None, Duty::Inner(plan)) => {
                     motions.settled.push(body.handle);
-                    motions.inner.push(Start { place, count, wake });
+                    motions.inner.push(Start::new(place, plan, wake));
                     None
                 }
                 (None, _) if matches!(duty, Duty::ByForce) || context.is_held(body) => {
@@ -198,11 +216,12 @@ fn duty(
 ) -> Option<Duty> {
     let (dt, body) = (context.dt, context.bodies[place].handle);
     if half == Half::Second {
-        if !settled.is_empty() && find(settled, body).is_some() {
+        let redone = || evaluation.missed.binary_search(&place).is_ok();
+        if (!settled.is_empty() && find(settled, body).is_some()) || redone() {
             return None;
         }
         return Some(match evaluation.treatment(place) {
-            Treatment::Implicit => Duty::Implicit(dt * 0.5),
+            Some(Treatment::Damp) => Duty::Implicit(dt * 0.5),
             _ => Duty::Kick(dt * 0.5),
         });
     }
@@ -213,16 +232,46 @@ fn duty(
         Scheme::ExternalForce => Duty::ByForce,
         Scheme::Kick => Duty::Kick(dt),
         Scheme::LinearlyImplicit => Duty::Implicit(dt),
-        Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(count),
-        Scheme::Suzuki4 => Duty::Inner(SUZUKI_STAGES),
+        Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(Plan {
+            count,
+            composed: false,
+        }),
+        Scheme::Suzuki4 => Duty::Inner(Plan::COMPOSED),
         Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
-            match evaluation.treatment(place) {
-                Treatment::KickDriftKick => Duty::Kick(dt * 0.5),
-                Treatment::Substep(count) => Duty::Inner(count),
-                Treatment::Implicit => Duty::Implicit(dt),
+            match (evaluation.treatment(place), context.choice()) {
+                (Some(Treatment::Damp), _) => Duty::Implicit(dt),
+                (Some(Treatment::Resolve(pace)), Some(choice))
+                    if !stands(context, evaluation, place) =>
+                {
+                    Duty::Inner(choice.plan(pace, to_f64(dt)))
+                }
+                _ => Duty::Kick(dt * 0.5),
             }
         }
     })
+}
+
+/// Whether a body is at rest, and nothing pushes it.
+fn stands(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation, place: usize) -> bool {
+    let body = &context.bodies[place];
+    evaluation.wrenches[place] == Wrench::ZERO
+        && body.linvel == Vector::ZERO
+        && body.angvel == Vector::ZERO
+        && context.free_motion(body).is_none()
+}
+
+/// The plan for all bodies, if one of them is to be moved within the step and bodies act on each other:
+/// then momentum is kept only if all are.
+fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> Option<Plan> {
+    let choice = context.choice()?;
+    let paces = evaluation.treatments.iter();
+    let paces = paces.filter_map(|(place, treatment)| match treatment {
+        Treatment::Resolve(pace) if !stands(context, evaluation, *place) => Some(*pace),
+        _ => None,
+    });
+    let plans = paces.map(|pace| choice.plan(pace, to_f64(context.dt)));
+    let finest = plans.min_by(|a, b| a.length().total_cmp(&b.length()))?;
+    context.is_coupled().then_some(finest)
 }
 
 /// New velocities of a body, and the angular impulse that is part of them.

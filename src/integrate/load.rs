@@ -10,7 +10,7 @@ use super::StepContext;
 use super::evaluation::find;
 use super::free_motion::FreeMotion;
 use super::motion::{VelocityUpdate, kicked};
-use crate::math::{Real, Vector};
+use crate::math::{Real, Vector, to_f64};
 use crate::rigid::{Body, Lookup, Wrench};
 
 impl<W: Lookup> StepContext<'_, W> {
@@ -19,6 +19,31 @@ impl<W: Lookup> StepContext<'_, W> {
         let held = self.rules.held;
         !held.is_empty() && find(held, body.handle).is_some()
     }
+}
+
+/// By how long a time the velocity of a body is behind that is held, and loaded. Forces that read
+/// velocities have no such lag.
+pub(super) fn lag(context: &StepContext<'_, impl Lookup>, body: &Body) -> Option<f64> {
+    let reads = context.compiled.reads_velocity;
+    let half = half_iteration(context, body);
+    context
+        .is_held(body)
+        .then_some(if reads { 0.0 } else { half })
+}
+
+/// By how long a time Rapier's own pull the velocity is behind of a body that no field acts on: it is
+/// Rapier's.
+pub(super) fn own_lag(
+    context: &StepContext<'_, impl Lookup>,
+    body: &Body,
+    wrench: Wrench,
+) -> Option<f64> {
+    let own = wrench == Wrench::ZERO && !context.compiled.reads_velocity;
+    own.then(|| half_iteration(context, body))
+}
+
+fn half_iteration(context: &StepContext<'_, impl Lookup>, body: &Body) -> f64 {
+    0.5 * to_f64(context.dt) * to_f64(context.free_motion(body).iteration())
 }
 
 /// How a body was pushed before Rapier's step.

@@ -2,17 +2,15 @@
 
 use super::evaluation::Evaluation;
 use super::fault::Fault;
-use super::motion::{
-    FASTEST, Load, MeanVelocity, Motions, Start, SteadyTurn, TurnAfter, VelocityUpdate,
-};
-use super::multirate::Setting;
-use super::predicted::PredictedMotion;
-use super::{Integrator, Scheme, StepContext};
+use super::load::{lag, own_lag};
+use super::motion::{FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
+use super::resolve::Begins;
+use super::{Integrator, StepContext};
 use crate::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
-use crate::rigid::{Body, Lookup, Mobility, RigidState, Turning, Wrench, steady_angvel};
+use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, steady_angvel};
 
 impl Integrator {
-    /// Runs the multirate integrator, and adds what Rapier is to be given to `motions`.
+    /// Moves bodies within the step, and adds what Rapier is to be given to `motions`.
     pub(super) fn move_within(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -22,84 +20,33 @@ impl Integrator {
         if motions.inner.is_empty() || context.dt == 0.0 {
             return Ok(());
         }
-        let starts = std::mem::take(&mut motions.inner);
-        let mut multirate = std::mem::take(&mut self.multirate);
-        let torque_possible = context.compiled.torque_possible;
-        let state = |start: &Start| {
-            let body = &context.bodies[start.place];
-            let felt = evaluation.wrenches[start.place] != Wrench::ZERO;
-            let turns = felt && body.free_top(body.angvel, false).is_some();
-            let mut state = RigidState::new(body, torque_possible || turns);
-            state.acceleration = own_acceleration(context, body);
-            if let Some(lag) = lag(context, body) {
-                // Rapier damps what it holds.
-                state.damping = [0.0; 2];
-                state.catch_up(evaluation.wrenches[start.place], lag);
-            }
-            state
+        let mut starts = std::mem::take(&mut motions.inner);
+        let mut updates = std::mem::take(&mut motions.updates);
+        let begins = Begins {
+            evaluation,
+            updates: &updates,
+            before: None,
         };
-        multirate.states.clear();
-        multirate.states.extend(starts.iter().map(state));
-        self.predict_motions(motions, &multirate.states);
-        let scheme = context.rules.scheme;
-        let most = starts.iter().map(|start| start.count).max().unwrap_or(1);
-        // A step back in time would undo what drag has stopped.
-        let composed = scheme == Scheme::Suzuki4 && !slows_much(context, evaluation, &starts);
-        Scheme::divide(most, composed, &mut multirate.ticks);
-        let setting = Setting {
-            context,
-            motions: &self.motions,
-            composed,
-        };
-        multirate.integrate(setting, &starts, &evaluation.wrenches)?;
-        for (state, start) in multirate.states.iter().zip(&starts) {
-            let body = &context.bodies[start.place];
-            let speed = correct(context, motions, state, body, start.wake);
-            if speed.is_nan() || speed > FASTEST {
-                return Err(self.too_fast(context, start.place, speed));
+        let outcome = self.resolve(context, begins, &mut starts, |integrator, found| {
+            let body = &context.bodies[found.start.place];
+            motions.resolved.extend(found.resolved);
+            let speed = correct(
+                context,
+                motions,
+                (found.state, found.wrench),
+                body,
+                found.start.wake,
+            );
+            match speed.is_nan() || speed > FASTEST {
+                true => Err(integrator.too_fast(context, found.start.place, speed)),
+                false => Ok(()),
             }
-        }
-        self.multirate = multirate;
+        });
         motions.inner = starts;
-        motions.inner.clear();
-        Ok(())
+        updates.append(&mut motions.updates);
+        motions.updates = updates;
+        outcome
     }
-
-    /// Says who does what while the multirate integrator runs.
-    fn predict_motions(&mut self, motions: &Motions, states: &[RigidState]) {
-        self.motions.clear();
-        for update in &motions.updates {
-            let (linvel, angvel) = (update.linvel, update.angvel);
-            let motion = PredictedMotion::CoastsAt { linvel, angvel };
-            self.motions.assign(update.body, motion);
-        }
-        for (number, state) in states.iter().enumerate() {
-            let motion = PredictedMotion::Moves(number as u32);
-            self.motions.assign(state.body, motion);
-        }
-    }
-}
-
-/// Whether drag or damping stops any of some bodies within a step.
-fn slows_much(
-    context: &StepContext<'_, impl Lookup>,
-    evaluation: &Evaluation,
-    starts: &[Start],
-) -> bool {
-    let dt = to_f64(context.dt);
-    starts.iter().any(|start| {
-        let body = &context.bodies[start.place];
-        let coupling = evaluation.couplings.get(start.place);
-        let drag = coupling.and_then(|it| Some(it.as_ref()?.slows(&Mobility::of(body))));
-        let damping = to_f64(body.damping[0].max(body.damping[1]));
-        (drag.unwrap_or(0.0) + damping) * dt > 1.0
-    })
-}
-
-/// What Rapier itself accelerates a body by.
-fn own_acceleration(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec3 {
-    let gravity = context.rules.gravity * body.gravity_scale * body.mass;
-    to_dvec3((body.user_force + gravity) * body.inv_mass)
 }
 
 /// Gives a body the mean velocity of its way, such that what Rapier adds over its iterations takes
@@ -108,7 +55,7 @@ fn own_acceleration(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec
 fn correct(
     context: &StepContext<'_, impl Lookup>,
     motions: &mut Motions,
-    state: &RigidState,
+    (state, wrench): (&RigidState, Wrench),
     body: &Body,
     wake: bool,
 ) -> Real {
@@ -126,7 +73,8 @@ fn correct(
     };
     let lag = lag(context, body);
     let load = lag.map(|_| state.mean_wrench(step));
-    let shown = lag.map(|lag| state.behind(lag));
+    let own_lag = || own_lag(context, body, wrench);
+    let shown = lag.or_else(own_lag).map(|lag| state.behind(lag));
     let shown = shown.as_ref().unwrap_or(state);
     let (force, torque) = load.unwrap_or_default();
     let own = state.acceleration + force * to_dvec3(body.inv_mass);
@@ -184,14 +132,4 @@ fn correct(
     motions.updates.push(update);
     // `max` passes over NaN.
     if update_is_nan { Real::NAN } else { speed }
-}
-
-/// By how long a time the velocity of a body is behind that is held, and loaded. Forces that read
-/// velocities have no such lag.
-fn lag(context: &StepContext<'_, impl Lookup>, body: &Body) -> Option<f64> {
-    let half = 0.5 * to_f64(context.dt) * to_f64(context.free_motion(body).iteration());
-    let reads = context.compiled.reads_velocity;
-    context
-        .is_held(body)
-        .then_some(if reads { 0.0 } else { half })
 }

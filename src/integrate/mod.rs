@@ -13,11 +13,15 @@ mod load;
 mod mean_velocity;
 mod monitor;
 mod motion;
-mod multirate;
+mod pace;
+mod plan;
 mod predicted;
+mod redo;
+mod resolve;
 mod scheme;
 mod scout;
 mod stiffness;
+mod substeps;
 
 pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
@@ -32,6 +36,7 @@ pub(crate) use load::{Before, complete};
 pub(crate) use motion::{
     FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate, kicked,
 };
+pub(crate) use redo::Redone;
 
 use crate::eval::{Evaluator, Lineariser};
 
@@ -41,7 +46,9 @@ pub(crate) struct Integrator {
     pub(crate) evaluator: Evaluator,
     lineariser: Lineariser,
     scout: scout::Scout,
-    multirate: multirate::Multirate,
+    substeps: substeps::SubstepIntegrator,
+    /// Bodies that are moved together.
+    alike: Vec<motion::Start>,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
 }

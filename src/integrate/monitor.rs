@@ -3,6 +3,9 @@
 use super::evaluation::{Evaluation, find};
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
+use super::kick::Redirected;
+use super::motion::Motions;
+use super::plan::{CAUTION, Choice, Plan};
 use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext, Substeps};
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
@@ -21,29 +24,19 @@ fn warns_from(scheme: Scheme) -> Option<Real> {
     }
 }
 
-/// A body is looked into at this share of the (dt·ω)² that would change what is done with it:
-/// along its way it need not meet the stiffest direction.
-const CAUTION: f64 = 0.25;
-
-impl Evaluation {
-    pub(super) fn treatment(&self, place: usize) -> Treatment {
-        if self.estimates.is_empty() {
-            return Treatment::KickDriftKick;
-        }
-        let estimate = self.estimate(place);
-        estimate.map_or(Treatment::KickDriftKick, |estimate| estimate.treatment)
-    }
-}
+/// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
+const BROKEN: f64 = 1.0;
 
 impl Integrator {
     /// After an evaluation that the step before did not make: judges the bodies for schemes that
     /// want it, and prepares kicks by forces that read velocities. `stiff`: the bodies that were
-    /// found stiff last, in the order of their handles.
+    /// found stiff last, in the order of their handles; `all`: whether any may be, since the fields
+    /// or the bodies are others.
     pub(crate) fn predict(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        stiff: &mut Vec<RigidBodyHandle>,
+        (stiff, all): (&mut Vec<RigidBodyHandle>, bool),
     ) {
         if context.dt == 0.0 {
             return;
@@ -52,7 +45,11 @@ impl Integrator {
         if scheme == Scheme::LinearlyImplicit {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
-            self.estimate_candidates(context, evaluation, stiff);
+            self.estimate_candidates(context, evaluation);
+        } else if all && scheme.choice().is_some() && context.compiled.varies() {
+            self.candidates.clear();
+            self.candidates.extend(0..evaluation.bodies.len());
+            self.look_into(context, evaluation, stiff);
         } else if scheme.choice().is_some() && context.compiled.varies() {
             let mut scout = std::mem::take(&mut self.scout);
             scout.look(&mut self.motions, context, &evaluation.wrenches);
@@ -62,41 +59,169 @@ impl Integrator {
                 secant(&context.bodies[place], here, there, change, context.dt).powi(2)
             });
             self.scout = scout;
-            self.estimate_candidates(context, evaluation, stiff);
+            self.look_into(context, evaluation, stiff);
         }
         self.couple(context, evaluation);
     }
 
     /// After the evaluation that follows Rapier's step: the same, by how the wrenches changed since
-    /// the `last` one, if that was of the same bodies.
+    /// the `last` one, if that was of the same bodies, and by what the first half of the step has
+    /// found out. `redirected`: who was put on another path.
     pub(crate) fn update(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        last: Option<&[Wrench]>,
-        stiff: &mut Vec<RigidBodyHandle>,
-        warnings: &mut Vec<StepWarning>,
+        last: Option<&Evaluation>,
+        (first, redirected): (&Motions, Redirected<'_>),
+        (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
     ) {
         if context.dt == 0.0 || !context.compiled.varies() {
             return;
         }
-        if context.rules.scheme.choice().is_some() {
-            match last {
-                Some(last) => self.find_candidates(context, evaluation, stiff, |place| {
-                    fourth_power(context, place, evaluation.wrenches[place], last[place])
-                }),
-                None => {
-                    self.candidates.clear();
-                    self.candidates.extend(0..evaluation.bodies.len());
-                }
+        let fourth = |place: usize| {
+            let was = last.map_or(Wrench::ZERO, |last| last.wrenches[place]);
+            fourth_power(context, place, evaluation.wrenches[place], was)
+        };
+        match context.choice() {
+            Some(choice) => {
+                self.find_candidates(context, evaluation, stiff, |place| {
+                    let body = evaluation.bodies[place];
+                    let known = first.resolved(body).is_some();
+                    let new = last.is_none() || redirected.has(body);
+                    match (known, new) {
+                        (true, _) => 0.0,
+                        (false, true) => Real::INFINITY,
+                        (false, false) => fourth(place),
+                    }
+                });
+                self.look_into(context, evaluation, stiff);
+                let done = (last, first, redirected);
+                self.judge(choice, context, evaluation, done, (stiff, warnings));
             }
-            self.estimate_candidates(context, evaluation, stiff);
-        } else if let Some(last) = last {
-            let fourth =
-                |place| fourth_power(context, place, evaluation.wrenches[place], last[place]);
-            self.warn(context, evaluation, fourth, warnings);
+            None if last.is_some() => self.warn(context, evaluation, fourth, warnings),
+            None => {}
         }
         self.couple(context, evaluation);
+    }
+
+    /// Looks again at bodies that were given other velocities since.
+    pub(crate) fn look_again(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &mut Evaluation,
+        places: impl Iterator<Item = usize>,
+        stiff: &mut Vec<RigidBodyHandle>,
+    ) {
+        if context.choice().is_none() || !context.compiled.varies() {
+            return;
+        }
+        self.candidates.clear();
+        self.candidates.extend(places);
+        if self.candidates.is_empty() || context.dt == 0.0 {
+            return;
+        }
+        let estimates = std::mem::take(&mut evaluation.estimates);
+        let known = std::mem::take(&mut evaluation.treatments);
+        self.look_into(context, evaluation, stiff);
+        evaluation.estimates.extend(estimates);
+        evaluation.estimates.sort_by_key(|estimate| estimate.place);
+        evaluation.estimates.dedup_by_key(|estimate| estimate.place);
+        evaluation.treatments.extend(known);
+        evaluation.treatments.sort_by_key(|(place, _)| *place);
+        evaluation.treatments.dedup_by_key(|(place, _)| *place);
+        note_stiff(evaluation, stiff);
+    }
+
+    /// Says who is to be moved again, tells of what cannot be, and takes over what was found within
+    /// the step.
+    fn judge(
+        &self,
+        choice: Choice,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &mut Evaluation,
+        (last, first, redirected): (Option<&Evaluation>, &Motions, Redirected<'_>),
+        (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
+    ) {
+        let dt = to_f64(context.dt);
+        let before = |place| last.and_then(|last| last.treatment(place));
+        let kicked =
+            |place: usize| last.is_some() && first.resolved(evaluation.bodies[place]).is_none();
+        let changed = |place: usize| {
+            let was = last.map(|last| last.wrenches[place]);
+            was != Some(evaluation.wrenches[place])
+        };
+        let mut wrong: Vec<usize> = Vec::new();
+        for (place, treatment) in &evaluation.treatments {
+            if let Treatment::Resolve(pace) = treatment
+                && kicked(*place)
+                && choice.error(*pace, Plan::WHOLE, dt) > choice.tolerance
+                && (changed(*place) || before(*place) == Some(Treatment::Damp))
+            {
+                wrong.push(*place);
+            }
+        }
+        if !wrong.is_empty() {
+            let coupled = context.is_coupled();
+            let free = |place: &usize| {
+                let body = &context.bodies[*place];
+                before(*place) != Some(Treatment::Damp)
+                    && !context.compiled.reads_velocity
+                    && !redirected.has(body.handle)
+                    && !context.is_held(body)
+                    && first.load(body.handle).is_none()
+            };
+            let all = || (0..evaluation.bodies.len()).filter(|it| !context.bodies[*it].sleeping);
+            if redirected.may_redo && coupled && all().all(|place| free(&place) && kicked(place)) {
+                evaluation.missed.extend(all());
+            } else {
+                let again = wrong.iter().copied();
+                let again = again.filter(|place| redirected.may_redo && !coupled && free(place));
+                evaluation.missed.extend(again);
+                for (place, treatment) in &mut evaluation.treatments {
+                    let listed = |list: &[usize]| list.binary_search(place).is_ok();
+                    let Treatment::Resolve(pace) = *treatment else {
+                        continue;
+                    };
+                    if !listed(&wrong) || listed(&evaluation.missed) {
+                        continue;
+                    }
+                    let error = choice.error(pace, Plan::WHOLE, dt);
+                    warnings.push(StepWarning::missed(
+                        choice,
+                        evaluation.bodies[*place],
+                        error,
+                    ));
+                    if choice.damps && !coupled && pace.omega2.sqrt() * dt > BROKEN {
+                        *treatment = Treatment::Damp;
+                    }
+                }
+            }
+        }
+        let known = evaluation.treatments.len();
+        for (place, body) in evaluation.bodies.iter().enumerate() {
+            match (first.resolved(*body), before(place)) {
+                (Some(resolved), _) => {
+                    if resolved.error > choice.tolerance {
+                        warnings.push(StepWarning::missed(choice, *body, resolved.error));
+                    }
+                    if !choice.is_calm(resolved.pace, dt) {
+                        let treatment = Treatment::Resolve(resolved.pace);
+                        evaluation.treatments.push((place, treatment));
+                    }
+                }
+                // It stood still, and is as it was.
+                (None, Some(treatment @ Treatment::Resolve(_))) => {
+                    evaluation.treatments.push((place, treatment));
+                }
+                _ => {}
+            }
+        }
+        if evaluation.treatments.len() != known {
+            // What was looked into stands first, and is taken.
+            evaluation.treatments.sort_by_key(|(place, _)| *place);
+            evaluation.treatments.dedup_by_key(|(place, _)| *place);
+        }
+        note_stiff(evaluation, stiff);
     }
 
     /// The same for schemes that evaluate once a step, by the ways since the `last` evaluation: what they
@@ -189,11 +314,11 @@ impl Integrator {
         fourth_power: impl Fn(usize) -> Real,
     ) {
         self.candidates.clear();
-        let Some(choice) = context.rules.scheme.choice() else {
+        let Some(choice) = context.choice() else {
             return;
         };
         let bound = (CAUTION * 4.0 * choice.tolerance).powi(2);
-        let reads_velocity = !evaluation.sampled_at.is_empty();
+        let reads_velocity = context.compiled.reads_velocity;
         let is_candidate = |place: &usize| {
             if reads_velocity && evaluation.wrenches[*place] != Wrench::ZERO {
                 return true;
@@ -206,26 +331,45 @@ impl Integrator {
         self.candidates.extend(places);
     }
 
-    /// Looks into the candidates.
-    fn estimate_candidates(
+    /// Looks into the candidates, and says how they are to be moved by a scheme that chooses.
+    fn look_into(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
         stiff: &mut Vec<RigidBodyHandle>,
     ) {
-        stiff.clear();
+        self.estimate_candidates(context, evaluation);
+        let Some(choice) = context.choice() else {
+            return;
+        };
+        let dt = to_f64(context.dt);
+        let coupled = !self.candidates.is_empty() && context.is_coupled();
+        let share = if coupled { COUPLED } else { 1.0 };
+        for estimate in &evaluation.estimates {
+            let mut pace = estimate.rates.pace(choice, dt);
+            pace.omega2 *= share;
+            let treatment = match choice.damps && !coupled && choice.is_hopeless(pace, dt) {
+                true => Treatment::Damp,
+                false => Treatment::Resolve(pace),
+            };
+            if !choice.is_calm(pace, dt) {
+                evaluation.treatments.push((estimate.place, treatment));
+            }
+        }
+        note_stiff(evaluation, stiff);
+    }
+
+    fn estimate_candidates(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &mut Evaluation,
+    ) {
         if !self.candidates.is_empty() {
             self.prepare(context);
         }
         let candidates = std::mem::take(&mut self.candidates);
         for place in &candidates {
-            let mut estimate = self.estimate(context, evaluation, *place);
-            if let Some(choice) = context.rules.scheme.choice() {
-                estimate.treatment = estimate.rates.treatment(to_f64(context.dt), choice);
-                if estimate.treatment != Treatment::KickDriftKick {
-                    stiff.push(evaluation.bodies[*place]);
-                }
-            }
+            let estimate = self.estimate(context, evaluation, *place);
             evaluation.estimates.push(estimate);
         }
         self.candidates = candidates;
@@ -248,7 +392,6 @@ impl Integrator {
         let jacobian = self.jacobian(context, evaluation, place);
         Estimate {
             place,
-            treatment: Treatment::Implicit,
             rates: Rates::new(&jacobian, &Mobility::of(&context.bodies[place])),
             jacobian,
         }
@@ -291,6 +434,17 @@ impl Integrator {
             evaluation.couplings.push(coupling);
         }
     }
+}
+
+/// Two bodies that pull at each other swing at up to this times the square of the frequency at which
+/// either would if the other were held.
+const COUPLED: f64 = 2.0;
+
+/// Takes note of who is not simply kicked.
+fn note_stiff(evaluation: &Evaluation, stiff: &mut Vec<RigidBodyHandle>) {
+    stiff.clear();
+    let places = evaluation.treatments.iter().map(|(place, _)| *place);
+    stiff.extend(places.map(|place| evaluation.bodies[place]));
 }
 
 /// (dt·ω)⁴ as it shows in how a wrench changed over the last step.

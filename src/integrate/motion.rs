@@ -1,5 +1,7 @@
 //! What bodies are to do in one half of a step: the value between INTEGRATE and BRIDGE.
 
+use super::pace::Pace;
+use super::plan::Plan;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::{Body, Inertia, Wrench, steady_angvel, to_dquat};
 
@@ -27,18 +29,84 @@ pub(crate) struct Motions {
     pub ahead: Vec<RigidBodyHandle>,
     /// Whether any force that reads velocities has changed much by the kicks.
     pub outdated: bool,
-    /// Bodies that the multirate integrator is to move.
+    /// Bodies that are to be moved within the step.
     pub(super) inner: Vec<Start>,
+    /// In the order of the handles of their bodies.
+    pub(super) resolved: Vec<Resolved>,
 }
 
-/// A body that the multirate integrator is to move.
+/// A body that is to be moved within the step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
     /// Among the sampled bodies.
     pub place: usize,
-    /// How many substeps it needs.
-    pub count: u32,
+    pub plan: Plan,
     pub wake: bool,
+    /// The square of the fastest frequency that a coarser plan has shown, and over which drift.
+    shown: Option<(f64, f64)>,
+    /// How often in a row finer drifts have shown a frequency as much faster.
+    grew: u32,
+    /// The finest plan, if it did not do, and the square of the speed with which it ended.
+    fallback: Option<(Plan, f64)>,
+}
+
+/// So often the secant of a force that jumps is told from that of one that is steep.
+const GREW: u32 = 2;
+
+impl Start {
+    pub fn new(place: usize, plan: Plan, wake: bool) -> Self {
+        Start {
+            place,
+            plan,
+            wake,
+            shown: None,
+            grew: 0,
+            fallback: None,
+        }
+    }
+
+    /// After plans that do not do, takes the one that ends with less `speed2`, the square of a speed: the
+    /// finest, or none, which is the scheme that others are compared with.
+    pub fn give_up(&mut self, speed2: f64) {
+        match self.fallback {
+            None => {
+                self.fallback = Some((self.plan, speed2));
+                self.plan = Plan::WHOLE;
+            }
+            Some((finest, less)) if less < speed2 && self.plan == Plan::WHOLE => self.plan = finest,
+            Some(_) => {}
+        }
+    }
+
+    pub fn has_given_up(&self) -> bool {
+        self.fallback.is_some()
+    }
+
+    /// Takes note of what the plan has shown.
+    pub fn look(&mut self, pace: Pace) {
+        let now = (pace.omega2, self.plan.length());
+        if let Some((was, drift)) = self.shown.replace(now) {
+            let growth = now.0 / was / (drift / now.1);
+            // A singular force grows faster, a steep one stays.
+            let jumps = (0.7..1.5).contains(&growth);
+            self.grew = if jumps { self.grew + 1 } else { 0 };
+        }
+    }
+
+    /// Whether what is steep is an edge: of a force that jumps the secant grows with every refinement,
+    /// and no plan is fine enough.
+    pub fn edge(&self) -> bool {
+        self.grew >= GREW
+    }
+}
+
+/// What was found out about a body that was moved within a step, by a scheme that chooses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Resolved {
+    pub body: RigidBodyHandle,
+    pub(super) pace: Pace,
+    /// What it was moved with.
+    pub(super) error: f64,
 }
 
 /// New velocities of a body.
@@ -109,6 +177,7 @@ impl Motions {
         self.ahead.clear();
         self.outdated = false;
         self.inner.clear();
+        self.resolved.clear();
     }
 
     /// The load on a body in the first half of the step.
@@ -153,6 +222,17 @@ impl Motions {
         if !self.means.is_sorted_by_key(|mean| index(mean.body)) {
             self.means.sort_unstable_by_key(|mean| index(mean.body));
         }
+        self.resolved
+            .sort_unstable_by_key(|known| index(known.body));
+    }
+
+    /// What was found out about a body that was moved within the step.
+    pub(super) fn resolved(&self, body: RigidBodyHandle) -> Option<&Resolved> {
+        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
+        let place = self
+            .resolved
+            .binary_search_by_key(&index(body), |known| index(known.body));
+        place.ok().map(|place| &self.resolved[place])
     }
 
     /// The velocity with which a body arrives that is moved at its mean velocity.

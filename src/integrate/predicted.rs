@@ -77,7 +77,12 @@ impl<W: Lookup> PredictedFrames<'_, W> {
                 (state.position, state.attitude, state.local_com),
                 (state.linvel, state.angvel),
             ),
-            _ if body.body_type() == RigidBodyType::KinematicPositionBased => self.led(body),
+            // Looking back, it has been led already.
+            _ if body.body_type() == RigidBodyType::KinematicPositionBased
+                && self.elapsed >= 0.0 =>
+            {
+                self.led(body)
+            }
             (Some(PredictedMotion::CoastsAt { linvel, angvel }), _) => {
                 self.coasting(body, *linvel, *angvel)
             }
@@ -149,7 +154,7 @@ fn frame(
     }
 }
 
-fn from_dquat(q: DQuat) -> Rotation {
+pub(super) fn from_dquat(q: DQuat) -> Rotation {
     let [x, y, z, w] = q.to_array().map(from_f64);
     Rotation::from_xyzw(x, y, z, w)
 }

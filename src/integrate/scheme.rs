@@ -1,5 +1,6 @@
 //! How wrenches become motion.
 
+use super::plan::Choice;
 use crate::field::BuildError;
 use crate::math::{Real, to_f64};
 
@@ -14,8 +15,8 @@ use crate::math::{Real, to_f64};
 /// | [`Kick`](Scheme::Kick) | 1 | 1 | symplectic: energy bounded while dt·ω < 2 |
 /// | [`Substep`](Scheme::Substep) | 2 | 1 + n | symplectic: energy bounded while dt·ω < 2 n |
 /// | [`Suzuki4`](Scheme::Suzuki4) | 4 | 6 | symplectic, for fields that are smooth |
-/// | [`LinearlyImplicit`](Scheme::LinearlyImplicit) | 1 | 1 and Jacobians | damped: energy falls at any dt·ω |
-/// | [`Auto`](Scheme::Auto) | 2 or 1 | 1, more where stiff | the cheapest of the above, body by body |
+/// | [`LinearlyImplicit`](Scheme::LinearlyImplicit) | 1 | 1 and Jacobians | damped: in a well that stands still energy falls at any dt·ω |
+/// | [`Auto`](Scheme::Auto) | 2 or 4 | 1, more where stiff | as fine as its tolerance asks for, body by body |
 /// | [`ExternalForce`](Scheme::ExternalForce) | 1 | 1 | gains energy at any dt·ω with Rapier's default of 4 solver iterations |
 ///
 /// Contacts, joints, gravity, damping, locked axes, dominance and continuous collision detection
@@ -65,18 +66,31 @@ pub enum Scheme {
     /// (M − dt ∂F/∂v − dt² ∂F/∂x) Δv = dt (F + dt ∂F/∂x v). Stable at any step; damps what it
     /// cannot follow. Of ∂F/∂x only the part that draws back is used, so that no direction in
     /// which a field pushes away is amplified; the order stays one with any such matrix.
+    ///
+    /// Each body is solved for as if what carries the fields stood still: bodies that act on each other
+    /// may gain energy, and what passes close to a centre that attracts is thrown out at a coarse step.
+    /// Nothing warns of that; [`Auto`](Scheme::Auto) is for those.
     LinearlyImplicit,
     /// Suzuki's composition of five kick-drift-kick steps (M. Suzuki, Phys. Lett. A 146 (1990)
     /// 319). All bodies pass through its stages together, so that fields of bodies on bodies are
     /// of fourth order too. One of the five goes back in time: not for fields with jumps, nor
     /// for stiff drag.
     Suzuki4,
-    /// For each body the cheapest of `KickDriftKick`, `Substep` with up to 32 substeps, and
-    /// `LinearlyImplicit`, by the tolerance. The last is taken where no other meets it: it
-    /// damps instead of following.
+    /// For each body the cheapest of `KickDriftKick`, `Substep` and compositions as that of `Suzuki4` that
+    /// meets the tolerance; in parts of all lengths where it is hard to follow for a moment only, like a
+    /// close pass.
     ///
     /// Bodies are watched by how their wrench changes along their way, which costs next to
-    /// nothing; Jacobians are worked out only where that looks stiff.
+    /// nothing; Jacobians are worked out only of those that are new, that looked stiff, or whose
+    /// velocities were changed by hand. What was moved too coarsely is moved again, more finely, before
+    /// Rapier sees any of it. A body that came upon something stiff in a step for which it was not
+    /// expected is put where it would have come, after Rapier's step, if nothing else touched it.
+    /// Otherwise, and where not even the finest does,
+    /// [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed) tells so in that step; such a
+    /// body alone in a stiff well is damped, as by `LinearlyImplicit`.
+    ///
+    /// If fields hang on bodies that move, all bodies are moved alike as soon as one of them needs it:
+    /// so those that react keep their momentum.
     Auto {
         /// Bound of the relative error of the energy of a vibration, (dt·ω)²/4 for
         /// `KickDriftKick`; and of the rate of a decay or a gyration, (dt·γ)²/24. Positive, at
@@ -104,25 +118,14 @@ pub enum Substeps {
     },
 }
 
-/// The steps that [`Scheme::Suzuki4`] composes.
-pub(super) const SUZUKI_STAGES: u32 = 5;
 /// Beyond this tolerance dt·ω of a substep would come close to the limit of stability.
 const LOOSEST: Real = 0.25;
 /// The most substeps a user may ask for.
 const MOST_FIXED: u32 = 1024;
 /// The most substeps [`Substeps::PerBody`] chooses.
 const MOST_PER_BODY: u32 = 256;
-/// The most substeps [`Scheme::Auto`] chooses before it turns to the implicit scheme.
-const MOST_AUTO: u32 = 32;
-
-/// How a scheme chooses for each body.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Choice {
-    pub tolerance: f64,
-    pub most_substeps: u32,
-    /// Whether what needs more substeps is done implicitly.
-    pub implicit: bool,
-}
+/// The most substeps [`Scheme::Auto`] chooses.
+const MOST_AUTO: u32 = 4096;
 
 impl Scheme {
     /// Whether the numbers of the scheme are in their range.
@@ -154,16 +157,22 @@ impl Scheme {
 
     /// How the scheme chooses, if it chooses.
     pub(super) fn choice(self) -> Option<Choice> {
-        let (tolerance, most_substeps, implicit) = match self {
+        let (tolerance, most, composes) = match self {
             Scheme::Auto { tolerance } => (tolerance, MOST_AUTO, true),
             Scheme::Substep(Substeps::PerBody { tolerance }) => (tolerance, MOST_PER_BODY, false),
             _ => return None,
         };
         Some(Choice {
             tolerance: to_f64(tolerance),
-            most_substeps,
-            implicit,
+            most,
+            composes,
+            damps: composes,
         })
+    }
+
+    /// Whether it chooses for each body.
+    pub(crate) fn chooses(self) -> bool {
+        self.choice().is_some()
     }
 
     /// Whether bodies that nothing else is done to get half a kick before and half after.
@@ -182,17 +191,5 @@ impl Scheme {
     /// Whether what Rapier's solver holds is loaded, not kicked.
     pub(crate) fn loads(self) -> bool {
         self != Scheme::Kick
-    }
-
-    /// Puts into `ticks` the steps into which all bodies divide theirs, in units of it; `most`: as
-    /// many as any of them needs; `composed`: by the composition of fourth order.
-    pub(super) fn divide(most: u32, composed: bool, ticks: &mut Vec<f64>) {
-        ticks.clear();
-        if composed {
-            let outer = (4.0 - 4.0_f64.cbrt()).recip();
-            ticks.extend([outer, outer, 1.0 - 4.0 * outer, outer, outer]);
-        } else {
-            ticks.resize(most as usize, f64::from(most).recip());
-        }
     }
 }

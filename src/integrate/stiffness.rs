@@ -1,7 +1,8 @@
 //! How fast fields want bodies to move, against the length of a step.
 
 use super::jacobian::Jacobian;
-use super::scheme::Choice;
+use super::pace::Pace;
+use super::plan::Choice;
 use crate::math::{Real, RigidBodyHandle, from_f64};
 use crate::rapier::na::Matrix6;
 use crate::rigid::{Mobility, eigen};
@@ -40,6 +41,18 @@ pub enum StepWarning {
         dt_omega: Real,
         /// See [`Stiffness::largest_stable_dt`]; zero under `ExternalForce`, which gains energy at any.
         largest_stable_dt: Real,
+    },
+    /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for
+    /// a body: not even its finest substeps do, or it came into a stiff field within a step that it was
+    /// not expected to be stiff in.
+    #[error("{body:?} was moved with an error of {error}, and the tolerance is {tolerance}")]
+    ToleranceMissed {
+        /// The body.
+        body: RigidBodyHandle,
+        /// Of the energy of a vibration, relative.
+        error: Real,
+        /// What was asked for.
+        tolerance: Real,
     },
     /// The fields make a body faster than Rapier lets it be
     /// (`IntegrationParameters::normalized_max_linear_velocity`): Rapier will slow it down.
@@ -84,6 +97,16 @@ pub enum StepWarning {
     HooksNotGiven,
 }
 
+impl StepWarning {
+    pub(super) fn missed(choice: Choice, body: RigidBodyHandle, error: f64) -> Self {
+        StepWarning::ToleranceMissed {
+            body,
+            error: from_f64(error),
+            tolerance: from_f64(choice.tolerance),
+        }
+    }
+}
+
 /// Rates of a body in fields, per unit of time.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(
@@ -125,28 +148,27 @@ impl Rates {
         }
     }
 
-    /// The relative error of a step of kick-drift-kick: of the energy of a vibration it swings
-    /// by (dt·ω)²/4; of the rate of a decay or gyration, no more than (dt·γ)²/24.
-    fn error(&self, dt: f64) -> f64 {
-        let [omega, damping, gyration] =
-            [self.omega, self.damping, self.gyration].map(|rate| (rate * dt).powi(2));
-        (omega / 4.0).max(damping.max(gyration) / 24.0)
+    /// The square of the frequency at which a vibration would be as hard to follow.
+    pub(super) fn pace(&self, choice: Choice, dt: f64) -> Pace {
+        let most = f64::from(MOST_BY_VELOCITY.min(choice.most));
+        let limit = 4.0 * choice.tolerance * (most / dt).powi(2);
+        // The rate of a decay or a gyration is off by no more than (dt·γ)²/24.
+        let by_velocity = (self.damping.max(self.gyration).powi(2) / 6.0).min(limit);
+        Pace {
+            omega2: self.omega2().max(by_velocity),
+            jump: 0.0,
+        }
     }
 
-    pub(super) fn treatment(&self, dt: f64, choice: Choice) -> Treatment {
-        let wanted = (self.error(dt) / choice.tolerance).sqrt();
-        // Not so for NaN.
-        if wanted <= 1.0 {
-            return Treatment::KickDriftKick;
-        }
-        let most = f64::from(choice.most_substeps);
-        if wanted <= most || !choice.implicit {
-            let count = wanted.min(most).ceil() as u32;
-            return Treatment::Substep(count.max(2).next_power_of_two());
-        }
-        Treatment::Implicit
+    /// That of vibrations alone.
+    pub(super) fn omega2(&self) -> f64 {
+        self.omega.powi(2)
     }
 }
+
+/// Kicks follow drag and gyration at any rate; more substeps than these are not worth the ways between
+/// them.
+const MOST_BY_VELOCITY: u32 = 32;
 
 /// The least eigenvalue of the symmetric part; minus infinity if that is not finite.
 fn least(matrix: &Matrix6<f64>) -> f64 {
@@ -154,17 +176,17 @@ fn least(matrix: &Matrix6<f64>) -> f64 {
     eigen.map_or(f64::NEG_INFINITY, |eigen| eigen.eigenvalues.min())
 }
 
-/// What is done with a body in a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What is done with a body in a step, by schemes that choose.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub(crate) enum Treatment {
-    KickDriftKick,
-    /// A power of two.
-    Substep(u32),
-    Implicit,
+    /// Moved within, as finely as this pace asks for.
+    Resolve(Pace),
+    /// A step went so far that the energy is wrong: it is damped.
+    Damp,
 }
 
 /// What was found out about a body.
@@ -175,7 +197,6 @@ pub(crate) enum Treatment {
 )]
 pub(crate) struct Estimate {
     pub place: usize,
-    pub treatment: Treatment,
     pub jacobian: Jacobian,
     pub rates: Rates,
 }

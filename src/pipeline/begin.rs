@@ -249,7 +249,9 @@ impl FieldPipeline {
         self.see();
         let remade = self.sample(&world.view());
         if remade || first || self.is_stale(state, &world.view(), dt) {
-            self.evaluate_anew(fields, state, world)?;
+            self.evaluate_anew(fields, state, world, first)?;
+        } else if fields.settings.scheme.chooses() {
+            self.look_again(fields, state, world);
         }
         state.mark = Some(fields.set.mark());
         self.move_first(fields, state, world)?;
@@ -324,9 +326,11 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         state: &mut FieldState,
         world: &WorldMut<'_>,
+        first: bool,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
         let last = state.evaluation.take().unwrap_or_default();
+        let all = first || last.bodies != self.samples.bodies;
         let mut evaluation = std::mem::take(&mut self.spare);
         let mut warnings = std::mem::take(&mut self.warnings);
         let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
@@ -337,7 +341,7 @@ impl FieldPipeline {
         let context = self.context(&view, (state.time, dt), rules);
         let outcome = integrator.evaluate(&context, &self.seen, &mut evaluation);
         if outcome.is_ok() {
-            integrator.predict(&context, &mut evaluation, &mut state.stiff);
+            integrator.predict(&context, &mut evaluation, (&mut state.stiff, all));
             if !fields.settings.scheme.kicks_twice() {
                 integrator.watch(&context, &evaluation, &last, &mut warnings);
             }
@@ -348,6 +352,39 @@ impl FieldPipeline {
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         Ok(())
+    }
+
+    /// Has a scheme that chooses look again at bodies whose velocities were changed by hand.
+    fn look_again(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &WorldMut<'_>,
+    ) {
+        let changed = |(body, was): (&Body, &BodyRecord)| {
+            was.linvel != body.linvel || was.angvel != body.angvel
+        };
+        let places = self.bodies.iter().zip(&state.records).enumerate();
+        let places = places.filter(|(_, pair)| changed(*pair)).map(|it| it.0);
+        let places: Vec<usize> = places.collect();
+        if places.is_empty() {
+            return;
+        }
+        let Some(mut evaluation) = state.evaluation.take() else {
+            return;
+        };
+        let mut integrator = std::mem::take(&mut self.integrator);
+        let (view, dt) = (world.view(), world.integration_parameters.dt);
+        let rules = Self::rules([&[], &[]], false, fields, world);
+        let context = self.context(&view, (state.time, dt), rules);
+        integrator.look_again(
+            &context,
+            &mut evaluation,
+            places.into_iter(),
+            &mut state.stiff,
+        );
+        self.integrator = integrator;
+        state.evaluation = Some(evaluation);
     }
 
     /// Takes note of where everything is that fields hang on and that is no sampled body.

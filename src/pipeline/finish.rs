@@ -226,7 +226,9 @@ impl FieldPipeline {
         let mut late = std::mem::take(&mut self.late);
         let mut acting = std::mem::take(&mut self.acting);
         let mut warnings = std::mem::take(&mut self.warnings);
+        let mut redone = std::mem::take(&mut self.redone);
         let shares = &self.redirected();
+        let may_redo = self.compiled.detectors.is_empty();
         let view = world.view();
         let rules = Self::rules([&links, &held], exact, fields, world);
         let context = self.context(&view, (now, dt), rules);
@@ -236,31 +238,45 @@ impl FieldPipeline {
                 let known = last
                     .as_ref()
                     .filter(|last| last.bodies == evaluation.bodies);
-                let wrenches = known.map(|last| &last.wrenches[..]);
-                let (stiff, warnings) = (&mut state.stiff, &mut warnings);
-                integrator.update(&context, &mut evaluation, wrenches, stiff, warnings);
+                let before = known.map_or(&[][..], |last| &last.wrenches);
+                let redirected = Redirected {
+                    before,
+                    shares,
+                    may_redo,
+                };
+                let done = (&open.motions, redirected);
+                let told = (&mut state.stiff, &mut warnings);
+                integrator.update(&context, &mut evaluation, known, done, told);
+                if let Some(last) = known {
+                    let told = (&mut redone, &mut warnings);
+                    let from = (&open.bodies[..], last);
+                    integrator.redo(&context, &mut evaluation, from, told)?;
+                }
                 let policy = fields.settings.wake;
                 state
                     .resting
                     .decide(&self.bodies, &evaluation.wrenches, policy, &mut acting);
                 let acts = acts(policy, &acting);
-                let before = wrenches.unwrap_or_default();
-                let redirected = Redirected { before, shares };
-                let done = (&open.motions, redirected);
                 integrator.second_half(&context, &evaluation, done, &acts, &mut late)
             });
         (self.integrator, self.links, self.held) = (integrator, links, held);
         self.acting = acting;
         (self.late, self.warnings) = (late, warnings);
+        self.redone = redone;
         self.spare = last.unwrap_or_default();
         if let Err(fault) = outcome {
             return Err(blame(fields.set, &fault));
         }
         self.sampled = self.bodies.len();
-        evaluation.outdated = self.late.outdated;
+        evaluation.outdated = self.late.outdated || !self.redone.is_empty();
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
-        let written = bridge::write(world.bodies, &self.late.updates);
+        let mut written = bridge::write(world.bodies, &self.late.updates);
+        written += bridge::place(world.bodies, world.colliders, &self.redone);
+        for now in &self.redone {
+            let body = &mut self.bodies[now.place];
+            (body.pose, body.linvel, body.angvel) = (now.pose, now.linvel, now.angvel);
+        }
         if !self.late.ahead.is_empty() && !self.compiled.detectors.is_empty() {
             Arc::make_mut(&mut self.detector.starts).catch_up(&self.late.ahead);
         }

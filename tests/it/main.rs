@@ -16,6 +16,7 @@ mod adversarial;
 mod adversarial_steps;
 mod algebra_laws;
 mod approach;
+mod auto;
 mod billiards;
 mod bodies;
 mod borders;

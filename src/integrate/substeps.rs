@@ -1,7 +1,9 @@
 //! Motion in the fields alone, in steps smaller than Rapier's.
 //!
-//! All bodies that are moved so drift together; each is kicked as often as it needs. The others,
-//! which Rapier moves, are taken to move on at constant velocity meanwhile.
+//! Bodies that are moved so are moved together. The others, which Rapier moves, are taken to move on at
+//! constant velocity meanwhile.
+
+mod bisection;
 
 use super::context::StepContext;
 use super::exponential::phi1;
@@ -9,7 +11,11 @@ use super::fault::{Fault, FaultKind};
 use super::implicit::{Besides, Coupling};
 use super::jacobian;
 use super::motion::{FASTEST, Start};
+use super::pace::{Track, track_all};
+use super::plan::{Bisection, Choice};
 use super::predicted::{PredictedFrames, PredictedMotions};
+use super::stiffness::Rates;
+
 use crate::eval::{Evaluator, Lineariser};
 use crate::math::{DPose3, DVec3, RigidBodyHandle};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
@@ -22,13 +28,10 @@ use crate::sample::{Moment, SamplePoint, Samples, Solid};
 /// each brings the kick two orders closer to the implicit midpoint rule.
 const MIDPOINT_ROUNDS: usize = 2;
 
-/// Bodies that are kicked at the same times; keeps its buffers from step to step.
+/// The bodies that are moved; keeps its buffers from step to step.
 #[derive(Default)]
 struct Group {
-    /// Kicked at every so many ticks.
-    stride: usize,
-    /// The place of each of its bodies among the states.
-    states: Vec<usize>,
+    /// Of the bodies of the states, in their order.
     samples: Samples,
     /// Samples that are no sites, until all bodies are there.
     several: Vec<SamplePoint>,
@@ -54,6 +57,8 @@ struct Solution {
     wrench: Vector6<f64>,
     /// The velocities there.
     velocities: (DVec3, DVec3),
+    /// See [`Rates::omega2`], if asked for.
+    omega2: Option<f64>,
 }
 
 /// What the integrator needs to know.
@@ -63,57 +68,73 @@ pub(super) struct Setting<'a, W> {
     pub motions: &'a PredictedMotions,
     /// Whether the ticks are those of a composition of fourth order.
     pub composed: bool,
+    /// To halve parts by, instead of ticks.
+    pub uneven: Option<Choice>,
+    /// Whether to take note of how fast bodies swing, and whether together.
+    pub tracked: bool,
+    pub coupled: bool,
+    /// When it begins, relative to the world of the context: zero, or a step back.
+    pub from: f64,
 }
 
-/// What the multirate integrator is about; kept from step to step for its buffers.
+/// What the integrator is about; kept from step to step for its buffers.
 #[derive(Default)]
-pub(super) struct Multirate {
+pub(super) struct SubstepIntegrator {
     pub states: Vec<RigidState>,
+    /// Of each state, if asked for.
+    pub tracks: Vec<Track>,
     /// Lengths of the ticks in units of `dt`.
     pub ticks: Vec<f64>,
-    groups: Vec<Group>,
+    /// What came of parts that were halved.
+    pub bisection: Option<Bisection>,
+    group: Group,
 }
 
-impl Multirate {
+impl SubstepIntegrator {
     /// Goes through all ticks, with the bodies of the states, which `starts` says more about, and
-    /// the wrenches at the start by their place among the samples (Tuckerman, Berne and Martyna,
-    /// J. Chem. Phys. 97 (1992) 1990).
+    /// the wrenches at the start by their place among the samples. `rewound`: where the bodies begin,
+    /// if not where their samples are.
     pub(super) fn integrate(
         &mut self,
         setting: Setting<'_, impl Lookup>,
         starts: &[Start],
         wrenches: &[Wrench],
+        rewound: Option<impl Iterator<Item = RigidState>>,
     ) -> Result<(), Fault> {
-        let count = self.divide(setting.context.samples, starts, wrenches);
+        let samples = setting.context.samples;
+        let group = &mut self.group;
+        group.begin(samples);
+        for (start, state) in starts.iter().zip(&self.states) {
+            group.take(state.body, start.place, samples);
+            group.wrenches.push(wrenches[start.place]);
+        }
+        group.close(&self.states);
+        if let Some(rewound) = rewound {
+            self.states.clear();
+            self.states.extend(rewound);
+        }
+        self.tracks.clear();
+        if setting.tracked {
+            self.tracks.resize_with(starts.len(), Track::default);
+        }
         let mut run = Run {
             setting,
             states: &mut self.states,
+            tracks: &mut self.tracks,
             ticks: &self.ticks,
             elapsed: 0.0,
         };
-        run.all(&mut self.groups[..count])
+        self.bisection = None;
+        match run.setting.uneven {
+            Some(choice) => self.bisection = Some(run.bisect(group, choice)?),
+            None => run.all(group)?,
+        }
+        Ok(())
     }
 
-    /// Divides the bodies into groups by how many kicks they need; how many there are.
-    fn divide(&mut self, samples: &Samples, starts: &[Start], wrenches: &[Wrench]) -> usize {
-        let (states, groups) = (&self.states, &mut self.groups);
-        let mut used = 0;
-        for (number, (start, state)) in starts.iter().zip(states).enumerate() {
-            let stride = self.ticks.len() / (start.count as usize).max(1);
-            let known = groups[..used].iter().position(|g| g.stride == stride);
-            let group = known.unwrap_or_else(|| {
-                if groups.len() == used {
-                    groups.push(Group::default());
-                }
-                groups[used].begin(stride, samples);
-                used += 1;
-                used - 1
-            });
-            groups[group].take((number, state.body), start.place, samples);
-            groups[group].wrenches.push(wrenches[start.place]);
-        }
-        groups[..used].iter_mut().for_each(|g| g.close(states));
-        used
+    /// On the state of this number, where it is now.
+    pub(super) fn wrench(&self, number: usize) -> Wrench {
+        self.group.wrenches[number]
     }
 }
 
@@ -121,21 +142,20 @@ impl Multirate {
 struct Run<'a, W> {
     setting: Setting<'a, W>,
     states: &'a mut [RigidState],
+    tracks: &'a mut [Track],
     ticks: &'a [f64],
     elapsed: f64,
 }
 
 impl<W: Lookup> Run<'_, W> {
-    fn all(&mut self, groups: &mut [Group]) -> Result<(), Fault> {
+    fn all(&mut self, group: &mut Group) -> Result<(), Fault> {
         let energy_error = if self.setting.composed {
             COMPOSED_ENERGY_ERROR
         } else {
             ENERGY_ERROR
         };
         for tick in 0..=self.ticks.len() {
-            for group in groups.iter_mut().filter(|g| tick % g.stride == 0) {
-                self.kicks(group, tick)?;
-            }
+            self.kicks(group, tick)?;
             let Some(tick) = self.ticks.get(tick) else {
                 break;
             };
@@ -147,18 +167,20 @@ impl<W: Lookup> Run<'_, W> {
         Ok(())
     }
 
-    /// The kicks of a group at a tick: half the way from the last one, and half to the next.
+    /// The kicks at a tick: half the way from the last one, and half to the next.
     fn kicks(&mut self, group: &mut Group, tick: usize) -> Result<(), Fault> {
-        let (stride, ticks) = (group.stride, self.ticks);
-        let half =
-            |ticks: &[f64]| ticks.iter().sum::<f64>() * 0.5 * to_f64(self.setting.context.dt);
-        let before = half(&ticks[tick.saturating_sub(stride)..tick]);
-        let after = half(&ticks[tick..(tick + stride).min(ticks.len())]);
+        let half = |tick: Option<usize>| {
+            let length = tick.and_then(|tick| self.ticks.get(tick));
+            length.map_or(0.0, |length| length * 0.5 * to_f64(self.setting.context.dt))
+        };
+        let (before, after) = (half(tick.checked_sub(1)), half(Some(tick)));
         if !self.setting.context.compiled.reads_velocity {
             // The wrenches of the start are known.
             if tick > 0 {
                 self.evaluate(group, false)?;
             }
+            let passing = self.states.iter().zip(&group.wrenches);
+            track_all(self.tracks, passing, self.setting.coupled);
             return self.push(group, before + after);
         }
         if !self.setting.composed {
@@ -202,12 +224,11 @@ impl<W: Lookup> Run<'_, W> {
     }
 
     /// Solves the linear part of the forces.
-    fn start(&self, group: &mut Group, duration: f64) {
+    fn start(&mut self, group: &mut Group, duration: f64) {
         let (compiled, frames) = (self.setting.context.compiled, self.frames());
         group.lineariser.prepare(compiled, &frames);
         group.solutions.clear();
-        for (body, state) in group.states.iter().enumerate() {
-            let state = &self.states[*state];
+        for (body, state) in self.states.iter().enumerate() {
             let jacobian = jacobian::of_body(
                 &mut group.lineariser,
                 (compiled, &frames),
@@ -223,6 +244,8 @@ impl<W: Lookup> Run<'_, W> {
             let coupling = Coupling::new(&jacobian, &evaluated, seen);
             let wrench = coupling.at(&velocities);
             let mobility = state.mobility();
+            let tracked = self.setting.tracked;
+            let omega2 = tracked.then(|| Rates::new(&jacobian, &mobility).omega2());
             let (momentum, twist) = state.momentum();
             let besides = Besides {
                 pull: six(state.acceleration * state.mass, DVec3::ZERO),
@@ -240,13 +263,19 @@ impl<W: Lookup> Run<'_, W> {
                 besides,
                 wrench: solved.unwrap_or(all),
                 velocities: (state.linvel, state.angvel),
+                omega2,
             });
+        }
+        for (track, known) in self.tracks.iter_mut().zip(&group.solutions) {
+            known
+                .omega2
+                .into_iter()
+                .for_each(|omega2| track.see(omega2));
         }
     }
 
     fn push(&mut self, group: &Group, duration: f64) -> Result<(), Fault> {
-        for (body, place) in group.states.iter().enumerate() {
-            let state = &mut self.states[*place];
+        for (body, state) in self.states.iter_mut().enumerate() {
             state.pushed |= group.wrenches[body] != Wrench::ZERO;
             if self.setting.context.compiled.reads_velocity {
                 let (force, torque) = pair(&group.solutions[body].wrench);
@@ -283,12 +312,12 @@ impl<W: Lookup> Run<'_, W> {
         let Setting {
             context, motions, ..
         } = &self.setting;
-        motions.frames(context, self.states, self.elapsed)
+        motions.frames(context, self.states, self.setting.from + self.elapsed)
     }
 
     fn moment(&self) -> Moment {
         Moment {
-            time: self.setting.context.time + self.elapsed,
+            time: self.setting.context.time + self.setting.from + self.elapsed,
             dt: self.setting.context.dt,
         }
     }
@@ -310,9 +339,7 @@ impl<W: Lookup> Run<'_, W> {
 
 impl Group {
     /// Starts out with no bodies.
-    fn begin(&mut self, stride: usize, samples: &Samples) {
-        self.stride = stride;
-        self.states.clear();
+    fn begin(&mut self, samples: &Samples) {
         self.wrenches.clear();
         self.samples.clear();
         self.samples.user.clone_from(&samples.user);
@@ -320,7 +347,7 @@ impl Group {
     }
 
     /// Takes in a body with its samples.
-    fn take(&mut self, (state, handle): (usize, RigidBodyHandle), place: usize, all: &Samples) {
+    fn take(&mut self, handle: RigidBodyHandle, place: usize, all: &Samples) {
         let body = self.samples.bodies.len() as u32;
         let [sites, several] = all.of(place);
         let (own, first) = (&mut self.samples, sites.start as u32);
@@ -344,7 +371,6 @@ impl Group {
         own.centres.push(moved(&all.centres[place]));
         own.overrides.extend(all.overrides.get(place));
         own.bodies.push(handle);
-        self.states.push(state);
     }
 
     /// Puts the samples in order, once all bodies are there.
@@ -352,7 +378,7 @@ impl Group {
         let samples = &mut self.samples;
         samples.list.append(&mut self.several);
         samples.number();
-        let state = |body: u32| &states[self.states[body as usize]];
+        let state = |body: u32| &states[body as usize];
         let arm =
             |sample: &SamplePoint| state(sample.body).attitude.inverse() * to_dvec3(sample.arm);
         self.arms.clear();
@@ -369,7 +395,7 @@ impl Group {
             false => (state.linvel, state.angvel),
         };
         for (sample, arm) in self.samples.list.iter_mut().zip(&self.arms) {
-            let state = &states[self.states[sample.body as usize]];
+            let state = &states[sample.body as usize];
             let (linvel, angvel) = velocity(sample.body as usize, state);
             let arm = state.attitude * *arm;
             sample.arm = from_dvec3(arm);
@@ -377,12 +403,12 @@ impl Group {
             sample.velocity = from_dvec3(linvel + angvel.cross(arm));
         }
         for (solid, frame) in self.samples.solids.iter_mut().zip(&self.frames) {
-            let state = &states[self.states[solid.body as usize]];
+            let state = &states[solid.body as usize];
             solid.pose = state.pose() * *frame;
             solid.angvel = velocity(solid.body as usize, state).1;
         }
         for (body, centre) in self.samples.centres.iter_mut().enumerate() {
-            let state = &states[self.states[body]];
+            let state = &states[body];
             centre.world_point = from_dvec3(state.position);
             centre.velocity = from_dvec3(velocity(body, state).0);
         }

@@ -1,0 +1,133 @@
+//! How fast the fields want bodies to swing, as their way shows: by how their accelerations change.
+
+use crate::math::{DQuat, DVec3, Real, to_f64};
+use crate::rigid::{RigidState, Wrench, of_wrench, pair};
+
+/// Of bodies that act on each other, one that moves less than this part of what the others do is no
+/// measure by itself: its acceleration changes as they move.
+const STILL: f64 = 0.3;
+
+/// What a way has shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Pace {
+    /// The square of the fastest angular frequency.
+    pub omega2: f64,
+    /// By how much it changed the most from one piece of the way to the next: where it is not small,
+    /// no scheme of higher order is any better.
+    pub jump: f64,
+}
+
+/// Follows a body from kick to kick.
+#[derive(Clone, Default)]
+pub(super) struct Track {
+    pub pace: Pace,
+    last: Option<Mark>,
+    omega2: Option<f64>,
+    /// The last piece of the way.
+    piece: Piece,
+}
+
+#[derive(Clone)]
+struct Mark {
+    position: DVec3,
+    attitude: DQuat,
+    acceleration: (DVec3, DVec3),
+}
+
+/// Lengths, those of angles times the radius of gyration; and in units of equal kinetic energy.
+#[derive(Clone, Copy, Default)]
+struct Piece {
+    way: f64,
+    /// What of the change of the acceleration is no rounding; zero if it may be.
+    change: f64,
+    root_of_mass: f64,
+}
+
+/// Takes note of where bodies are, and what acts on them there; the square of the fastest frequency that
+/// the last piece of their ways shows. `coupled`: they act on each other.
+pub(super) fn track_all<'a>(
+    tracks: &mut [Track],
+    passing: impl Iterator<Item = (&'a RigidState, &'a Wrench)>,
+    coupled: bool,
+) -> f64 {
+    let mut farthest = 0.0_f64;
+    for (track, (state, wrench)) in tracks.iter_mut().zip(passing) {
+        track.pass(state, *wrench);
+        farthest = farthest.max(track.piece.way * track.piece.root_of_mass);
+    }
+    let mut fastest = 0.0_f64;
+    for track in tracks {
+        let Piece {
+            way,
+            change,
+            root_of_mass,
+        } = track.piece;
+        let least = if coupled {
+            STILL * farthest / root_of_mass
+        } else {
+            0.0
+        };
+        let omega2 = change / way.max(least);
+        let omega2 = if omega2.is_nan() {
+            f64::INFINITY
+        } else {
+            omega2
+        };
+        if change != 0.0 {
+            track.see(omega2);
+            fastest = fastest.max(omega2);
+        }
+    }
+    fastest
+}
+
+impl Track {
+    fn pass(&mut self, state: &RigidState, wrench: Wrench) {
+        let mobility = state.mobility();
+        let mark = Mark {
+            position: state.position,
+            attitude: state.attitude,
+            acceleration: pair(&mobility.apply(&of_wrench(wrench))),
+        };
+        let trace = mobility.inv_inertia.trace();
+        // The square of the radius of gyration makes lengths of angles.
+        let radius2 = match trace > 0.0 {
+            true => mobility.inv_mass.max_element() * 3.0 / trace,
+            false => 0.0,
+        };
+        self.piece = Piece::default();
+        if let Some(last) = &self.last {
+            self.piece = piece(last, &mark, radius2);
+            self.piece.root_of_mass = state.mass.sqrt();
+        }
+        self.last = Some(mark);
+    }
+
+    /// Takes note of a square of a frequency.
+    pub(super) fn see(&mut self, omega2: f64) {
+        let before = self.omega2.replace(omega2).unwrap_or(omega2);
+        let Pace { omega2: most, jump } = &mut self.pace;
+        *most = most.max(omega2);
+        *jump = jump.max((omega2 - before).abs());
+    }
+}
+
+fn piece(last: &Mark, mark: &Mark, radius2: f64) -> Piece {
+    let size = |v: DVec3, w: DVec3| (v.length_squared() + radius2 * w.length_squared()).sqrt();
+    let [from, to] = [last.acceleration, mark.acceleration];
+    let change = size(to.0 - from.0, to.1 - from.1);
+    let epsilon = to_f64(Real::EPSILON);
+    let unsure = 8.0 * epsilon * (size(from.0, from.1) + size(to.0, to.1));
+    let turn = mark.attitude * last.attitude.inverse();
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    let way = size(mark.position - last.position, turn.to_scaled_axis());
+    Piece {
+        way: way + epsilon * mark.position.length(),
+        change: if change <= unsure { 0.0 } else { change },
+        root_of_mass: 0.0,
+    }
+}

@@ -1,0 +1,122 @@
+//! A step that turned out too coarse, once more.
+//!
+//! How stiff the fields are that a body comes into shows at the end of its step. A body that nothing
+//! else touched is then moved again, as finely as it takes, and put where it would have come.
+
+use super::evaluation::Evaluation;
+use super::fault::Fault;
+use super::load::own_lag;
+use super::motion::{Resolved, Start};
+use super::plan::Plan;
+use super::predicted::from_dquat;
+use super::resolve::Begins;
+use super::stiffness::{StepWarning, Treatment};
+use super::{Integrator, StepContext};
+use crate::math::{Pose, RigidBodyHandle, Vector, from_dvec3, to_f64};
+use crate::rigid::{Body, Lookup, RigidState, Turning, to_dquat};
+
+/// Where a body has come.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Redone {
+    pub place: usize,
+    pub body: RigidBodyHandle,
+    pub pose: Pose,
+    pub linvel: Vector,
+    pub angvel: Vector,
+}
+
+impl Integrator {
+    /// Moves the bodies again that [`update`](Self::update) has found wrong, and all if they are
+    /// `coupled`, from where they were `before`, in the `last` evaluation.
+    pub(crate) fn redo(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &mut Evaluation,
+        (before, last): (&[Body], &Evaluation),
+        (redone, warnings): (&mut Vec<Redone>, &mut Vec<StepWarning>),
+    ) -> Result<(), Fault> {
+        redone.clear();
+        let Some(choice) = context.choice() else {
+            return Ok(());
+        };
+        let places = std::mem::take(&mut evaluation.missed);
+        if places.is_empty() {
+            return Ok(());
+        }
+        let plan = |place: usize| match evaluation.treatment(place) {
+            Some(Treatment::Resolve(pace)) => choice.plan(pace, to_f64(context.dt)),
+            _ => Plan::WHOLE,
+        };
+        let mut starts: Vec<Start> = places
+            .iter()
+            .map(|place| Start::new(*place, plan(*place), false))
+            .collect();
+        if context.is_coupled() {
+            let finest = starts.iter().map(|start| start.plan);
+            let finest = finest.min_by(|a, b| a.length().total_cmp(&b.length()));
+            let finest = finest.unwrap_or(Plan::WHOLE);
+            starts.iter_mut().for_each(|start| start.plan = finest);
+        }
+        let begins = Begins {
+            evaluation: last,
+            updates: &[],
+            before: Some(before),
+        };
+        let mut found: Vec<Resolved> = Vec::new();
+        let wrenches = &mut evaluation.wrenches;
+        self.resolve(context, begins, &mut starts, |_, moved| {
+            let place = moved.start.place;
+            wrenches[place] = moved.wrench;
+            let body = &context.bodies[place];
+            let shown = own_lag(context, body, moved.wrench).map(|lag| moved.state.behind(lag));
+            redone.push(Redone::new(
+                place,
+                body,
+                shown.as_ref().unwrap_or(moved.state),
+            ));
+            found.extend(moved.resolved);
+            Ok(())
+        })?;
+        for resolved in &found {
+            if resolved.error > choice.tolerance {
+                warnings.push(StepWarning::missed(choice, resolved.body, resolved.error));
+            }
+        }
+        let dt = to_f64(context.dt);
+        let treatments = &mut evaluation.treatments;
+        treatments.retain(|(place, _)| places.binary_search(place).is_err());
+        for (now, resolved) in redone.iter().zip(&found) {
+            if !choice.is_calm(resolved.pace, dt) {
+                treatments.push((now.place, Treatment::Resolve(resolved.pace)));
+            }
+        }
+        treatments.sort_by_key(|(place, _)| *place);
+        redone.sort_unstable_by_key(|now| now.place);
+        evaluation.missed = places;
+        evaluation.outdated = true;
+        Ok(())
+    }
+}
+
+impl Redone {
+    fn new(place: usize, body: &Body, state: &RigidState) -> Self {
+        let turned = !matches!(state.turning, Turning::LeftAlone);
+        let rotation = if turned {
+            from_dquat(state.attitude)
+        } else {
+            body.pose.rotation
+        };
+        let arm = to_dquat(rotation) * -state.local_com;
+        Redone {
+            place,
+            body: body.handle,
+            pose: Pose::from_parts(from_dvec3(state.position + arm), rotation),
+            linvel: from_dvec3(state.linvel),
+            angvel: if turned {
+                from_dvec3(state.angvel)
+            } else {
+                body.angvel
+            },
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Bodies that are moved within a step, as finely as they need it.
+
+use super::evaluation::Evaluation;
+use super::fault::Fault;
+use super::free_motion::own_acceleration;
+use super::load::{lag, own_lag};
+use super::motion::{Resolved, Start, VelocityUpdate};
+use super::pace::Pace;
+use super::plan::{Bisection, Choice, HOPELESS, Plan};
+use super::predicted::PredictedMotion;
+use super::substeps::{Setting, SubstepIntegrator};
+use super::{Integrator, Scheme, StepContext};
+use crate::math::{RigidBodyHandle, to_f64};
+use crate::rigid::{Body, Lookup, Mobility, RigidState, Wrench};
+
+/// With what bodies begin.
+#[derive(Clone, Copy)]
+pub(super) struct Begins<'a> {
+    /// Where they begin.
+    pub evaluation: &'a Evaluation,
+    /// What others are given.
+    pub updates: &'a [VelocityUpdate],
+    /// The bodies as they began, if those of the context have gone on to the end of the step.
+    pub before: Option<&'a [Body]>,
+}
+
+/// A body that has been moved.
+pub(super) struct Found<'a> {
+    pub start: &'a Start,
+    pub state: &'a RigidState,
+    /// What acts on it there.
+    pub wrench: Wrench,
+    /// By a scheme that chooses.
+    pub resolved: Option<Resolved>,
+}
+
+impl Integrator {
+    /// Moves bodies over a step, and hands over what came of it. Those that take the same plan are moved
+    /// together. A scheme that chooses looks at what came of it, and does it again more finely for
+    /// those that it did not do for.
+    pub(super) fn resolve<W: Lookup>(
+        &mut self,
+        context: &StepContext<'_, W>,
+        begins: Begins<'_>,
+        starts: &mut Vec<Start>,
+        mut take: impl FnMut(&Self, Found<'_>) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let mut substeps = std::mem::take(&mut self.substeps);
+        let mut alike = std::mem::take(&mut self.alike);
+        let choice = context.choice();
+        let coupled = choice.is_some() && context.is_coupled();
+        let dt = to_f64(context.dt);
+        let uneven = !context.compiled.reads_velocity;
+        while let Some(first) = starts.first() {
+            let plan = first.plan;
+            alike.clear();
+            if plan == Plan::UNEVEN && !coupled {
+                // Each at its own pace.
+                alike.push(starts.remove(0));
+            } else {
+                alike.extend(starts.extract_if(.., |start| start.plan == plan));
+            }
+            self.run(context, begins, (&alike, plan), &mut substeps)?;
+            if let Some(choice) = choice {
+                refine(choice, &substeps, (&mut alike, plan), (dt, coupled, uneven));
+            }
+            for (number, start) in alike.iter().enumerate() {
+                if start.plan != plan {
+                    starts.push(*start);
+                    continue;
+                }
+                let resolved = choice.and_then(|choice| {
+                    let pace = substeps.tracks.get(number)?.pace;
+                    let body = context.bodies[start.place].handle;
+                    Some(resolved(
+                        choice,
+                        substeps.bisection,
+                        (start, pace),
+                        (body, dt),
+                    ))
+                });
+                let found = Found {
+                    start,
+                    state: &substeps.states[number],
+                    wrench: substeps.wrench(number),
+                    resolved,
+                };
+                take(self, found)?;
+            }
+        }
+        (self.substeps, self.alike) = (substeps, alike);
+        Ok(())
+    }
+
+    /// Moves some bodies.
+    fn run<W: Lookup>(
+        &mut self,
+        context: &StepContext<'_, W>,
+        begins: Begins<'_>,
+        (starts, plan): (&[Start], Plan),
+        substeps: &mut SubstepIntegrator,
+    ) -> Result<(), Fault> {
+        let wrenches = &begins.evaluation.wrenches;
+        let torque_possible = context.compiled.torque_possible;
+        let state = |body: &Body, place: usize| {
+            let felt = wrenches[place] != Wrench::ZERO;
+            let turns = felt && body.free_top(body.angvel, false).is_some();
+            let mut state = RigidState::new(body, torque_possible || turns);
+            state.acceleration = own_acceleration(context, body);
+            if let Some(lag) = lag(context, body).filter(|_| begins.before.is_none()) {
+                // Rapier damps what it holds.
+                state.damping = [0.0; 2];
+                state.catch_up(wrenches[place], lag);
+            } else if let Some(lag) = own_lag(context, body, wrenches[place]) {
+                state.catch_up(wrenches[place], lag);
+            }
+            state
+        };
+        let places = starts.iter().map(|start| start.place);
+        substeps.states.clear();
+        substeps.states.extend(
+            places
+                .clone()
+                .map(|place| state(&context.bodies[place], place)),
+        );
+        self.predict_motions(begins.updates, &substeps.states);
+        let scheme = context.rules.scheme;
+        // A step back in time would undo what drag has stopped.
+        let plan = match scheme {
+            Scheme::Suzuki4 if slows_much(context, begins.evaluation, starts) => Plan {
+                count: plan.cost(),
+                composed: false,
+            },
+            _ => plan,
+        };
+        plan.divide(&mut substeps.ticks);
+        let coupled = context.choice().is_some() && context.is_coupled();
+        let setting = Setting {
+            context,
+            motions: &self.motions,
+            composed: plan.composed,
+            uneven: context.choice().filter(|_| plan == Plan::UNEVEN),
+            tracked: context.choice().is_some(),
+            coupled,
+            from: if begins.before.is_some() {
+                -to_f64(context.dt)
+            } else {
+                0.0
+            },
+        };
+        let before = begins.before;
+        let rewound = before.map(|before| places.map(|place| state(&before[place], place)));
+        substeps.integrate(setting, starts, wrenches, rewound)
+    }
+
+    /// Says who does what while some are moved.
+    fn predict_motions(&mut self, updates: &[VelocityUpdate], states: &[RigidState]) {
+        self.motions.clear();
+        for update in updates {
+            let (linvel, angvel) = (update.linvel, update.angvel);
+            let motion = PredictedMotion::CoastsAt { linvel, angvel };
+            self.motions.assign(update.body, motion);
+        }
+        for (number, state) in states.iter().enumerate() {
+            let motion = PredictedMotion::Moves(number as u32);
+            self.motions.assign(state.body, motion);
+        }
+    }
+}
+
+/// What was found out about a body.
+fn resolved(
+    choice: Choice,
+    bisection: Option<Bisection>,
+    (start, pace): (&Start, Pace),
+    (body, dt): (RigidBodyHandle, f64),
+) -> Resolved {
+    let (pace, error) = match bisection {
+        // The next step need not be as hard.
+        Some(Bisection { error, omega2 }) => (Pace { omega2, jump: 0.0 }, error),
+        // An edge is no reason to expect more of it.
+        None if start.edge() => (Pace::default(), 0.0),
+        None => (pace, choice.error(pace, start.plan, dt)),
+    };
+    Resolved { body, pace, error }
+}
+
+/// Gives those that a plan did not do for a finer one, and all if they are `coupled`. `uneven`: see
+/// [`Choice::finer`].
+fn refine(
+    choice: Choice,
+    substeps: &SubstepIntegrator,
+    (starts, plan): (&mut [Start], Plan),
+    (dt, coupled, uneven): (f64, bool, bool),
+) {
+    let mut finest = plan;
+    let mut hopeless = false;
+    for (number, (start, track)) in starts.iter_mut().zip(&substeps.tracks).enumerate() {
+        let pace = track.pace;
+        if plan != Plan::UNEVEN {
+            start.look(pace);
+        }
+        let error = match substeps.bisection {
+            Some(bisection) => bisection.error,
+            None => choice.error(pace, plan, dt),
+        };
+        if start.has_given_up() {
+            hopeless = true;
+        } else if start.edge() || error <= choice.tolerance {
+            continue;
+        } else if let Some(finer) = choice.finer(pace, plan, dt, uneven) {
+            start.plan = finer;
+            if finer.length() < finest.length() {
+                finest = finer;
+            }
+            continue;
+        }
+        // Not so for NaN.
+        if error <= HOPELESS && !start.has_given_up() {
+            continue;
+        }
+        hopeless = true;
+        if !coupled {
+            start.give_up(substeps.states[number].linvel.length_squared());
+        }
+    }
+    if !coupled {
+        return;
+    }
+    if finest != plan {
+        starts.iter_mut().for_each(|start| start.plan = finest);
+    } else if hopeless {
+        let energies = substeps.states.iter();
+        let energy = energies.map(|state| state.mass * state.linvel.length_squared());
+        let energy = energy.sum();
+        starts.iter_mut().for_each(|start| start.give_up(energy));
+    }
+}
+
+/// Whether drag or damping stops any of some bodies within a step.
+fn slows_much(
+    context: &StepContext<'_, impl Lookup>,
+    evaluation: &Evaluation,
+    starts: &[Start],
+) -> bool {
+    let dt = to_f64(context.dt);
+    starts.iter().any(|start| {
+        let body = &context.bodies[start.place];
+        let coupling = evaluation.couplings.get(start.place);
+        let drag = coupling.and_then(|it| Some(it.as_ref()?.slows(&Mobility::of(body))));
+        let damping = to_f64(body.damping[0].max(body.damping[1]));
+        (drag.unwrap_or(0.0) + damping) * dt > 1.0
+    })
+}

@@ -1,0 +1,79 @@
+//! Steps that are halved until they do: for a way that is stiff in few places, like a close pass.
+
+use super::{Group, Run};
+use crate::integrate::fault::Fault;
+use crate::integrate::pace::{Track, track_all};
+use crate::integrate::plan::{Bisection, Choice, MOST_HALVINGS, MOST_PARTS};
+use crate::math::to_f64;
+use crate::rigid::{ENERGY_ERROR, Lookup, RigidState, Wrench};
+
+/// Where a part begins.
+struct Saved {
+    states: Vec<RigidState>,
+    tracks: Vec<Track>,
+    wrenches: Vec<Wrench>,
+    elapsed: f64,
+}
+
+impl<W: Lookup> Run<'_, W> {
+    /// Goes through the step in parts, each half as long as one that did not meet the tolerance.
+    pub(super) fn bisect(&mut self, group: &mut Group, choice: Choice) -> Result<Bisection, Fault> {
+        let dt = to_f64(self.setting.context.dt);
+        let mut made = Bisection::default();
+        let mut left = MOST_PARTS;
+        // By how often the step was halved.
+        let mut parts = vec![0_u32];
+        self.track(group);
+        while let Some(halvings) = parts.pop() {
+            let saved = self.save(group);
+            let h = dt * 0.5_f64.powi(halvings as i32);
+            let drifted = self.half(group, h);
+            let omega2 = drifted.as_ref().copied().unwrap_or(f64::INFINITY);
+            let error = omega2 * h * h / 4.0;
+            left = left.saturating_sub(1);
+            // Not so for NaN.
+            let does = error <= choice.tolerance;
+            if !does && halvings < MOST_HALVINGS && left > 0 {
+                self.back(group, saved);
+                parts.extend([halvings + 1; 2]);
+                continue;
+            }
+            drifted?;
+            self.push(group, 0.5 * h)?;
+            made.error = made.error.max(error);
+            made.omega2 = omega2;
+        }
+        Ok(made)
+    }
+
+    /// Half a kick and the drift; the square of the fastest frequency that they show.
+    fn half(&mut self, group: &mut Group, h: f64) -> Result<f64, Fault> {
+        self.push(group, 0.5 * h)?;
+        let states = self.states.iter_mut();
+        states.for_each(|state| state.drift(h, ENERGY_ERROR));
+        self.elapsed += h;
+        self.evaluate(group, false)?;
+        Ok(self.track(group))
+    }
+
+    fn track(&mut self, group: &Group) -> f64 {
+        let passing = self.states.iter().zip(&group.wrenches);
+        track_all(self.tracks, passing, self.setting.coupled)
+    }
+
+    fn save(&self, group: &Group) -> Saved {
+        Saved {
+            states: self.states.to_vec(),
+            tracks: self.tracks.to_vec(),
+            wrenches: group.wrenches.clone(),
+            elapsed: self.elapsed,
+        }
+    }
+
+    fn back(&mut self, group: &mut Group, saved: Saved) {
+        self.states.clone_from_slice(&saved.states);
+        self.tracks.clone_from_slice(&saved.tracks);
+        group.wrenches = saved.wrenches;
+        self.elapsed = saved.elapsed;
+    }
+}

@@ -1,0 +1,435 @@
+//! `Auto` where bodies come upon what is stiff in every way they can: it keeps the energy or warns in
+//! the same step, is never farther off than the default, and keeps the momentum of those that react.
+
+use rapier3d_fields::math::{Real, from_f64, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::*;
+
+const TOLERANCE: f64 = 1e-3;
+const DT: f64 = 1.0 / 60.0;
+const TURNS: [f64; 11] = [
+    0.01, 0.1, 0.3, 0.5, 1.0, 1.9, 3.0, 10.0, 30.0, 100.0, 1000.0,
+];
+
+fn auto() -> Scheme {
+    Scheme::Auto {
+        tolerance: from_f64(TOLERANCE),
+    }
+}
+
+fn world() -> PhysicsWorld {
+    let mut world = weightless(from_f64(DT));
+    world.integration_parameters.normalized_max_linear_velocity = Real::MAX;
+    world
+}
+
+/// A ball that Rapier never holds.
+fn ball(world: &mut PhysicsWorld, mass: Real, place: Vector, linvel: Vector) -> RigidBodyHandle {
+    let body = RigidBodyBuilder::dynamic()
+        .translation(place)
+        .linvel(linvel)
+        .can_sleep(false);
+    let shape = ColliderBuilder::ball(0.01).mass(mass);
+    let shape = shape.collision_groups(InteractionGroups::none());
+    world.insert(body, shape).0
+}
+
+/// What came of a run.
+#[derive(Debug, Default)]
+struct Run {
+    /// The largest energy, as a share of what it should be, in steps up to the first warning.
+    energy: f64,
+    /// The largest distance from where the body should be.
+    off: f64,
+    warned: usize,
+    refused: bool,
+}
+
+/// A scene: what happens to it before each step, its energy as a share of what it should be, and how
+/// far it is from where it should be.
+struct Case<'a> {
+    world: PhysicsWorld,
+    tree: Tree,
+    before: &'a dyn Fn(usize, &mut PhysicsWorld),
+    energy: &'a dyn Fn(usize, &PhysicsWorld) -> f64,
+    off: &'a dyn Fn(usize, &PhysicsWorld) -> f64,
+}
+
+fn run(mut case: Case<'_>, scheme: Scheme, steps: usize) -> Run {
+    let mut fields = build(case.tree, scheme);
+    let mut run = Run::default();
+    for step in 0..steps {
+        (case.before)(step, &mut case.world);
+        if fields.step(&mut case.world).is_err() {
+            run.refused = true;
+            break;
+        }
+        run.warned += usize::from(!fields.warnings().is_empty());
+        if run.warned == 0 {
+            run.energy = run.energy.max((case.energy)(step, &case.world));
+        }
+        run.off = run.off.max((case.off)(step, &case.world));
+    }
+    run
+}
+
+fn nothing(_: usize, _: &mut PhysicsWorld) {}
+
+fn nowhere(_: usize, _: &PhysicsWorld) -> f64 {
+    0.0
+}
+
+fn kinetic(world: &PhysicsWorld, body: RigidBodyHandle) -> f64 {
+    let body = &world.bodies[body];
+    0.5 * to_f64(body.mass()) * to_f64(body.linvel().length_squared())
+}
+
+fn place(world: &PhysicsWorld, body: RigidBodyHandle) -> Vector {
+    world.bodies[body].translation()
+}
+
+/// Energy within the tolerance of 1e-3, and its rounding.
+fn assert_kept(run: &Run, name: &str) {
+    assert!(run.energy <= 1.003 && !run.refused, "{name}: {run:?}");
+}
+
+#[test]
+fn wells_are_followed_and_beat_the_default() {
+    for turn in TURNS {
+        let (stiffness, omega) = ((turn / DT).powi(2), turn / DT);
+        let run = |scheme| {
+            let mut world = world();
+            let swinging = ball(&mut world, 1.0, Vector::X, Vector::ZERO);
+            let case = Case {
+                world,
+                tree: Field::spring(from_f64(stiffness)).into(),
+                before: &nothing,
+                energy: &|_, world| {
+                    let x = to_f64(place(world, swinging).length());
+                    x * x + 2.0 * kinetic(world, swinging) / stiffness
+                },
+                off: &|step, world| {
+                    let x = (omega * DT * (step as f64 + 1.0)).cos();
+                    (to_f64(place(world, swinging).x) - x).abs()
+                },
+            };
+            run(case, scheme, 100)
+        };
+        let (own, other) = (run(auto()), run(Scheme::KickDriftKick));
+        println!("{turn}: {own:?} {other:?}");
+        assert_kept(&own, &format!("dt·ω = {turn}"));
+        // The finest substeps are not fine enough where rounding shows as a change of the stiffness.
+        assert!(own.warned == 0 || turn > 100.0, "dt·ω = {turn}: {own:?}");
+        let rounding = 1e4 * to_f64(Real::EPSILON);
+        let beaten = own.off <= 1.2 * other.off + rounding || other.refused;
+        assert!(beaten, "dt·ω = {turn}: {own:?} beside {other:?}");
+    }
+}
+
+/// At rest in a well, where nothing shows how stiff it is, until it is hit; and along the soft axis of
+/// one that is stiff across.
+#[test]
+fn hits_at_rest_gain_nothing() {
+    for turn in TURNS {
+        let stiffness = (turn / DT).powi(2);
+        let mut world = self::world();
+        let hit = ball(&mut world, 1.0, Vector::ZERO, Vector::ZERO);
+        let case = Case {
+            world,
+            tree: Field::spring(from_f64(stiffness)).into(),
+            before: &|step, world| {
+                if step == 5 {
+                    world.bodies[hit].set_linvel(Vector::X, true);
+                }
+            },
+            energy: &|_, world| {
+                let x = to_f64(place(world, hit).length());
+                stiffness * x * x + 2.0 * kinetic(world, hit)
+            },
+            off: &nowhere,
+        };
+        assert_kept(&run(case, auto(), 60), &format!("hit, dt·ω = {turn}"));
+
+        let mut world = self::world();
+        let hit = ball(&mut world, 1.0, Vector::X, Vector::ZERO);
+        let well = Field::closure([], move |sample: &Sample| {
+            let p = sample.local_point;
+            Vector::new(-p.x, -from_f64(stiffness) * p.y, 0.0)
+        });
+        let case = Case {
+            world,
+            tree: well.into(),
+            before: &|step, world| {
+                if step == 50 {
+                    let linvel = world.bodies[hit].linvel();
+                    world.bodies[hit].set_linvel(linvel + Vector::Y, true);
+                }
+            },
+            energy: &|step, world| {
+                let [x, y, _] = place(world, hit).to_array().map(to_f64);
+                let energy = x * x + stiffness * y * y + 2.0 * kinetic(world, hit);
+                if step < 50 { energy } else { energy / 2.0 }
+            },
+            off: &nowhere,
+        };
+        assert_kept(&run(case, auto(), 200), &format!("across, dt·ω = {turn}"));
+    }
+}
+
+/// A wall is met at the end of a step that was free at its start.
+#[test]
+fn walls_give_back_what_they_take() {
+    for turn in TURNS {
+        for speed in [0.5, 3.0, 40.0] {
+            let stiffness = (turn / DT).powi(2);
+            let mut world = world();
+            let start = Vector::X * from_f64(0.303 * speed);
+            let thrown = ball(&mut world, 1.0, start, Vector::X * -from_f64(speed));
+            let wall = Field::closure([], move |sample: &Sample| {
+                Vector::X * (-from_f64(stiffness) * sample.local_point.x.min(0.0))
+            });
+            let energy = |world: &PhysicsWorld| {
+                let depth = to_f64(place(world, thrown).x).min(0.0);
+                (0.5 * stiffness * depth * depth + kinetic(world, thrown)) / (0.5 * speed * speed)
+            };
+            let case = Case {
+                world,
+                tree: wall.into(),
+                before: &nothing,
+                energy: &|_, world| energy(world),
+                // At the end it is out again.
+                off: &|step, world| {
+                    if step < 399 {
+                        0.0
+                    } else {
+                        (energy(world) - 1.0).abs()
+                    }
+                },
+            };
+            let run = run(case, auto(), 400);
+            let name = format!("dt·ω = {turn}, at {speed}: {run:?}");
+            assert_kept(&run, &name);
+            assert!(run.off < 10.0 * TOLERANCE, "{name}");
+            assert!(run.warned == 0 || turn > 100.0, "{name}");
+        }
+    }
+}
+
+/// Ten balls in a row on springs that react, one of them off the line.
+#[test]
+fn chains_keep_energy_and_momentum() {
+    for ratio in [1.0, 10.0, 1000.0] {
+        for turn in [0.1, 0.5, 1.0, 1.7, 2.0, 10.0] {
+            let stiffness = (turn / DT).powi(2);
+            let mut world = world();
+            let beads: Vec<_> = (0..10)
+                .map(|number| {
+                    let mass = if number % 2 == 0 { 1.0 } else { ratio };
+                    let aside = if number == 4 { 0.1 } else { 0.0 };
+                    let start = Vector::new(number as Real, aside, 0.0);
+                    ball(&mut world, from_f64(mass), start, Vector::ZERO)
+                })
+                .collect();
+            world.step();
+            let link = |bead: &RigidBodyHandle| {
+                let spring = Field::spring_damper(from_f64(stiffness), 0.0, 1.0);
+                spring.within(Region::ball(1.5)).reacting().at(*bead)
+            };
+            let tree = Tree::fold(Operator::SumUnion, beads.iter().step_by(2).map(link));
+            let energy = |world: &PhysicsWorld| {
+                let stretch = |pair: &[RigidBodyHandle]| {
+                    let way = place(world, pair[0]) - place(world, pair[1]);
+                    0.5 * stiffness * (to_f64(way.length()) - 1.0).powi(2)
+                };
+                let moving = beads.iter().map(|bead| kinetic(world, *bead));
+                beads.windows(2).map(stretch).sum::<f64>() + moving.sum::<f64>()
+            };
+            let first = energy(&world);
+            let case = Case {
+                tree,
+                before: &nothing,
+                energy: &|_, world| energy(world) / first,
+                off: &|_, world| {
+                    let momenta = beads.iter().map(|bead| {
+                        let body = &world.bodies[*bead];
+                        body.linvel() * body.mass()
+                    });
+                    let sizes: f64 = momenta.clone().map(|p| to_f64(p.length())).sum();
+                    to_f64(momenta.sum::<Vector>().length()) / sizes.max(f64::MIN_POSITIVE)
+                },
+                world,
+            };
+            let run = run(case, auto(), 100);
+            let name = format!("ratio {ratio}, dt·ω = {turn}: {run:?}");
+            let rounding = 1e3 * to_f64(Real::EPSILON);
+            // A swing of the energy of the stretch, of which the start has nothing else.
+            assert!(run.energy <= 1.01 + rounding && !run.refused, "{name}");
+            assert_at_most(run.off, 1e2 * to_f64(Real::EPSILON), name);
+        }
+    }
+}
+
+/// Close passes of a centre that attracts: what is stiff for a moment is neither damped nor gained.
+#[test]
+fn passes_leave_with_the_speed_they_came_with() {
+    for (speed, aside) in [
+        (1.0, 0.3),
+        (1.0, 0.03),
+        (1.0, 0.003),
+        (5.0, 0.03),
+        (5.0, 0.003),
+    ] {
+        let pass = |scheme| {
+            let mut world = world();
+            let start = Vector::new(-2.0, from_f64(aside), 0.0);
+            let comet = ball(&mut world, 1.0, start, Vector::X * from_f64(speed));
+            let energy = |world: &PhysicsWorld| {
+                kinetic(world, comet) - 1.0 / to_f64(place(world, comet).length())
+            };
+            let first = energy(&world);
+            let case = Case {
+                world,
+                tree: Field::radial(-1.0, -2.0).into(),
+                before: &nothing,
+                energy: &|_, _| 0.0,
+                // Relative to the energy of the motion at the closest.
+                off: &|step, world| {
+                    if step < 299 {
+                        0.0
+                    } else {
+                        (energy(world) - first).abs()
+                    }
+                },
+            };
+            run(case, scheme, 300)
+        };
+        // From the angular momentum: r v = aside·speed, and v² ≈ 2/r.
+        let closest =
+            (aside * speed).powi(2) / (1.0 + (1.0 + (aside * speed.powi(2)).powi(2)).sqrt());
+        let (own, other) = (pass(auto()), pass(Scheme::KickDriftKick));
+        let name = format!("at {speed}, {aside} aside: {own:?} beside {other:?}");
+        println!("{name}, closest {closest:e}");
+        assert!(own.off <= 1.2 * other.off + 1e-3 && !own.refused, "{name}");
+        assert!(own.off <= TOLERANCE / closest, "{name}");
+    }
+}
+
+/// An orbit that is stiff at one end.
+#[test]
+fn orbits_come_back() {
+    for (e, steps) in [(0.5, 400.0), (0.9, 2000.0), (0.99, 20_000.0)] {
+        let orbit = |scheme| {
+            let mut world = world();
+            let dt = 2.0 * std::f64::consts::PI / steps;
+            world.integration_parameters.dt = from_f64(dt);
+            let speed = ((1.0 - e) / (1.0 + e) as f64).sqrt();
+            let start = Vector::X * from_f64(1.0 + e);
+            let planet = ball(&mut world, 1.0, start, Vector::Y * from_f64(speed));
+            let case = Case {
+                world,
+                tree: Field::radial(-1.0, -2.0).into(),
+                before: &nothing,
+                energy: &|_, _| 0.0,
+                off: &|step, world| {
+                    let body = &world.bodies[planet];
+                    let energy = kinetic(world, planet) - 1.0 / to_f64(body.translation().length());
+                    if step as f64 + 1.0 < steps {
+                        0.0
+                    } else {
+                        2.0 * (energy + 0.5).abs()
+                    }
+                },
+            };
+            run(case, scheme, steps as usize)
+        };
+        let (own, other) = (orbit(auto()), orbit(Scheme::KickDriftKick));
+        println!("e = {e}: {own:?} beside {other:?}");
+        let rounding = steps * 50.0 * to_f64(Real::EPSILON);
+        assert!(
+            own.off <= 1.2 * other.off + rounding,
+            "e = {e}: {own:?} {other:?}"
+        );
+        assert_eq!(own.warned, 0, "e = {e}");
+    }
+}
+
+/// A jump of the force is no stiffness: nobody is told of it, and nothing goes on for ever.
+#[test]
+fn an_edge_to_hover_on_is_no_stiff_field() {
+    let hover = |scheme| {
+        let mut world = world();
+        world.gravity = Vector::Y * -10.0;
+        let hovering = ball(&mut world, 1.0, Vector::Y * 0.1, Vector::ZERO);
+        let fan = Field::uniform(Vector::Y * 30.0).within(Region::half_space(Vector::Y, 0.0));
+        let case = Case {
+            world,
+            tree: fan.into(),
+            before: &nothing,
+            energy: &nowhere,
+            off: &|_, world| to_f64(place(world, hovering).length()),
+        };
+        run(case, scheme, 1000)
+    };
+    let (own, other) = (hover(auto()), hover(Scheme::KickDriftKick));
+    assert!(
+        own.off <= 1.2 * other.off && own.warned == 0,
+        "{own:?} beside {other:?}"
+    );
+}
+
+/// Overlaps: two atoms far inside of each other fly apart with the energy they had, or it is told.
+#[test]
+fn overlaps_fly_apart_with_their_energy() {
+    for start in [0.5, 0.7, 0.9] {
+        let mut world = world();
+        let half = Vector::X * from_f64(0.5 * start);
+        let pair = [half, -half].map(|place| ball(&mut world, 1.0, place, Vector::ZERO));
+        world.step();
+        let tree = Field::lennard_jones(1.0, 1.0).reacting().at(pair[0]);
+        let energy = |world: &PhysicsWorld| {
+            let r = to_f64((place(world, pair[0]) - place(world, pair[1])).length());
+            let potential = 4.0 * (r.powi(-12) - r.powi(-6));
+            potential + kinetic(world, pair[0]) + kinetic(world, pair[1])
+        };
+        let first = energy(&world);
+        let case = Case {
+            tree: tree.into(),
+            before: &nothing,
+            energy: &|_, world| energy(world) / first,
+            off: &|_, world| {
+                let [a, b] = pair.map(|body| world.bodies[body].linvel());
+                to_f64((a + b).length()) / to_f64(a.length()).max(1e-30)
+            },
+            world,
+        };
+        let run = run(case, auto(), 60);
+        println!("{start}: {run:?}");
+        assert!(run.energy <= 1.01 && run.warned == 0, "{start}: {run:?}");
+        assert_at_most(run.off, 1e2 * to_f64(Real::EPSILON), "momentum");
+    }
+}
+
+/// A magnetic field turns a velocity, however far in a step.
+#[test]
+fn gyration_only_turns() {
+    for turn in [0.01, 0.1, 1.0, 10.0, 100.0] {
+        let mut world = world();
+        let ion = ball(&mut world, 1.0, Vector::ZERO, Vector::X);
+        let case = Case {
+            world,
+            tree: Field::magnetic(Vector::Y * from_f64(turn / DT))
+                .coupled_to(Coupling::Each)
+                .into(),
+            before: &nothing,
+            energy: &|_, world| 2.0 * kinetic(world, ion),
+            off: &|_, world| (2.0 * kinetic(world, ion) - 1.0).abs(),
+        };
+        let run = run(case, auto(), 100);
+        assert_at_most(
+            run.off,
+            1e2 * to_f64(Real::EPSILON),
+            format!("ω dt = {turn}"),
+        );
+    }
+}
