@@ -7,6 +7,10 @@ use crate::rigid::{RigidState, Wrench, of_wrench, pair};
 /// measure by itself: its acceleration changes as they move.
 const STILL: f64 = 0.3;
 
+/// What is less than so many roundings is not known well enough to say how stiff anything is: a plan
+/// that changes with rounding gains or loses energy each time.
+const CERTAIN: f64 = 64.0;
+
 /// What a way has shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
@@ -120,14 +124,17 @@ fn piece(last: &Mark, mark: &Mark, radius2: f64) -> Piece {
     let size = |v: DVec3, w: DVec3| (v.length_squared() + radius2 * w.length_squared()).sqrt();
     let [from, to] = [last.acceleration, mark.acceleration];
     let change = size(to.0 - from.0, to.1 - from.1);
-    let epsilon = to_f64(Real::EPSILON);
-    let unsure = 8.0 * epsilon * (size(from.0, from.1) + size(to.0, to.1));
     let turn = mark.attitude * last.attitude.inverse();
     let turn = if turn.w < 0.0 { -turn } else { turn };
     let way = size(mark.position - last.position, turn.to_scaled_axis());
+    // Forces and places come with the rounding of the world.
+    let epsilon = to_f64(Real::EPSILON);
+    let lost = epsilon * (size(from.0, from.1) + size(to.0, to.1));
+    let (rough, rounding) = (CERTAIN * lost, epsilon * mark.position.length());
+    let unsure = change <= rough || way <= CERTAIN * rounding;
     Piece {
-        way: way + epsilon * mark.position.length(),
-        change: if change <= unsure { 0.0 } else { change },
+        way: way + rounding,
+        change: if unsure { 0.0 } else { change },
         root_of_mass: 0.0,
     }
 }
