@@ -21,7 +21,8 @@ impl Integrator {
             return Ok(());
         }
         let mut starts = std::mem::take(&mut motions.inner);
-        let mut updates = std::mem::take(&mut motions.updates);
+        let mut updates = std::mem::take(&mut self.others);
+        updates.clone_from(&motions.updates);
         let begins = Begins {
             evaluation,
             updates: &updates,
@@ -43,8 +44,7 @@ impl Integrator {
             }
         });
         motions.inner = starts;
-        updates.append(&mut motions.updates);
-        motions.updates = updates;
+        self.others = updates;
         outcome
     }
 }

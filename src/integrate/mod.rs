@@ -49,6 +49,8 @@ pub(crate) struct Integrator {
     substeps: substeps::SubstepIntegrator,
     /// Bodies that are moved together.
     alike: Vec<motion::Start>,
+    /// What others are given meanwhile.
+    others: Vec<VelocityUpdate>,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
 }

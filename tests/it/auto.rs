@@ -330,14 +330,22 @@ fn orbits_come_back() {
                 world,
                 tree: Field::radial(-1.0, -2.0).into(),
                 before: &nothing,
-                energy: &|_, _| 0.0,
-                off: &|step, world| {
-                    let body = &world.bodies[planet];
-                    let energy = kinetic(world, planet) - 1.0 / to_f64(body.translation().length());
+                // After a period: it is stiffer, and swings by its tolerance of more, where it is near.
+                energy: &|step, world| {
+                    let r = to_f64(place(world, planet).length());
+                    let energy = kinetic(world, planet) - 1.0 / r;
                     if step as f64 + 1.0 < steps {
                         0.0
                     } else {
                         2.0 * (energy + 0.5).abs()
+                    }
+                },
+                off: &|step, world| {
+                    let off = place(world, planet) - start;
+                    if step as f64 + 1.0 < steps {
+                        0.0
+                    } else {
+                        to_f64(off.length())
                     }
                 },
             };
