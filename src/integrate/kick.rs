@@ -243,7 +243,7 @@ fn duty(
                 (Some(Treatment::Resolve(pace)), Some(choice))
                     if !stands(context, evaluation, place) =>
                 {
-                    Duty::Inner(choice.plan(pace, to_f64(dt)))
+                    Duty::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
                 }
                 _ => Duty::Kick(dt * 0.5),
             }
@@ -269,7 +269,8 @@ fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> 
         Treatment::Resolve(pace) if !stands(context, evaluation, *place) => Some(*pace),
         _ => None,
     });
-    let plans = paces.map(|pace| choice.plan(pace, to_f64(context.dt)));
+    let plans =
+        paces.map(|pace| choice.first(pace, to_f64(context.dt), context.compiled.reads_velocity));
     let finest = plans.min_by(|a, b| a.length().total_cmp(&b.length()))?;
     context.is_coupled().then_some(finest)
 }

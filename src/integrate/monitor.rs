@@ -135,7 +135,7 @@ impl Integrator {
     /// Says who is to be moved again, tells of what cannot be, and takes over what was found within
     /// the step.
     fn judge(
-        &self,
+        &mut self,
         choice: Choice,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
@@ -150,7 +150,9 @@ impl Integrator {
             let was = last.map(|last| last.wrenches[place]);
             was != Some(evaluation.wrenches[place])
         };
-        let mut wrong: Vec<usize> = Vec::new();
+        // The candidates have been looked into.
+        let mut wrong = std::mem::take(&mut self.candidates);
+        wrong.clear();
         for (place, treatment) in &evaluation.treatments {
             if let Treatment::Resolve(pace) = treatment
                 && kicked(*place)
@@ -197,30 +199,29 @@ impl Integrator {
                 }
             }
         }
+        self.candidates = wrong;
+        // What was looked into stands first, in order.
         let known = evaluation.treatments.len();
         for (place, body) in evaluation.bodies.iter().enumerate() {
-            match (first.resolved(*body), before(place)) {
-                (Some(resolved), _) => {
-                    if resolved.error > choice.tolerance {
-                        warnings.push(StepWarning::missed(choice, *body, resolved.error));
-                    }
-                    if !choice.is_calm(resolved.pace, dt) {
-                        let treatment = Treatment::Resolve(resolved.pace);
-                        evaluation.treatments.push((place, treatment));
-                    }
+            let resolved = first.resolved(*body);
+            if let Some(resolved) = resolved.filter(|it| it.error > choice.tolerance) {
+                warnings.push(StepWarning::missed(choice, *body, resolved.error));
+            }
+            let treatment = match (resolved, before(place)) {
+                (Some(resolved), _) if !choice.is_calm(resolved.pace, dt) => {
+                    Treatment::Resolve(resolved.pace)
                 }
                 // It stood still, and is as it was.
-                (None, Some(treatment @ Treatment::Resolve(_))) => {
-                    evaluation.treatments.push((place, treatment));
-                }
-                _ => {}
+                (None, Some(treatment @ Treatment::Resolve(_))) => treatment,
+                _ => continue,
+            };
+            let looked = &evaluation.treatments[..known];
+            if looked.binary_search_by_key(&place, |it| it.0).is_err() {
+                evaluation.treatments.push((place, treatment));
             }
         }
-        if evaluation.treatments.len() != known {
-            // What was looked into stands first, and is taken.
-            evaluation.treatments.sort_by_key(|(place, _)| *place);
-            evaluation.treatments.dedup_by_key(|(place, _)| *place);
-        }
+        let treatments = &mut evaluation.treatments;
+        treatments.sort_unstable_by_key(|(place, _)| *place);
         note_stiff(evaluation, stiff);
     }
 

@@ -12,6 +12,9 @@ pub(super) const CAUTION: f64 = 0.25;
 /// A plan aims at this share of the tolerance: the next step is a little stiffer as often as not.
 const MARGIN: f64 = 0.8;
 
+/// A plan that costs more evaluations is taken up from step to step.
+const DEAR: u32 = 256;
+
 /// The part of the energy of a vibration by which that swings under Suzuki's composition is this times
 /// (h·ω)⁴, as long as h·ω is less than [`COMPOSED_LIMIT`]; measured.
 const COMPOSED_ERROR: f64 = 0.0075;
@@ -135,14 +138,28 @@ impl Choice {
         let tolerance = MARGIN * self.tolerance;
         let finest = 2.0 * tolerance.sqrt();
         let swing = pace.omega2.sqrt() * dt;
-        let plain = (swing / finest).ceil();
+        let plain = swing / finest;
         let smooth = (tolerance / COMPOSED_ERROR).sqrt().sqrt();
         let jumps = pace.jump.sqrt() * dt * Plan::COMPOSED.length() / finest;
-        let parts = (swing / smooth.min(COMPOSED_LIMIT)).max(jumps).ceil();
-        let composed = self.composes && f64::from(SUZUKI_STAGES) * parts.max(1.0) < plain;
+        let parts = (swing / smooth.min(COMPOSED_LIMIT)).max(jumps);
+        let cost = f64::from(SUZUKI_STAGES) * power_of_two(parts);
+        let composed = self.composes && cost < power_of_two(plain);
         Plan {
             count: self.count(if composed { parts } else { plain }, composed),
             composed,
+        }
+    }
+
+    /// What is tried first for a body that had such a pace before. A whole step, as long as that costs
+    /// little: what is made of it is then a matter of the way alone, and the same backwards. On the way to
+    /// a centre and away from it plans change at the same places, and the energy comes back.
+    /// `looked_into`: whether Jacobians tell that, where forces read velocities.
+    pub(super) fn first(self, pace: Pace, dt: f64, looked_into: bool) -> Plan {
+        let plan = self.plan(pace, dt);
+        if plan.cost() > DEAR || looked_into {
+            plan
+        } else {
+            Plan::WHOLE
         }
     }
 
@@ -171,9 +188,18 @@ impl Choice {
         let most = if composed { self.most / 2 } else { self.most };
         // Not so for NaN.
         if wanted <= f64::from(most) {
-            (wanted.ceil() as u32).max(1)
+            power_of_two(wanted) as u32
         } else {
             most
         }
+    }
+}
+
+/// The next one; at least 1. What is larger than any plan stays as it is.
+fn power_of_two(wanted: f64) -> f64 {
+    if wanted < 1e6 {
+        f64::from((wanted.ceil() as u32).next_power_of_two())
+    } else {
+        wanted
     }
 }

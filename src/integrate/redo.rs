@@ -90,7 +90,7 @@ impl Integrator {
                 treatments.push((now.place, Treatment::Resolve(resolved.pace)));
             }
         }
-        treatments.sort_by_key(|(place, _)| *place);
+        treatments.sort_unstable_by_key(|(place, _)| *place);
         redone.sort_unstable_by_key(|now| now.place);
         evaluation.missed = places;
         evaluation.outdated = true;
