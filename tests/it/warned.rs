@@ -66,7 +66,7 @@ fn no_spring_explodes_without_a_warning() {
                     silent.push(format!("{scheme:?}, {turn}, {others:?}: {fate:?}"));
                 }
                 // Nothing is told of what goes well.
-                if turn < 0.02 || (turn < 0.5 && scheme != Scheme::ExternalForce) {
+                if turn < 0.5 && scheme != Scheme::ExternalForce {
                     assert_eq!(fate.warned, 0, "{scheme:?}, {turn}: {fate:?}");
                 }
             }
