@@ -4,7 +4,6 @@
 //! else touched is then moved again, as finely as it takes, and put where it would have come.
 
 use super::evaluation::Evaluation;
-use super::fault::Fault;
 use super::load::own_lag;
 use super::motion::{Resolved, Start};
 use super::plan::Plan;
@@ -13,13 +12,15 @@ use super::resolve::Begins;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Integrator, StepContext};
 use crate::math::{Pose, RigidBodyHandle, Vector, from_dvec3, to_f64};
-use crate::rigid::{Body, Lookup, RigidState, Turning, to_dquat};
+use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, to_dquat};
 
 /// Where a body has come.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Redone {
     pub place: usize,
     pub body: RigidBodyHandle,
+    /// What acts on it there.
+    wrench: Wrench,
     pub pose: Pose,
     pub linvel: Vector,
     pub angvel: Vector,
@@ -34,14 +35,14 @@ impl Integrator {
         evaluation: &mut Evaluation,
         (before, last): (&[Body], &Evaluation),
         (redone, warnings): (&mut Vec<Redone>, &mut Vec<StepWarning>),
-    ) -> Result<(), Fault> {
+    ) {
         redone.clear();
         let Some(choice) = context.choice() else {
-            return Ok(());
+            return;
         };
         let places = std::mem::take(&mut evaluation.missed);
         if places.is_empty() {
-            return Ok(());
+            return;
         }
         let plan = |place: usize| match evaluation.treatment(place) {
             Some(Treatment::Resolve(pace)) => choice.plan(pace, to_f64(context.dt)),
@@ -63,20 +64,30 @@ impl Integrator {
             before: Some(before),
         };
         let mut found: Vec<Resolved> = Vec::new();
-        let wrenches = &mut evaluation.wrenches;
-        self.resolve(context, begins, &mut starts, |_, moved| {
+        let outcome = self.resolve(context, begins, &mut starts, |_, moved| {
             let place = moved.start.place;
-            wrenches[place] = moved.wrench;
             let body = &context.bodies[place];
             let shown = own_lag(context, body, moved.wrench).map(|lag| moved.state.behind(lag));
             redone.push(Redone::new(
                 place,
-                body,
+                (body, moved.wrench),
                 shown.as_ref().unwrap_or(moved.state),
             ));
             found.extend(moved.resolved);
             Ok(())
-        })?;
+        });
+        if outcome.is_err() {
+            // They stay where the step has brought them, which is told.
+            redone.clear();
+            for place in places {
+                if let Some(Treatment::Resolve(pace)) = evaluation.treatment(place) {
+                    let error = choice.error(pace, Plan::WHOLE, to_f64(context.dt));
+                    let body = evaluation.bodies[place];
+                    warnings.push(StepWarning::missed(choice, body, error));
+                }
+            }
+            return;
+        }
         for resolved in &found {
             if resolved.error > choice.tolerance {
                 warnings.push(StepWarning::missed(choice, resolved.body, resolved.error));
@@ -86,6 +97,7 @@ impl Integrator {
         let treatments = &mut evaluation.treatments;
         treatments.retain(|(place, _)| places.binary_search(place).is_err());
         for (now, resolved) in redone.iter().zip(&found) {
+            evaluation.wrenches[now.place] = now.wrench;
             if !choice.is_calm(resolved.pace, dt) {
                 treatments.push((now.place, Treatment::Resolve(resolved.pace)));
             }
@@ -94,12 +106,11 @@ impl Integrator {
         redone.sort_unstable_by_key(|now| now.place);
         evaluation.missed = places;
         evaluation.outdated = true;
-        Ok(())
     }
 }
 
 impl Redone {
-    fn new(place: usize, body: &Body, state: &RigidState) -> Self {
+    fn new(place: usize, (body, wrench): (&Body, Wrench), state: &RigidState) -> Self {
         let turned = !matches!(state.turning, Turning::LeftAlone);
         let rotation = if turned {
             from_dquat(state.attitude)
@@ -110,6 +121,7 @@ impl Redone {
         Redone {
             place,
             body: body.handle,
+            wrench,
             pose: Pose::from_parts(from_dvec3(state.position + arm), rotation),
             linvel: from_dvec3(state.linvel),
             angvel: if turned {

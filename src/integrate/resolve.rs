@@ -60,7 +60,16 @@ impl Integrator {
             } else {
                 alike.extend(starts.extract_if(.., |start| start.plan == plan));
             }
-            self.run(context, begins, (&alike, plan), &mut substeps)?;
+            if let Err(fault) = self.run(context, begins, (&alike, plan), &mut substeps) {
+                // Too coarse a plan may end where no field is finite.
+                let finer = choice.filter(|_| uneven && plan != Plan::UNEVEN);
+                if finer.is_none() || alike.iter().any(Start::has_given_up) {
+                    return Err(fault);
+                }
+                alike.iter_mut().for_each(|start| start.plan = Plan::UNEVEN);
+                starts.append(&mut alike);
+                continue;
+            }
             if let Some(choice) = choice {
                 refine(choice, &substeps, (&mut alike, plan), (dt, coupled, uneven));
             }

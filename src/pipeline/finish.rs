@@ -250,7 +250,7 @@ impl FieldPipeline {
                 if let Some(last) = known {
                     let told = (&mut redone, &mut warnings);
                     let from = (&open.bodies[..], last);
-                    integrator.redo(&context, &mut evaluation, from, told)?;
+                    integrator.redo(&context, &mut evaluation, from, told);
                 }
                 let policy = fields.settings.wake;
                 state
