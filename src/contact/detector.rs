@@ -18,7 +18,7 @@ use super::touch_record::{TouchLog, TouchRecord};
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::field::{ContactLaw, Frames};
-use crate::math::{ColliderHandle, Real, Vector, to_f64};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, to_f64};
 use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
@@ -179,14 +179,15 @@ impl Detector {
         pairs.map(in_order).collect()
     }
 
-    /// Answers the contacts by their laws; says how bodies go on.
+    /// Answers the contacts by their laws; says how bodies go on. Returns who is between the stiffest
+    /// springs, and a bound of the square of the frequency at which it swings there.
     pub(crate) fn respond(
         &mut self,
         (world, compiled): (&impl Lookup, &Compiled),
         (moment, dt): (Moment, Real),
         answers: impl Fn(&FieldContact) -> bool,
         pushes: &mut Vec<Push>,
-    ) {
+    ) -> Option<(RigidBodyHandle, f64)> {
         // All but springs were answered when they happened.
         let swept = self.sweep.is_some();
         let answers = |contact: &FieldContact| {
@@ -196,7 +197,7 @@ impl Detector {
         let place = (world, &*self.starts);
         let springs = |contact: &FieldContact| matches!(contact.law, ContactLaw::Penalty { .. });
         if !self.hit && !self.contacts.iter().any(springs) {
-            return;
+            return None;
         }
         let paper = PaperPushes {
             masks: is_masked(compiled).then_some(&mut self.masks),
@@ -206,7 +207,7 @@ impl Detector {
             known: HashMap::new(),
         };
         let contacts = &mut self.contacts;
-        respond::respond(contacts, &self.found, place, (dt, paper), answers, pushes);
+        respond::respond(contacts, &self.found, place, (dt, paper), answers, pushes)
     }
 }
 

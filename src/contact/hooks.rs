@@ -12,6 +12,7 @@ use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodySet, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle, RigidBodyType};
 use crate::rapier::geometry::{NarrowPhase, SolverContact, SolverFlags};
+use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::pipeline::{
     ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks,
 };
@@ -373,13 +374,17 @@ impl PhysicsHooks for StepHooks<'_> {
     }
 }
 
-/// Whether Rapier holds a touching pair that fields claim, of which a body is awake, so that it is
-/// to ask about it in its next step.
+/// Whether Rapier holds a touching pair that fields claim, of which a body is awake, and which has not
+/// parted since, so that it is to ask about it in its next step.
 pub(crate) fn is_to_ask(claims: &Claims, narrow_phase: &NarrowPhase, world: &impl Lookup) -> bool {
     let awake = |collider: ColliderHandle| {
         let body = world.collider(collider).and_then(|it| it.parent());
         let body = body.and_then(|body| world.body(body));
         body.is_some_and(|body| body.is_dynamic() && !body.is_sleeping())
+    };
+    let close = |colliders: [ColliderHandle; 2]| {
+        let boxes = colliders.map(|it| world.collider(it).map(|it| it.compute_aabb()));
+        matches!(boxes, [Some(one), Some(other)] if one.intersects(&other))
     };
     !claims.is_empty()
         && narrow_phase.contact_pairs().any(|pair| {
@@ -387,5 +392,6 @@ pub(crate) fn is_to_ask(claims: &Claims, narrow_phase: &NarrowPhase, world: &imp
             pair.has_any_active_contact()
                 && colliders.into_iter().any(awake)
                 && claims.law(colliders).is_some()
+                && close(colliders)
         })
 }

@@ -10,7 +10,8 @@ use crate::field::ContactLaw;
 use crate::math::{DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::Lookup;
 
-/// Answers contacts by their laws, notes the impulses, and says how bodies go on.
+/// Answers contacts by their laws, notes the impulses, and says how bodies go on; returns who is
+/// between the stiffest springs, and a bound of the square of the frequency at which it swings.
 pub(super) fn respond(
     contacts: &mut [FieldContact],
     found: &Found,
@@ -18,7 +19,7 @@ pub(super) fn respond(
     (dt, mut paper): (Real, PaperPushes<'_>),
     answers: impl Fn(&FieldContact) -> bool,
     pushes: &mut Vec<Push>,
-) {
+) -> Option<(RigidBodyHandle, f64)> {
     let slow = |contact: &FieldContact| to_f64(starts.slow(contact.law, contact.bodies));
     let mut handles: Vec<RigidBodyHandle> =
         contacts.iter().flat_map(|c| c.bodies).flatten().collect();
@@ -70,7 +71,8 @@ pub(super) fn respond(
             paper.note(last, sides, &movers, [None; 2]);
         }
     }
-    resolve(&mut movers, &mut meetings, to_f64(dt));
+    let stiffest = resolve(&mut movers, &mut meetings, to_f64(dt));
+    let stiffest = stiffest.map(|it| (handles[it.place], it.omega2));
     for (number, meeting) in owners.into_iter().zip(&meetings) {
         for (sum, impulse) in contacts[number].impulses.iter_mut().zip(meeting.impulses) {
             *sum += from_dvec3(impulse);
@@ -95,4 +97,5 @@ pub(super) fn respond(
             });
         }
     }
+    stiffest
 }

@@ -207,13 +207,18 @@ impl Meeting {
         }
     }
 
+    /// The rate at which what presses makes them approach.
+    fn pressing(&self, movers: &[ContactBody]) -> f64 {
+        let acceleration = |place: usize| movers[place].acceleration;
+        let [first, second] = self.places.map(|it| it.map_or(DVec3::ZERO, acceleration));
+        (first - second).dot(self.normal)
+    }
+
     /// The speed at which parts that approach at another are to part, by a restitution: what
     /// they gained within the overlap, where they should not be, is neither lost nor returned
     /// twice. What would rebound slowly rests.
     fn rebound(&self, movers: &[ContactBody], restitution: f64, approach: f64) -> f64 {
-        let acceleration = |place: usize| movers[place].acceleration;
-        let [first, second] = self.places.map(|it| it.map_or(DVec3::ZERO, acceleration));
-        let pressing = (first - second).dot(self.normal).max(0.0);
+        let pressing = self.pressing(movers).max(0.0);
         let gained = (2.0 * pressing * self.depth.max(0.0)).min(approach * approach);
         let touching = restitution * (approach * approach - gained).sqrt();
         if touching <= self.slow {
@@ -229,10 +234,26 @@ impl Meeting {
     }
 }
 
-/// Answers contacts that happen at once; `dt` is for how long a penalty acts.
-pub(super) fn resolve(movers: &mut [ContactBody], meetings: &mut [Meeting], dt: f64) {
+/// A body between springs that push parts of it out of others.
+#[derive(Clone, Copy)]
+pub(super) struct Sprung {
+    /// Its place in the list of movers.
+    pub place: usize,
+    /// A bound of the square of the frequency at which it swings there.
+    pub omega2: f64,
+}
+
+/// Answers contacts that happen at once; `dt` is for how long a penalty acts. Returns who is
+/// between the stiffest springs.
+pub(super) fn resolve(
+    movers: &mut [ContactBody],
+    meetings: &mut [Meeting],
+    dt: f64,
+) -> Option<Sprung> {
     let mut solver = Solver { movers, meetings };
-    solver.push_once(dt);
+    let stiffest = solver.stiffest();
+    solver.push_once();
+    solver.spring(dt);
     for round in 0..ROUNDS {
         let approaching = solver.approaching(round);
         if approaching.is_empty() {
@@ -242,6 +263,7 @@ pub(super) fn resolve(movers: &mut [ContactBody], meetings: &mut [Meeting], dt: 
             solver.impact(&cluster);
         }
     }
+    stiffest
 }
 
 struct Solver<'a> {
@@ -264,11 +286,11 @@ impl Solver<'_> {
     }
 
     /// The laws that act once a step, whatever they lead to: all by the velocities before.
-    fn push_once(&mut self, dt: f64) {
+    fn push_once(&mut self) {
         let pushes: Vec<[DVec3; 2]> = self
             .meetings
             .iter()
-            .map(|meeting| self.push_of(meeting, dt))
+            .map(|meeting| self.push_of(meeting))
             .collect();
         for (number, impulses) in pushes.into_iter().enumerate() {
             if impulses != [DVec3::ZERO; 2] {
@@ -277,21 +299,69 @@ impl Solver<'_> {
         }
     }
 
-    fn push_of(&self, meeting: &Meeting, dt: f64) -> [DVec3; 2] {
+    fn push_of(&self, meeting: &Meeting) -> [DVec3; 2] {
         let approach = meeting.approach(self.movers);
         match meeting.law {
             law if law.is_vector() && approach > meeting.slow => {
                 let mass = |place: usize| self.movers[place].mass();
                 [0, 1].map(|part| meeting.pushes[part] * meeting.places[part].map_or(0.0, mass))
             }
-            ContactLaw::Penalty { stiffness, damping } => {
-                let spring = to_f64(stiffness) * meeting.depth;
-                let force = (spring + to_f64(damping) * approach).max(0.0);
-                let impulse = meeting.normal * (force * dt);
-                [-impulse, impulse]
-            }
             _ => [DVec3::ZERO; 2],
         }
+    }
+
+    /// Springs, one after the other: damping is solved for the approach that it leaves in the middle of the
+    /// next step (implicit Euler), so that however strong, and however many push at one body, it turns
+    /// nobody back, and what presses does not make it creep.
+    fn spring(&mut self, dt: f64) {
+        for number in 0..self.meetings.len() {
+            let meeting = &self.meetings[number];
+            let ContactLaw::Penalty { stiffness, damping } = meeting.law else {
+                continue;
+            };
+            let (normal, damping) = (meeting.normal, to_f64(damping) * dt);
+            let yields = self.inverse_effective_mass(meeting, meeting.point, normal, normal);
+            let approach = meeting.approach(self.movers);
+            let midway = approach + 0.5 * dt * meeting.pressing(self.movers);
+            let wanted = to_f64(stiffness) * dt * meeting.depth + damping * midway;
+            let size = (wanted / (1.0 + damping * yields)).max(0.0);
+            if size > 0.0 {
+                self.apply(number, [-normal * size, normal * size]);
+            }
+        }
+    }
+
+    /// Who is between the stiffest springs: no sum of contacts swings faster than those of the two bodies
+    /// that share one, all at once (Gershgorin's circles).
+    fn stiffest(&self) -> Option<Sprung> {
+        let springs = self
+            .meetings
+            .iter()
+            .filter_map(|meeting| match meeting.law {
+                ContactLaw::Penalty { stiffness, .. } => Some((meeting, to_f64(stiffness))),
+                _ => None,
+            });
+        let share = |meeting: &Meeting, place: usize| {
+            let (point, normal) = (meeting.point, meeting.normal);
+            self.movers[place].answer(point, point, normal).dot(normal)
+        };
+        let mut sums = Vec::new();
+        for (meeting, stiffness) in springs.clone() {
+            sums.resize(self.movers.len(), 0.0);
+            for place in meeting.places.into_iter().flatten() {
+                sums[place] += stiffness * share(meeting, place);
+            }
+        }
+        let sum = |place: Option<usize>| place.map_or(0.0, |place| sums[place]);
+        let bounds = springs.filter_map(|(meeting, _)| {
+            let [a, b] = meeting.places.map(sum);
+            let place = meeting.places[usize::from(b > a)]?;
+            Some(Sprung {
+                place,
+                omega2: a + b,
+            })
+        });
+        bounds.max_by(|one, other| one.omega2.total_cmp(&other.omega2))
     }
 
     /// The contacts that Newton's law is to answer in this round.

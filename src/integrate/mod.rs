@@ -20,8 +20,11 @@ mod redo;
 mod resolve;
 mod scheme;
 mod scout;
+mod secant;
+mod stability;
 mod stiffness;
 mod substeps;
+mod watch;
 
 pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
@@ -37,6 +40,7 @@ pub(crate) use motion::{
     FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate, kicked,
 };
 pub(crate) use redo::Redone;
+pub(crate) use watch::warn_of_springs;
 
 use crate::eval::{Evaluator, Lineariser};
 
@@ -53,4 +57,6 @@ pub(crate) struct Integrator {
     others: Vec<VelocityUpdate>,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
+    /// The largest error that bodies were moved with in the step, by a scheme that chooses.
+    pub(crate) reached: f64,
 }

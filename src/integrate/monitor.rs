@@ -6,23 +6,12 @@ use super::jacobian::{self, Jacobian};
 use super::kick::Redirected;
 use super::motion::Motions;
 use super::plan::{CAUTION, Choice, Plan};
-use super::stiffness::{Estimate, Rates, StepWarning, Stiffness, Treatment};
-use super::{Integrator, Scheme, StepContext, Substeps};
-use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
-use crate::rapier::na::Vector6;
-use crate::rigid::{Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded};
-
-/// From which dt·ω on a scheme that does not choose warns: half of where it explodes, of one that gains
-/// energy at any where that is a percent in a hundred steps, and never of one that damps.
-fn warns_from(scheme: Scheme) -> Option<Real> {
-    match scheme {
-        Scheme::Substep(Substeps::Fixed(count)) => Some(count as Real),
-        Scheme::Suzuki4 => Some(1.25),
-        Scheme::ExternalForce => Some(0.02),
-        Scheme::LinearlyImplicit => None,
-        _ => Some(1.0),
-    }
-}
+use super::secant::{fourth_power, secant};
+use super::stability::COUPLED;
+use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
+use super::{Integrator, Scheme, StepContext};
+use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
+use crate::rigid::{Lookup, Mobility, Wrench, of_wrench, pair};
 
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
 const BROKEN: f64 = 1.0;
@@ -31,12 +20,13 @@ impl Integrator {
     /// After an evaluation that the step before did not make: judges the bodies for schemes that
     /// want it, and prepares kicks by forces that read velocities. `stiff`: the bodies that were
     /// found stiff last, in the order of their handles; `all`: whether any may be, since the fields
-    /// or the bodies are others.
+    /// or the bodies are others than those of the `last` evaluation.
     pub(crate) fn predict(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        (stiff, all): (&mut Vec<RigidBodyHandle>, bool),
+        (last, all): (&Evaluation, bool),
+        (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
     ) {
         if context.dt == 0.0 {
             return;
@@ -46,11 +36,18 @@ impl Integrator {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
             self.estimate_candidates(context, evaluation);
-        } else if all && scheme.choice().is_some() && context.compiled.varies() {
+            Self::watch_implicit(context, evaluation, warnings);
+        } else if !context.compiled.varies() {
+            // No field is stiff.
+        } else if scheme.choice().is_none() {
+            if all {
+                self.watch_new(context, evaluation, last, warnings);
+            }
+        } else if all {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
             self.look_into(context, evaluation, stiff);
-        } else if scheme.choice().is_some() && context.compiled.varies() {
+        } else {
             let mut scout = std::mem::take(&mut self.scout);
             scout.look(&mut self.motions, context, &evaluation.wrenches);
             self.find_candidates(context, evaluation, stiff, |place| {
@@ -75,6 +72,7 @@ impl Integrator {
         (first, redirected): (&Motions, Redirected<'_>),
         (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
     ) {
+        self.reached = 0.0;
         if context.dt == 0.0 || !context.compiled.varies() {
             return;
         }
@@ -94,6 +92,8 @@ impl Integrator {
                         (false, false) => fourth(place),
                     }
                 });
+                // Whoever is not looked into shows less.
+                self.reached = CAUTION * choice.tolerance;
                 self.look_into(context, evaluation, stiff);
                 let done = (last, first, redirected);
                 self.judge(choice, context, evaluation, done, (stiff, warnings));
@@ -154,12 +154,18 @@ impl Integrator {
         let mut wrong = std::mem::take(&mut self.candidates);
         wrong.clear();
         for (place, treatment) in &evaluation.treatments {
-            if let Treatment::Resolve(pace) = treatment
-                && kicked(*place)
-                && choice.error(*pace, Plan::WHOLE, dt) > choice.tolerance
-                && (changed(*place) || before(*place) == Some(Treatment::Damp))
-            {
+            let Treatment::Resolve(pace) = treatment else {
+                continue;
+            };
+            let moved = changed(*place) || before(*place) == Some(Treatment::Damp);
+            if !kicked(*place) || !moved {
+                continue;
+            }
+            let error = choice.error(*pace, Plan::WHOLE, dt);
+            if error > choice.tolerance {
                 wrong.push(*place);
+            } else {
+                self.reached = self.reached.max(error);
             }
         }
         if !wrong.is_empty() {
@@ -188,6 +194,7 @@ impl Integrator {
                         continue;
                     }
                     let error = choice.error(pace, Plan::WHOLE, dt);
+                    self.reached = self.reached.max(error);
                     warnings.push(StepWarning::missed(
                         choice,
                         evaluation.bodies[*place],
@@ -204,6 +211,7 @@ impl Integrator {
         let known = evaluation.treatments.len();
         for (place, body) in evaluation.bodies.iter().enumerate() {
             let resolved = first.resolved(*body);
+            self.reached = self.reached.max(resolved.map_or(0.0, |it| it.error));
             if let Some(resolved) = resolved.filter(|it| it.error > choice.tolerance) {
                 warnings.push(StepWarning::missed(choice, *body, resolved.error));
             }
@@ -223,86 +231,6 @@ impl Integrator {
         let treatments = &mut evaluation.treatments;
         treatments.sort_unstable_by_key(|(place, _)| *place);
         note_stiff(evaluation, stiff);
-    }
-
-    /// The same for schemes that evaluate once a step, by the ways since the `last` evaluation: what they
-    /// do within a step does not show in the velocities.
-    pub(crate) fn watch(
-        &mut self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        last: &Evaluation,
-        warnings: &mut Vec<StepWarning>,
-    ) {
-        let same = last.bodies == evaluation.bodies && last.centres.len() == last.bodies.len();
-        if !same || context.dt == 0.0 || !context.compiled.varies() {
-            return;
-        }
-        let fourth = |place: usize| {
-            let (is, was) = (evaluation.wrenches[place], last.wrenches[place]);
-            if is.torque != was.torque {
-                return fourth_power(context, place, is, was);
-            }
-            let way = evaluation.centres[place] - last.centres[place];
-            let pull = (is.force - was.force) * (context.bodies[place].inv_mass * context.dt);
-            (pull * context.dt).length_squared() / way.length_squared()
-        };
-        self.warn(context, evaluation, fourth, warnings);
-    }
-
-    /// How stiff the fields are for a body.
-    pub(crate) fn stiffness(
-        &mut self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        body: RigidBodyHandle,
-    ) -> Option<Stiffness> {
-        let place = evaluation.place_of(body)?;
-        self.prepare(context);
-        let estimate = self.estimate(context, evaluation, place);
-        Some(estimate.rates.report(context.dt))
-    }
-
-    /// Warns of the body whose wrench changed the most, if that is because the fields are stiff
-    /// and not because it passed an edge.
-    fn warn(
-        &mut self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        fourth_power: impl Fn(usize) -> Real,
-        warnings: &mut Vec<StepWarning>,
-    ) {
-        let Some(limit) = warns_from(context.rules.scheme) else {
-            return;
-        };
-        // Of (dt·ω)⁴, which takes no root.
-        let mut worst = (limit.powi(4), None);
-        for place in 0..evaluation.bodies.len() {
-            let fourth = fourth_power(place);
-            if fourth > worst.0 {
-                worst = (fourth, Some(place));
-            }
-        }
-        let Some(place) = worst.1 else {
-            return;
-        };
-        // Where energy is gained at any step, Jacobians would be worked out in every one.
-        let (dt_omega, largest_stable_dt) = match context.rules.scheme {
-            Scheme::ExternalForce => (worst.0.sqrt().sqrt(), 0.0),
-            _ => {
-                self.prepare(context);
-                let estimate = self.estimate(context, evaluation, place);
-                let report = estimate.rates.report(context.dt);
-                (report.dt_omega, report.largest_stable_dt)
-            }
-        };
-        if dt_omega > limit {
-            warnings.push(StepWarning::Stiff {
-                body: evaluation.bodies[place],
-                dt_omega,
-                largest_stable_dt,
-            });
-        }
     }
 
     /// Takes note of the bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the
@@ -360,7 +288,7 @@ impl Integrator {
         note_stiff(evaluation, stiff);
     }
 
-    fn estimate_candidates(
+    pub(super) fn estimate_candidates(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
@@ -377,14 +305,14 @@ impl Integrator {
     }
 
     /// Readies the lineariser for the present places of all anchors.
-    fn prepare(&mut self, context: &StepContext<'_, impl Lookup>) {
+    pub(super) fn prepare(&mut self, context: &StepContext<'_, impl Lookup>) {
         self.motions.clear();
         let frames = self.motions.frames(context, &[], 0.0);
         self.lineariser.prepare(context.compiled, &frames);
     }
 
     /// Looks into a body, in the world the lineariser was prepared for.
-    fn estimate(
+    pub(super) fn estimate(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
@@ -399,7 +327,7 @@ impl Integrator {
     }
 
     /// In the world the lineariser was prepared for.
-    fn jacobian(
+    pub(super) fn jacobian(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
@@ -437,64 +365,9 @@ impl Integrator {
     }
 }
 
-/// Two bodies that pull at each other swing at up to this times the square of the frequency at which
-/// either would if the other were held.
-const COUPLED: f64 = 2.0;
-
 /// Takes note of who is not simply kicked.
 fn note_stiff(evaluation: &Evaluation, stiff: &mut Vec<RigidBodyHandle>) {
     stiff.clear();
     let places = evaluation.treatments.iter().map(|(place, _)| *place);
     stiff.extend(places.map(|place| evaluation.bodies[place]));
-}
-
-/// (dt·ω)⁴ as it shows in how a wrench changed over the last step.
-fn fourth_power(
-    context: &StepContext<'_, impl Lookup>,
-    place: usize,
-    is: Wrench,
-    was: Wrench,
-) -> Real {
-    if is == was {
-        return 0.0;
-    }
-    let dt = context.dt;
-    if is.torque != was.torque {
-        return secant(&context.bodies[place], is, was, None, dt).powi(2);
-    }
-    // What the sample knows does for a force alone.
-    let centre = &context.samples.centres[place];
-    let pull = (is.force - was.force).length_squared() * (dt * dt);
-    pull / (centre.velocity.length_squared() * (centre.mass * centre.mass))
-}
-
-/// (dt·ω)² as it shows in the wrenches at the two ends of a way: how much the acceleration
-/// changed, against the way in units of dt². `change`: of the velocity, before the way.
-fn secant(
-    body: &Body,
-    here: Wrench,
-    there: Wrench,
-    change: Option<&Vector6<f64>>,
-    dt: Real,
-) -> Real {
-    let (inv_mass, inv_inertia) = (body.inv_mass, body.inv_inertia);
-    let linear = (here.force - there.force) * inv_mass;
-    let angular = inv_inertia * (here.torque - there.torque);
-    if linear == Vector::ZERO && angular == Vector::ZERO {
-        return 0.0;
-    }
-    let (mut linvel, mut angvel) = (body.linvel, body.angvel);
-    if let Some(change) = change {
-        let (more, twist) = rounded(change);
-        (linvel, angvel) = (linvel + more, angvel + twist);
-    }
-    // The square of the radius of gyration makes lengths of angles.
-    let trace = inv_inertia.m11 + inv_inertia.m22 + inv_inertia.m33;
-    let radius = if trace > 0.0 {
-        inv_mass.max_element() * 3.0 / trace
-    } else {
-        0.0
-    };
-    let sum = |v: Vector, w: Vector| v.length_squared() + radius * w.length_squared();
-    dt * (sum(linear, angular) / sum(linvel, angvel)).sqrt()
 }

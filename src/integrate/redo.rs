@@ -82,6 +82,7 @@ impl Integrator {
             for place in places {
                 if let Some(Treatment::Resolve(pace)) = evaluation.treatment(place) {
                     let error = choice.error(pace, Plan::WHOLE, to_f64(context.dt));
+                    self.reached = self.reached.max(error);
                     let body = evaluation.bodies[place];
                     warnings.push(StepWarning::missed(choice, body, error));
                 }
@@ -89,6 +90,7 @@ impl Integrator {
             return;
         }
         for resolved in &found {
+            self.reached = self.reached.max(resolved.error);
             if resolved.error > choice.tolerance {
                 warnings.push(StepWarning::missed(choice, resolved.body, resolved.error));
             }

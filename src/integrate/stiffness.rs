@@ -3,7 +3,8 @@
 use super::jacobian::Jacobian;
 use super::pace::Pace;
 use super::plan::Choice;
-use crate::math::{Real, RigidBodyHandle, from_f64};
+use super::stability::{COUPLED, Mode};
+use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rapier::na::Matrix6;
 use crate::rigid::{Mobility, eigen};
 
@@ -20,8 +21,13 @@ pub struct Stiffness {
     pub dt_damping: Real,
     /// dt times the fastest rate at which the fields turn the body's velocity.
     pub dt_gyration: Real,
-    /// The longest step for which `KickDriftKick` keeps the energy bounded, 2/ω; infinite if
-    /// nothing swings.
+    /// The longest step for which the scheme keeps the energy bounded: 2/ω for `KickDriftKick` and
+    /// `Kick`, longer with damping, shorter where a magnetic force turns the body as well. Where
+    /// fields hang on bodies that move, it allows for these to swing, too: 1/√2 of that. Infinite if nothing
+    /// swings, and for schemes that damp or divide the step as they need; zero for `ExternalForce`.
+    ///
+    /// Damping and gyration are taken as they are along each direction in which the body swings: exact
+    /// where they do not mix those.
     pub largest_stable_dt: Real,
 }
 
@@ -30,7 +36,13 @@ pub struct Stiffness {
 #[non_exhaustive]
 pub enum StepWarning {
     /// The fields are too stiff for the scheme at this step, or nearly so: dt·ω is more than half of
-    /// where it explodes, or the scheme gains a percent of energy in a hundred steps.
+    /// where it explodes (√2 as early where fields hang on bodies that move), or the scheme gains a percent
+    /// of energy in a hundred steps. Springs of contacts ([`Penalty`](crate::ContactLaw::Penalty)) tell from
+    /// a quarter on, under every scheme.
+    ///
+    /// Under [`LinearlyImplicit`](crate::Scheme::LinearlyImplicit), which damps what swings, it is what it
+    /// leaves out that is told from 0.25 on: dt times the rate at which fields throw the body apart, like
+    /// near a centre that attracts, or times ω where fields hang on bodies that move.
     #[error(
         "the fields are stiff for {body:?}: dt·ω is {dt_omega}, and the largest stable dt {largest_stable_dt:e}"
     )]
@@ -39,7 +51,7 @@ pub enum StepWarning {
         body: RigidBodyHandle,
         /// The step times the fastest frequency; see [`Scheme`](crate::Scheme) for its limit.
         dt_omega: Real,
-        /// See [`Stiffness::largest_stable_dt`]; zero under `ExternalForce`, which gains energy at any.
+        /// See [`Stiffness::largest_stable_dt`]; under `LinearlyImplicit` the step from which on it tells.
         largest_stable_dt: Real,
     },
     /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for
@@ -115,6 +127,8 @@ impl StepWarning {
 )]
 pub(crate) struct Rates {
     omega: f64,
+    /// At which what fields throw apart grows.
+    divergence: f64,
     damping: f64,
     gyration: f64,
 }
@@ -125,26 +139,37 @@ impl Rates {
         let motion = root * jacobian.by_motion * root;
         let velocity = root * jacobian.by_velocity * root;
         let skew = (velocity - velocity.transpose()) * 0.5;
+        let [least, greatest] = extremes(&motion);
         Rates {
-            omega: (-least(&motion).min(0.0)).sqrt(),
-            damping: -least(&velocity).min(0.0),
+            omega: (-least.min(0.0)).sqrt(),
+            divergence: greatest.max(0.0).sqrt(),
+            damping: -extremes(&velocity)[0].min(0.0),
             // The square of an antisymmetric matrix is symmetric, with eigenvalues −Ω².
-            gyration: (-least(&(skew * skew)).min(0.0)).sqrt(),
+            gyration: (-extremes(&(skew * skew))[0].min(0.0)).sqrt(),
         }
     }
 
-    pub(super) fn report(&self, dt: Real) -> Stiffness {
+    pub(super) fn omega(&self) -> f64 {
+        self.omega
+    }
+
+    pub(super) fn divergence(&self) -> f64 {
+        self.divergence
+    }
+
+    /// By how much fields turn the velocity.
+    pub(super) fn turns_by(&self, dt: f64) -> f64 {
+        self.gyration * dt
+    }
+
+    pub(super) fn report(&self, dt: Real, largest_stable_dt: Real) -> Stiffness {
         let times = |rate: f64| from_f64(rate * crate::math::to_f64(dt));
         Stiffness {
             dt,
             dt_omega: times(self.omega),
             dt_damping: times(self.damping),
             dt_gyration: times(self.gyration),
-            largest_stable_dt: if self.omega > 0.0 {
-                from_f64(2.0 / self.omega)
-            } else {
-                Real::INFINITY
-            },
+            largest_stable_dt,
         }
     }
 
@@ -170,10 +195,12 @@ impl Rates {
 /// them.
 const MOST_BY_VELOCITY: u32 = 32;
 
-/// The least eigenvalue of the symmetric part; minus infinity if that is not finite.
-fn least(matrix: &Matrix6<f64>) -> f64 {
+/// The least and the greatest eigenvalue of the symmetric part; infinite if that is not finite.
+fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
     let eigen = eigen((matrix + matrix.transpose()) * 0.5);
-    eigen.map_or(f64::NEG_INFINITY, |eigen| eigen.eigenvalues.min())
+    eigen.map_or([f64::NEG_INFINITY, f64::INFINITY], |eigen| {
+        [eigen.eigenvalues.min(), eigen.eigenvalues.max()]
+    })
 }
 
 /// What is done with a body in a step, by schemes that choose.
@@ -199,4 +226,38 @@ pub(crate) struct Estimate {
     pub place: usize,
     pub jacobian: Jacobian,
     pub rates: Rates,
+}
+
+impl Estimate {
+    /// The ways in which the body swings, with Rapier's own `damping`; `coupled`: with others.
+    pub(super) fn modes(
+        &self,
+        mobility: &Mobility,
+        damping: [Real; 2],
+        coupled: bool,
+    ) -> [Mode; 6] {
+        let (root, _) = mobility.roots();
+        let motion = root * self.jacobian.by_motion * root;
+        let mut slows = -(root * self.jacobian.by_velocity * root);
+        for axis in 0..6 {
+            slows[(axis, axis)] += to_f64(damping[axis / 3]);
+        }
+        let stiff = Mode {
+            omega2: f64::INFINITY,
+            damping: 0.0,
+            gyration: 0.0,
+        };
+        let Some(eigen) = eigen((motion + motion.transpose()) * 0.5) else {
+            return [stiff; 6];
+        };
+        let share = if coupled { COUPLED } else { 1.0 };
+        std::array::from_fn(|number| {
+            let way = eigen.eigenvectors.column(number);
+            Mode {
+                omega2: share * -eigen.eigenvalues[number].min(0.0),
+                damping: way.dot(&(slows * way)).max(0.0),
+                gyration: self.rates.gyration,
+            }
+        })
+    }
 }

@@ -341,7 +341,8 @@ impl FieldPipeline {
         let context = self.context(&view, (state.time, dt), rules);
         let outcome = integrator.evaluate(&context, &self.seen, &mut evaluation);
         if outcome.is_ok() {
-            integrator.predict(&context, &mut evaluation, (&mut state.stiff, all));
+            let told = (&mut state.stiff, &mut warnings);
+            integrator.predict(&context, &mut evaluation, (&last, all), told);
             if !fields.settings.scheme.kicks_twice() {
                 integrator.watch(&context, &evaluation, &last, &mut warnings);
             }

@@ -10,8 +10,8 @@ use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, report};
 use crate::cross_check::Stepped;
 use crate::diagnose::blame;
-use crate::integrate::{FreeMotion, Motions, Redirected, StepWarning, find};
-use crate::math::{Real, RigidBodyHandle, to_f64};
+use crate::integrate::{FreeMotion, Motions, Redirected, StepWarning, find, warn_of_springs};
+use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rigid::{Lookup, Wrench};
 
 impl FieldPipeline {
@@ -126,8 +126,17 @@ impl FieldPipeline {
             written,
             particles,
             warnings: self.warnings.len(),
+            error: self.error(fields, open),
             exhausted: self.detector.exhausted,
         })
+    }
+
+    /// What a scheme that chooses has reached.
+    fn error(&self, fields: &Definition<'_>, open: &OpenStep) -> Option<Real> {
+        let varies = !open.idle && self.compiled.varies();
+        let reached = if varies { self.integrator.reached } else { 0.0 };
+        let chooses = fields.settings.scheme.chooses();
+        chooses.then(|| from_f64(reached))
     }
 
     fn samples_used(&self, open: &OpenStep) -> usize {
@@ -384,8 +393,11 @@ impl FieldPipeline {
                 rules.answers(contact, &verdicts.vetoed) && !is_rapiers(contact, joints, &view)
             };
             let (place, when) = ((&view, &self.compiled), (moment, dt));
-            self.detector
+            let stiffest = self
+                .detector
                 .respond(place, when, answers, &mut self.pushes);
+            self.warnings
+                .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
         }
         let written = bridge::push(world.bodies, &self.pushes);
         self.detector.add_touches();

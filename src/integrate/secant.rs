@@ -1,0 +1,57 @@
+//! How stiff a field shows itself along a way.
+
+use super::StepContext;
+use crate::math::{Real, Vector};
+use crate::rapier::na::Vector6;
+use crate::rigid::{Body, Lookup, Wrench, rounded};
+
+/// (dt·ω)⁴ as it shows in how a wrench changed over the last step.
+pub(super) fn fourth_power(
+    context: &StepContext<'_, impl Lookup>,
+    place: usize,
+    is: Wrench,
+    was: Wrench,
+) -> Real {
+    if is == was {
+        return 0.0;
+    }
+    let dt = context.dt;
+    if is.torque != was.torque {
+        return secant(&context.bodies[place], is, was, None, dt).powi(2);
+    }
+    // What the sample knows does for a force alone.
+    let centre = &context.samples.centres[place];
+    let pull = (is.force - was.force).length_squared() * (dt * dt);
+    pull / (centre.velocity.length_squared() * (centre.mass * centre.mass))
+}
+
+/// (dt·ω)² as it shows in the wrenches at the two ends of a way: how much the acceleration
+/// changed, against the way in units of dt². `change`: of the velocity, before the way.
+pub(super) fn secant(
+    body: &Body,
+    here: Wrench,
+    there: Wrench,
+    change: Option<&Vector6<f64>>,
+    dt: Real,
+) -> Real {
+    let (inv_mass, inv_inertia) = (body.inv_mass, body.inv_inertia);
+    let linear = (here.force - there.force) * inv_mass;
+    let angular = inv_inertia * (here.torque - there.torque);
+    if linear == Vector::ZERO && angular == Vector::ZERO {
+        return 0.0;
+    }
+    let (mut linvel, mut angvel) = (body.linvel, body.angvel);
+    if let Some(change) = change {
+        let (more, twist) = rounded(change);
+        (linvel, angvel) = (linvel + more, angvel + twist);
+    }
+    // The square of the radius of gyration makes lengths of angles.
+    let trace = inv_inertia.m11 + inv_inertia.m22 + inv_inertia.m33;
+    let radius = if trace > 0.0 {
+        inv_mass.max_element() * 3.0 / trace
+    } else {
+        0.0
+    };
+    let sum = |v: Vector, w: Vector| v.length_squared() + radius * w.length_squared();
+    dt * (sum(linear, angular) / sum(linvel, angvel)).sqrt()
+}

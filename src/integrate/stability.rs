@@ -1,0 +1,219 @@
+//! Where schemes explode.
+
+use super::scheme::{Scheme, Substeps};
+use crate::rapier::na::Complex;
+
+/// The dt·ω from which on the energy of a vibration has no bound; zero if it has none at any.
+fn explodes_at(scheme: Scheme) -> f64 {
+    match scheme {
+        Scheme::KickDriftKick | Scheme::Kick => 2.0,
+        Scheme::Substep(Substeps::Fixed(count)) => 2.0 * f64::from(count),
+        Scheme::Suzuki4 => 2.5,
+        Scheme::ExternalForce => 0.0,
+        // Damped, or divided until it fits.
+        Scheme::LinearlyImplicit
+        | Scheme::Auto { .. }
+        | Scheme::Substep(Substeps::PerBody { .. }) => f64::INFINITY,
+    }
+}
+
+/// From which dt·ω on a scheme that does not choose warns: half of where it explodes, and of one that
+/// gains energy at any where that is a percent in a hundred steps. Of one that damps, the rate is that
+/// at which fields throw bodies apart, or at which bodies that it takes for held swing.
+pub(super) fn warns_from(scheme: Scheme) -> Option<f64> {
+    match scheme {
+        Scheme::ExternalForce => Some(0.02),
+        Scheme::LinearlyImplicit => Some(0.25),
+        _ if scheme.chooses() => None,
+        _ => Some(0.5 * explodes_at(scheme)),
+    }
+}
+
+/// Two bodies that pull at each other swing at up to this times the square of the frequency at which
+/// either would if the other were held.
+pub(super) const COUPLED: f64 = 2.0;
+
+/// One of the ways in which a body swings in fields.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mode {
+    pub omega2: f64,
+    /// Its velocity decays at this rate,
+    pub damping: f64,
+    /// and turns at this one.
+    pub gyration: f64,
+}
+
+/// More growth than this of the energy in a step is told: a percent in a hundred.
+const GAINS: f64 = 1e-4;
+/// Less is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Steps that are tried, to find the longest one that is stable.
+const TRIED: u32 = 128;
+
+impl Mode {
+    /// By how much the square of an amplitude grows in a step of half a kick, drift, and half a kick, the
+    /// kicks exact in the velocity.
+    ///
+    /// In the plane that is turned in, v' = f + z v with z = −γ + iΩ: half a kick is v e + q f, with
+    /// e = exp(z h/2) and q = (e − 1)/z. The map has the trace 1 + e² − ω² h q (1 + e) and the
+    /// determinant e².
+    fn growth(self, dt: f64) -> f64 {
+        let z = Complex::new(-self.damping, self.gyration) * (0.5 * dt);
+        let e = z.exp();
+        let mean = match z.norm() < 1e-6 {
+            true => Complex::from(1.0) + z * 0.5,
+            false => (e - 1.0) / z,
+        };
+        let swing = mean * (0.5 * self.omega2 * dt * dt);
+        let half = (e * e + 1.0 - swing * (e + 1.0)) * 0.5;
+        let root = (half * half - e * e).sqrt();
+        (half + root).norm_sqr().max((half - root).norm_sqr()) - 1.0
+    }
+
+    /// Whether energy is gained by a scheme in steps of a length, or within two percent of it: near
+    /// resonance with a gyration a bounded swing is large.
+    pub(super) fn gains(self, scheme: Scheme, dt: f64) -> bool {
+        let count = match scheme {
+            Scheme::KickDriftKick | Scheme::Kick => 1.0,
+            Scheme::Substep(Substeps::Fixed(count)) => f64::from(count),
+            _ => return false,
+        };
+        let near = [0.98, 1.0, 1.02].into_iter();
+        near.map(|share| self.growth(share * dt / count))
+            .any(|growth| growth * count > GAINS)
+    }
+
+    /// The step up to which all are stable under a scheme.
+    pub(super) fn largest_stable_dt(self, scheme: Scheme) -> f64 {
+        if self.omega2 <= 0.0 {
+            return f64::INFINITY;
+        }
+        self.stable_to() * (0.5 * explodes_at(scheme))
+    }
+
+    /// The same under `KickDriftKick`.
+    fn stable_to(self) -> f64 {
+        let damped = self.damped_to();
+        if self.gyration == 0.0 {
+            return damped;
+        }
+        // Somewhere up to the first whole turn.
+        let end = damped.min(std::f64::consts::TAU / self.gyration);
+        let unstable = |dt: f64| self.growth(dt) > ROUNDING;
+        let step = end / f64::from(TRIED);
+        let mut tried = (1..TRIED).map(|count| step * f64::from(count));
+        let Some(first) = tried.find(|dt| unstable(*dt)) else {
+            return end;
+        };
+        let (mut stable, mut not) = (first - step, first);
+        for _ in 0..f64::MANTISSA_DIGITS {
+            let middle = 0.5 * (stable + not);
+            let half = if unstable(middle) {
+                &mut not
+            } else {
+                &mut stable
+            };
+            *half = middle;
+        }
+        stable
+    }
+
+    /// Where nothing turns: h ω² tanh(γh/2) = 2γ, which is h ω = 2 without damping. Solved for u = γh/2.
+    fn damped_to(self) -> f64 {
+        let plain = 2.0 / self.omega2.sqrt();
+        let goal = self.damping * self.damping / self.omega2;
+        if goal.is_nan() || goal < 1e-12 {
+            return plain;
+        }
+        let mut low = goal.sqrt();
+        let mut high = goal / low.tanh();
+        for _ in 0..f64::MANTISSA_DIGITS {
+            let middle = 0.5 * (low + high);
+            let half = if middle * middle.tanh() < goal {
+                &mut low
+            } else {
+                &mut high
+            };
+            *half = middle;
+        }
+        2.0 * low / self.damping
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The eigenvalues of the map, multiplied out by hand, on both sides of where it says.
+    #[test]
+    fn steps_are_stable_up_to_the_largest_and_no_further() {
+        for gyration in [0.0, 0.3, 3.0, 30.0] {
+            for damping in [0.0, 0.1, 1.0, 10.0] {
+                for omega2 in [0.04, 1.0, 25.0] {
+                    let mode = Mode {
+                        omega2,
+                        damping,
+                        gyration,
+                    };
+                    let largest = mode.largest_stable_dt(Scheme::KickDriftKick);
+                    assert!(largest > 0.0 && largest.is_finite(), "{mode:?}: {largest}");
+                    for part in [0.1, 0.5, 0.9, 0.99] {
+                        let swing = largest_swing(mode, largest * part);
+                        assert!(swing < 1e4, "{mode:?}: {swing} at {part} of {largest}");
+                    }
+                    if gyration == 0.0 {
+                        let swing = largest_swing(mode, largest * 1.01);
+                        assert!(swing > 1e6, "{mode:?}: {swing} beyond {largest}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// The farthest a body comes in many steps, that begins at 1.
+    fn largest_swing(mode: Mode, dt: f64) -> f64 {
+        let z = Complex::new(-mode.damping, mode.gyration);
+        let e = (z * (0.5 * dt)).exp();
+        let q = match z.norm() {
+            0.0 => Complex::from(0.5 * dt),
+            _ => (e - 1.0) / z,
+        };
+        let (mut x, mut v) = (Complex::from(1.0), Complex::from(0.0));
+        let mut most = 0.0_f64;
+        for _ in 0..2000 {
+            v = e * v - q * mode.omega2 * x;
+            x += v * dt;
+            v = e * v - q * mode.omega2 * x;
+            most = most.max(x.norm());
+        }
+        most
+    }
+
+    #[test]
+    fn closed_forms() {
+        let free = Mode {
+            omega2: 25.0,
+            damping: 0.0,
+            gyration: 0.0,
+        };
+        assert_eq!(free.largest_stable_dt(Scheme::KickDriftKick), 0.4);
+        let four = Scheme::Substep(Substeps::Fixed(4));
+        assert_eq!(free.largest_stable_dt(four), 1.6);
+        assert_eq!(free.largest_stable_dt(Scheme::ExternalForce), 0.0);
+        // A strong drag stops a body on the way: 2γ/ω².
+        let slow = Mode {
+            damping: 1e3,
+            ..free
+        };
+        let largest = slow.largest_stable_dt(Scheme::KickDriftKick);
+        assert!((largest - 80.0).abs() < 1e-6, "{largest}");
+        // h ω² = Ω cot(Ωh/4).
+        let turned = Mode {
+            gyration: 6.0,
+            ..free
+        };
+        let h = turned.largest_stable_dt(Scheme::KickDriftKick);
+        let cot = (1.5 * h).tan().recip();
+        assert!((25.0 * h - 6.0 * cot).abs() < 1e-6, "{h}");
+    }
+}

@@ -1,0 +1,226 @@
+//! Whether steps are too long for what the fields do: schemes that do not choose tell.
+
+use super::evaluation::Evaluation;
+use super::scout::Scout;
+use super::secant::{fourth_power, secant};
+use super::stability::{COUPLED, warns_from};
+use super::stiffness::{Estimate, StepWarning, Stiffness};
+use super::{Integrator, Scheme, StepContext};
+use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
+use crate::rigid::{Lookup, Mobility, Wrench};
+
+/// More new bodies than this are not all looked into: only so many, the worst by how the fields
+/// change along their first steps.
+const MOST_NEW: usize = 16;
+
+impl Integrator {
+    /// Warns of bodies that were not there in the `last` evaluation, and stand where the fields are
+    /// too stiff for the step that is to come: what overlaps would be far away after it.
+    pub(super) fn watch_new(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        last: &Evaluation,
+        warnings: &mut Vec<StepWarning>,
+    ) {
+        let Some(limit) = warns_from(context.rules.scheme) else {
+            return;
+        };
+        let mut new = std::mem::take(&mut self.candidates);
+        new.clear();
+        let places = evaluation.bodies.iter().enumerate();
+        let places = places.filter(|(place, body)| {
+            let felt = evaluation.wrenches[*place] != Wrench::ZERO;
+            felt && !context.bodies[*place].sleeping && last.place_of(**body).is_none()
+        });
+        new.extend(places.map(|(place, _)| place));
+        if new.len() > MOST_NEW {
+            let mut scout = Scout::default();
+            scout.look(&mut self.motions, context, &evaluation.wrenches);
+            let shown = |place: usize| {
+                let (here, there) = (evaluation.wrenches[place], scout.wrenches[place]);
+                let change = Some(&scout.ways[place].change);
+                to_f64(secant(
+                    &context.bodies[place],
+                    here,
+                    there,
+                    change,
+                    context.dt,
+                ))
+            };
+            // Half as much as would be told: along its way it need not meet the stiffest direction.
+            new.retain(|place| !(shown(*place) <= 0.25 * limit * limit));
+            new.sort_unstable_by(|one, other| shown(*other).total_cmp(&shown(*one)));
+            new.truncate(MOST_NEW);
+        }
+        if !new.is_empty() {
+            self.prepare(context);
+        }
+        let worst = new.iter().filter_map(|place| {
+            let estimate = self.estimate(context, evaluation, *place);
+            self::judged(context, evaluation, &estimate)
+        });
+        let worst = worst.max_by(|one, other| one.0.total_cmp(&other.0));
+        warnings.extend(worst.map(|(_, warning)| warning));
+        self.candidates = new;
+    }
+
+    /// Warns of the body whose wrench changed the most since the `last` evaluation, if that is because the
+    /// fields are stiff and not because it passed an edge.
+    pub(super) fn warn(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        fourth_power: impl Fn(usize) -> Real,
+        warnings: &mut Vec<StepWarning>,
+    ) {
+        let Some(limit) = warns_from(context.rules.scheme) else {
+            return;
+        };
+        // Of (dt·ω)⁴, which takes no root.
+        let mut worst = (from_f64(limit.powi(4)), None);
+        for place in 0..evaluation.bodies.len() {
+            let fourth = fourth_power(place);
+            if fourth > worst.0 {
+                worst = (fourth, Some(place));
+            }
+        }
+        let Some(place) = worst.1 else {
+            return;
+        };
+        let body = evaluation.bodies[place];
+        let told =
+            |it: &StepWarning| matches!(it, StepWarning::Stiff { body: it, .. } if *it == body);
+        if warnings.iter().any(told) {
+            return;
+        }
+        // Where energy is gained at any step, Jacobians would be worked out in every one.
+        if context.rules.scheme == Scheme::ExternalForce {
+            warnings.push(StepWarning::Stiff {
+                body,
+                dt_omega: worst.0.sqrt().sqrt(),
+                largest_stable_dt: 0.0,
+            });
+            return;
+        }
+        self.prepare(context);
+        let estimate = self.estimate(context, evaluation, place);
+        warnings.extend(judged(context, evaluation, &estimate).map(|it| it.1));
+    }
+
+    /// The same for schemes that evaluate once a step, by the ways since the `last` evaluation: what they
+    /// do within a step does not show in the velocities.
+    pub(crate) fn watch(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        last: &Evaluation,
+        warnings: &mut Vec<StepWarning>,
+    ) {
+        let same = last.bodies == evaluation.bodies && last.centres.len() == last.bodies.len();
+        if !same || context.dt == 0.0 || !context.compiled.varies() {
+            return;
+        }
+        let fourth = |place: usize| {
+            let (is, was) = (evaluation.wrenches[place], last.wrenches[place]);
+            if is.torque != was.torque {
+                return fourth_power(context, place, is, was);
+            }
+            let way = evaluation.centres[place] - last.centres[place];
+            let pull = (is.force - was.force) * (context.bodies[place].inv_mass * context.dt);
+            (pull * context.dt).length_squared() / way.length_squared()
+        };
+        self.warn(context, evaluation, fourth, warnings);
+    }
+
+    /// Warns of the body that the linearly implicit scheme follows the worst, of those that were looked
+    /// into: it damps what draws back, and leaves out what throws apart, and other bodies.
+    pub(super) fn watch_implicit(
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        warnings: &mut Vec<StepWarning>,
+    ) {
+        let estimates = evaluation.estimates.iter();
+        let told = estimates.filter_map(|estimate| judged(context, evaluation, estimate));
+        let worst = told.max_by(|one, other| one.0.total_cmp(&other.0));
+        warnings.extend(worst.map(|(_, warning)| warning));
+    }
+
+    /// How stiff the fields are for a body.
+    pub(crate) fn stiffness(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        body: RigidBodyHandle,
+    ) -> Option<Stiffness> {
+        let place = evaluation.place_of(body)?;
+        self.prepare(context);
+        let estimate = self.estimate(context, evaluation, place);
+        Some(report(context, &estimate))
+    }
+}
+
+/// What is to be said of a body, if anything, and how bad it is.
+fn judged(
+    context: &StepContext<'_, impl Lookup>,
+    evaluation: &Evaluation,
+    estimate: &Estimate,
+) -> Option<(f64, StepWarning)> {
+    let (scheme, dt) = (context.rules.scheme, to_f64(context.dt));
+    let limit = warns_from(scheme)?;
+    let coupled = context.is_coupled();
+    let share = if coupled { COUPLED.sqrt() } else { 1.0 };
+    let rates = &estimate.rates;
+    let rate = match scheme {
+        Scheme::LinearlyImplicit if coupled => rates.divergence().max(rates.omega()),
+        Scheme::LinearlyImplicit => rates.divergence(),
+        _ => share * rates.omega(),
+    };
+    let body = &context.bodies[estimate.place];
+    let gains = || {
+        let modes = estimate.modes(&Mobility::of(body), body.damping, coupled);
+        modes.iter().any(|mode| mode.gains(scheme, dt))
+    };
+    // Not so for NaN.
+    let bad = !(rate * dt <= limit) || (rates.turns_by(dt) > 1.0 && gains());
+    bad.then(|| {
+        let report = report(context, estimate);
+        let (dt_omega, largest_stable_dt) = match scheme {
+            Scheme::LinearlyImplicit => (from_f64(rate * dt), from_f64(limit / rate)),
+            _ => (report.dt_omega, report.largest_stable_dt),
+        };
+        let body = evaluation.bodies[estimate.place];
+        let warning = StepWarning::Stiff {
+            body,
+            dt_omega,
+            largest_stable_dt,
+        };
+        (rate, warning)
+    })
+}
+
+fn report(context: &StepContext<'_, impl Lookup>, estimate: &Estimate) -> Stiffness {
+    let body = &context.bodies[estimate.place];
+    let scheme = context.rules.scheme;
+    let coupled = scheme != Scheme::LinearlyImplicit && context.is_coupled();
+    let modes = estimate.modes(&Mobility::of(body), body.damping, coupled);
+    let stable = modes.map(|mode| mode.largest_stable_dt(scheme));
+    let largest = stable.into_iter().fold(f64::INFINITY, f64::min);
+    estimate.rates.report(context.dt, from_f64(largest))
+}
+
+/// What is to be said of a body between springs of contacts, that swings there at most so fast: they act
+/// as kicks once a step under every scheme.
+pub(crate) fn warn_of_springs(body: RigidBodyHandle, omega2: f64, dt: Real) -> Option<StepWarning> {
+    let omega = omega2.sqrt();
+    let dt_omega = omega * to_f64(dt);
+    let warned = dt_omega > SPRINGS_FROM;
+    warned.then(|| StepWarning::Stiff {
+        body,
+        dt_omega: from_f64(dt_omega),
+        largest_stable_dt: from_f64(2.0 / omega),
+    })
+}
+
+/// A bounce off a spring gives back at most 1/(1 − (dt·ω)²/4) of the energy: here a fifteenth more.
+const SPRINGS_FROM: f64 = 0.5;
