@@ -310,25 +310,43 @@ impl Solver<'_> {
         }
     }
 
-    /// Springs, one after the other: damping is solved for the approach that it leaves in the middle of the
-    /// next step (implicit Euler), so that however strong, and however many push at one body, it turns
-    /// nobody back, and what presses does not make it creep.
+    /// Springs push, and their damping is solved for the approach that all of them leave in the middle of
+    /// the next step (implicit Euler): however strong, and however many push at one body, it turns nobody
+    /// back, and what presses does not make it creep.
     fn spring(&mut self, dt: f64) {
+        let mut damped = Vec::new();
         for number in 0..self.meetings.len() {
             let meeting = &self.meetings[number];
             let ContactLaw::Penalty { stiffness, damping } = meeting.law else {
                 continue;
             };
-            let (normal, damping) = (meeting.normal, to_f64(damping) * dt);
-            let yields = self.inverse_effective_mass(meeting, meeting.point, normal, normal);
-            let approach = meeting.approach(self.movers);
-            let midway = approach + 0.5 * dt * meeting.pressing(self.movers);
-            let wanted = to_f64(stiffness) * dt * meeting.depth + damping * midway;
-            let size = (wanted / (1.0 + damping * yields)).max(0.0);
-            if size > 0.0 {
-                self.apply(number, [-normal * size, normal * size]);
+            let push = meeting.normal * (to_f64(stiffness) * meeting.depth.max(0.0) * dt);
+            if to_f64(damping) * dt > 0.0 {
+                damped.push(number);
+            } else if push != DVec3::ZERO {
+                self.apply(number, [-push, push]);
             }
         }
+        for cluster in self.clusters(&damped) {
+            self.damp(&cluster, dt);
+        }
+    }
+
+    /// The springs of a cluster, together: λ/dt = k·depth + c·(approach − what the λ take of it), λ ≥ 0.
+    fn damp(&mut self, cluster: &[usize], dt: f64) {
+        let mut matrix = self.couplings(cluster);
+        let mut wanted = Vec::with_capacity(cluster.len());
+        for (place, number) in cluster.iter().enumerate() {
+            let meeting = &self.meetings[*number];
+            let ContactLaw::Penalty { stiffness, damping } = meeting.law else {
+                continue;
+            };
+            matrix[place * cluster.len() + place] += (to_f64(damping) * dt).recip();
+            let spring = to_f64(stiffness) * meeting.depth / to_f64(damping);
+            let midway = 0.5 * dt * meeting.pressing(self.movers);
+            wanted.push(spring + meeting.approach(self.movers) + midway);
+        }
+        self.push_apart(cluster, &lcp::solve(&matrix, &wanted));
     }
 
     /// Who is between the stiffest springs: no sum of contacts swings faster than those of the two bodies
@@ -453,8 +471,8 @@ impl Solver<'_> {
         sum
     }
 
-    /// Resolves the impacts of a cluster together.
-    fn impact(&mut self, cluster: &[usize]) {
+    /// How the approaches at the contacts of a cluster change by unit impulses at each.
+    fn couplings(&self, cluster: &[usize]) -> Vec<f64> {
         let size = cluster.len();
         let mut matrix = vec![0.0; size * size];
         for (row, i) in cluster.iter().enumerate() {
@@ -462,6 +480,19 @@ impl Solver<'_> {
                 matrix[row * size + column] = self.coupling(*i, *j);
             }
         }
+        matrix
+    }
+
+    /// Gives the contacts of a cluster normal impulses of these sizes.
+    fn push_apart(&mut self, cluster: &[usize], sizes: &[f64]) {
+        for (number, size) in cluster.iter().zip(sizes) {
+            let impulse = self.meetings[*number].normal * *size;
+            self.apply(*number, [-impulse, impulse]);
+        }
+    }
+
+    /// Resolves the impacts of a cluster together.
+    fn impact(&mut self, cluster: &[usize]) {
         let wanted = |i: &usize| {
             let meeting = &self.meetings[*i];
             let ContactLaw::Impulse { restitution, .. } = meeting.law else {
@@ -471,11 +502,8 @@ impl Solver<'_> {
             approach + meeting.rebound(self.movers, to_f64(restitution), approach)
         };
         let wanted: Vec<f64> = cluster.iter().map(wanted).collect();
-        let sizes = lcp::solve(&matrix, &wanted);
-        for (number, size) in cluster.iter().zip(&sizes) {
-            let impulse = self.meetings[*number].normal * *size;
-            self.apply(*number, [-impulse, impulse]);
-        }
+        let sizes = lcp::solve(&self.couplings(cluster), &wanted);
+        self.push_apart(cluster, &sizes);
         for (number, size) in cluster.iter().zip(sizes) {
             self.friction(*number, size);
         }

@@ -42,8 +42,10 @@ pub enum ContactLaw {
     /// stiffness · depth + damping · approach speed, never pulling.
     ///
     /// The force at the end of a step acts as an impulse over the step's length: symplectic Euler,
-    /// stable while `dt` √(stiffness / effective mass) < 2. A swept contact is reported when it
-    /// begins, and pushes from the end of that step on.
+    /// stable while `dt` √(stiffness / effective mass) < 2, and
+    /// [told](crate::StepWarning::Stiff) from 0.5 on. Damping is solved for all contacts that hang together,
+    /// and for the approach that it leaves, so it stops bodies at any strength and turns none back. A swept
+    /// contact is reported when it begins, and pushes from the end of that step on.
     Penalty {
         /// Force per length of overlap; not negative.
         stiffness: Real,

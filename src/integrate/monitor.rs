@@ -6,7 +6,7 @@ use super::jacobian::{self, Jacobian};
 use super::kick::Redirected;
 use super::motion::Motions;
 use super::plan::{CAUTION, Choice, Plan};
-use super::secant::{fourth_power, secant};
+use super::secant::fourth_power;
 use super::stability::COUPLED;
 use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext};
@@ -36,7 +36,7 @@ impl Integrator {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
             self.estimate_candidates(context, evaluation);
-            Self::watch_implicit(context, evaluation, warnings);
+            self.watch_implicit(context, evaluation, warnings);
         } else if !context.compiled.varies() {
             // No field is stiff.
         } else if scheme.choice().is_none() {
@@ -49,11 +49,11 @@ impl Integrator {
             self.look_into(context, evaluation, stiff);
         } else {
             let mut scout = std::mem::take(&mut self.scout);
-            scout.look(&mut self.motions, context, &evaluation.wrenches);
+            scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
             self.find_candidates(context, evaluation, stiff, |place| {
-                let (here, there) = (evaluation.wrenches[place], scout.wrenches[place]);
-                let change = Some(&scout.ways[place].change);
-                secant(&context.bodies[place], here, there, change, context.dt).powi(2)
+                scout
+                    .shown(context, place, evaluation.wrenches[place])
+                    .powi(2)
             });
             self.scout = scout;
             self.look_into(context, evaluation, stiff);

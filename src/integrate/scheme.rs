@@ -69,7 +69,7 @@ pub enum Scheme {
     ///
     /// Each body is solved for as if what carries the fields stood still: bodies that act on each other
     /// may gain energy, and what passes close to a centre that attracts is thrown out at a coarse step.
-    /// Nothing warns of that; [`Auto`](Scheme::Auto) is for those.
+    /// [`StepWarning::Stiff`](crate::StepWarning::Stiff) tells before; [`Auto`](Scheme::Auto) is for those.
     LinearlyImplicit,
     /// Suzuki's composition of five kick-drift-kick steps (M. Suzuki, Phys. Lett. A 146 (1990)
     /// 319). All bodies pass through its stages together, so that fields of bodies on bodies are

@@ -2,39 +2,48 @@
 
 use super::context::StepContext;
 use super::predicted::{PredictedMotion, PredictedMotions};
+use super::secant::secant;
 use crate::eval::Evaluator;
-use crate::math::{Vector, to_f64};
-use crate::rapier::na::Vector6;
+use crate::math::{Real, Vector, to_f64};
 use crate::rigid::{Lookup, Mobility, Wrench, of_wrench, rounded};
 use crate::sample::Samples;
+
+/// A share of a step so small that fields are as good as linear along it, edges apart.
+pub(super) const NEAR: Real = 0.015625;
+
+/// Changes less than so many roundings are not known.
+const CERTAIN: Real = 64.0;
 
 /// What was found where bodies would be after a step; kept for its buffers.
 #[derive(Default)]
 pub(super) struct Scout {
+    share: Real,
     evaluator: Evaluator,
     samples: Samples,
-    pub ways: Vec<Way>,
-    pub wrenches: Vec<Wrench>,
+    ways: Vec<Way>,
+    wrenches: Vec<Wrench>,
 }
 
 /// How a body would get there.
 #[derive(Default)]
-pub(super) struct Way {
-    /// Of its velocities.
-    pub change: Vector6<f64>,
+struct Way {
     linvel: Vector,
     angvel: Vector,
 }
 
 impl Scout {
-    /// Looks where the wrenches `here` would take the bodies.
+    /// Looks where the wrenches `here` would take the bodies in a share of the step, at the speeds that
+    /// they would have after it.
     pub(super) fn look(
         &mut self,
         motions: &mut PredictedMotions,
         context: &StepContext<'_, impl Lookup>,
         here: &[Wrench],
+        share: Real,
     ) {
         let dt = context.dt;
+        let part = share * dt;
+        self.share = share;
         motions.clear();
         self.ways.clear();
         for (body, wrench) in context.bodies.iter().zip(here) {
@@ -45,11 +54,7 @@ impl Scout {
             let change = Mobility::of(body).apply(&of_wrench(*wrench)) * to_f64(dt);
             let (linear, angular) = rounded(&change);
             let (linvel, angvel) = (body.linvel + linear, body.angvel + angular);
-            self.ways.push(Way {
-                change,
-                linvel,
-                angvel,
-            });
+            self.ways.push(Way { linvel, angvel });
             motions.assign(body.handle, PredictedMotion::CoastsAt { linvel, angvel });
         }
         let samples = &mut self.samples;
@@ -57,16 +62,38 @@ impl Scout {
         samples.solids.clear();
         for sample in &mut samples.list {
             let way = &self.ways[sample.body as usize];
-            let turned = sample.arm + way.angvel.cross(sample.arm) * dt;
-            sample.world_point += way.linvel * dt + turned - sample.arm;
+            let turned = sample.arm + way.angvel.cross(sample.arm) * part;
+            sample.world_point += way.linvel * part + turned - sample.arm;
             sample.arm = turned;
         }
         for (centre, way) in samples.centres.iter_mut().zip(&self.ways) {
-            centre.world_point += way.linvel * dt;
+            centre.world_point += way.linvel * part;
         }
-        let frames = motions.frames(context, &[], to_f64(dt));
+        let frames = motions.frames(context, &[], to_f64(part));
         let (compiled, moment) = (context.compiled, context.moment());
         self.evaluator
             .wrenches(compiled, &frames, samples, moment, &mut self.wrenches);
+    }
+
+    /// (dt·ω)² as it shows for a body, on which a wrench acts `here`; zero if that is as good as rounding.
+    pub(super) fn shown(
+        &self,
+        context: &StepContext<'_, impl Lookup>,
+        place: usize,
+        here: Wrench,
+    ) -> Real {
+        let (there, way) = (self.wrenches[place], &self.ways[place]);
+        let (body, part) = (&context.bodies[place], self.share * context.dt);
+        let rounding = CERTAIN * Real::EPSILON;
+        let grew = |one: Vector, other: Vector| {
+            (one - other).length() > rounding * (one.length() + other.length())
+        };
+        let went = |speed: Vector, from: Vector| speed.length() * part > rounding * from.length();
+        let moved = went(way.linvel, body.world_com()) || way.angvel.length() * part > rounding;
+        let changed = grew(here.force, there.force) || grew(here.torque, there.torque);
+        if !(moved && changed) {
+            return 0.0;
+        }
+        secant(body, (here, there), (way.linvel, way.angvel), context.dt) / self.share
     }
 }

@@ -2,8 +2,7 @@
 
 use super::StepContext;
 use crate::math::{Real, Vector};
-use crate::rapier::na::Vector6;
-use crate::rigid::{Body, Lookup, Wrench, rounded};
+use crate::rigid::{Body, Lookup, Wrench};
 
 /// (dt·ω)⁴ as it shows in how a wrench changed over the last step.
 pub(super) fn fourth_power(
@@ -17,7 +16,8 @@ pub(super) fn fourth_power(
     }
     let dt = context.dt;
     if is.torque != was.torque {
-        return secant(&context.bodies[place], is, was, None, dt).powi(2);
+        let body = &context.bodies[place];
+        return secant(body, (is, was), (body.linvel, body.angvel), dt).powi(2);
     }
     // What the sample knows does for a force alone.
     let centre = &context.samples.centres[place];
@@ -26,12 +26,11 @@ pub(super) fn fourth_power(
 }
 
 /// (dt·ω)² as it shows in the wrenches at the two ends of a way: how much the acceleration
-/// changed, against the way in units of dt². `change`: of the velocity, before the way.
+/// changed, against the way in units of dt², which are velocities.
 pub(super) fn secant(
     body: &Body,
-    here: Wrench,
-    there: Wrench,
-    change: Option<&Vector6<f64>>,
+    (here, there): (Wrench, Wrench),
+    (linvel, angvel): (Vector, Vector),
     dt: Real,
 ) -> Real {
     let (inv_mass, inv_inertia) = (body.inv_mass, body.inv_inertia);
@@ -39,11 +38,6 @@ pub(super) fn secant(
     let angular = inv_inertia * (here.torque - there.torque);
     if linear == Vector::ZERO && angular == Vector::ZERO {
         return 0.0;
-    }
-    let (mut linvel, mut angvel) = (body.linvel, body.angvel);
-    if let Some(change) = change {
-        let (more, twist) = rounded(change);
-        (linvel, angvel) = (linvel + more, angvel + twist);
     }
     // The square of the radius of gyration makes lengths of angles.
     let trace = inv_inertia.m11 + inv_inertia.m22 + inv_inertia.m33;

@@ -19,7 +19,7 @@ fn explodes_at(scheme: Scheme) -> f64 {
 
 /// From which dt·ω on a scheme that does not choose warns: half of where it explodes, and of one that
 /// gains energy at any where that is a percent in a hundred steps. Of one that damps, the rate is that
-/// at which fields throw bodies apart, or at which bodies that it takes for held swing.
+/// at which fields throw bodies apart.
 pub(super) fn warns_from(scheme: Scheme) -> Option<f64> {
     match scheme {
         Scheme::ExternalForce => Some(0.02),

@@ -42,7 +42,7 @@ pub enum StepWarning {
     ///
     /// Under [`LinearlyImplicit`](crate::Scheme::LinearlyImplicit), which damps what swings, it is what it
     /// leaves out that is told from 0.25 on: dt times the rate at which fields throw the body apart, like
-    /// near a centre that attracts, or times ω where fields hang on bodies that move.
+    /// near a centre that attracts; and where fields hang on bodies that move, dt·ω from 1 on.
     #[error(
         "the fields are stiff for {body:?}: dt·ω is {dt_omega}, and the largest stable dt {largest_stable_dt:e}"
     )]

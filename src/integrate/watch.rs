@@ -1,9 +1,9 @@
 //! Whether steps are too long for what the fields do: schemes that do not choose tell.
 
 use super::evaluation::Evaluation;
-use super::scout::Scout;
-use super::secant::{fourth_power, secant};
-use super::stability::{COUPLED, warns_from};
+use super::scout::{NEAR, Scout};
+use super::secant::fourth_power;
+use super::stability::{COUPLED, Mode, warns_from};
 use super::stiffness::{Estimate, StepWarning, Stiffness};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
@@ -12,6 +12,10 @@ use crate::rigid::{Lookup, Mobility, Wrench};
 /// More new bodies than this are not all looked into: only so many, the worst by how the fields
 /// change along their first steps.
 const MOST_NEW: usize = 16;
+
+/// From which dt·ω on the linearly implicit scheme warns of bodies that act on each other: half of where
+/// a scheme that is not implicit explodes, which it is for what it takes to be held.
+const COUPLED_FROM: f64 = 1.0;
 
 impl Integrator {
     /// Warns of bodies that were not there in the `last` evaluation, and stand where the fields are
@@ -34,20 +38,15 @@ impl Integrator {
             felt && !context.bodies[*place].sleeping && last.place_of(**body).is_none()
         });
         new.extend(places.map(|(place, _)| place));
-        if new.len() > MOST_NEW {
+        if context.is_coupled() {
+            let worst = self.coupled(context, evaluation, new.iter().copied(), limit);
+            warnings.extend(worst);
+            new.clear();
+        } else if new.len() > MOST_NEW {
             let mut scout = Scout::default();
-            scout.look(&mut self.motions, context, &evaluation.wrenches);
-            let shown = |place: usize| {
-                let (here, there) = (evaluation.wrenches[place], scout.wrenches[place]);
-                let change = Some(&scout.ways[place].change);
-                to_f64(secant(
-                    &context.bodies[place],
-                    here,
-                    there,
-                    change,
-                    context.dt,
-                ))
-            };
+            scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
+            let shown =
+                |place: usize| to_f64(scout.shown(context, place, evaluation.wrenches[place]));
             // Half as much as would be told: along its way it need not meet the stiffest direction.
             new.retain(|place| !(shown(*place) <= 0.25 * limit * limit));
             new.sort_unstable_by(|one, other| shown(*other).total_cmp(&shown(*one)));
@@ -58,11 +57,47 @@ impl Integrator {
         }
         let worst = new.iter().filter_map(|place| {
             let estimate = self.estimate(context, evaluation, *place);
-            self::judged(context, evaluation, &estimate)
+            judged(context, evaluation, &estimate)
         });
         let worst = worst.max_by(|one, other| one.0.total_cmp(&other.0));
         warnings.extend(worst.map(|(_, warning)| warning));
         self.candidates = new;
+    }
+
+    /// What is to be said of the worst of some bodies in fields that hang on bodies that move: by how
+    /// the wrenches change as all go on by a little. Jacobians hold what carries the fields still, and so
+    /// miss what a body's own fields do to it by their reaction.
+    fn coupled(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        places: impl Iterator<Item = usize>,
+        limit: f64,
+    ) -> Option<StepWarning> {
+        let mut scout = std::mem::take(&mut self.scout);
+        scout.look(&mut self.motions, context, &evaluation.wrenches, NEAR);
+        let shown = |place: usize| to_f64(scout.shown(context, place, evaluation.wrenches[place]));
+        let shown = places.map(|place| (shown(place).sqrt(), place));
+        // Not so for NaN.
+        let bad = shown.filter(|(dt_omega, _)| !(*dt_omega <= limit));
+        let worst = bad.max_by(|one, other| one.0.total_cmp(&other.0));
+        self.scout = scout;
+        worst.map(|(dt_omega, place)| {
+            let mode = Mode {
+                omega2: (dt_omega / to_f64(context.dt)).powi(2),
+                damping: 0.0,
+                gyration: 0.0,
+            };
+            let stable = match context.rules.scheme {
+                Scheme::LinearlyImplicit => Scheme::Kick,
+                scheme => scheme,
+            };
+            StepWarning::Stiff {
+                body: evaluation.bodies[place],
+                dt_omega: from_f64(dt_omega),
+                largest_stable_dt: from_f64(mode.largest_stable_dt(stable)),
+            }
+        })
     }
 
     /// Warns of the body whose wrench changed the most since the `last` evaluation, if that is because the
@@ -105,7 +140,11 @@ impl Integrator {
         }
         self.prepare(context);
         let estimate = self.estimate(context, evaluation, place);
-        warnings.extend(judged(context, evaluation, &estimate).map(|it| it.1));
+        let mut worst = judged(context, evaluation, &estimate).map(|it| it.1);
+        if worst.is_none() && context.is_coupled() {
+            worst = self.coupled(context, evaluation, std::iter::once(place), limit);
+        }
+        warnings.extend(worst);
     }
 
     /// The same for schemes that evaluate once a step, by the ways since the `last` evaluation: what they
@@ -136,14 +175,21 @@ impl Integrator {
     /// Warns of the body that the linearly implicit scheme follows the worst, of those that were looked
     /// into: it damps what draws back, and leaves out what throws apart, and other bodies.
     pub(super) fn watch_implicit(
+        &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         warnings: &mut Vec<StepWarning>,
     ) {
         let estimates = evaluation.estimates.iter();
         let told = estimates.filter_map(|estimate| judged(context, evaluation, estimate));
-        let worst = told.max_by(|one, other| one.0.total_cmp(&other.0));
-        warnings.extend(worst.map(|(_, warning)| warning));
+        let mut worst = told
+            .max_by(|one, other| one.0.total_cmp(&other.0))
+            .map(|it| it.1);
+        if worst.is_none() && context.compiled.varies() && context.is_coupled() {
+            let all = 0..evaluation.bodies.len();
+            worst = self.coupled(context, evaluation, all, COUPLED_FROM);
+        }
+        warnings.extend(worst);
     }
 
     /// How stiff the fields are for a body.
@@ -172,7 +218,6 @@ fn judged(
     let share = if coupled { COUPLED.sqrt() } else { 1.0 };
     let rates = &estimate.rates;
     let rate = match scheme {
-        Scheme::LinearlyImplicit if coupled => rates.divergence().max(rates.omega()),
         Scheme::LinearlyImplicit => rates.divergence(),
         _ => share * rates.omega(),
     };

@@ -59,5 +59,6 @@ mod study;
 mod swept;
 mod traces;
 mod warned;
+mod watched;
 mod weak;
 mod whole_flights;
