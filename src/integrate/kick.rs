@@ -3,10 +3,10 @@
 use super::evaluation::{Evaluation, find};
 use super::fault::{Fault, FaultKind};
 use super::free_motion::FreeMotion;
-use super::implicit::{Besides, implicit_change};
+use super::implicit::{Besides, Coupling, implicit_change};
 use super::motion::{FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked};
 use super::plan::Plan;
-use super::stiffness::{StepWarning, Treatment};
+use super::stiffness::Treatment;
 use super::{Integrator, Scheme, StepContext, Substeps};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
@@ -39,8 +39,9 @@ enum Duty {
 /// The bodies that something has put on another path within the step.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Redirected<'a> {
-    /// The wrenches on all bodies when the step began.
+    /// The wrenches on all bodies when the step began, and those that read velocities.
     pub before: &'a [Wrench],
+    pub coupled: &'a [Option<Coupling>],
     /// Who, in the order of handles, and which share of the step was over.
     pub shares: &'a [(RigidBodyHandle, Real)],
     /// Whether nobody has seen the ways of the others, so that they may still be changed.
@@ -83,6 +84,7 @@ impl Integrator {
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         motions.clear();
+        self.fastest = None;
         let all = (Half::First, None, Redirected::default());
         self.kick((context, evaluation), all, acts, motions)?;
         self.move_within(context, evaluation, motions)?;
@@ -120,6 +122,10 @@ impl Integrator {
         };
         for (place, body) in context.bodies.iter().enumerate() {
             let Some(duty) = duty(context, evaluation, (half, settled), place) else {
+                if let Some(first) = first.filter(|first| first.has_slope(body.handle)) {
+                    let update = end_of_load(context, evaluation, (place, redirected), first);
+                    motions.updates.extend(update);
+                }
                 continue;
             };
             let duty = match (together, duty) {
@@ -275,6 +281,33 @@ fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> 
     context.is_coupled().then_some(finest)
 }
 
+/// What the change of a force over the step adds for a body that was loaded with its mean over the
+/// velocities: as [`FreeMotion::second`] for one that reads none. The change at the same velocity is
+/// followed by what that does to the velocity, and so stays bounded.
+fn end_of_load(
+    context: &StepContext<'_, impl Lookup>,
+    evaluation: &Evaluation,
+    (place, redirected): (usize, Redirected<'_>),
+    first: &Motions,
+) -> Option<VelocityUpdate> {
+    let body = &context.bodies[place];
+    if evaluation.missed.binary_search(&place).is_ok() {
+        return None;
+    }
+    let now = velocities(body);
+    let at = |coupling: &Option<Coupling>| coupling.as_ref().map(|it| it.at(&now));
+    let is = evaluation.couplings.get(place)?;
+    let was = at(redirected.coupled.get(place)?)?;
+    let (change, coupling) = (at(is)? - was, is.as_ref()?);
+    let duration = 0.5 * to_f64(context.dt);
+    let mobility = Mobility::of(body);
+    let mean = coupling.mean(&mobility, &change, &Besides::default(), duration)?;
+    let motion = context.free_motion(body);
+    let (force, torque) = rounded(&mean);
+    let felt = motion.completes(Wrench { force, torque }, first.load(body.handle).is_some());
+    (felt != Wrench::ZERO).then(|| kicked(body, felt, from_f64(duration)))
+}
+
 /// New velocities of a body, and the angular impulse that is part of them.
 type Kicked = (VelocityUpdate, DVec3);
 
@@ -390,6 +423,9 @@ impl<W: Lookup> Kick<'_, W> {
         if solved.is_some() || !matches!(duty, Duty::Kick(_)) {
             motions.settled.push(body.handle);
         }
+        if solved.is_some() && context.rules.scheme.kicks_twice() && matches!(duty, Duty::Kick(_)) {
+            motions.sloped.push(body.handle);
+        }
         match solved {
             Some((update, _)) if matches!(duty, Duty::Implicit(_)) => {
                 Load::making(body, &update, dt)
@@ -484,36 +520,6 @@ impl<W: Lookup> Kick<'_, W> {
             angvel: from_dvec3(angvel),
             spins: false,
             wake: false,
-        }
-    }
-}
-
-/// Warns of the bodies that Rapier will slow down without a word.
-pub(crate) fn warn_of_caps(
-    context: &StepContext<'_, impl Lookup>,
-    motions: &Motions,
-    warnings: &mut Vec<StepWarning>,
-) {
-    let limit = context.rules.max_speed;
-    let updates = motions.updates.iter();
-    let updates = updates.map(|it| (it.body, [it.linvel, it.angvel].map(Vector::length)));
-    let loads = motions.loads.iter().map(|load| (load.body, load.speeds));
-    // Rapier's `MAX_ROTATION`, an eighth of a turn per step.
-    let fastest_turn = from_f64(std::f64::consts::FRAC_PI_4) / context.dt;
-    for (body, [speed, turn]) in updates.chain(loads) {
-        if speed > limit {
-            warnings.push(StepWarning::SpeedCapped { body, speed, limit });
-        }
-        let capped = || {
-            let body = context.world.body(body);
-            body.is_some_and(|body| !body.is_fast_rotation_allowed())
-        };
-        if turn > fastest_turn && capped() {
-            warnings.push(StepWarning::RotationCapped {
-                body,
-                speed: turn,
-                limit: fastest_turn,
-            });
         }
     }
 }

@@ -90,6 +90,12 @@ impl FreeMotion {
         wrench.times(share).plus(had)
     }
 
+    /// What of a change of the load over a step acts at its end.
+    pub(super) fn completes(&self, change: Wrench, loaded: bool) -> Wrench {
+        let share = if loaded { 1.0 - self.iteration() } else { 1.0 };
+        change.times(share)
+    }
+
     /// What makes the velocity with which Rapier works of the true one, or the other way round.
     pub(super) fn catches_up(&self, was_true: bool, is_true: bool) -> Vector {
         match (was_true, is_true) {

@@ -34,15 +34,15 @@ pub(crate) use evaluation::{Evaluation, find};
 pub(crate) use fault::{Fault, FaultKind};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use kick::Redirected;
-pub(crate) use kick::warn_of_caps;
 pub(crate) use load::{Before, complete};
 pub(crate) use motion::{
     FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate, kicked,
 };
 pub(crate) use redo::Redone;
-pub(crate) use watch::warn_of_springs;
+pub(crate) use watch::{warn_of_caps, warn_of_springs};
 
 use crate::eval::{Evaluator, Lineariser};
+use crate::math::RigidBodyHandle;
 
 /// Buffers of the stage.
 #[derive(Default)]
@@ -57,6 +57,9 @@ pub(crate) struct Integrator {
     others: Vec<VelocityUpdate>,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
+    /// Who swings the fastest along its way within the step, and the square of the frequency, if that is
+    /// too fast for a scheme that does not choose.
+    fastest: Option<(RigidBodyHandle, f64)>,
     /// The largest error that bodies were moved with in the step, by a scheme that chooses.
     pub(crate) reached: f64,
 }

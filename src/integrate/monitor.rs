@@ -47,6 +47,7 @@ impl Integrator {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
             self.look_into(context, evaluation, stiff);
+            Self::watch_held(context, evaluation, warnings);
         } else {
             let mut scout = std::mem::take(&mut self.scout);
             scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
@@ -76,7 +77,7 @@ impl Integrator {
         if context.dt == 0.0 || !context.compiled.varies() {
             return;
         }
-        let fourth = |place: usize| {
+        let fourth = |evaluation: &Evaluation, place: usize| {
             let was = last.map_or(Wrench::ZERO, |last| last.wrenches[place]);
             fourth_power(context, place, evaluation.wrenches[place], was)
         };
@@ -89,7 +90,7 @@ impl Integrator {
                     match (known, new) {
                         (true, _) => 0.0,
                         (false, true) => Real::INFINITY,
-                        (false, false) => fourth(place),
+                        (false, false) => fourth(evaluation, place),
                     }
                 });
                 // Whoever is not looked into shows less.
@@ -97,8 +98,14 @@ impl Integrator {
                 self.look_into(context, evaluation, stiff);
                 let done = (last, first, redirected);
                 self.judge(choice, context, evaluation, done, (stiff, warnings));
+                Self::watch_held(context, evaluation, warnings);
+                if last.is_some() && !context.rules.links.is_empty() {
+                    self.warn(context, evaluation, |it| fourth(evaluation, it), warnings);
+                }
             }
-            None if last.is_some() => self.warn(context, evaluation, fourth, warnings),
+            None if last.is_some() => {
+                self.warn(context, evaluation, |it| fourth(evaluation, it), warnings);
+            }
             None => {}
         }
         self.couple(context, evaluation);

@@ -1,5 +1,6 @@
 //! What bodies are to do in one half of a step: the value between INTEGRATE and BRIDGE.
 
+use super::evaluation::find;
 use super::pace::Pace;
 use super::plan::Plan;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
@@ -31,6 +32,9 @@ pub(crate) struct Motions {
     pub outdated: bool,
     /// Bodies that are to be moved within the step.
     pub(super) inner: Vec<Start>,
+    /// Bodies that are loaded with the mean of a force that reads velocities, in the order of their
+    /// handles.
+    pub(super) sloped: Vec<RigidBodyHandle>,
     /// In the order of the handles of their bodies.
     pub(super) resolved: Vec<Resolved>,
 }
@@ -173,11 +177,17 @@ impl Motions {
         self.means.clear();
         self.loads.clear();
         self.settled.clear();
+        self.sloped.clear();
         self.free.clear();
         self.ahead.clear();
         self.outdated = false;
         self.inner.clear();
         self.resolved.clear();
+    }
+
+    /// Whether a body was loaded with the mean of a force that reads velocities.
+    pub(super) fn has_slope(&self, body: RigidBodyHandle) -> bool {
+        !self.sloped.is_empty() && find(&self.sloped, body).is_some()
     }
 
     /// The load on a body in the first half of the step.

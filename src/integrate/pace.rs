@@ -31,6 +31,8 @@ pub(super) struct Track {
     pub pace: Pace,
     last: Option<Mark>,
     omega2: Option<f64>,
+    /// What two pieces in a row have shown, or a Jacobian: no edge.
+    pub sustained: f64,
     /// The last piece of the way.
     piece: Piece,
 }
@@ -111,9 +113,17 @@ impl Track {
         self.last = Some(mark);
     }
 
+    /// Takes note of a square of a frequency that a Jacobian has shown.
+    pub(super) fn see_exactly(&mut self, omega2: f64) {
+        self.sustained = self.sustained.max(omega2);
+        self.see(omega2);
+    }
+
     /// Takes note of a square of a frequency.
-    pub(super) fn see(&mut self, omega2: f64) {
-        let before = self.omega2.replace(omega2).unwrap_or(omega2);
+    fn see(&mut self, omega2: f64) {
+        let before = self.omega2.replace(omega2);
+        self.sustained = self.sustained.max(before.unwrap_or(0.0).min(omega2));
+        let before = before.unwrap_or(omega2);
         let Pace { omega2: most, jump } = &mut self.pace;
         *most = most.max(omega2);
         *jump = jump.max((omega2 - before).abs());

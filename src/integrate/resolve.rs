@@ -70,8 +70,11 @@ impl Integrator {
                 starts.append(&mut alike);
                 continue;
             }
-            if let Some(choice) = choice {
-                refine(choice, &substeps, (&mut alike, plan), (dt, coupled, uneven));
+            match choice {
+                Some(choice) => {
+                    refine(choice, &substeps, (&mut alike, plan), (dt, coupled, uneven));
+                }
+                None => self.note_ways(context, &alike, &substeps.tracks),
             }
             for (number, start) in alike.iter().enumerate() {
                 if start.plan != plan {
@@ -149,7 +152,7 @@ impl Integrator {
             motions: &self.motions,
             composed: plan.composed,
             uneven: context.choice().filter(|_| plan == Plan::UNEVEN),
-            tracked: context.choice().is_some(),
+            tracked: context.compiled.varies(),
             coupled,
             from: if begins.before.is_some() {
                 -to_f64(context.dt)

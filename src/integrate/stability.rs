@@ -22,12 +22,15 @@ fn explodes_at(scheme: Scheme) -> f64 {
 /// at which fields throw bodies apart.
 pub(super) fn warns_from(scheme: Scheme) -> Option<f64> {
     match scheme {
-        Scheme::ExternalForce => Some(0.02),
+        Scheme::ExternalForce => Some(BY_FORCE),
         Scheme::LinearlyImplicit => Some(0.25),
         _ if scheme.chooses() => None,
         _ => Some(0.5 * explodes_at(scheme)),
     }
 }
+
+/// That of Rapier's own forces, by which links of multibodies are pushed under any scheme.
+pub(super) const BY_FORCE: f64 = 0.02;
 
 /// Two bodies that pull at each other swing at up to this times the square of the frequency at which
 /// either would if the other were held.

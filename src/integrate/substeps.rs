@@ -9,7 +9,7 @@ use super::context::StepContext;
 use super::exponential::phi1;
 use super::fault::{Fault, FaultKind};
 use super::implicit::{Besides, Coupling};
-use super::jacobian;
+use super::jacobian::{self, Jacobian};
 use super::motion::{FASTEST, Start};
 use super::pace::{Track, track_all};
 use super::plan::{Bisection, Choice};
@@ -70,7 +70,7 @@ pub(super) struct Setting<'a, W> {
     pub composed: bool,
     /// To halve parts by, instead of ticks.
     pub uneven: Option<Choice>,
-    /// Whether to take note of how fast bodies swing, and whether together.
+    /// Whether to take note of how fast bodies swing, and whether they swing together.
     pub tracked: bool,
     pub coupled: bool,
     /// When it begins, relative to the world of the context: zero, or a step back.
@@ -244,8 +244,10 @@ impl<W: Lookup> Run<'_, W> {
             let coupling = Coupling::new(&jacobian, &evaluated, seen);
             let wrench = coupling.at(&velocities);
             let mobility = state.mobility();
-            let tracked = self.setting.tracked;
-            let omega2 = tracked.then(|| Rates::new(&jacobian, &mobility).omega2());
+            let omega2 = self.wants(&jacobian, &mobility).then(|| {
+                let rates = Rates::new(&jacobian, &mobility);
+                rates.omega2()
+            });
             let (momentum, twist) = state.momentum();
             let besides = Besides {
                 pull: six(state.acceleration * state.mass, DVec3::ZERO),
@@ -270,8 +272,16 @@ impl<W: Lookup> Run<'_, W> {
             known
                 .omega2
                 .into_iter()
-                .for_each(|omega2| track.see(omega2));
+                .for_each(|omega2| track.see_exactly(omega2));
         }
+    }
+
+    /// Whether the exact frequency counts: to choose by, or as it may be more than a step can follow.
+    fn wants(&self, jacobian: &Jacobian, mobility: &Mobility) -> bool {
+        let context = self.setting.context;
+        let bound = || jacobian.by_motion.norm() * mobility.matrix().norm();
+        self.setting.tracked
+            && (context.choice().is_some() || bound() * to_f64(context.dt).powi(2) > 1.0)
     }
 
     fn push(&mut self, group: &Group, duration: f64) -> Result<(), Fault> {

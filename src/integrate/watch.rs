@@ -1,12 +1,14 @@
 //! Whether steps are too long for what the fields do: schemes that do not choose tell.
 
-use super::evaluation::Evaluation;
+use super::evaluation::{Evaluation, find};
+use super::motion::{Motions, Start};
+use super::pace::Track;
 use super::scout::{NEAR, Scout};
 use super::secant::fourth_power;
-use super::stability::{COUPLED, Mode, warns_from};
-use super::stiffness::{Estimate, StepWarning, Stiffness};
+use super::stability::{BY_FORCE, COUPLED, Mode, warns_from};
+use super::stiffness::{Estimate, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
-use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
+use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rigid::{Lookup, Mobility, Wrench};
 
 /// More new bodies than this are not all looked into: only so many, the worst by how the fields
@@ -16,6 +18,9 @@ const MOST_NEW: usize = 16;
 /// From which dt·ω on the linearly implicit scheme warns of bodies that act on each other: half of where
 /// a scheme that is not implicit explodes, which it is for what it takes to be held.
 const COUPLED_FROM: f64 = 1.0;
+
+/// From which dt·ω on a body that Rapier's solver holds is told of, under schemes that choose.
+const HELD: f64 = 1.0;
 
 impl Integrator {
     /// Warns of bodies that were not there in the `last` evaluation, and stand where the fields are
@@ -82,22 +87,7 @@ impl Integrator {
         let bad = shown.filter(|(dt_omega, _)| !(*dt_omega <= limit));
         let worst = bad.max_by(|one, other| one.0.total_cmp(&other.0));
         self.scout = scout;
-        worst.map(|(dt_omega, place)| {
-            let mode = Mode {
-                omega2: (dt_omega / to_f64(context.dt)).powi(2),
-                damping: 0.0,
-                gyration: 0.0,
-            };
-            let stable = match context.rules.scheme {
-                Scheme::LinearlyImplicit => Scheme::Kick,
-                scheme => scheme,
-            };
-            StepWarning::Stiff {
-                body: evaluation.bodies[place],
-                dt_omega: from_f64(dt_omega),
-                largest_stable_dt: from_f64(mode.largest_stable_dt(stable)),
-            }
-        })
+        worst.map(|(dt_omega, place)| stiff(evaluation.bodies[place], dt_omega, context))
     }
 
     /// Warns of the body whose wrench changed the most since the `last` evaluation, if that is because the
@@ -109,39 +99,51 @@ impl Integrator {
         fourth_power: impl Fn(usize) -> Real,
         warnings: &mut Vec<StepWarning>,
     ) {
-        let Some(limit) = warns_from(context.rules.scheme) else {
+        let others = warns_from(context.rules.scheme);
+        let links = context.rules.links;
+        if others.is_none() && links.is_empty() {
             return;
+        }
+        let limit = |place: usize| match others {
+            // Whatever the scheme, they are pushed by forces.
+            _ if find(links, evaluation.bodies[place]).is_some() => Some(BY_FORCE),
+            others => others,
         };
-        // Of (dt·ω)⁴, which takes no root.
-        let mut worst = (from_f64(limit.powi(4)), None);
+        // Of (dt·ω)⁴, which takes no root; as a share of what is told.
+        let mut worst = (1.0, None);
         for place in 0..evaluation.bodies.len() {
-            let fourth = fourth_power(place);
-            if fourth > worst.0 {
-                worst = (fourth, Some(place));
+            let most = if links.is_empty() {
+                others
+            } else {
+                limit(place)
+            };
+            let share = most.map_or(0.0, |limit| fourth_power(place) / from_f64(limit.powi(4)));
+            if share > worst.0 {
+                worst = (share, Some(place));
             }
         }
         let Some(place) = worst.1 else {
             return;
         };
         let body = evaluation.bodies[place];
-        let told =
-            |it: &StepWarning| matches!(it, StepWarning::Stiff { body: it, .. } if *it == body);
-        if warnings.iter().any(told) {
+        if is_told(warnings, body) {
             return;
         }
         // Where energy is gained at any step, Jacobians would be worked out in every one.
         if context.rules.scheme == Scheme::ExternalForce {
-            warnings.push(StepWarning::Stiff {
-                body,
-                dt_omega: worst.0.sqrt().sqrt(),
-                largest_stable_dt: 0.0,
-            });
+            warnings.push(by_force(body, worst.0.sqrt().sqrt() * from_f64(BY_FORCE)));
             return;
         }
         self.prepare(context);
         let estimate = self.estimate(context, evaluation, place);
+        if limit(place) == Some(BY_FORCE) {
+            let dt_omega = estimate.rates.report(context.dt, 0.0).dt_omega;
+            let told = to_f64(dt_omega) > BY_FORCE;
+            warnings.extend(told.then(|| by_force(body, dt_omega)));
+            return;
+        }
         let mut worst = judged(context, evaluation, &estimate).map(|it| it.1);
-        if worst.is_none() && context.is_coupled() {
+        if let Some(limit) = others.filter(|_| worst.is_none() && context.is_coupled()) {
             worst = self.coupled(context, evaluation, std::iter::once(place), limit);
         }
         warnings.extend(worst);
@@ -192,6 +194,25 @@ impl Integrator {
         warnings.extend(worst);
     }
 
+    /// Warns of the bodies that Rapier's solver holds and that swing too fast for one kick a step: a scheme
+    /// that chooses knows nothing of contacts and joints within it.
+    pub(super) fn watch_held(
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        warnings: &mut Vec<StepWarning>,
+    ) {
+        for (place, treatment) in &evaluation.treatments {
+            let body = &context.bodies[*place];
+            let Treatment::Resolve(pace) = treatment else {
+                continue;
+            };
+            let dt_omega = pace.omega2.sqrt() * to_f64(context.dt);
+            if dt_omega > HELD && context.is_held(body) && !is_told(warnings, body.handle) {
+                warnings.push(stiff(body.handle, dt_omega, context));
+            }
+        }
+    }
+
     /// How stiff the fields are for a body.
     pub(crate) fn stiffness(
         &mut self,
@@ -203,6 +224,81 @@ impl Integrator {
         self.prepare(context);
         let estimate = self.estimate(context, evaluation, place);
         Some(report(context, &estimate))
+    }
+}
+
+impl Integrator {
+    /// Takes note of how fast bodies swing along their ways within the step, beyond what a scheme that
+    /// does not choose can follow.
+    pub(super) fn note_ways(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        starts: &[Start],
+        tracks: &[Track],
+    ) {
+        let Some(limit) = warns_from(context.rules.scheme) else {
+            return;
+        };
+        let most = (limit / to_f64(context.dt)).powi(2);
+        let known = self.fastest.map_or(most, |(_, omega2)| omega2);
+        let swings = starts.iter().zip(tracks);
+        let swings = swings.map(|(start, track)| (start.place, track.sustained));
+        let fastest = swings.filter(|(_, omega2)| *omega2 > known);
+        let fastest = fastest.max_by(|one, other| one.1.total_cmp(&other.1));
+        if let Some((place, omega2)) = fastest {
+            self.fastest = Some((context.bodies[place].handle, omega2));
+        }
+    }
+
+    /// Warns of what [`note_ways`](Self::note_ways) has noted.
+    pub(crate) fn warn_of_ways(
+        &self,
+        context: &StepContext<'_, impl Lookup>,
+        warnings: &mut Vec<StepWarning>,
+    ) {
+        let Some((body, omega2)) = self.fastest.filter(|(body, _)| !is_told(warnings, *body))
+        else {
+            return;
+        };
+        warnings.push(stiff(body, omega2.sqrt() * to_f64(context.dt), context));
+    }
+}
+
+fn is_told(warnings: &[StepWarning], body: RigidBodyHandle) -> bool {
+    let tells = |it: &StepWarning| matches!(it, StepWarning::Stiff { body: it, .. } if *it == body);
+    warnings.iter().any(tells)
+}
+
+/// A body that swings so fast, as far as it is known.
+fn stiff(
+    body: RigidBodyHandle,
+    dt_omega: f64,
+    context: &StepContext<'_, impl Lookup>,
+) -> StepWarning {
+    let mode = Mode {
+        omega2: (dt_omega / to_f64(context.dt)).powi(2),
+        damping: 0.0,
+        gyration: 0.0,
+    };
+    let scheme = match context.rules.scheme {
+        // Of those it is what solves for nothing that counts.
+        scheme if scheme.chooses() => Scheme::KickDriftKick,
+        Scheme::LinearlyImplicit => Scheme::Kick,
+        scheme => scheme,
+    };
+    StepWarning::Stiff {
+        body,
+        dt_omega: from_f64(dt_omega),
+        largest_stable_dt: from_f64(mode.largest_stable_dt(scheme)),
+    }
+}
+
+/// What gains energy at any step.
+fn by_force(body: RigidBodyHandle, dt_omega: Real) -> StepWarning {
+    StepWarning::Stiff {
+        body,
+        dt_omega,
+        largest_stable_dt: 0.0,
     }
 }
 
@@ -269,3 +365,33 @@ pub(crate) fn warn_of_springs(body: RigidBodyHandle, omega2: f64, dt: Real) -> O
 
 /// A bounce off a spring gives back at most 1/(1 − (dt·ω)²/4) of the energy: here a fifteenth more.
 const SPRINGS_FROM: f64 = 0.5;
+
+/// Warns of the bodies that Rapier will slow down without a word.
+pub(crate) fn warn_of_caps(
+    context: &StepContext<'_, impl Lookup>,
+    motions: &Motions,
+    warnings: &mut Vec<StepWarning>,
+) {
+    let limit = context.rules.max_speed;
+    let updates = motions.updates.iter();
+    let updates = updates.map(|it| (it.body, [it.linvel, it.angvel].map(Vector::length)));
+    let loads = motions.loads.iter().map(|load| (load.body, load.speeds));
+    // Rapier's `MAX_ROTATION`, an eighth of a turn per step.
+    let fastest_turn = from_f64(std::f64::consts::FRAC_PI_4) / context.dt;
+    for (body, [speed, turn]) in updates.chain(loads) {
+        if speed > limit {
+            warnings.push(StepWarning::SpeedCapped { body, speed, limit });
+        }
+        let capped = || {
+            let body = context.world.body(body);
+            body.is_some_and(|body| !body.is_fast_rotation_allowed())
+        };
+        if turn > fastest_turn && capped() {
+            warnings.push(StepWarning::RotationCapped {
+                body,
+                speed: turn,
+                limit: fastest_turn,
+            });
+        }
+    }
+}

@@ -444,6 +444,7 @@ impl FieldPipeline {
         };
         let outcome = integrator.first_half(&context, evaluation, &acts, &mut motions);
         if outcome.is_ok() {
+            integrator.warn_of_ways(&context, &mut warnings);
             warn_of_caps(&context, &motions, &mut warnings);
         }
         (self.integrator, self.links, self.held) = (integrator, links, held);

@@ -248,8 +248,10 @@ impl FieldPipeline {
                     .as_ref()
                     .filter(|last| last.bodies == evaluation.bodies);
                 let before = known.map_or(&[][..], |last| &last.wrenches);
+                let coupled = known.map_or(&[][..], |last| &last.couplings);
                 let redirected = Redirected {
                     before,
+                    coupled,
                     shares,
                     may_redo,
                 };

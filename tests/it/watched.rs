@@ -255,7 +255,7 @@ fn the_error_that_was_reached_is_told() {
         let mut world = weightless(0.01);
         insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);
         let omega: Real = turn / 0.01;
-        let tree = Field::spring(omega * omega).into();
+        let tree: Tree = Field::spring(omega * omega).into();
         let mut fields = build(tree, Scheme::Auto { tolerance });
         for _ in 0..20 {
             let outcome = fields.step(&mut world).expect("a finite step");
