@@ -24,8 +24,9 @@ pub struct WorldMut<'a> {
     pub narrow_phase: &'a NarrowPhase,
     /// Joints between bodies.
     pub impulse_joints: &'a ImpulseJointSet,
-    /// Articulations: their links ignore impulses, and are pushed by forces.
-    pub multibody_joints: &'a MultibodyJointSet,
+    /// Articulations: their links ignore impulses, and are pushed by forces. Written only where a step
+    /// is refused after Rapier's.
+    pub multibody_joints: &'a mut MultibodyJointSet,
     /// Soft bodies: their particles are pushed one by one.
     pub soft_bodies: &'a mut SoftBodySet,
     /// The gravity that Rapier's step is given.
@@ -42,7 +43,7 @@ impl<'a> From<&'a mut PhysicsWorld> for WorldMut<'a> {
             islands: &world.islands,
             narrow_phase: &world.narrow_phase,
             impulse_joints: &world.impulse_joints,
-            multibody_joints: &world.multibody_joints,
+            multibody_joints: &mut world.multibody_joints,
             soft_bodies: &mut world.soft_bodies,
             gravity: world.gravity,
             integration_parameters: &world.integration_parameters,

@@ -23,12 +23,13 @@ mod scout;
 mod stiffness;
 mod substeps;
 
+pub use fault::FaultPolicy;
 pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
 
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use evaluation::{Evaluation, find};
-pub(crate) use fault::{Fault, FaultKind};
+pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use kick::Redirected;
 pub(crate) use kick::warn_of_caps;

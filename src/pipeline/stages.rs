@@ -71,6 +71,8 @@ impl FieldPipeline {
             max_speed: parameters.max_linear_velocity(),
             links,
             held,
+            on_fault: fields.settings.on_fault,
+            sift: None,
         }
     }
 
