@@ -1,18 +1,20 @@
 //! The world as it was when a step began, to go back to.
 
+mod joints;
+
+use joints::Joints;
+
 use super::world::{View, WorldMut};
-use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, RigidBodySet};
-use crate::rapier::dynamics::{
-    MultibodyIndex, MultibodyJoint, MultibodyJointSet, RigidBody, RigidBodyBuilder,
-};
+use crate::math::{ColliderHandle, Pose, RigidBodyHandle};
+use crate::rapier::dynamics::{RigidBody, RigidBodyBuilder};
 use crate::rigid::Lookup;
 
-/// Copies of the bodies that can move, and of the coordinates of articulations.
+/// Copies of the bodies, and of what Rapier knows of joints.
 #[derive(Debug, Default)]
 pub(crate) struct Rollback {
     /// By the index of a body.
     copies: Vec<Option<BodyCopy>>,
-    articulations: Articulations,
+    joints: Joints,
 }
 
 /// A body as it was. Where nothing is to be gone back to, an old copy stays for its memory.
@@ -27,17 +29,17 @@ impl Rollback {
     /// Takes the present state.
     pub(crate) fn take(&mut self, world: &WorldMut<'_>) {
         self.clear();
-        for (handle, body) in world.bodies.iter().filter(|(_, body)| !body.is_fixed()) {
+        for (handle, body) in world.bodies.iter() {
             self.put(handle, body);
         }
-        self.articulations.take(world.multibody_joints);
+        self.joints.take(world);
     }
 
     /// Forgets all: nothing in this step can fail once it has begun.
     pub(crate) fn clear(&mut self) {
         let copies = self.copies.iter_mut().flatten();
         copies.for_each(|copy| copy.current = false);
-        self.articulations.clear();
+        self.joints.clear();
     }
 
     fn put(&mut self, handle: RigidBodyHandle, body: &RigidBody) {
@@ -85,8 +87,7 @@ impl Rollback {
                 now.copy_from(body);
             }
         }
-        self.articulations
-            .restore(world.multibody_joints, world.bodies);
+        self.joints.restore(world);
         let bodies = &mut *world.bodies;
         bodies.propagate_modified_body_positions_to_colliders(world.colliders);
     }
@@ -100,65 +101,7 @@ fn is_same(now: &RigidBody, was: &RigidBody) -> bool {
         && now.activation() == was.activation()
         && now.user_force() == was.user_force()
         && now.user_torque() == was.user_torque()
+        && now.mass_properties() == was.mass_properties()
         && now.is_enabled() == was.is_enabled()
         && now.gyroscopic_forces_enabled() == was.gyroscopic_forces_enabled()
-}
-
-/// Where articulations were, and how they moved: Rapier makes the poses of links of that.
-#[derive(Debug, Default)]
-struct Articulations {
-    /// By a link's body, with its place among the links.
-    joints: Vec<(RigidBodyHandle, MultibodyIndex, usize, MultibodyJoint)>,
-    /// Of one articulation after the other.
-    velocities: Vec<(MultibodyIndex, Real)>,
-}
-
-impl Articulations {
-    fn clear(&mut self) {
-        self.joints.clear();
-        self.velocities.clear();
-    }
-
-    fn take(&mut self, set: &MultibodyJointSet) {
-        for multibody in set.multibodies() {
-            for (number, link) in multibody.links().enumerate() {
-                let body = link.rigid_body_handle();
-                let Some(id) = set.rigid_body_link(body) else {
-                    continue;
-                };
-                if number == 0 {
-                    let velocities = multibody.generalized_velocity();
-                    let velocities = velocities.iter().map(|it| (id.multibody, *it));
-                    self.velocities.extend(velocities);
-                }
-                self.joints.push((body, id.multibody, number, link.joint));
-            }
-        }
-    }
-
-    /// Puts those back that still are what they were made of.
-    fn restore(&self, set: &mut MultibodyJointSet, bodies: &RigidBodySet) {
-        for of_one in self.joints.chunk_by(|a, b| a.1 == b.1) {
-            let index = of_one[0].1;
-            let Some(multibody) = set.get_multibody_mut_internal(index) else {
-                continue;
-            };
-            let links = multibody.links().map(|link| link.rigid_body_handle());
-            let mut velocities = self.velocities.iter().filter(|(of, _)| *of == index);
-            let same = links.eq(of_one.iter().map(|joint| joint.0))
-                && velocities.clone().count() == multibody.ndofs();
-            if !same {
-                continue;
-            }
-            for (link, was) in multibody.links_mut().zip(of_one) {
-                link.joint = was.3;
-            }
-            for now in multibody.generalized_velocity_mut().iter_mut() {
-                if let Some((_, was)) = velocities.next() {
-                    *now = *was;
-                }
-            }
-            multibody.forward_kinematics(bodies, false);
-        }
-    }
 }

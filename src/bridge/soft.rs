@@ -74,9 +74,7 @@ impl SoftBodies {
             let kick = self.forces[place].force * duration / centre.mass;
             (centre.velocity + kick).length()
         };
-        let bears = |place: &usize| {
-            self.forces[*place] == Wrench::ZERO || speed(*place) <= FASTEST
-        };
+        let bears = |place: &usize| self.forces[*place] == Wrench::ZERO || speed(*place) <= FASTEST;
         let places = (0..self.forces.len()).filter(|place| !bears(place));
         let places: Vec<usize> = places.collect();
         let kind = FaultKind::TooFast {

@@ -92,7 +92,14 @@ pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
                 sum = all;
             }
         };
-        add(reaction(set, frames, samples, moment, body, Vector::is_finite));
+        add(reaction(
+            set,
+            frames,
+            samples,
+            moment,
+            body,
+            Vector::is_finite,
+        ));
         each_trace(set, frames, samples, moment, body, |sample, _, trace| {
             if let Some(force) = trace.force {
                 let torque = from_dvec3(to_dvec3(sample.arm).cross(force));

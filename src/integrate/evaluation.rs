@@ -124,7 +124,10 @@ impl Evaluation {
         self.errors.retain(|(body, _)| !gone.contains(body));
         self.estimates.retain(|estimate| stays[estimate.place]);
         self.treatments.retain(|(place, _)| stays[*place]);
-        let estimates = self.estimates.iter_mut().map(|estimate| &mut estimate.place);
+        let estimates = self
+            .estimates
+            .iter_mut()
+            .map(|estimate| &mut estimate.place);
         let treatments = self.treatments.iter_mut().map(|(place, _)| place);
         estimates.chain(treatments).for_each(|it| *it = before(*it));
         for places in [&mut self.missed, &mut self.left_out] {

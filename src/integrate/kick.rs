@@ -523,7 +523,9 @@ impl<W: Lookup> Kick<'_, W> {
         let estimate = estimate.filter(|_| self.felt)?;
         let now = velocities(body);
         let pull = free.map_or(Vector6::zeros(), |free| free.pull(body).pull);
-        let wrench = self.coupling().map_or(of_wrench(self.wrench), |it| it.at(&now));
+        let wrench = self
+            .coupling()
+            .map_or(of_wrench(self.wrench), |it| it.at(&now));
         let change = implicit_change(
             &Mobility::of(body),
             &estimate.jacobian,

@@ -212,7 +212,8 @@ impl FieldPipeline {
         self.find_held(fields, world);
         self.evaluate(fields, world, (now, dt), &mut evaluation)?;
         if !self.condemned.is_empty() {
-            open.bodies.retain(|it| !self.condemned.contains(&it.handle));
+            open.bodies
+                .retain(|it| !self.condemned.contains(&it.handle));
             last.iter_mut().for_each(|it| it.remove(&self.condemned));
         }
         let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));

@@ -9,7 +9,7 @@ use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, WrenchError};
 use crate::field::{FieldSet, Frames, Query, Sampling};
-use crate::integrate::{FaultPolicy, Evaluation, Integrator, MotionRules, StepContext, Stiffness};
+use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 use crate::reference::{Fate, Reference};
 use crate::rigid::{Body, Wrench};
