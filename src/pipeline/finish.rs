@@ -16,8 +16,7 @@ use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rigid::{Lookup, Wrench};
 
 impl FieldPipeline {
-    /// What happens after Rapier's step. After an error, poses, velocities and forces of all bodies
-    /// are as they were before it began.
+    /// What happens after Rapier's step. After an error the world is as it was before it began.
     pub(crate) fn finish(
         &mut self,
         fields: &Definition<'_>,
