@@ -76,6 +76,7 @@ impl Rollback {
 
     /// Puts everything back.
     pub(crate) fn restore(&self, world: &mut WorldMut<'_>) {
+        let mut moved = false;
         let copies = self.copies.iter().flatten();
         for BodyCopy { handle, body, .. } in copies.filter(|copy| copy.current) {
             let same = |now: &RigidBody| is_same(now, body);
@@ -85,9 +86,13 @@ impl Rollback {
             if let Some(now) = world.bodies.get_mut(*handle) {
                 // Leaves the colliders, and Rapier's bookkeeping, as they are.
                 now.copy_from(body);
+                moved = true;
             }
         }
         self.joints.restore(world);
+        if !moved {
+            return;
+        }
         let bodies = &mut *world.bodies;
         bodies.propagate_modified_body_positions_to_colliders(world.colliders);
     }

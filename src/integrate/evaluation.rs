@@ -114,33 +114,31 @@ impl Evaluation {
 
     /// Forgets some bodies.
     pub(crate) fn remove(&mut self, gone: &[RigidBodyHandle]) {
-        let stays: Vec<bool> = self.bodies.iter().map(|it| !gone.contains(it)).collect();
-        let before = |place: usize| stays[..place].iter().filter(|stays| **stays).count();
-        keep(&mut self.bodies, &stays);
-        keep(&mut self.wrenches, &stays);
-        keep(&mut self.centres, &stays);
-        keep(&mut self.sampled_at, &stays);
-        keep(&mut self.couplings, &stays);
+        let mut count = 0;
+        let place = |body: &RigidBodyHandle| {
+            let stays = !gone.contains(body);
+            count += usize::from(stays);
+            stays.then(|| count - 1)
+        };
+        let places: Vec<Option<usize>> = self.bodies.iter().map(place).collect();
+        keep(&mut self.bodies, &places);
+        keep(&mut self.wrenches, &places);
+        keep(&mut self.centres, &places);
+        keep(&mut self.sampled_at, &places);
+        keep(&mut self.couplings, &places);
         self.errors.retain(|(body, _)| !gone.contains(body));
-        self.estimates.retain(|estimate| stays[estimate.place]);
-        self.treatments.retain(|(place, _)| stays[*place]);
-        let estimates = self
-            .estimates
-            .iter_mut()
-            .map(|estimate| &mut estimate.place);
-        let treatments = self.treatments.iter_mut().map(|(place, _)| place);
-        estimates.chain(treatments).for_each(|it| *it = before(*it));
-        for places in [&mut self.missed, &mut self.left_out] {
-            places.retain(|place| stays[*place]);
-            places.iter_mut().for_each(|it| *it = before(*it));
-        }
+        let moved = |place: &mut usize| places[*place].map(|now| *place = now).is_some();
+        self.estimates.retain_mut(|it| moved(&mut it.place));
+        self.treatments.retain_mut(|it| moved(&mut it.0));
+        self.missed.retain_mut(moved);
+        self.left_out.retain_mut(moved);
     }
 }
 
 /// Keeps of a list by place, which may be empty, what stays.
-fn keep<T>(list: &mut Vec<T>, stays: &[bool]) {
-    let mut stays = stays.iter();
-    list.retain(|_| stays.next() == Some(&true));
+fn keep<T>(list: &mut Vec<T>, places: &[Option<usize>]) {
+    let mut places = places.iter();
+    list.retain(|_| places.next().is_some_and(Option::is_some));
 }
 
 /// The place of a handle in a list that is in the order of handles.
