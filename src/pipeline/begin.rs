@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::faults::answering;
+use super::stages::moment;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
@@ -13,7 +14,6 @@ use crate::integrate::{Fault, FaultPolicy, StepWarning, TurnAfter, find, warn_of
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Lookup};
-use crate::sample::Moment;
 
 impl FieldPipeline {
     /// What happens before Rapier's step. After an error nothing has been written.
@@ -568,15 +568,6 @@ impl FieldPipeline {
             bridge::set_hooks(world, collider, own | bits);
             Arc::make_mut(listening).add(collider, own);
         }
-    }
-}
-
-/// The moment of a step of length `dt`; in one of no length no force acts, and that of a change of
-/// velocity is to be finite.
-pub(super) fn moment(time: f64, dt: Real) -> Moment {
-    Moment {
-        time,
-        dt: if dt == 0.0 { 1.0 } else { dt },
     }
 }
 

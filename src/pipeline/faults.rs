@@ -1,6 +1,6 @@
 //! What a step does about forces that cannot be given to Rapier.
 
-use super::begin::moment;
+use super::stages::moment;
 use super::{Definition, FieldPipeline};
 use crate::bridge::{StepError, WorldMut, durations};
 use crate::diagnose::{blame, sifted, warn_of};

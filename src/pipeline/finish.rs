@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use super::begin::moment;
 use super::faults::answering;
-use super::stages::iterations;
+use super::stages::{iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::begin::moment;
+use super::stages::moment;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, View};
 use crate::compile::{Compiled, Plan, Prepared};
