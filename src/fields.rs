@@ -45,6 +45,8 @@ use crate::rapier::pipeline::{EventHandler, PhysicsHooks, PhysicsWorld};
 ///   whole before), for two evaluations. A soft body that sleeps is left asleep, but by
 ///   [`WakePolicy::Always`].
 /// - Only bodies that feel something are written to, once before and once after Rapier's step.
+/// - A force that is not finite, or too large for any velocity, never reaches Rapier: the
+///   [`FaultPolicy`](crate::FaultPolicy) says what happens to the body.
 ///
 /// Who is awake is asked of Rapier's islands. Where more than half of the bodies and 256 sleep, a
 /// body that you wake without moving the time forward is felt from the second half of the step on.
@@ -126,7 +128,7 @@ impl Fields {
     /// One step of a world with its fields, in place of `world.step()`.
     ///
     /// # Errors
-    /// See [`StepError`]; poses, velocities and forces of all bodies are as they were before.
+    /// See [`StepError`]; the world is as it was before.
     pub fn step(&mut self, world: &mut PhysicsWorld) -> Result<StepOutcome, StepError> {
         self.step_with(world, &(), &())
     }
@@ -189,8 +191,7 @@ impl Fields {
     /// What happens after Rapier's step.
     ///
     /// # Errors
-    /// See [`StepError`]; poses, velocities and forces of all bodies are as they were before
-    /// [`begin`](Self::begin).
+    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin).
     pub fn finish(
         &mut self,
         step: OpenStep,

@@ -197,7 +197,7 @@ pub use field::{
     Sampling, Scalar, Tree, TreeHandle,
 };
 pub use fields::{Fields, FieldsBuilder};
-pub use integrate::{Scheme, StepWarning, Stiffness, Substeps};
+pub use integrate::{FaultPolicy, Scheme, StepWarning, Stiffness, Substeps};
 pub use pipeline::{
     BodySample, FieldPipeline, FieldSettings, FieldState, FieldValue, OpenStep, StepOutcome,
 };

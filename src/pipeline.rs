@@ -3,6 +3,7 @@
 //! checked.
 
 mod begin;
+mod faults;
 mod finish;
 mod open_step;
 mod questions;
@@ -25,7 +26,7 @@ use crate::compile::Compiled;
 use crate::contact::{Claims, ContactEvent, Detection, Detector, Rules};
 use crate::cross_check::Watched;
 use crate::field::FieldSet;
-use crate::integrate::{Evaluation, Integrator, Motions, Redone, StepWarning};
+use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Redone, StepWarning};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, Wrench};
 use crate::sample::{Gatherer, Properties, Samples};
@@ -82,6 +83,10 @@ pub struct FieldPipeline {
     /// Of the second half.
     late: Motions,
     rollback: Rollback,
+    /// As it was when the step began.
+    on_fault: FaultPolicy,
+    /// Bodies that are to be disabled in this half of the step.
+    condemned: Vec<RigidBodyHandle>,
     /// An evaluation that nothing begins with any more. What it holds is that of the last step, if
     /// the state has none.
     spare: Evaluation,
@@ -132,6 +137,8 @@ impl Default for FieldPipeline {
             motions: Motions::default(),
             late: Motions::default(),
             rollback: Rollback::default(),
+            on_fault: FaultPolicy::default(),
+            condemned: Vec::new(),
             spare: Evaluation::default(),
             spare_record: OpenRecord::default(),
             acting: Vec::new(),

@@ -2,8 +2,9 @@
 
 pub use crate::rapier::prelude::*;
 pub use crate::{
-    Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Detection, Field,
-    FieldHandle, FieldPipeline, FieldSet, FieldSettings, FieldState, Fields, ForceMode, Layer,
-    Lifetime, OpenStep, Operator, PropertyError, Region, Responder, Sample, Sampling, Scalar,
-    Scheme, StepError, StepWarning, Stiffness, Substeps, Tree, TreeHandle, WakePolicy, WorldMut,
+    Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Detection, FaultPolicy,
+    Field, FieldHandle, FieldPipeline, FieldSet, FieldSettings, FieldState, Fields, ForceMode,
+    Layer, Lifetime, OpenStep, Operator, PropertyError, Region, Responder, Sample, Sampling,
+    Scalar, Scheme, StepError, StepWarning, Stiffness, Substeps, Tree, TreeHandle, WakePolicy,
+    WorldMut,
 };

@@ -4,7 +4,9 @@ use crate::field::BuildError;
 use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
-/// Why a step was refused. The world is as it was before the step.
+/// Why a step was refused. The world is as it was before the step: bodies of all kinds, where kinematic
+/// ones are led to, joints, soft bodies, and all switches. What fields do to single bodies is refused
+/// only if [`FieldSettings::on_fault`](crate::FieldSettings::on_fault) says so.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
@@ -14,7 +16,8 @@ pub enum StepError {
         /// The time step.
         dt: Real,
     },
-    /// A field gives a force or torque that is infinite or NaN.
+    /// A field gives a force or torque that is infinite or NaN, and
+    /// [`FaultPolicy::Refuse`](crate::FaultPolicy::Refuse) is on.
     #[error("{field} gives {force} on {body:?} at {world_point} (collider {collider:?})")]
     NonFinite {
         /// The field.
@@ -29,7 +32,8 @@ pub enum StepError {
         force: Vector,
     },
     /// The fields would push a body beyond what the scalar type can square, which Rapier turns
-    /// into a velocity of zero without a word.
+    /// into a velocity of zero without a word; or they give it a force that overflows together with
+    /// the user's own. [`FaultPolicy::Refuse`](crate::FaultPolicy::Refuse) is on.
     #[error("{field} pushes {body:?} to a speed of {speed:e}; at most {limit:e} can be simulated")]
     TooFast {
         /// The field that pushes the most.

@@ -19,9 +19,9 @@ pub(crate) use read::{Reader, Wanted, is_movable};
 pub(crate) use restless::{Balance, Drowsing};
 pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;
-pub(crate) use soft::SoftBodies;
+pub(crate) use soft::{SoftBodies, durations};
 pub(crate) use world::View;
 pub(crate) use write::{
-    ForceOverride, Push, apply, finish, let_precess, place, push, restore, set_hooks, weigh, write,
-    write_linear,
+    ForceOverride, Push, apply, finish, let_precess, place, push, quarantine, restore, set_hooks,
+    weigh, write, write_linear,
 };

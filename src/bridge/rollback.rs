@@ -1,134 +1,112 @@
-//! The bodies as they were when a step began, to go back to.
+//! The world as it was when a step began, to go back to.
 
-use super::world::View;
-use crate::math::{ColliderHandle, ColliderSet, Pose, RigidBodyHandle, RigidBodySet, Vector};
-use crate::rapier::dynamics::{IslandManager, RigidBody, RigidBodyActivation};
-use crate::rigid::{Body, Lookup};
+mod joints;
 
-/// Copies of the bodies that Rapier may move in a step. Of sleepers, which it may wake, those of
-/// when they fell asleep are kept.
+use joints::Joints;
+
+use super::world::{View, WorldMut};
+use crate::math::{ColliderHandle, Pose, RigidBodyHandle};
+use crate::rapier::dynamics::{RigidBody, RigidBodyBuilder};
+use crate::rigid::Lookup;
+
+/// Copies of the bodies, and of what Rapier knows of joints.
 #[derive(Debug, Default)]
 pub(crate) struct Rollback {
     /// By the index of a body.
     copies: Vec<Option<BodyCopy>>,
-    active: Vec<RigidBodyHandle>,
+    joints: Joints,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+/// A body as it was. Where nothing is to be gone back to, an old copy stays for its memory.
+#[derive(Debug)]
 struct BodyCopy {
     handle: RigidBodyHandle,
-    pose: Pose,
-    linvel: Vector,
-    angvel: Vector,
-    activation: RigidBodyActivation,
-}
-
-impl BodyCopy {
-    fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
-        BodyCopy {
-            handle,
-            pose: *body.position(),
-            linvel: body.linvel(),
-            angvel: body.angvel(),
-            activation: *body.activation(),
-        }
-    }
+    body: RigidBody,
+    current: bool,
 }
 
 impl Rollback {
-    /// Takes the present state: of `all` bodies that can move, or of those that Rapier has awake,
-    /// those that it had when this was called last, and those that were read as awake.
-    pub(crate) fn take(
-        &mut self,
-        view: &View<'_>,
-        islands: &IslandManager,
-        all: bool,
-        read: &[Body],
-    ) {
-        if all || self.copies.is_empty() {
-            self.copies.clear();
-            let movable = view.bodies().filter(|(_, body)| !body.is_fixed());
-            for (handle, body) in movable {
-                self.put(handle, body);
-            }
-        } else {
-            let last = std::mem::take(&mut self.active);
-            for handle in last.iter().copied().chain(islands.active_bodies()) {
-                if let Some(body) = view.body(handle) {
-                    self.put(handle, body);
-                }
-            }
-            self.active = last;
-            // Whoever was woken since the last step is not among Rapier's active ones yet.
-            for copy in read {
-                if let Some(body) = view.body(copy.handle).filter(|_| !self.knows(copy)) {
-                    self.put(copy.handle, body);
-                }
-            }
+    /// Takes the present state.
+    pub(crate) fn take(&mut self, world: &WorldMut<'_>) {
+        self.clear();
+        for (handle, body) in world.bodies.iter() {
+            self.put(handle, body);
         }
-        self.active.clear();
-        self.active.extend(islands.active_bodies());
+        self.joints.take(world);
     }
 
     /// Forgets all: nothing in this step can fail once it has begun.
     pub(crate) fn clear(&mut self) {
-        self.copies.clear();
+        let copies = self.copies.iter_mut().flatten();
+        copies.for_each(|copy| copy.current = false);
+        self.joints.clear();
     }
 
     fn put(&mut self, handle: RigidBodyHandle, body: &RigidBody) {
         let index = handle.into_raw_parts().0 as usize;
         if self.copies.len() <= index {
-            self.copies.resize(index + 1, None);
+            self.copies.resize_with(index + 1, || None);
         }
-        self.copies[index] = Some(BodyCopy::of(handle, body));
+        let copy = self.copies[index].get_or_insert_with(|| BodyCopy {
+            handle,
+            body: RigidBodyBuilder::fixed().build(),
+            current: true,
+        });
+        (copy.handle, copy.current) = (handle, true);
+        copy.body.copy_from(body);
     }
 
-    /// Whether a body was copied as it is.
-    fn knows(&self, body: &Body) -> bool {
-        let same = |copy: &BodyCopy| {
-            let sleeping = copy.activation.sleeping == body.sleeping;
-            sleeping && copy.pose == body.pose && copy.linvel == body.linvel
-        };
-        self.copy(body.handle).is_some_and(same)
-    }
-
-    fn copy(&self, handle: RigidBodyHandle) -> Option<&BodyCopy> {
-        let copy = self
-            .copies
-            .get(handle.into_raw_parts().0 as usize)?
-            .as_ref();
-        copy.filter(|copy| copy.handle == handle)
+    fn copy(&self, handle: RigidBodyHandle) -> Option<&RigidBody> {
+        let index = handle.into_raw_parts().0 as usize;
+        let copy = self.copies.get(index)?.as_ref();
+        let copy = copy.filter(|copy| copy.current && copy.handle == handle);
+        copy.map(|copy| &copy.body)
     }
 
     /// The world pose that a collider had. What was not copied has not moved.
-    pub(crate) fn pose_before(&self, handle: ColliderHandle, world: &impl Lookup) -> Option<Pose> {
+    pub(crate) fn pose_before(&self, handle: ColliderHandle, world: &View<'_>) -> Option<Pose> {
         let collider = world.collider(handle)?;
         let (Some(parent), Some(local_pose)) = (collider.parent(), collider.position_wrt_parent())
         else {
             return Some(*collider.position());
         };
-        let pose = match self.copy(parent) {
-            Some(copy) => copy.pose,
-            None => *world.body(parent)?.position(),
-        };
-        Some(pose * *local_pose)
+        let body = self.copy(parent).or_else(|| world.body(parent));
+        Some(*body?.position() * *local_pose)
     }
 
-    /// Puts every body back.
-    pub(crate) fn restore(&self, bodies: &mut RigidBodySet, colliders: &ColliderSet) {
-        for was in self.copies.iter().flatten() {
-            let same = |body: &RigidBody| BodyCopy::of(was.handle, body) == *was;
-            if bodies.get(was.handle).is_none_or(same) {
+    /// Puts everything back.
+    pub(crate) fn restore(&self, world: &mut WorldMut<'_>) {
+        let mut moved = false;
+        let copies = self.copies.iter().flatten();
+        for BodyCopy { handle, body, .. } in copies.filter(|copy| copy.current) {
+            let same = |now: &RigidBody| is_same(now, body);
+            if world.bodies.get(*handle).is_none_or(same) {
                 continue;
             }
-            let Some(body) = bodies.get_mut(was.handle) else {
-                continue;
-            };
-            body.set_position(was.pose, false);
-            body.set_linvel(was.linvel, false);
-            body.set_angvel(was.angvel, false);
-            *body.activation_mut() = was.activation;
-            body.recompute_mass_properties_from_colliders(colliders);
+            if let Some(now) = world.bodies.get_mut(*handle) {
+                // Leaves the colliders, and Rapier's bookkeeping, as they are.
+                now.copy_from(body);
+                moved = true;
+            }
         }
+        self.joints.restore(world);
+        if !moved {
+            return;
+        }
+        let bodies = &mut *world.bodies;
+        bodies.propagate_modified_body_positions_to_colliders(world.colliders);
     }
+}
+
+/// Whether Rapier's step, and fields, have left a body as it was.
+fn is_same(now: &RigidBody, was: &RigidBody) -> bool {
+    now.position() == was.position()
+        && now.next_position() == was.next_position()
+        && now.vels() == was.vels()
+        && now.activation() == was.activation()
+        && now.user_force() == was.user_force()
+        && now.user_torque() == was.user_torque()
+        && now.mass_properties() == was.mass_properties()
+        && now.is_enabled() == was.is_enabled()
+        && now.gyroscopic_forces_enabled() == was.gyroscopic_forces_enabled()
 }

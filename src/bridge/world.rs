@@ -22,10 +22,10 @@ pub struct WorldMut<'a> {
     pub islands: &'a IslandManager,
     /// The contacts that Rapier found in its last step.
     pub narrow_phase: &'a NarrowPhase,
-    /// Joints between bodies.
-    pub impulse_joints: &'a ImpulseJointSet,
+    /// Joints between bodies. These and the next are written only where a step is refused after Rapier's.
+    pub impulse_joints: &'a mut ImpulseJointSet,
     /// Articulations: their links ignore impulses, and are pushed by forces.
-    pub multibody_joints: &'a MultibodyJointSet,
+    pub multibody_joints: &'a mut MultibodyJointSet,
     /// Soft bodies: their particles are pushed one by one.
     pub soft_bodies: &'a mut SoftBodySet,
     /// The gravity that Rapier's step is given.
@@ -41,8 +41,8 @@ impl<'a> From<&'a mut PhysicsWorld> for WorldMut<'a> {
             colliders: &mut world.colliders,
             islands: &world.islands,
             narrow_phase: &world.narrow_phase,
-            impulse_joints: &world.impulse_joints,
-            multibody_joints: &world.multibody_joints,
+            impulse_joints: &mut world.impulse_joints,
+            multibody_joints: &mut world.multibody_joints,
             soft_bodies: &mut world.soft_bodies,
             gravity: world.gravity,
             integration_parameters: &world.integration_parameters,

@@ -125,6 +125,19 @@ pub(crate) fn finish(
     }
 }
 
+/// Does with bodies what Rapier does with those that are not finite.
+pub(crate) fn quarantine(bodies: &mut RigidBodySet, handles: &[RigidBodyHandle]) {
+    for handle in handles {
+        if let Some(body) = bodies.get_mut(*handle) {
+            body.set_linvel(Vector::ZERO, false);
+            body.set_angvel(Vector::ZERO, false);
+            body.reset_forces(false);
+            body.reset_torques(false);
+            body.set_enabled(false);
+        }
+    }
+}
+
 /// Works out the mass of a body as Rapier will in its next step, and reads the body anew.
 pub(crate) fn weigh(world: &mut WorldMut<'_>, handle: RigidBodyHandle) -> Option<Body> {
     let body = world.bodies.get_mut(handle)?;

@@ -7,7 +7,7 @@ use std::fmt;
 
 pub(crate) use audit::Tally;
 pub use audit::{EnergyAudit, FieldEnergy};
-pub(crate) use blame::{blame, missing_anchor};
+pub(crate) use blame::{blame, missing_anchor, sifted, warn_of};
 
 use crate::field::{FieldSet, Frames};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
@@ -108,7 +108,7 @@ pub(crate) fn explain(
         contributions: Vec::new(),
         totals: Vec::new(),
         outside: 0,
-        reaction: reaction(set, frames, samples, moment, body),
+        reaction: reaction(set, frames, samples, moment, body, |_| true),
     };
     explanation.wrench = explanation.reaction;
     each_trace(set, frames, samples, moment, body, |sample, _, trace| {
@@ -130,13 +130,15 @@ pub(crate) fn explain(
     explanation
 }
 
-/// The opposite of the forces that a body's reacting fields have on all others.
+/// The opposite of the forces that a body's reacting fields have on all others, as far as they are to be
+/// `felt`.
 fn reaction(
     set: &FieldSet,
     frames: &impl Frames,
     samples: &Samples,
     moment: Moment,
     body: u32,
+    felt: impl Fn(Vector) -> bool,
 ) -> Wrench {
     let mut wrench = Wrench::ZERO;
     let reacts = |place: u32| set.field(place).is_some_and(|field| field.reacts);
@@ -151,8 +153,10 @@ fn reaction(
             for contribution in trace.contributions.iter().filter(counts) {
                 if reacts(contribution.place) {
                     let force = from_dvec3(contribution.force.unwrap_or_default());
-                    wrench.force -= force;
-                    wrench.torque -= (sample.world_point - centre).cross(force);
+                    if felt(force) {
+                        wrench.force -= force;
+                        wrench.torque -= (sample.world_point - centre).cross(force);
+                    }
                 }
             }
         });

@@ -8,7 +8,7 @@ use crate::bridge::WakePolicy;
 use crate::contact::{ContactEvent, Detection, Responder};
 use crate::cross_check::CrossCheck;
 use crate::field::{BuildError, FieldSet, Tree};
-use crate::integrate::Scheme;
+use crate::integrate::{FaultPolicy, Scheme};
 use crate::math::{ColliderHandle, Real};
 use crate::pipeline::{FieldPipeline, FieldSettings, FieldState};
 
@@ -69,6 +69,12 @@ impl FieldsBuilder {
     /// Sets when fields wake sleeping bodies.
     pub fn wake(mut self, policy: WakePolicy) -> Self {
         self.settings.wake = policy;
+        self
+    }
+
+    /// Sets what is done about a body to which fields give a force that is not finite, or too large.
+    pub fn on_fault(mut self, policy: FaultPolicy) -> Self {
+        self.settings.on_fault = policy;
         self
     }
 

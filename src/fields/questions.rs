@@ -115,7 +115,8 @@ impl Fields {
     }
 
     /// What the last step may have got wrong: fields too stiff for the scheme and the time step
-    /// (the worst body only), and velocities that Rapier cut down. Empty if nothing.
+    /// (the worst body only), velocities that Rapier cut down, and bodies to which fields gave what
+    /// cannot be given to Rapier. Empty if nothing.
     #[must_use]
     pub fn warnings(&self) -> &[StepWarning] {
         &self.pipeline.warnings

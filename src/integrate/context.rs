@@ -1,5 +1,6 @@
 //! What the stage is given for a step.
 
+use super::fault::{FaultPolicy, Sift};
 use super::plan::Choice;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
@@ -38,6 +39,9 @@ pub(crate) struct MotionRules<'a> {
     pub links: &'a [RigidBodyHandle],
     /// Bodies that Rapier's solver holds, by contacts or joints, in the order of their handles.
     pub held: &'a [RigidBodyHandle],
+    pub on_fault: FaultPolicy,
+    /// To be given if what is not finite is left out.
+    pub sift: Option<Sift<'a>>,
 }
 
 impl<W: Lookup> StepContext<'_, W> {

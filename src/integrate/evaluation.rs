@@ -1,6 +1,6 @@
 //! What the fields do to some bodies at one moment: the value between EVALUATE and INTEGRATE.
 
-use super::fault::{Fault, FaultKind};
+use super::fault::Fault;
 use super::implicit::Coupling;
 use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Treatment};
@@ -41,6 +41,9 @@ pub(crate) struct Evaluation {
     /// The places of bodies that are to be moved again over the step, in their order.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub missed: Vec<usize>,
+    /// The places of bodies of whose wrenches something was left out, in their order: derivatives are
+    /// not to be trusted there.
+    pub left_out: Vec<usize>,
 }
 
 impl Evaluation {
@@ -74,6 +77,7 @@ impl Evaluation {
         self.estimates.clear();
         self.treatments.clear();
         self.missed.clear();
+        self.left_out.clear();
         self.outdated = false;
     }
 
@@ -91,8 +95,50 @@ impl Evaluation {
             && self.estimates.iter().all(|estimate| estimate.place < count)
             && self.treatments.is_sorted_by(|a, b| a.0 < b.0)
             && self.treatments.iter().all(|(place, _)| *place < count)
+            && self.left_out.is_sorted_by(|a, b| a < b)
+            && self.left_out.iter().all(|place| *place < count)
             && self.wrenches.iter().all(Wrench::is_finite)
     }
+
+    /// Puts what is left of the wrenches of a fault in their place.
+    pub(crate) fn leave_out(&mut self, fault: &Fault, left: &[Wrench]) {
+        for (place, left) in fault.places.iter().zip(left) {
+            self.wrenches[*place] = *left;
+        }
+        self.left_out.clone_from(&fault.places);
+    }
+
+    pub(super) fn is_left_out(&self, place: usize) -> bool {
+        self.left_out.binary_search(&place).is_ok()
+    }
+
+    /// Forgets some bodies.
+    pub(crate) fn remove(&mut self, gone: &[RigidBodyHandle]) {
+        let mut count = 0;
+        let place = |body: &RigidBodyHandle| {
+            let stays = !gone.contains(body);
+            count += usize::from(stays);
+            stays.then(|| count - 1)
+        };
+        let places: Vec<Option<usize>> = self.bodies.iter().map(place).collect();
+        keep(&mut self.bodies, &places);
+        keep(&mut self.wrenches, &places);
+        keep(&mut self.centres, &places);
+        keep(&mut self.sampled_at, &places);
+        keep(&mut self.couplings, &places);
+        self.errors.retain(|(body, _)| !gone.contains(body));
+        let moved = |place: &mut usize| places[*place].map(|now| *place = now).is_some();
+        self.estimates.retain_mut(|it| moved(&mut it.place));
+        self.treatments.retain_mut(|it| moved(&mut it.0));
+        self.missed.retain_mut(moved);
+        self.left_out.retain_mut(moved);
+    }
+}
+
+/// Keeps of a list by place, which may be empty, what stays.
+fn keep<T>(list: &mut Vec<T>, places: &[Option<usize>]) {
+    let mut places = places.iter();
+    list.retain(|_| places.next().is_some_and(Option::is_some));
 }
 
 /// The place of a handle in a list that is in the order of handles.
@@ -139,16 +185,7 @@ impl Integrator {
         let bodies = evaluation.bodies.iter().enumerate();
         let errors = bodies.filter_map(|(n, handle)| Some((*handle, self.evaluator.error(n)?)));
         evaluation.errors.extend(errors);
-        let Some(place) = wrenches.iter().position(|wrench| !wrench.is_finite()) else {
-            return Ok(());
-        };
-        let kind = FaultKind::NonFinite;
-        Err(Fault::new(
-            kind,
-            compiled,
-            &frames,
-            (samples, place),
-            moment,
-        ))
+        let fault = Fault::of_wrenches(wrenches, compiled, &frames, samples, moment);
+        fault.map_or(Ok(()), Err)
     }
 }

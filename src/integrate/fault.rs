@@ -1,33 +1,97 @@
-//! What stops a step, with all that is needed to say who is to blame.
+//! What fields give that cannot be given to Rapier, and what a step does about it.
 
 use crate::compile::Compiled;
 use crate::field::{Anchor, Frame, Frames};
-use crate::math::Real;
+use crate::math::{Real, RigidBodyHandle};
+use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
-/// A wrench or a speed that cannot be given to Rapier.
+/// What a step does about a body to which fields give a force that is infinite or NaN, or that would
+/// make it faster than can be squared. No such number reaches Rapier, whatever is chosen.
+///
+/// All bodies but that one move as they would without it, unless the policy is [`FaultPolicy::Refuse`].
+/// The rule that holds when a step begins counts for all of it.
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// let mut world = PhysicsWorld::new();
+/// let bad = Vector::new(0.0, 50.0, 0.0);
+/// let ball = RigidBodyBuilder::dynamic().translation(bad);
+/// let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.5));
+/// // Infinite at its own centre.
+/// let charge = Field::radial(1.0, -2.0).coupled_to(Coupling::Each).at(bad).named("charge");
+/// let mut fields = Fields::new(charge)?;
+/// fields.step(&mut world)?;
+/// assert!(!world.bodies[ball].is_enabled(), "in quarantine, by default");
+/// assert!(fields.warnings()[0].to_string().contains("`charge`"));
+///
+/// world.bodies[ball].set_enabled(true);
+/// fields.settings.on_fault = FaultPolicy::Refuse;
+/// assert!(matches!(fields.step(&mut world), Err(StepError::NonFinite { .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[non_exhaustive]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum FaultPolicy {
+    /// Leaves it out, and says so by [`StepWarning::LeftOut`](crate::StepWarning::LeftOut): whatever
+    /// a term gives at a sample that is not finite counts as nothing. A term is an operand of the
+    /// outermost sum. Its other samples count, and so do all other terms. The body is kicked by
+    /// what is left, without derivatives.
+    ///
+    /// Where what is finite makes a body too fast, no field acts on it: in that half of the step if
+    /// it is kicked, and in the whole step if it is moved within it.
+    LeaveOut,
+    /// Does with the body what Rapier does with one that is not finite, and says so by
+    /// [`StepWarning::Quarantined`](crate::StepWarning::Quarantined): the body is disabled, its
+    /// velocities and the user's forces on it become zero. It stays where it is. Unlike Rapier's own
+    /// quarantine this takes no neighbour along, and is not listed in `world.quarantine()`.
+    /// `set_enabled(true)` ends it.
+    ///
+    /// A soft body is disabled as a whole. Of a multibody the link is disabled, and the others go on.
+    #[default]
+    Quarantine,
+    /// Refuses the step with [`StepError::NonFinite`](crate::StepError::NonFinite) or
+    /// [`StepError::TooFast`](crate::StepError::TooFast). The world is as it was before. Since Rapier
+    /// may have made its step by then, each step begins with a copy of all bodies.
+    Refuse,
+}
+
+/// What leaves out of the wrenches on the bodies of a fault what is not finite; in their order.
+pub(crate) type Sift<'a> = &'a dyn Fn(&Fault) -> Vec<Wrench>;
+
+/// Wrenches or speeds that cannot be given to Rapier.
+#[derive(Debug)]
 pub(crate) struct Fault {
     pub kind: FaultKind,
-    /// Which body, of those sampled.
-    pub place: usize,
+    /// Which bodies, of those sampled, in their order: at least one.
+    pub places: Vec<usize>,
     pub scene: Box<FaultScene>,
 }
 
 /// Where and when it happened.
+#[derive(Debug)]
 pub(crate) struct FaultScene {
     pub samples: Samples,
     pub frames: KnownFrames,
     pub moment: Moment,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FaultKind {
     /// The wrench is infinite or NaN.
     NonFinite,
-    /// The body would be faster than what can be squared.
+    /// The body would be faster than what can be squared; the speed of the first.
     TooFast { speed: Real },
 }
 
 /// Where the anchors of a tree were at one moment.
+#[derive(Debug)]
 pub(crate) struct KnownFrames(Vec<(Anchor, Option<Frame>)>);
 
 impl KnownFrames {
@@ -53,31 +117,48 @@ impl Frames for KnownFrames {
 }
 
 impl Fault {
-    /// A wrench that is infinite or NaN.
-    pub(crate) fn non_finite(
+    /// The fault of those of some wrenches that are infinite or NaN; `None` if there are none.
+    pub(crate) fn of_wrenches(
+        wrenches: &[Wrench],
         compiled: &Compiled,
         frames: &impl Frames,
-        place: (&Samples, usize),
+        samples: &Samples,
         moment: Moment,
-    ) -> Self {
-        Fault::new(FaultKind::NonFinite, compiled, frames, place, moment)
+    ) -> Option<Self> {
+        let numbered = wrenches.iter().enumerate();
+        let bad = numbered.filter(|(_, wrench)| !wrench.is_finite());
+        // Allocates for the first only.
+        let places: Vec<usize> = bad.map(|(place, _)| place).collect();
+        let kind = FaultKind::NonFinite;
+        let fault = |places| Fault::new(kind, compiled, frames, (samples, places), moment);
+        (!places.is_empty()).then(|| fault(places))
     }
 
-    pub(super) fn new(
+    pub(crate) fn new(
         kind: FaultKind,
         compiled: &Compiled,
         frames: &impl Frames,
-        (samples, place): (&Samples, usize),
+        (samples, places): (&Samples, Vec<usize>),
         moment: Moment,
     ) -> Self {
         Fault {
             kind,
-            place,
+            places,
             scene: Box::new(FaultScene {
                 samples: samples.clone(),
                 frames: KnownFrames::of(compiled, frames),
                 moment,
             }),
         }
+    }
+
+    /// The bodies, in their order.
+    pub(crate) fn bodies(&self) -> impl Iterator<Item = RigidBodyHandle> {
+        let places = self.places.iter();
+        places.map(|place| self.scene.samples.bodies[*place])
+    }
+
+    pub(crate) fn is_of(&self, body: RigidBodyHandle) -> bool {
+        self.bodies().any(|bad| bad == body)
     }
 }

@@ -1,7 +1,7 @@
 //! The two halves of a step.
 
 use super::evaluation::{Evaluation, find};
-use super::fault::{Fault, FaultKind};
+use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
 use super::implicit::{Besides, Coupling, implicit_change};
 use super::motion::{FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked};
@@ -120,6 +120,8 @@ impl Integrator {
             Half::First => together(context, evaluation),
             Half::Second => None,
         };
+        let policy = context.rules.on_fault;
+        let mut too_fast = TooFast::default();
         for (place, body) in context.bodies.iter().enumerate() {
             let Some(duty) = duty(context, evaluation, (half, settled), place) else {
                 if let Some(first) = first.filter(|first| first.has_slope(body.handle)) {
@@ -144,29 +146,26 @@ impl Integrator {
                 body,
                 wrench,
                 wake,
+                felt: true,
             };
-            let done = match (first, duty) {
-                (Some(first), duty) => Some(kick.second(duty, (first, redirected), motions)),
-                (None, Duty::Inner(plan)) => {
-                    motions.settled.push(body.handle);
-                    motions.inner.push(Start::new(place, plan, wake));
-                    None
+            let (mark, whole) = (motions.mark(), (first, redirected));
+            let mut done = kick.done(duty, whole, motions);
+            if let Err(Faster(speed)) = done {
+                motions.back_to(mark);
+                too_fast.note(place, speed);
+                match policy {
+                    FaultPolicy::Refuse => break,
+                    FaultPolicy::Quarantine => continue,
+                    FaultPolicy::LeaveOut => done = kick.unfelt().done(duty, whole, motions),
                 }
-                (None, _) if matches!(duty, Duty::ByForce) || context.is_held(body) => {
-                    let wrench = kick.load(duty, motions);
-                    self.lend(context, place, (wrench, wake), motions)?;
-                    None
+            }
+            let Ok(Some((update, twist))) = done else {
+                // Of one that is too fast by itself nothing is kept.
+                if done.is_err() {
+                    motions.back_to(mark);
                 }
-                (None, duty) => Some(kick.first(duty, motions)),
-            };
-            let Some(Some((update, twist))) = done else {
                 continue;
             };
-            let update = VelocityUpdate { wake, ..update };
-            let speed = update.linvel.length();
-            if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
-                return Err(self.too_fast(context, place, speed));
-            }
             let rules = &context.rules;
             let update = match half {
                 Half::First => {
@@ -177,39 +176,43 @@ impl Integrator {
             };
             motions.updates.push(update);
         }
-        Ok(())
-    }
-
-    /// Has a body pushed by Rapier's own forces.
-    fn lend(
-        &self,
-        context: &StepContext<'_, impl Lookup>,
-        place: usize,
-        (wrench, wake): (Wrench, bool),
-        motions: &mut Motions,
-    ) -> Result<(), Fault> {
-        if wrench == Wrench::ZERO && !wake {
+        let Some((places, speed)) = too_fast.0 else {
             return Ok(());
+        };
+        let fault = self.too_fast(context, places, speed);
+        match policy {
+            FaultPolicy::Refuse => Err(fault),
+            _ => {
+                motions.faults.push(fault);
+                Ok(())
+            }
         }
-        let load = Load::new(&context.bodies[place], wrench, wake, context.dt);
-        let [speed, turn] = load.speeds;
-        if !(speed <= FASTEST && turn <= FASTEST) {
-            return Err(self.too_fast(context, place, speed));
-        }
-        motions.loads.push(load);
-        Ok(())
     }
 
     pub(super) fn too_fast(
         &self,
         context: &StepContext<'_, impl Lookup>,
-        place: usize,
+        places: Vec<usize>,
         speed: Real,
     ) -> Fault {
         let frames = self.motions.frames(context, &[], 0.0);
         let kind = FaultKind::TooFast { speed };
         let (compiled, moment) = (context.compiled, context.moment());
-        Fault::new(kind, compiled, &frames, (context.samples, place), moment)
+        Fault::new(kind, compiled, &frames, (context.samples, places), moment)
+    }
+}
+
+/// The speed, beyond the limit, that a body was to have.
+struct Faster(Real);
+
+/// Who is too fast, and how fast the first is; allocates for the first only.
+#[derive(Default)]
+struct TooFast(Option<(Vec<usize>, Real)>);
+
+impl TooFast {
+    fn note(&mut self, place: usize, speed: Real) {
+        let known = self.0.get_or_insert_with(|| (Vec::new(), speed));
+        known.0.push(place);
     }
 }
 
@@ -319,9 +322,68 @@ struct Kick<'a, W> {
     body: &'a Body,
     wrench: Wrench,
     wake: bool,
+    /// Whether the fields act on it at all.
+    felt: bool,
 }
 
 impl<W: Lookup> Kick<'_, W> {
+    /// The same without fields.
+    fn unfelt(&self) -> Self {
+        Kick {
+            wrench: Wrench::ZERO,
+            felt: false,
+            ..*self
+        }
+    }
+
+    /// What is done with it; `None` if nothing more is to be written.
+    fn done(
+        &self,
+        duty: Duty,
+        (first, redirected): (Option<&Motions>, Redirected<'_>),
+        motions: &mut Motions,
+    ) -> Result<Option<Kicked>, Faster> {
+        let kicked = match (first, duty) {
+            (Some(first), duty) => self.second(duty, (first, redirected), motions),
+            (None, Duty::Inner(plan)) => {
+                motions.settled.push(self.body.handle);
+                motions.inner.push(Start::new(self.place, plan, self.wake));
+                None
+            }
+            (None, _) if matches!(duty, Duty::ByForce) || self.context.is_held(self.body) => {
+                let wrench = self.load(duty, motions);
+                self.lend(wrench, motions)?;
+                None
+            }
+            (None, duty) => self.first(duty, motions),
+        };
+        let Some((update, twist)) = kicked else {
+            return Ok(None);
+        };
+        let speed = update.linvel.length();
+        if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
+            return Err(Faster(speed));
+        }
+        let wake = self.wake;
+        Ok(Some((VelocityUpdate { wake, ..update }, twist)))
+    }
+
+    /// Has it pushed by Rapier's own forces.
+    fn lend(&self, wrench: Wrench, motions: &mut Motions) -> Result<(), Faster> {
+        let (context, body) = (self.context, self.body);
+        if wrench == Wrench::ZERO && !self.wake {
+            return Ok(());
+        }
+        let load = Load::new(body, wrench, self.wake, context.dt);
+        let [speed, turn] = load.speeds;
+        let adds_up = load.adds_up(body, context.rules.gravity);
+        if !(speed <= FASTEST && turn <= FASTEST && adds_up) {
+            return Err(Faster(speed));
+        }
+        motions.loads.push(load);
+        Ok(())
+    }
+
     /// The first half for a free body; `None` if nothing is to be written.
     fn first(&self, duty: Duty, motions: &mut Motions) -> Option<Kicked> {
         let (context, body) = (self.context, self.body);
@@ -388,6 +450,7 @@ impl<W: Lookup> Kick<'_, W> {
         let held = context.is_held(body);
         let felt = motion.second(self.wrench, load, held);
         let correction = redirected.correction(self.place, body.handle, self.wrench);
+        let correction = correction.filter(|_| self.felt);
         let felt = match correction {
             Some(correction) if load.is_none() => felt.plus(correction),
             _ => felt,
@@ -449,6 +512,12 @@ impl<W: Lookup> Kick<'_, W> {
         (kicked(self.body, wrench, duration), twist)
     }
 
+    /// How the force on it changes with its velocities, if it reads them.
+    fn coupling(&self) -> Option<&Coupling> {
+        let coupling = self.evaluation.couplings.get(self.place)?.as_ref();
+        coupling.filter(|_| self.felt)
+    }
+
     /// The mean of all that changes the momentum over a kick, if the force reads velocities.
     fn mean(&self, besides: &Besides, duration: Real) -> Option<Wrench> {
         let (force, torque) = rounded(&self.mean_of(besides, duration)?);
@@ -456,7 +525,7 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     fn mean_of(&self, besides: &Besides, duration: Real) -> Option<Vector6<f64>> {
-        let coupling = self.evaluation.couplings.get(self.place)?.as_ref()?;
+        let coupling = self.coupling()?;
         let here = coupling.at(&velocities(self.body));
         coupling.mean(&Mobility::of(self.body), &here, besides, to_f64(duration))
     }
@@ -474,7 +543,7 @@ impl<W: Lookup> Kick<'_, W> {
     /// Whether the force has changed much with the velocities: the next kick would begin with what it is
     /// by its slope alone.
     fn outdates(&self, update: &VelocityUpdate) -> bool {
-        let Some(Some(coupling)) = self.evaluation.couplings.get(self.place) else {
+        let Some(coupling) = self.coupling() else {
             return false;
         };
         let after = six(to_dvec3(update.linvel), to_dvec3(update.angvel));
@@ -486,12 +555,13 @@ impl<W: Lookup> Kick<'_, W> {
     /// there is no Jacobian for it.
     fn implicit(&self, free: Option<&FreeMotion>, duration: Real) -> Option<Kicked> {
         let (context, body) = (self.context, self.body);
-        let estimate = self.evaluation.estimate(self.place)?;
+        let estimate = self.evaluation.estimate(self.place);
+        let estimate = estimate.filter(|_| self.felt)?;
         let now = velocities(body);
         let pull = free.map_or(Vector6::zeros(), |free| free.pull(body).pull);
-        let coupling = self.evaluation.couplings.get(self.place);
-        let coupling = coupling.and_then(Option::as_ref);
-        let wrench = coupling.map_or(of_wrench(self.wrench), |it| it.at(&now));
+        let wrench = self
+            .coupling()
+            .map_or(of_wrench(self.wrench), |it| it.at(&now));
         let change = implicit_change(
             &Mobility::of(body),
             &estimate.jacobian,

@@ -1,10 +1,10 @@
 //! From the motion in the fields alone to velocities before and after Rapier's step.
 
 use super::evaluation::Evaluation;
-use super::fault::Fault;
+use super::fault::{Fault, FaultPolicy};
 use super::load::{lag, own_lag};
 use super::motion::{FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
-use super::resolve::Begins;
+use super::resolve::{Begins, Found};
 use super::{Integrator, StepContext};
 use crate::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, steady_angvel};
@@ -28,21 +28,26 @@ impl Integrator {
             updates: &updates,
             before: None,
         };
-        let outcome = self.resolve(context, begins, &mut starts, |integrator, found| {
-            let body = &context.bodies[found.start.place];
+        let mut faults = std::mem::take(&mut motions.faults);
+        let take = |integrator: &Self, found: Found<'_>| {
+            let place = found.start.place;
+            let mark = motions.mark();
             motions.resolved.extend(found.resolved);
-            let speed = correct(
-                context,
-                motions,
-                (found.state, found.wrench),
-                body,
-                found.start.wake,
-            );
-            match speed.is_nan() || speed > FASTEST {
-                true => Err(integrator.too_fast(context, found.start.place, speed)),
-                false => Ok(()),
+            let (body, wake) = (&context.bodies[place], found.start.wake);
+            let speed = correct(context, motions, (found.state, found.wrench), body, wake);
+            if speed <= FASTEST {
+                return Ok(());
             }
-        });
+            let fault = integrator.too_fast(context, vec![place], speed);
+            if context.rules.on_fault == FaultPolicy::Refuse {
+                return Err(fault);
+            }
+            motions.back_to(mark);
+            motions.faults.push(fault);
+            Ok(())
+        };
+        let outcome = self.resolve(context, begins, (&mut starts, &mut faults), take);
+        motions.faults.append(&mut faults);
         motions.inner = starts;
         self.others = updates;
         outcome
@@ -51,7 +56,7 @@ impl Integrator {
 
 /// Gives a body the mean velocity of its way, such that what Rapier adds over its iterations takes
 /// it to the end of it: its own acceleration, and the load of a body that is held. Returns the
-/// largest velocity there is in this.
+/// largest velocity there is in this; NaN if it cannot be given to Rapier.
 fn correct(
     context: &StepContext<'_, impl Lookup>,
     motions: &mut Motions,
@@ -117,19 +122,29 @@ fn correct(
             steady: update.angvel + twisted * context.dt,
         });
     }
+    let mut adds_up = true;
     if load.is_some() {
         let (force, torque) = (from_dvec3(force), from_dvec3(torque));
-        motions.loads.push(Load {
+        let arrives = (update.linvel + from_dvec3(own * step)).length();
+        // Of a velocity that is capped from the beginning the update tells.
+        let capped = update.linvel.length() > context.rules.max_speed;
+        let load = Load {
             body: state.body,
             wrench: Wrench { force, torque },
             wake,
-            speeds: [0.0; 2],
-        });
+            speeds: [if capped { 0.0 } else { arrives }, 0.0],
+        };
+        adds_up = load.adds_up(body, context.rules.gravity);
+        motions.loads.push(load);
     }
     let ends = from_f64(state.linvel.length().max(state.angvel.length()));
     let speed = update.linvel.length().max(update.angvel.length()).max(ends);
     let update_is_nan = update.linvel.is_nan() || update.angvel.is_nan();
     motions.updates.push(update);
     // `max` passes over NaN.
-    if update_is_nan { Real::NAN } else { speed }
+    if update_is_nan || !adds_up {
+        Real::NAN
+    } else {
+        speed
+    }
 }

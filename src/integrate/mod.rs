@@ -26,12 +26,13 @@ mod stiffness;
 mod substeps;
 mod watch;
 
+pub use fault::FaultPolicy;
 pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
 
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use evaluation::{Evaluation, find};
-pub(crate) use fault::{Fault, FaultKind};
+pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use kick::Redirected;
 pub(crate) use load::{Before, complete};

@@ -305,6 +305,9 @@ impl Integrator {
         }
         let candidates = std::mem::take(&mut self.candidates);
         for place in &candidates {
+            if evaluation.is_left_out(*place) {
+                continue;
+            }
             let estimate = self.estimate(context, evaluation, *place);
             evaluation.estimates.push(estimate);
         }
@@ -358,7 +361,7 @@ impl Integrator {
         self.prepare(context);
         for place in 0..evaluation.bodies.len() {
             let mut coupling = None;
-            if evaluation.wrenches[place] != Wrench::ZERO {
+            if evaluation.wrenches[place] != Wrench::ZERO && !evaluation.is_left_out(place) {
                 let known = evaluation.estimate(place).map(|estimate| estimate.jacobian);
                 let jacobian = known.unwrap_or_else(|| self.jacobian(context, evaluation, place));
                 let mut entries = jacobian.by_velocity.iter();

@@ -1,6 +1,7 @@
 //! What bodies are to do in one half of a step: the value between INTEGRATE and BRIDGE.
 
 use super::evaluation::find;
+use super::fault::Fault;
 use super::pace::Pace;
 use super::plan::Plan;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
@@ -30,6 +31,8 @@ pub(crate) struct Motions {
     pub ahead: Vec<RigidBodyHandle>,
     /// Whether any force that reads velocities has changed much by the kicks.
     pub outdated: bool,
+    /// What could not be given to Rapier, and is in none of this.
+    pub faults: Vec<Fault>,
     /// Bodies that are to be moved within the step.
     pub(super) inner: Vec<Start>,
     /// Bodies that are loaded with the mean of a force that reads velocities, in the order of their
@@ -37,6 +40,20 @@ pub(crate) struct Motions {
     pub(super) sloped: Vec<RigidBodyHandle>,
     /// In the order of the handles of their bodies.
     pub(super) resolved: Vec<Resolved>,
+}
+
+/// How far [`Motions`] are filled.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mark {
+    updates: usize,
+    turns: usize,
+    means: usize,
+    loads: usize,
+    settled: usize,
+    sloped: usize,
+    free: usize,
+    ahead: usize,
+    resolved: usize,
 }
 
 /// A body that is to be moved within the step.
@@ -181,6 +198,7 @@ impl Motions {
         self.free.clear();
         self.ahead.clear();
         self.outdated = false;
+        self.faults.clear();
         self.inner.clear();
         self.resolved.clear();
     }
@@ -188,6 +206,34 @@ impl Motions {
     /// Whether a body was loaded with the mean of a force that reads velocities.
     pub(super) fn has_slope(&self, body: RigidBodyHandle) -> bool {
         !self.sloped.is_empty() && find(&self.sloped, body).is_some()
+    }
+
+    /// How far it is filled.
+    pub(super) fn mark(&self) -> Mark {
+        Mark {
+            updates: self.updates.len(),
+            turns: self.turns.len(),
+            means: self.means.len(),
+            loads: self.loads.len(),
+            settled: self.settled.len(),
+            sloped: self.sloped.len(),
+            free: self.free.len(),
+            ahead: self.ahead.len(),
+            resolved: self.resolved.len(),
+        }
+    }
+
+    /// Forgets what has been added since.
+    pub(super) fn back_to(&mut self, mark: Mark) {
+        self.updates.truncate(mark.updates);
+        self.turns.truncate(mark.turns);
+        self.means.truncate(mark.means);
+        self.loads.truncate(mark.loads);
+        self.settled.truncate(mark.settled);
+        self.sloped.truncate(mark.sloped);
+        self.free.truncate(mark.free);
+        self.ahead.truncate(mark.ahead);
+        self.resolved.truncate(mark.resolved);
     }
 
     /// The load on a body in the first half of the step.
@@ -288,6 +334,15 @@ impl Load {
             wake,
             speeds: [then.linvel.length(), then.angvel.length()],
         }
+    }
+
+    /// Whether it is finite together with the user's force and with gravity: Rapier adds up all of them
+    /// before it looks what they can move.
+    pub(super) fn adds_up(&self, body: &Body, gravity: Vector) -> bool {
+        let weight = gravity * (body.gravity_scale * body.mass);
+        let force = self.wrench.force + body.user_force + weight;
+        let torque = self.wrench.torque + body.user_torque;
+        force.is_finite() && torque.is_finite()
     }
 
     /// The wrench that makes these velocities of those of a body within a step.

@@ -40,7 +40,7 @@ impl Integrator {
         let Some(choice) = context.choice() else {
             return;
         };
-        let places = std::mem::take(&mut evaluation.missed);
+        let mut places = std::mem::take(&mut evaluation.missed);
         if places.is_empty() {
             return;
         }
@@ -64,7 +64,9 @@ impl Integrator {
             before: Some(before),
         };
         let mut found: Vec<Resolved> = Vec::new();
-        let outcome = self.resolve(context, begins, &mut starts, |_, moved| {
+        let mut faults = Vec::new();
+        let (coupled, bodies) = (context.is_coupled(), (&mut starts, &mut faults));
+        let outcome = self.resolve(context, begins, bodies, |_, moved| {
             let place = moved.start.place;
             let body = &context.bodies[place];
             let shown = own_lag(context, body, moved.wrench).map(|lag| moved.state.behind(lag));
@@ -76,19 +78,25 @@ impl Integrator {
             found.extend(moved.resolved);
             Ok(())
         });
-        if outcome.is_err() {
-            // They stay where the step has brought them, which is told.
+        if outcome.is_err() || (coupled && !faults.is_empty()) {
             redone.clear();
-            for place in places {
-                if let Some(Treatment::Resolve(pace)) = evaluation.treatment(place) {
-                    let error = choice.error(pace, Plan::WHOLE, to_f64(context.dt));
-                    self.reached = self.reached.max(error);
-                    let body = evaluation.bodies[place];
-                    warnings.push(StepWarning::missed(choice, body, error));
-                }
+            found.clear();
+        }
+        // The others stay where the step has brought them, which is told.
+        let mut left = places.clone();
+        left.retain(|place| redone.iter().all(|now| now.place != *place));
+        for place in &left {
+            if let Some(Treatment::Resolve(pace)) = evaluation.treatment(*place) {
+                let error = choice.error(pace, Plan::WHOLE, to_f64(context.dt));
+                self.reached = self.reached.max(error);
+                let body = evaluation.bodies[*place];
+                warnings.push(StepWarning::missed(choice, body, error));
             }
+        }
+        if redone.is_empty() {
             return;
         }
+        places.retain(|place| left.binary_search(place).is_err());
         for resolved in &found {
             self.reached = self.reached.max(resolved.error);
             if resolved.error > choice.tolerance {

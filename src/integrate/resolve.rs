@@ -1,7 +1,7 @@
 //! Bodies that are moved within a step, as finely as they need it.
 
 use super::evaluation::Evaluation;
-use super::fault::Fault;
+use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
 use super::free_motion::own_acceleration;
 use super::load::{lag, own_lag};
 use super::motion::{Resolved, Start, VelocityUpdate};
@@ -37,12 +37,13 @@ pub(super) struct Found<'a> {
 impl Integrator {
     /// Moves bodies over a step, and hands over what came of it. Those that take the same plan are moved
     /// together. A scheme that chooses looks at what came of it, and does it again more finely for
-    /// those that it did not do for.
+    /// those that it did not do for. Who cannot be moved is left out and stands in `faults`, unless the
+    /// step is to be refused then.
     pub(super) fn resolve<W: Lookup>(
         &mut self,
         context: &StepContext<'_, W>,
         begins: Begins<'_>,
-        starts: &mut Vec<Start>,
+        (starts, faults): (&mut Vec<Start>, &mut Vec<Fault>),
         mut take: impl FnMut(&Self, Found<'_>) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
         let mut substeps = std::mem::take(&mut self.substeps);
@@ -60,16 +61,33 @@ impl Integrator {
             } else {
                 alike.extend(starts.extract_if(.., |start| start.plan == plan));
             }
-            if let Err(fault) = self.run(context, begins, (&alike, plan), &mut substeps) {
+            let mut outcome = self.run(context, begins, (&alike, plan), None, &mut substeps);
+            if let Err(fault) = &outcome {
                 // Too coarse a plan may end where no field is finite.
-                let finer = choice.filter(|_| uneven && plan != Plan::UNEVEN);
-                if finer.is_none() || alike.iter().any(Start::has_given_up) {
+                let may = choice.is_some() && uneven && plan != Plan::UNEVEN;
+                let bad = |it: &Start| coupled || fault.is_of(context.bodies[it.place].handle);
+                if may && !alike.iter().any(|it| bad(it) && it.has_given_up()) {
+                    let bad = alike.iter_mut().filter(|it| bad(it));
+                    bad.for_each(|start| start.plan = Plan::UNEVEN);
+                    starts.append(&mut alike);
+                    continue;
+                }
+                let sift = context.rules.sift.filter(|_| begins.before.is_none());
+                if sift.is_some() && fault.kind == FaultKind::NonFinite {
+                    outcome = self.run(context, begins, (&alike, plan), sift, &mut substeps);
+                }
+            }
+            if let Err(fault) = outcome {
+                let refused = context.rules.on_fault == FaultPolicy::Refuse;
+                if refused && begins.before.is_none() {
                     return Err(fault);
                 }
-                alike.iter_mut().for_each(|start| start.plan = Plan::UNEVEN);
+                alike.retain(|it| !fault.is_of(context.bodies[it.place].handle));
                 starts.append(&mut alike);
+                faults.push(fault);
                 continue;
             }
+            faults.append(&mut substeps.faults);
             match choice {
                 Some(choice) => {
                     refine(choice, &substeps, (&mut alike, plan), (dt, coupled, uneven));
@@ -104,12 +122,13 @@ impl Integrator {
         Ok(())
     }
 
-    /// Moves some bodies.
+    /// Moves some bodies; `sift`: what leaves out what is not finite, in place of a fault.
     fn run<W: Lookup>(
         &mut self,
         context: &StepContext<'_, W>,
         begins: Begins<'_>,
         (starts, plan): (&[Start], Plan),
+        sift: Option<Sift<'_>>,
         substeps: &mut SubstepIntegrator,
     ) -> Result<(), Fault> {
         let wrenches = &begins.evaluation.wrenches;
@@ -154,6 +173,7 @@ impl Integrator {
             uneven: context.choice().filter(|_| plan == Plan::UNEVEN),
             tracked: context.compiled.varies(),
             coupled,
+            sift,
             from: if begins.before.is_some() {
                 -to_f64(context.dt)
             } else {

@@ -4,7 +4,7 @@ use super::jacobian::Jacobian;
 use super::pace::Pace;
 use super::plan::Choice;
 use super::stability::{COUPLED, Mode};
-use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rapier::na::Matrix6;
 use crate::rigid::{Mobility, eigen};
 
@@ -94,6 +94,40 @@ pub enum StepWarning {
     NotFinite {
         /// The body.
         body: RigidBodyHandle,
+    },
+    /// A field gives a body what cannot be given to Rapier, and it was left out, by
+    /// [`FaultPolicy::LeaveOut`](crate::FaultPolicy::LeaveOut). A force that is finite is one that
+    /// would make the body too fast.
+    #[error("{field} gives {force} on {body:?} at {world_point} (collider {collider:?}): left out")]
+    LeftOut {
+        /// The field that gives the worst.
+        field: String,
+        /// The body; of a soft body its root.
+        body: RigidBodyHandle,
+        /// The collider that was sampled; `None` for a body that was sampled as a whole.
+        collider: Option<ColliderHandle>,
+        /// Where.
+        world_point: Vector,
+        /// The field's force there.
+        force: Vector,
+    },
+    /// The same, and the body was disabled, by
+    /// [`FaultPolicy::Quarantine`](crate::FaultPolicy::Quarantine).
+    #[error(
+        "{field} gives {force} on {body:?} at {world_point} (collider {collider:?}): the body is in \
+         quarantine"
+    )]
+    Quarantined {
+        /// The field that gives the worst.
+        field: String,
+        /// The body; of a soft body its root.
+        body: RigidBodyHandle,
+        /// The collider that was sampled; `None` for a body that was sampled as a whole.
+        collider: Option<ColliderHandle>,
+        /// Where.
+        world_point: Vector,
+        /// The field's force there.
+        force: Vector,
     },
     /// What a field was anchored to was removed: the field is defined nowhere from now on.
     #[error("{field} is gone, with what it was anchored to")]

@@ -7,7 +7,7 @@ mod bisection;
 
 use super::context::StepContext;
 use super::exponential::phi1;
-use super::fault::{Fault, FaultKind};
+use super::fault::{Fault, FaultKind, Sift};
 use super::implicit::{Besides, Coupling};
 use super::jacobian::{self, Jacobian};
 use super::motion::{FASTEST, Start};
@@ -42,6 +42,8 @@ struct Group {
     wrenches: Vec<Wrench>,
     /// Of each body, where forces read velocities.
     solutions: Vec<Solution>,
+    /// Of which bodies something was left out in the last evaluation, in their order.
+    left_out: Vec<usize>,
     evaluator: Evaluator,
     lineariser: Lineariser,
 }
@@ -73,6 +75,8 @@ pub(super) struct Setting<'a, W> {
     /// Whether to take note of how fast bodies swing, and whether they swing together.
     pub tracked: bool,
     pub coupled: bool,
+    /// What leaves out what is not finite; without it that is a fault.
+    pub sift: Option<Sift<'a>>,
     /// When it begins, relative to the world of the context: zero, or a step back.
     pub from: f64,
 }
@@ -87,6 +91,8 @@ pub(super) struct SubstepIntegrator {
     pub ticks: Vec<f64>,
     /// What came of parts that were halved.
     pub bisection: Option<Bisection>,
+    /// What was left out.
+    pub faults: Vec<Fault>,
     group: Group,
 }
 
@@ -122,8 +128,10 @@ impl SubstepIntegrator {
             states: &mut self.states,
             tracks: &mut self.tracks,
             ticks: &self.ticks,
+            faults: &mut self.faults,
             elapsed: 0.0,
         };
+        run.faults.clear();
         self.bisection = None;
         match run.setting.uneven {
             Some(choice) => self.bisection = Some(run.bisect(group, choice)?),
@@ -144,6 +152,7 @@ struct Run<'a, W> {
     states: &'a mut [RigidState],
     tracks: &'a mut [Track],
     ticks: &'a [f64],
+    faults: &'a mut Vec<Fault>,
     elapsed: f64,
 }
 
@@ -229,14 +238,17 @@ impl<W: Lookup> Run<'_, W> {
         group.lineariser.prepare(compiled, &frames);
         group.solutions.clear();
         for (body, state) in self.states.iter().enumerate() {
-            let jacobian = jacobian::of_body(
-                &mut group.lineariser,
-                (compiled, &frames),
-                &group.samples,
-                body,
-                self.moment(),
-                state.angvel,
-            );
+            let jacobian = match group.left_out.binary_search(&body) {
+                Ok(_) => Jacobian::default(),
+                Err(_) => jacobian::of_body(
+                    &mut group.lineariser,
+                    (compiled, &frames),
+                    &group.samples,
+                    body,
+                    self.moment(),
+                    state.angvel,
+                ),
+            };
             let velocities = six(state.linvel, state.angvel);
             let evaluated = of_wrench(group.wrenches[body]);
             // Samples have velocities in the precision of the world.
@@ -298,24 +310,18 @@ impl<W: Lookup> Run<'_, W> {
                 state.kick(force * shares[0], torque * shares[1]);
                 state.linvel += state.acceleration * shares[0];
             }
-            let speed = state.linvel.length().max(state.angvel.length());
-            if speed.is_nan() || speed > to_f64(FASTEST) {
-                let speed = from_f64(speed);
-                return Err(self.fault(FaultKind::TooFast { speed }, group, body));
-            }
         }
-        Ok(())
-    }
-
-    fn fault(&self, kind: FaultKind, group: &Group, body: usize) -> Fault {
+        let bears = |state: &RigidState| speed(state) <= to_f64(FASTEST);
+        if self.states.iter().all(bears) {
+            return Ok(());
+        }
+        let places = 0..self.states.len();
+        let places: Vec<usize> = places.filter(|it| !bears(&self.states[*it])).collect();
+        let speed = from_f64(speed(&self.states[places[0]]));
+        let kind = FaultKind::TooFast { speed };
         let (compiled, frames) = (self.setting.context.compiled, self.frames());
-        Fault::new(
-            kind,
-            compiled,
-            &frames,
-            (&group.samples, body),
-            self.moment(),
-        )
+        let who = (&group.samples, places);
+        Err(Fault::new(kind, compiled, &frames, who, self.moment()))
     }
 
     fn frames(&self) -> PredictedFrames<'_, W> {
@@ -334,17 +340,35 @@ impl<W: Lookup> Run<'_, W> {
 
     /// The wrenches on a group where its bodies are now; with velocities of their own, or those
     /// midway through a kick.
-    fn evaluate(&self, group: &mut Group, midway: bool) -> Result<(), Fault> {
+    fn evaluate(&mut self, group: &mut Group, midway: bool) -> Result<(), Fault> {
         group.place(self.states, midway);
+        group.left_out.clear();
         let (compiled, moment) = (self.setting.context.compiled, self.moment());
         let (frames, samples, wrenches) = (self.frames(), &group.samples, &mut group.wrenches);
         let evaluator = &mut group.evaluator;
         evaluator.wrenches(compiled, &frames, samples, moment, wrenches);
-        let bad = wrenches.iter().position(|wrench| !wrench.is_finite());
-        bad.map_or(Ok(()), |body| {
-            Err(self.fault(FaultKind::NonFinite, group, body))
-        })
+        let Some(fault) = Fault::of_wrenches(wrenches, compiled, &frames, samples, moment) else {
+            return Ok(());
+        };
+        let Some(sift) = self.setting.sift else {
+            return Err(fault);
+        };
+        for (place, left) in fault.places.iter().zip(sift(&fault)) {
+            wrenches[*place] = left;
+        }
+        group.left_out.clone_from(&fault.places);
+        let known = |body| self.faults.iter().any(|known| known.is_of(body));
+        if !fault.bodies().all(known) {
+            self.faults.push(fault);
+        }
+        Ok(())
     }
+}
+
+/// The larger of the speed and the angular speed; NaN if either is.
+fn speed(state: &RigidState) -> f64 {
+    let (speed, turn) = (state.linvel.length(), state.angvel.length());
+    if turn.is_nan() { turn } else { speed.max(turn) }
 }
 
 impl Group {

@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
+use super::faults::answering;
+use super::stages::moment;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{Heard, KickShare, Pairs, is_to_ask};
-use crate::diagnose::{Tally, blame, missing_anchor};
+use crate::diagnose::{Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
-use crate::integrate::{StepWarning, TurnAfter, find, warn_of_caps};
+use crate::integrate::{Fault, FaultPolicy, StepWarning, TurnAfter, find, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Lookup};
-use crate::sample::Moment;
 
 impl FieldPipeline {
     /// What happens before Rapier's step. After an error nothing has been written.
@@ -38,6 +39,8 @@ impl FieldPipeline {
         self.follow(fields);
         self.check_scheme(fields)?;
         self.warnings.clear();
+        self.condemned.clear();
+        self.on_fault = fields.settings.on_fault;
         self.recognise(state, &world.view())?;
         self.check_anchors(fields.set, state, &world.view())?;
         self.find_links(&world);
@@ -49,10 +52,13 @@ impl FieldPipeline {
         if begun.is_err() {
             // It may be that of bodies which the records do not know.
             self.retire(state);
+            self.rollback.restore(&mut world);
         }
         let (idle, sleepers) = begun?;
         if soft {
             let (scheme, policy) = (fields.settings.scheme, fields.settings.wake);
+            let refuses = self.on_fault == FaultPolicy::Refuse;
+            self.softs.take(refuses.then_some(world.soft_bodies));
             self.softs
                 .first_half((scheme, policy), dt, world.soft_bodies);
         }
@@ -71,6 +77,7 @@ impl FieldPipeline {
             motions: std::mem::take(&mut self.motions),
             bodies: std::mem::replace(&mut self.bodies, std::mem::take(&mut self.late_bodies)),
             rollback: std::mem::take(&mut self.rollback),
+            on_fault: self.on_fault,
             expected,
             tally,
             soft,
@@ -212,12 +219,7 @@ impl FieldPipeline {
         if world.soft_bodies.is_empty() {
             return Ok(false);
         }
-        let moment = moment(state.time, world.integration_parameters.dt);
-        let (view, policy) = (world.view(), fields.settings.wake);
-        let softs = (&*world.soft_bodies, &view);
-        self.softs
-            .evaluate(&self.compiled, &self.properties, softs, moment, policy)
-            .map_err(|fault| blame(fields.set, &fault))?;
+        self.evaluate_soft(fields, state.time, world)?;
         Ok(true)
     }
 
@@ -236,14 +238,16 @@ impl FieldPipeline {
         if !sleepers && self.is_idle(fields, world) {
             self.motions.clear();
             self.bodies.clear();
+            self.rollback.clear();
             self.retire(state);
             self.spare.clear();
             return Ok((true, false));
         }
-        if !sleepers && self.pushes_alike(fields, world) {
-            self.push_alike(fields, state, world, None);
+        let alike = !sleepers && self.pushes_alike(fields, world);
+        if alike && self.push_alike(fields, state, world, None).is_some() {
             return Ok((false, false));
         }
+        self.keep_copies(fields, world);
         self.read(world, (sleepers, first || self.other_bodies), &[]);
         self.weigh(state, world);
         self.see();
@@ -329,9 +333,13 @@ impl FieldPipeline {
         first: bool,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
-        let last = state.evaluation.take().unwrap_or_default();
+        let mut last = state.evaluation.take().unwrap_or_default();
         let all = first || last.bodies != self.samples.bodies;
         let mut evaluation = std::mem::take(&mut self.spare);
+        let outcome = self.evaluate(fields, world, (state.time, dt), &mut evaluation);
+        if !self.condemned.is_empty() {
+            last.remove(&self.condemned);
+        }
         let mut warnings = std::mem::take(&mut self.warnings);
         let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
         let links = std::mem::take(&mut self.links);
@@ -339,7 +347,6 @@ impl FieldPipeline {
         let view = world.view();
         let rules = Self::rules([&links, &held], exact, fields, world);
         let context = self.context(&view, (state.time, dt), rules);
-        let outcome = integrator.evaluate(&context, &self.seen, &mut evaluation);
         if outcome.is_ok() {
             let told = (&mut state.stiff, &mut warnings);
             integrator.predict(&context, &mut evaluation, (&last, all), told);
@@ -349,7 +356,7 @@ impl FieldPipeline {
         }
         (self.integrator, self.links, self.held) = (integrator, links, held);
         (self.warnings, self.spare) = (warnings, last);
-        outcome.map_err(|fault| blame(fields.set, &fault))?;
+        outcome?;
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         Ok(())
@@ -434,15 +441,19 @@ impl FieldPipeline {
         let mut motions = std::mem::take(&mut self.motions);
         let mut warnings = std::mem::take(&mut self.warnings);
         let view = world.view();
+        let sift = |fault: &Fault| sifted(fields.set, fault);
         let rules = Self::rules([&links, &held], exact, fields, world);
+        let rules = answering(rules, self.on_fault, &sift);
         let context = self.context(&view, (state.time, dt), rules);
-        let (acts, restless) = (super::acts(policy, &self.acting), &self.restless);
-        let acts = |place, body: &Body, wrench| {
-            let (acts, wake) = acts(place, body, wrench);
-            let keep = !restless.is_empty() && find(restless, body.handle).is_some();
-            (acts, wake || keep)
+        let outcome = {
+            let (acts, restless) = (super::acts(policy, &self.acting), &self.restless);
+            let acts = |place, body: &Body, wrench| {
+                let (acts, wake) = acts(place, body, wrench);
+                let keep = !restless.is_empty() && find(restless, body.handle).is_some();
+                (acts, wake || keep)
+            };
+            integrator.first_half(&context, evaluation, &acts, &mut motions)
         };
-        let outcome = integrator.first_half(&context, evaluation, &acts, &mut motions);
         if outcome.is_ok() {
             integrator.warn_of_ways(&context, &mut warnings);
             warn_of_caps(&context, &motions, &mut warnings);
@@ -450,8 +461,8 @@ impl FieldPipeline {
         (self.integrator, self.links, self.held) = (integrator, links, held);
         (self.motions, self.warnings) = (motions, warnings);
         outcome.map_err(|fault| blame(fields.set, &fault))?;
-        let all = state.steps == 0 || state.mark.is_none();
-        self.rollback.take(&view, world.islands, all, &self.bodies);
+        let mut faults = std::mem::take(&mut self.motions.faults);
+        self.answer_all(fields, &mut faults, state.evaluation.as_mut())?;
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
@@ -460,6 +471,7 @@ impl FieldPipeline {
         open.steady
             .extend(motions.turns.iter().map(|turn| turn.body));
         bridge::write(world.bodies, &motions.updates);
+        bridge::quarantine(world.bodies, &self.condemned);
         Ok(())
     }
 
@@ -558,15 +570,6 @@ impl FieldPipeline {
             bridge::set_hooks(world, collider, own | bits);
             Arc::make_mut(listening).add(collider, own);
         }
-    }
-}
-
-/// The moment of a step of length `dt`; in one of no length no force acts, and that of a change of
-/// velocity is to be finite.
-pub(super) fn moment(time: f64, dt: Real) -> Moment {
-    Moment {
-        time,
-        dt: if dt == 0.0 { 1.0 } else { dt },
     }
 }
 

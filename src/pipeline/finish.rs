@@ -2,21 +2,22 @@
 
 use std::sync::Arc;
 
-use super::begin::moment;
-use super::stages::iterations;
+use super::faults::answering;
+use super::stages::{iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, report};
 use crate::cross_check::Stepped;
-use crate::diagnose::blame;
-use crate::integrate::{FreeMotion, Motions, Redirected, StepWarning, find, warn_of_springs};
+use crate::diagnose::{blame, sifted};
+use crate::integrate::{
+    Fault, FreeMotion, Motions, Redirected, StepWarning, find, warn_of_springs,
+};
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rigid::{Lookup, Wrench};
 
 impl FieldPipeline {
-    /// What happens after Rapier's step. After an error, poses, velocities and forces of all bodies
-    /// are as they were before it began.
+    /// What happens after Rapier's step. After an error the world is as it was before it began.
     pub(crate) fn finish(
         &mut self,
         fields: &Definition<'_>,
@@ -32,9 +33,11 @@ impl FieldPipeline {
             }
         };
         self.follow(fields);
+        self.condemned.clear();
+        self.on_fault = open.on_fault;
         let outcome = self.finish_all(fields, state, (&mut open, &record), &mut world);
         if outcome.is_err() {
-            open.rollback.restore(world.bodies, world.colliders);
+            open.rollback.restore(&mut world);
             if open.soft {
                 self.softs.restore(world.soft_bodies);
             }
@@ -83,7 +86,7 @@ impl FieldPipeline {
         let mut written = bridge::restore(world.bodies, &record.overrides);
         bridge::finish(world.bodies, &open.motions.turns, &open.motions.means, dt);
         if open.soft {
-            self.finish_soft(fields, began + to_f64(dt), world)?;
+            self.evaluate_soft(fields, began + to_f64(dt), world)?;
         }
         let verdicts = open.heard.take();
         written += self.sweep(fields, (began, dt), &verdicts, world);
@@ -120,6 +123,7 @@ impl FieldPipeline {
                 .softs
                 .second_half((scheme, policy), dt, world.soft_bodies);
         }
+        bridge::quarantine(world.bodies, &self.condemned);
         Ok(StepOutcome {
             sampled: self.samples_used(open),
             contacts: self.detector.contacts.len(),
@@ -141,21 +145,6 @@ impl FieldPipeline {
 
     fn samples_used(&self, open: &OpenStep) -> usize {
         if open.idle { 0 } else { self.sampled }
-    }
-
-    fn finish_soft(
-        &mut self,
-        fields: &Definition<'_>,
-        now: f64,
-        world: &WorldMut<'_>,
-    ) -> Result<(), StepError> {
-        let dt = world.integration_parameters.dt;
-        let (view, policy) = (world.view(), fields.settings.wake);
-        let softs = (&*world.soft_bodies, &view);
-        let moment = moment(now, dt);
-        self.softs
-            .evaluate(&self.compiled, &self.properties, softs, moment, policy)
-            .map_err(|fault| blame(fields.set, &fault))
     }
 
     /// Finds and answers what touched during Rapier's step, if detection is swept; returns how many
@@ -193,7 +182,7 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
-        (open, now): (&OpenStep, f64),
+        (open, now): (&mut OpenStep, f64),
         world: &mut WorldMut<'_>,
     ) -> Result<usize, StepError> {
         self.sampled = open.bodies.len();
@@ -201,7 +190,8 @@ impl FieldPipeline {
             return Ok(0);
         }
         if open.bodies.is_empty() && self.pushes_alike(fields, world) {
-            return Ok(self.push_alike(fields, state, world, Some(&open.motions)));
+            let pushed = self.push_alike(fields, state, world, Some(&open.motions));
+            return Ok(pushed.unwrap_or(0));
         }
         if !fields.settings.scheme.kicks_twice() {
             self.note_sleepers(fields, state, &open.bodies, world);
@@ -227,8 +217,14 @@ impl FieldPipeline {
         self.see();
         self.sample(&world.view());
         let mut evaluation = std::mem::take(&mut self.spare);
-        let last = state.evaluation.take();
+        let mut last = state.evaluation.take();
         self.find_held(fields, world);
+        self.evaluate(fields, world, (now, dt), &mut evaluation)?;
+        if !self.condemned.is_empty() {
+            open.bodies
+                .retain(|it| !self.condemned.contains(&it.handle));
+            last.iter_mut().for_each(|it| it.remove(&self.condemned));
+        }
         let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
         let links = std::mem::take(&mut self.links);
         let mut integrator = std::mem::take(&mut self.integrator);
@@ -239,45 +235,45 @@ impl FieldPipeline {
         let shares = &self.redirected();
         let may_redo = self.compiled.detectors.is_empty();
         let view = world.view();
+        let sift = |fault: &Fault| sifted(fields.set, fault);
         let rules = Self::rules([&links, &held], exact, fields, world);
+        let rules = answering(rules, self.on_fault, &sift);
         let context = self.context(&view, (now, dt), rules);
-        let outcome = integrator
-            .evaluate(&context, &self.seen, &mut evaluation)
-            .and_then(|()| {
-                let known = last
-                    .as_ref()
-                    .filter(|last| last.bodies == evaluation.bodies);
-                let before = known.map_or(&[][..], |last| &last.wrenches);
-                let coupled = known.map_or(&[][..], |last| &last.couplings);
-                let redirected = Redirected {
-                    before,
-                    coupled,
-                    shares,
-                    may_redo,
-                };
-                let done = (&open.motions, redirected);
-                let told = (&mut state.stiff, &mut warnings);
-                integrator.update(&context, &mut evaluation, known, done, told);
-                if let Some(last) = known {
-                    let told = (&mut redone, &mut warnings);
-                    let from = (&open.bodies[..], last);
-                    integrator.redo(&context, &mut evaluation, from, told);
-                }
-                let policy = fields.settings.wake;
-                state
-                    .resting
-                    .decide(&self.bodies, &evaluation.wrenches, policy, &mut acting);
-                let acts = acts(policy, &acting);
-                integrator.second_half(&context, &evaluation, done, &acts, &mut late)
-            });
+        let known = last
+            .as_ref()
+            .filter(|last| last.bodies == evaluation.bodies);
+        let before = known.map_or(&[][..], |last| &last.wrenches);
+        let coupled = known.map_or(&[][..], |last| &last.couplings);
+        let redirected = Redirected {
+            before,
+            coupled,
+            shares,
+            may_redo,
+        };
+        let done = (&open.motions, redirected);
+        let told = (&mut state.stiff, &mut warnings);
+        integrator.update(&context, &mut evaluation, known, done, told);
+        if let Some(last) = known {
+            let told = (&mut redone, &mut warnings);
+            let from = (&open.bodies[..], last);
+            integrator.redo(&context, &mut evaluation, from, told);
+        }
+        let policy = fields.settings.wake;
+        state
+            .resting
+            .decide(&self.bodies, &evaluation.wrenches, policy, &mut acting);
+        let outcome = {
+            let acts = acts(policy, &acting);
+            integrator.second_half(&context, &evaluation, done, &acts, &mut late)
+        };
         (self.integrator, self.links, self.held) = (integrator, links, held);
         self.acting = acting;
         (self.late, self.warnings) = (late, warnings);
         self.redone = redone;
         self.spare = last.unwrap_or_default();
-        if let Err(fault) = outcome {
-            return Err(blame(fields.set, &fault));
-        }
+        outcome.map_err(|fault| blame(fields.set, &fault))?;
+        let mut faults = std::mem::take(&mut self.late.faults);
+        self.answer_all(fields, &mut faults, Some(&mut evaluation))?;
         self.sampled = self.bodies.len();
         evaluation.outdated = self.late.outdated || !self.redone.is_empty();
         state.evaluation = Some(evaluation);
@@ -417,7 +413,7 @@ fn is_rapiers(contact: &FieldContact, joints: Joints<'_>, view: &View<'_>) -> bo
     joints.keep_apart(contact.bodies) || is_dominated(bodies)
 }
 
-fn joints<'a>(world: &WorldMut<'a>) -> Joints<'a> {
+fn joints<'a>(world: &'a WorldMut<'_>) -> Joints<'a> {
     Joints {
         impulse: world.impulse_joints,
         multibody: world.multibody_joints,

@@ -6,7 +6,7 @@ use crate::bridge::Rollback;
 use crate::contact::{Claims, Heard, Listening, Pairs, Starts, StepHooks};
 use crate::cross_check::Expected;
 use crate::diagnose::Tally;
-use crate::integrate::Motions;
+use crate::integrate::{FaultPolicy, Motions};
 use crate::math::Real;
 use crate::rapier::pipeline::PhysicsHooks;
 use crate::rigid::Body;
@@ -28,6 +28,7 @@ pub struct OpenStep {
     /// The bodies that were sampled, as they were.
     pub(super) bodies: Vec<Body>,
     pub(super) rollback: Rollback,
+    pub(super) on_fault: FaultPolicy,
     /// Contacts that Rapier should find.
     pub(super) expected: Option<Expected>,
     /// What the fields did when the step began, if there is an audit.

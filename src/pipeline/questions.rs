@@ -2,14 +2,14 @@
 
 use std::collections::HashSet;
 
-use super::begin::moment;
+use super::stages::moment;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, View};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, WrenchError};
 use crate::field::{FieldSet, Frames, Query, Sampling};
-use crate::integrate::{Evaluation, Integrator, MotionRules, StepContext, Stiffness};
+use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 use crate::reference::{Fate, Reference};
 use crate::rigid::{Body, Wrench};
@@ -303,6 +303,8 @@ impl<'a> Scene<'a> {
                 max_speed: Real::MAX,
                 links: &[],
                 held: &[],
+                on_fault: FaultPolicy::Refuse,
+                sift: None,
             },
         }
     }

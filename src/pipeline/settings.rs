@@ -3,7 +3,7 @@
 use crate::bridge::WakePolicy;
 use crate::contact::{Detection, Responder, Rules};
 use crate::cross_check::CrossCheck;
-use crate::integrate::Scheme;
+use crate::integrate::{FaultPolicy, Scheme};
 use crate::math::ColliderHandle;
 
 /// How fields act: plain data, which may be changed between steps.
@@ -26,6 +26,8 @@ pub struct FieldSettings {
     pub scheme: Scheme,
     /// When fields wake sleeping bodies.
     pub wake: WakePolicy,
+    /// What is done about a body to which fields give a force that is not finite, or too large.
+    pub on_fault: FaultPolicy,
     /// When fields look for contacts.
     pub detection: Detection,
     /// Which contacts of fields are compared with Rapier's.

@@ -8,7 +8,7 @@ use crate::integrate::{MotionRules, StepContext, StepWarning};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rigid::{Body, Lookup, is_sound};
-use crate::sample::{Properties, Samples};
+use crate::sample::{Moment, Properties, Samples};
 
 /// Rapier's speed limit, but for what rounding adds over the iterations of a step.
 const BEYOND_LIMIT: Real = 1.001;
@@ -71,6 +71,8 @@ impl FieldPipeline {
             max_speed: parameters.max_linear_velocity(),
             links,
             held,
+            on_fault: fields.settings.on_fault,
+            sift: None,
         }
     }
 
@@ -245,6 +247,15 @@ impl FieldPipeline {
             ..Default::default()
         };
         *samples = Self::sample_everyone(properties, view, only_sites).1;
+    }
+}
+
+/// The moment of a step of length `dt`; in one of no length no force acts, and that of a change of
+/// velocity is to be finite.
+pub(super) fn moment(time: f64, dt: Real) -> Moment {
+    Moment {
+        time,
+        dt: if dt == 0.0 { 1.0 } else { dt },
     }
 }
 

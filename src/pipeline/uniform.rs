@@ -37,7 +37,7 @@ impl FieldPipeline {
             && self.strongest_kick(world) < FASTEST * 1e-3
     }
 
-    /// A bound of what a step can add to any speed, of bodies not lighter than 10⁻⁹.
+    /// A bound of what a step can add to any speed, of bodies that [are harmless](is_harmless).
     fn strongest_kick(&self, world: &WorldMut<'_>) -> Real {
         let vectors = self.compiled.constants.iter().map(|c| c.vector.length());
         let sum: Real = vectors.sum();
@@ -46,14 +46,15 @@ impl FieldPipeline {
     }
 
     /// Kicks every awake body, or loads it if it is held; `first`: what the first half of the step
-    /// did, in the second. Returns how many were kicked.
+    /// did, in the second. Returns how many were kicked; `None` if one is so light or so fast that it is
+    /// to be looked at, and nothing has been done.
     pub(super) fn push_alike(
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
         world: &mut WorldMut<'_>,
         first: Option<&Motions>,
-    ) -> usize {
+    ) -> Option<usize> {
         self.motions.clear();
         self.bodies.clear();
         self.rollback.clear();
@@ -63,7 +64,7 @@ impl FieldPipeline {
         let scheme = fields.settings.scheme;
         let duration = match (scheme, first) {
             (Scheme::Kick, None) => dt,
-            (Scheme::Kick, Some(_)) => return 0,
+            (Scheme::Kick, Some(_)) => return Some(0),
             _ => dt * 0.5,
         };
         let was_drowsing = match first {
@@ -96,12 +97,17 @@ impl FieldPipeline {
             all: first.is_none() && self.other_bodies,
             besides: &[],
         };
-        let mut linear = true;
+        let (mut linear, mut harmless) = (true, true);
+        let told = warnings.len();
         self.reader
             .visit(&view, world.islands, wanted, |handle, body| {
                 if !is_sound(body) {
                     warnings.push(StepWarning::NotFinite { body: handle });
                     return true;
+                }
+                if !is_harmless(body) {
+                    harmless = false;
+                    return first.is_some();
                 }
                 let force = push.pull.on(body);
                 let torque = Vector::ZERO;
@@ -117,6 +123,11 @@ impl FieldPipeline {
                 }
                 true
             });
+        if !harmless && first.is_none() {
+            warnings.truncate(told);
+            state.drowsing = was_drowsing;
+            return None;
+        }
         match linear {
             true => bridge::write_linear(world.bodies, updates),
             false => {
@@ -131,7 +142,7 @@ impl FieldPipeline {
             open.steady.extend(turns.iter().map(|turn| turn.body));
         }
         self.sampled = shown.bodies.len();
-        updates.len()
+        Some(updates.len())
     }
 }
 
@@ -265,6 +276,12 @@ impl Push<'_> {
         }
         complete(&copy, &free, (wrench, held), before, self.duration)
     }
+}
+
+/// Whether a body is not lighter than 10⁻⁹, and as slow as any that Rapier has moved.
+fn is_harmless(body: &RigidBody) -> bool {
+    let inv_mass = body.mass_properties().effective_inv_mass;
+    inv_mass.max_element() <= 1e9 && body.linvel().abs().max_element() <= FASTEST * 1e-3
 }
 
 /// Whether a body turns, and not about every axis alike.

@@ -31,6 +31,7 @@ pub(crate) struct Body {
     pub gravity_scale: Real,
     /// The user's own.
     pub user_force: Vector,
+    pub user_torque: Vector,
     /// The rates of damping that Rapier applies, linear and angular.
     pub damping: [Real; 2],
     /// Solver iterations on top of those of the world.
@@ -60,6 +61,7 @@ impl Body {
             patience: body.activation().time_until_sleep,
             gravity_scale: body.gravity_scale(),
             user_force: body.user_force(),
+            user_torque: body.user_torque(),
             damping: [body.linear_damping(), body.angular_damping()],
             extra_iterations: u32::try_from(extra).unwrap_or(u32::MAX),
         }
@@ -104,5 +106,6 @@ pub(crate) fn is_sound(body: &RigidBody) -> bool {
     let pose = body.position();
     let moves = body.linvel().is_finite() && body.angvel().is_finite();
     let placed = pose.translation.is_finite() && pose.rotation.is_finite();
-    placed && moves && body.user_force().is_finite()
+    let pushed = body.user_force().is_finite() && body.user_torque().is_finite();
+    placed && moves && pushed
 }

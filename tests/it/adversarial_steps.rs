@@ -55,6 +55,7 @@ fn refuses_step(tree: impl Into<Tree>, scheme: Scheme) -> StepError {
     let (mut world, ..) = world();
     let before = bits(&world);
     let mut fields = fields(tree, scheme);
+    fields.settings.on_fault = FaultPolicy::Refuse;
     let error = fields
         .step(&mut world)
         .expect_err("a step that cannot be made");
@@ -466,12 +467,15 @@ proptest! {
     fn hostile_numbers_never_panic(
         parts in proptest::collection::vec((hostile_field(), 0..7_usize), 1..5),
         scheme in 0..SCHEMES.len(),
+        policy in 0..3_usize,
     ) {
         let (mut world, ..) = world();
         let tree = parts.into_iter().fold(Tree::empty(), |tree, (field, operator)| {
             if tree.field_count() == 0 { field.into() } else { Tree::fold(Operator::ALL[operator], [tree, field.into()]) }
         });
-        let Ok(mut fields) = Fields::builder(tree).scheme(SCHEMES[scheme]).build() else {
+        let policy = [FaultPolicy::LeaveOut, FaultPolicy::Quarantine, FaultPolicy::Refuse][policy];
+        let builder = Fields::builder(tree).scheme(SCHEMES[scheme]).on_fault(policy);
+        let Ok(mut fields) = builder.build() else {
             return Ok(());
         };
         for _ in 0..3 {
@@ -480,12 +484,16 @@ proptest! {
             fields.potential_energy(&world.bodies, &world.colliders);
             match outcome {
                 Ok(_) => {
-                    for (handle, body) in world.bodies.iter().filter(|(_, body)| body.is_enabled()) {
+                    for (handle, body) in world.bodies.iter() {
                         prop_assert!(body.position().is_finite() && body.linvel().is_finite(), "{handle:?}");
+                        let kept = body.is_enabled() || policy == FaultPolicy::Quarantine;
+                        prop_assert!(kept, "{handle:?} is in quarantine");
                     }
                 }
                 Err(error) => {
                     prop_assert_eq!(bits(&world), before, "{}", error);
+                    let faulty = matches!(error, StepError::NonFinite { .. } | StepError::TooFast { .. });
+                    prop_assert!(!faulty || policy == FaultPolicy::Refuse, "{}", error);
                     break;
                 }
             }

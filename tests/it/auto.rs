@@ -58,6 +58,7 @@ struct Case<'a> {
 
 fn run(mut case: Case<'_>, scheme: Scheme, steps: usize) -> Run {
     let mut fields = build(case.tree, scheme);
+    fields.settings.on_fault = FaultPolicy::Refuse;
     let mut run = Run::default();
     for step in 0..steps {
         (case.before)(step, &mut case.world);

@@ -412,6 +412,7 @@ fn an_error_puts_soft_bodies_back() {
         Vector::Y * if later { Real::INFINITY } else { 1.0 }
     });
     let mut fields = build(bad.within(Region::ball(10.0)), Scheme::KickDriftKick);
+    fields.settings.on_fault = FaultPolicy::Refuse;
     let all = |world: &PhysicsWorld| {
         let soft = &world.soft_bodies[cloth];
         let particles = soft.particle_positions().zip(soft.particle_velocities());

@@ -454,6 +454,7 @@ fn an_error_after_a_swept_answer_puts_the_world_back() {
     let tree = trap.sum_union(touch(parts(&[&a, &b]), ELASTIC));
     let mut fields = Fields::builder(tree)
         .detection(Detection::Swept)
+        .on_fault(FaultPolicy::Refuse)
         .build()
         .expect("a tree");
     let before: Vec<_> = world

@@ -31,6 +31,7 @@ mod detection;
 mod evaluators_agree;
 mod explain;
 mod expressions;
+mod faults;
 mod force_lifetime;
 mod ground;
 mod impacts_under_force;

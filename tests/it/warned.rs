@@ -23,6 +23,7 @@ fn fate(scheme: Scheme, turn: f64, (damping, gravity): (Real, Real)) -> Fate {
     let ball = insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);
     world.bodies[ball].set_linear_damping(damping);
     let mut fields = build(Field::spring(from_f64(stiffness)), scheme);
+    fields.settings.on_fault = FaultPolicy::Refuse;
     let mut fate = Fate {
         energy: 0.0,
         warned: 0,

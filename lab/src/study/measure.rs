@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::fields;
 use fields::math::{Real, RigidBodySet, Vector};
 use fields::rapier::prelude::{IntegrationParameters, PhysicsWorld};
-use fields::{Field, Fields, StepError};
+use fields::{FaultPolicy, Field, Fields, StepError};
 
 /// How often a run is repeated for the clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +92,11 @@ pub(super) struct Simulation {
 impl Simulation {
     pub fn step(&mut self) -> Result<(), StepError> {
         match &mut self.driver {
-            Driver::Fields(fields) => fields.step(&mut self.world).map(|_| ()),
+            Driver::Fields(fields) => {
+                // A run that comes to grief has failed.
+                fields.settings.on_fault = FaultPolicy::Refuse;
+                fields.step(&mut self.world).map(|_| ())
+            }
             Driver::ByHand(act) => {
                 act(&mut self.world.bodies);
                 self.world.step();

@@ -10,7 +10,7 @@ use super::fields::BuildError;
 use super::fields::Fields;
 use super::fields::math::ColliderHandle;
 use super::fields::{Detection, Responder};
-use super::fields::{Scheme, WakePolicy};
+use super::fields::{FaultPolicy, Scheme, WakePolicy};
 use super::names::{Directory, Names};
 use super::number::{Num, unless};
 use super::tree::TreeDoc;
@@ -35,6 +35,12 @@ pub(super) struct FieldsDoc {
         skip_serializing_if = "Option::is_none"
     )]
     wake: Option<WakePolicy>,
+    #[serde(
+        default,
+        deserialize_with = "crate::choice::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
+    on_fault: Option<FaultPolicy>,
     #[serde(
         default,
         deserialize_with = "crate::choice::optional",
@@ -95,6 +101,7 @@ impl FieldsDoc {
         let mut builder = Fields::builder(tree)
             .scheme(self.scheme.unwrap_or_default())
             .wake(self.wake.unwrap_or_default())
+            .on_fault(self.on_fault.unwrap_or_default())
             .responder(self.responder.unwrap_or_default())
             .detection(self.detection.unwrap_or_default())
             .cross_check(self.cross_check)
@@ -143,6 +150,7 @@ impl FieldsDoc {
                 .collect(),
             scheme: unless(settings.scheme, Scheme::default()),
             wake: unless(settings.wake, WakePolicy::default()),
+            on_fault: unless(settings.on_fault, FaultPolicy::default()),
             responder: unless(settings.responder(), Responder::default()),
             responder_among: among.collect::<Result<_, _>>()?,
             detection: unless(settings.detection, Detection::default()),

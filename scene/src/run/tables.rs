@@ -370,6 +370,8 @@ pub fn body_of(warning: &StepWarning) -> Option<RigidBodyHandle> {
     match warning {
         StepWarning::Stiff { body, .. }
         | StepWarning::SpeedCapped { body, .. }
+        | StepWarning::LeftOut { body, .. }
+        | StepWarning::Quarantined { body, .. }
         | StepWarning::RotationCapped { body, .. } => Some(*body),
         _ => None,
     }

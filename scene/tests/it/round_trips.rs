@@ -106,6 +106,37 @@ fn what_earlier_versions_wrote_is_read() {
     assert_eq!(again.to_json().expect("a scene without code"), EVERYTHING);
 }
 
+/// A setting that the first files had not: the default is not written.
+#[test]
+fn what_is_done_about_faults_comes_back() {
+    let policies = [
+        (FaultPolicy::LeaveOut, Some("\"on-fault\": \"leave-out\"")),
+        (FaultPolicy::Quarantine, None),
+        (FaultPolicy::Refuse, Some("\"on-fault\": \"refuse\"")),
+    ];
+    for (policy, line) in policies {
+        let fields = Fields::builder(Field::uniform(Vector::X)).on_fault(policy);
+        let fields = fields.build().expect("a valid tree");
+        let file = SceneFile::new(&PhysicsWorld::new(), &fields).expect("a scene without code");
+        let text = file.to_json().expect("a scene without code");
+        assert_eq!(text.contains("on-fault"), line.is_some(), "{text}");
+        assert!(line.is_none_or(|line| text.contains(line)), "{text}");
+        let read = SceneFile::from_json(&text)
+            .expect("what was written")
+            .build();
+        let read = read.expect("a possible scene");
+        assert_eq!(read.fields.settings.on_fault, policy);
+    }
+    let bad = r#"{"version": 1, "fields": {"on-fault": "explode", "tree": "empty"}}"#;
+    let error = SceneFile::from_json(bad)
+        .expect_err("no such policy")
+        .to_string();
+    assert!(
+        error.contains("on-fault") && error.contains("leave-out"),
+        "{error}"
+    );
+}
+
 #[test]
 fn one_of_everything_comes_back_to_the_letter() {
     let file = SceneFile::from_json(EVERYTHING).expect("a file as documented");

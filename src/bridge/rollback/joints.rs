@@ -1,0 +1,94 @@
+//! What Rapier's step changes in joints.
+
+use crate::bridge::world::WorldMut;
+use crate::math::{Real, RigidBodyHandle, RigidBodySet};
+use crate::rapier::dynamics::{
+    ImpulseJoint, ImpulseJointHandle, MultibodyIndex, MultibodyJoint, MultibodyJointSet,
+};
+
+/// Joints as they were.
+#[derive(Debug, Default)]
+pub(super) struct Joints {
+    impulse: Vec<(ImpulseJointHandle, ImpulseJoint)>,
+    links: Vec<Link>,
+    /// Of one articulation after the other.
+    velocities: Vec<(MultibodyIndex, Real)>,
+}
+
+/// A link of an articulation: Rapier makes its pose of its joint.
+#[derive(Debug)]
+struct Link {
+    body: RigidBodyHandle,
+    articulation: MultibodyIndex,
+    joint: MultibodyJoint,
+}
+
+impl Joints {
+    pub(super) fn clear(&mut self) {
+        self.impulse.clear();
+        self.links.clear();
+        self.velocities.clear();
+    }
+
+    pub(super) fn take(&mut self, world: &WorldMut<'_>) {
+        let joints = world.impulse_joints.iter();
+        self.impulse
+            .extend(joints.map(|(handle, joint)| (handle, joint.clone())));
+        let set = &*world.multibody_joints;
+        for multibody in set.multibodies() {
+            let root = multibody.root().rigid_body_handle();
+            let Some(id) = set.rigid_body_link(root) else {
+                continue;
+            };
+            let articulation = id.multibody;
+            self.links.extend(multibody.links().map(|link| Link {
+                body: link.rigid_body_handle(),
+                articulation,
+                joint: link.joint,
+            }));
+            let velocities = multibody.generalized_velocity();
+            self.velocities
+                .extend(velocities.iter().map(|it| (articulation, *it)));
+        }
+    }
+
+    pub(super) fn restore(&self, world: &mut WorldMut<'_>) {
+        for (handle, was) in &self.impulse {
+            let same = |now: &ImpulseJoint| now.data == was.data && now.impulses == was.impulses;
+            if world.impulse_joints.get(*handle).is_none_or(same) {
+                continue;
+            }
+            if let Some(now) = world.impulse_joints.get_mut(*handle, false) {
+                (now.data, now.impulses) = (was.data, was.impulses);
+            }
+        }
+        let same = |a: &Link, b: &Link| a.articulation == b.articulation;
+        for links in self.links.chunk_by(same) {
+            self.restore_links(world.multibody_joints, world.bodies, links);
+        }
+    }
+
+    /// Those of an articulation that is still made of them.
+    fn restore_links(&self, set: &mut MultibodyJointSet, bodies: &RigidBodySet, links: &[Link]) {
+        let index = links[0].articulation;
+        let Some(multibody) = set.get_multibody_mut_internal(index) else {
+            return;
+        };
+        let handles = multibody.links().map(|link| link.rigid_body_handle());
+        if !handles.eq(links.iter().map(|link| link.body)) {
+            return;
+        }
+        let was = self.velocities.iter().filter(|(of, _)| *of == index);
+        let (had, has) = (was.clone().count(), multibody.ndofs());
+        // Of one that is new Rapier's step has fixed the root: that stays.
+        let root = usize::from(had != has);
+        let joints = multibody.links_mut().zip(links).skip(root);
+        joints.for_each(|(now, was)| now.joint = was.joint);
+        let was = was.skip(had.saturating_sub(has));
+        let mut now = multibody.generalized_velocity_mut();
+        for (now, (_, was)) in now.iter_mut().zip(was) {
+            *now = *was;
+        }
+        multibody.forward_kinematics(bodies, false);
+    }
+}

@@ -1,0 +1,141 @@
+//! What a step does about forces that cannot be given to Rapier.
+
+use super::stages::moment;
+use super::{Definition, FieldPipeline};
+use crate::bridge::{StepError, WorldMut, durations};
+use crate::diagnose::{blame, sifted, warn_of};
+use crate::integrate::{Evaluation, Fault, FaultKind, FaultPolicy, MotionRules, Sift, StepWarning};
+use crate::math::Real;
+use crate::rigid::Wrench;
+
+impl FieldPipeline {
+    /// Evaluates the fields on the bodies that were sampled, and forgets those of them that are to be
+    /// disabled.
+    pub(super) fn evaluate(
+        &mut self,
+        fields: &Definition<'_>,
+        world: &WorldMut<'_>,
+        (time, dt): (f64, Real),
+        evaluation: &mut Evaluation,
+    ) -> Result<(), StepError> {
+        let (view, exact) = (world.view(), self.exact_turns(fields));
+        loop {
+            let mut integrator = std::mem::take(&mut self.integrator);
+            let rules = Self::rules([&self.links, &self.held], exact, fields, world);
+            let context = self.context(&view, (time, dt), rules);
+            let outcome = integrator.evaluate(&context, &self.seen, evaluation);
+            self.integrator = integrator;
+            let Err(fault) = outcome else {
+                return Ok(());
+            };
+            self.answer(fields, &fault)?;
+            if self.on_fault == FaultPolicy::LeaveOut {
+                evaluation.leave_out(&fault, &sifted(fields.set, &fault));
+                return Ok(());
+            }
+            // Once more, without the others.
+            self.see();
+            self.sample(&view);
+        }
+    }
+
+    /// Says that a body is left out, or to be disabled; or refuses the step.
+    fn answer(&mut self, fields: &Definition<'_>, fault: &Fault) -> Result<(), StepError> {
+        match self.on_fault {
+            FaultPolicy::Refuse => return Err(blame(fields.set, fault)),
+            FaultPolicy::LeaveOut => {}
+            FaultPolicy::Quarantine => {
+                self.condemned.extend(fault.bodies());
+                self.bodies.retain(|body| !fault.is_of(body.handle));
+            }
+        }
+        warn_of(fields.set, fault, self.on_fault, &mut self.warnings);
+        Ok(())
+    }
+
+    /// The same for what motions leave out. The evaluation is that of the bodies.
+    pub(super) fn answer_all(
+        &mut self,
+        fields: &Definition<'_>,
+        faults: &mut Vec<Fault>,
+        evaluation: Option<&mut Evaluation>,
+    ) -> Result<(), StepError> {
+        if faults.is_empty() {
+            return Ok(());
+        }
+        for fault in faults.drain(..) {
+            self.answer(fields, &fault)?;
+        }
+        if let Some(evaluation) = evaluation {
+            evaluation.remove(&self.condemned);
+        }
+        Ok(())
+    }
+
+    /// Works out the forces on the particles of soft bodies.
+    pub(super) fn evaluate_soft(
+        &mut self,
+        fields: &Definition<'_>,
+        now: f64,
+        world: &WorldMut<'_>,
+    ) -> Result<(), StepError> {
+        let dt = world.integration_parameters.dt;
+        let (view, settings) = (world.view(), fields.settings);
+        let moment = moment(now, dt);
+        let softs = (&*world.soft_bodies, &view);
+        let (compiled, properties) = (&self.compiled, &self.properties);
+        let fault = self
+            .softs
+            .evaluate(compiled, properties, softs, moment, settings.wake);
+        let unsound = self.softs.unsound.iter();
+        self.warnings
+            .extend(unsound.map(|body| StepWarning::NotFinite { body: *body }));
+        if let Some(fault) = fault {
+            self.answer_soft(fields, &fault)?;
+        }
+        let duration = durations(settings.scheme, dt)[0];
+        let fault = self
+            .softs
+            .too_fast(&self.compiled, &view, (moment, duration));
+        fault.map_or(Ok(()), |fault| self.answer_soft(fields, &fault))
+    }
+
+    fn answer_soft(&mut self, fields: &Definition<'_>, fault: &Fault) -> Result<(), StepError> {
+        match (self.on_fault, fault.kind) {
+            (FaultPolicy::Refuse, _) => return Err(blame(fields.set, fault)),
+            (FaultPolicy::LeaveOut, FaultKind::NonFinite) => {
+                self.softs.leave_out(fault, &sifted(fields.set, fault));
+            }
+            (FaultPolicy::LeaveOut, FaultKind::TooFast { .. }) => {
+                let none = vec![Wrench::ZERO; fault.places.len()];
+                self.softs.leave_out(fault, &none);
+            }
+            (FaultPolicy::Quarantine, _) => self.softs.condemn(fault),
+        }
+        warn_of(fields.set, fault, self.on_fault, &mut self.warnings);
+        Ok(())
+    }
+
+    /// Keeps copies of what a step that may be refused has to go back to; the cross-check asks them where
+    /// bodies were.
+    pub(super) fn keep_copies(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
+        let refuses = self.on_fault == FaultPolicy::Refuse;
+        match refuses || fields.settings.cross_check.on {
+            true => self.rollback.take(world),
+            false => self.rollback.clear(),
+        }
+    }
+}
+
+/// The rules with what is done about faults.
+pub(super) fn answering<'a>(
+    rules: MotionRules<'a>,
+    on_fault: FaultPolicy,
+    sift: Sift<'a>,
+) -> MotionRules<'a> {
+    MotionRules {
+        on_fault,
+        sift: (on_fault == FaultPolicy::LeaveOut).then_some(sift),
+        ..rules
+    }
+}
