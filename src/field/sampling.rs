@@ -94,6 +94,17 @@ impl Sampling {
     }
 }
 
+/// Whether a term cuts bodies where a border passes through them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Cuts {
+    #[default]
+    Never,
+    /// A body that is clear of borders is sampled at its centre of mass.
+    Bodies,
+    /// A part that is clear of borders is sampled at its centre.
+    Parts,
+}
+
 /// How a term of the tree is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SamplingRule {
@@ -103,6 +114,8 @@ pub(crate) struct SamplingRule {
     pub auto: bool,
     /// Bodies may ask for another.
     pub overridable: bool,
+    /// Whether bodies that have shapes, and ask for nothing else, are sampled in pieces instead.
+    pub cuts: Cuts,
 }
 
 impl SamplingRule {
@@ -111,6 +124,7 @@ impl SamplingRule {
         sampling: Sampling::Centre,
         auto: true,
         overridable: true,
+        cuts: Cuts::Never,
     };
 
     /// The finer of two.

@@ -3,7 +3,7 @@
 use super::context::StepContext;
 use super::predicted::{PredictedMotion, PredictedMotions};
 use crate::eval::Evaluator;
-use crate::math::{Vector, to_f64};
+use crate::math::{DQuat, Vector, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Lookup, Mobility, Wrench, of_wrench, rounded};
 use crate::sample::Samples;
@@ -60,6 +60,10 @@ impl Scout {
             let turned = sample.arm + way.angvel.cross(sample.arm) * dt;
             sample.world_point += way.linvel * dt + turned - sample.arm;
             sample.arm = turned;
+        }
+        for (attitude, way) in samples.attitudes.iter_mut().zip(&self.ways) {
+            let turned = DQuat::from_scaled_axis(to_dvec3(way.angvel) * to_f64(dt));
+            attitude.rotation = turned * attitude.rotation;
         }
         for (centre, way) in samples.centres.iter_mut().zip(&self.ways) {
             centre.world_point += way.linvel * dt;

@@ -1,0 +1,38 @@
+//! Balls, cut by a plane or by a sphere.
+
+use crate::field::Face;
+
+/// The part of a ball that is behind a face: its share of the volume, and how far its centre lies
+/// from the ball's, against the face's outward direction. `None` if that is not known in closed
+/// form.
+pub(super) fn behind(radius: f64, face: &Face) -> Option<(f64, f64)> {
+    let volume = 4.0 * radius.powi(3);
+    if face.curvature == 0.0 {
+        let (cap, depth) = cap(radius, radius - face.distance);
+        return Some((cap / volume, depth));
+    }
+    if !face.is_sphere {
+        return None;
+    }
+    // The other sphere: its radius, and how far its centre is.
+    let other = face.curvature.recip();
+    let apart = face.distance + other;
+    if apart <= radius - other {
+        return Some(((other / radius).powi(3), apart));
+    }
+    // A cap of each, on the plane in which they meet.
+    let height = radius - ((apart - other) * (apart + other) + radius * radius) / (2.0 * apart);
+    let (own, own_depth) = cap(radius, height);
+    let height = (radius * radius - (apart - other).powi(2)) / (2.0 * apart);
+    let (others, depth) = cap(other, height);
+    let sum = own + others;
+    let first = own * own_depth + others * (apart - depth);
+    Some((sum / volume, first / sum))
+}
+
+/// The cap of a ball of some height: 3/π of its volume, and how far its centre is from the ball's.
+fn cap(radius: f64, height: f64) -> (f64, f64) {
+    let height = height.clamp(0.0, 2.0 * radius);
+    let depth = 0.75 * (2.0 * radius - height).powi(2) / (3.0 * radius - height);
+    (height * height * (3.0 * radius - height), depth)
+}
