@@ -22,10 +22,11 @@ pub(crate) struct Face {
     pub distance: f64,
     /// Out of the solid, in world axes, of length one.
     pub outward: DVec3,
-    /// The largest there is: zero of a plane, infinite where nothing is known of it.
+    /// How much it bends, at most, as far as was asked for: zero of a plane.
     pub curvature: f64,
-    /// The direction, in world axes, in which it does not bend; zero if it bends alike in all.
-    pub straight: DVec3,
+    /// If it bends by that, inwards: the direction, in world axes, in which it does not; zero if it
+    /// bends alike in all.
+    pub round: Option<DVec3>,
     /// Whether it is all of a sphere.
     pub is_sphere: bool,
 }
@@ -57,8 +58,9 @@ impl Border {
         passes(&self.solid, &self.pose, at)
     }
 
-    /// A face by its number, from a point of the world; `None` if there are no more.
-    pub(crate) fn face(&self, number: usize, world_point: DVec3) -> Option<Face> {
+    /// A face by its number, from a point of the world, and as it is within a distance of there;
+    /// `None` if there are no more.
+    pub(crate) fn face(&self, number: usize, (world_point, within): (DVec3, f64)) -> Option<Face> {
         let p = self.pose.inverse_transform_point(world_point);
         let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
         let plane = |axis: usize, side: f64, offset: f64| {
@@ -66,10 +68,9 @@ impl Border {
             (distance, DVec3::AXES[axis] * side, 0.0)
         };
         let curved = |curvature: f64| {
-            let Surface {
-                distance, outward, ..
-            } = self.outermost(p);
-            (distance, outward.normalize_or_zero(), curvature)
+            let seen = self.outermost(p);
+            let distance = seen.distance / seen.slope;
+            (distance, seen.outward.normalize_or_zero(), curvature)
         };
         let (distance, outward, curvature) = match (&self.solid, number) {
             (Solid::Cuboid { half_extents }, 0..6) => {
@@ -85,26 +86,48 @@ impl Border {
             (Solid::Ball { radius } | Solid::Capsule { radius, .. }, 0) => {
                 curved(to_f64(*radius).recip())
             }
-            (Solid::HalfSpace { .. }, 0) => curved(0.0),
-            (Solid::Shape(_), 0) => curved(f64::INFINITY),
+            (Solid::HalfSpace { outward }, 0) => {
+                // Nearly of length one.
+                let outward = to_dvec3(*outward).normalize();
+                (p.dot(outward), outward, 0.0)
+            }
+            (Solid::Shape(_), 0) => curved(self.bend(p, within)),
             _ => return None,
         };
         Some(Face {
             distance,
             outward: self.pose.rotation * outward,
             curvature,
-            straight: self.pose.rotation * self.straight(p, outward),
+            round: self
+                .straight(p, outward)
+                .map(|way| self.pose.rotation * way),
             is_sphere: matches!(self.solid, Solid::Ball { .. }),
         })
     }
 
+    /// How much the surface of any shape bends within a distance of a point of its frame, by how far
+    /// it is from its tangent plane there.
+    fn bend(&self, point: DVec3, within: f64) -> f64 {
+        let seen = self.outermost(point);
+        let Some(outward) = seen.outward.try_normalize() else {
+            return f64::INFINITY;
+        };
+        let foot = point - outward * (seen.distance / seen.slope);
+        let (u, v) = outward.any_orthonormal_pair();
+        let off = [u, -u, v, -v].map(|way| self.outermost(foot + way * within).distance.abs());
+        2.0 * off.into_iter().fold(0.0, f64::max) / (within * within)
+    }
+
     /// Along which tangent a round face is straight, seen from a point of the solid's frame.
-    fn straight(&self, point: DVec3, outward: DVec3) -> DVec3 {
+    fn straight(&self, point: DVec3, outward: DVec3) -> Option<DVec3> {
         match &self.solid {
-            Solid::Cylinder { .. } => DVec3::Y,
-            Solid::Cone { .. } => outward.cross(DVec3::Y).cross(outward).normalize_or_zero(),
-            Solid::Capsule { half_height, .. } if point.y.abs() < to_f64(*half_height) => DVec3::Y,
-            _ => DVec3::ZERO,
+            Solid::Cylinder { .. } => Some(DVec3::Y),
+            Solid::Cone { .. } => Some(outward.cross(DVec3::Y).cross(outward).normalize_or_zero()),
+            Solid::Capsule { half_height, .. } if point.y.abs() < to_f64(*half_height) => {
+                Some(DVec3::Y)
+            }
+            Solid::Ball { .. } | Solid::Capsule { .. } => Some(DVec3::ZERO),
+            _ => None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::clip::{Triangle, extent};
+use super::clip::Triangle;
 use crate::math::{DPose3, DQuat, DVec3, Vector};
 
 /// How a body stands, and how far it reaches.
@@ -41,6 +41,8 @@ pub(crate) struct Mesh {
     /// Less than zero if it is inside out.
     pub volume: f64,
     pub centre: DVec3,
+    /// How far it reaches from its centre.
+    pub extent: f64,
 }
 
 impl PartSolid {
@@ -57,7 +59,7 @@ impl PartSolid {
         match self {
             PartSolid::Point => 0.0,
             PartSolid::Ball(radius, _) => *radius,
-            PartSolid::Mesh(mesh) => extent(&mesh.triangles, mesh.centre),
+            PartSolid::Mesh(mesh) => mesh.extent,
         }
     }
 }

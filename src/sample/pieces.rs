@@ -13,8 +13,11 @@ use crate::field::{Border, Cuts, Face, POINT, Query, SamplingRule};
 use crate::math::{DPose3, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 
 /// At a curved border pieces are halved until it bends by less than this part of the body's
-/// extent in each.
+/// extent in each,
 const BEND: f64 = 0.1;
+
+/// and by less than this part of how thick they are.
+const BEND_OF_THICKNESS: f64 = 0.3;
 
 /// But not if they are smaller than this part of it.
 const FINEST: f64 = 1.0 / 12.0;
@@ -150,15 +153,18 @@ impl Cutter {
                 return;
             }
         };
-        let whole = &mesh.triangles;
-        self.triangles.clear();
-        match scale == 1.0 {
-            true => self.triangles.extend_from_slice(whole),
-            false => {
-                let scaled = whole.iter().map(|t| t.map(|corner| corner * scale));
-                self.triangles.extend(scaled);
-            }
+        let centre = mesh.centre * scale;
+        let at = (cutting.pose.transform_point(centre), mesh.extent * scale);
+        if !cutting.borders.iter().any(|border| border.passes(at)) {
+            self.pieces.push(cutting.piece(1.0, centre));
+            return;
         }
+        self.triangles.clear();
+        let scaled = mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(|corner| corner * scale));
+        self.triangles.extend(scaled);
         let volume = mesh.volume * scale.powi(3);
         let cutting = Cutting { volume, ..cutting };
         let most = self.pieces.len() + MOST_PIECES;
@@ -171,7 +177,7 @@ impl Cutter {
         let near = cutting.borders.iter();
         let near = near.filter(|border| border.passes((centre, radius)));
         let mut faces = near.flat_map(|border| {
-            let faces = (0..).map_while(move |number| border.face(number, centre));
+            let faces = (0..).map_while(move |number| border.face(number, (centre, radius)));
             faces.filter(|face| face.distance.abs() < radius)
         });
         let Some(face) = faces.next() else {
@@ -221,7 +227,7 @@ impl Cutter {
         let stop = left == 0 || self.pieces.len() >= most;
         let next = match stop || share.is_nan() || share <= LEAST {
             true => None,
-            false => cutting.next(cell, centre, from),
+            false => cutting.next(cell, (volume, centre), from),
         };
         match next {
             None if share > LEAST => self.pieces.push(cutting.piece(share, centre)),
@@ -257,11 +263,11 @@ impl Cutting<'_> {
             normal,
             offset: normal.dot(centre) - face.distance,
         };
-        if face.curvature == 0.0 || face.curvature.is_infinite() {
+        let Some(straight) = face.round.filter(|_| face.curvature > 0.0) else {
             return tangent;
-        }
+        };
         let apex = centre - normal * face.distance;
-        let [area, squares] = tangent.section(cell, apex, to_local * face.straight);
+        let [area, squares] = tangent.section(cell, apex, to_local * straight);
         let behind = face.curvature * 0.5 * squares / area;
         let offset = tangent.offset - if behind > 0.0 { behind } else { 0.0 };
         Plane { offset, ..tangent }
@@ -271,25 +277,28 @@ impl Cutting<'_> {
     fn next(
         &self,
         cell: &[Triangle],
-        centre: DVec3,
+        (volume, centre): (f64, DVec3),
         (first, first_face): (usize, usize),
     ) -> Option<(Plane, (usize, usize))> {
         let world_point = self.pose.transform_point(centre);
         let radius = extent(cell, centre);
+        let thickness = (volume / (radius * radius)).abs();
+        let most = (BEND * self.extent).min(BEND_OF_THICKNESS * thickness);
         let borders = self.borders.iter().enumerate().skip(first);
         for (number, border) in borders {
             if !border.passes((world_point, radius)) {
                 continue;
             }
             let from = if number == first { first_face } else { 0 };
-            let faces = (from..).map_while(|face| Some((face, border.face(face, world_point)?)));
+            let faces =
+                (from..).map_while(|face| Some((face, border.face(face, (world_point, radius))?)));
             for (place, face) in faces {
                 // A tangent plane may touch what its face does not.
                 if face.distance.is_nan() || face.distance.abs() >= radius {
                     continue;
                 }
-                let bends = face.curvature * radius * radius > BEND * self.extent;
-                if bends && radius > FINEST * self.extent {
+                let straight = most >= face.curvature * radius * radius;
+                if !straight && radius > FINEST * self.extent {
                     return Some((halving(cell), (number, place)));
                 }
                 let plane = self.plane(&face, cell, centre);

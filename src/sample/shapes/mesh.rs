@@ -4,11 +4,11 @@ use super::moments::{Moments, outer};
 use super::surface::add_triangles;
 use crate::math::{DMat3, DVec3, Pose, SharedShape, to_dpose3};
 use crate::rapier::parry::shape::TypedShape;
-use crate::sample::clip::{Triangle, content};
+use crate::sample::clip::{Triangle, content, extent};
 use crate::sample::part_shape::Mesh;
 
-/// Facets around round shapes. Their corners stand out by less than half a percent.
-const FACETS: u32 = 32;
+/// Facets around round shapes. Their corners stand out by half a percent.
+const FACETS: u32 = 24;
 
 /// Of the areas of closed meshes, in `f32`.
 const ROUNDING: f64 = 1e-4;
@@ -22,10 +22,11 @@ pub(super) fn of(shape: &SharedShape) -> Option<Mesh> {
     add(shape, &mut triangles)?;
     let (volume, centre) = content(&triangles);
     let sound = volume.abs() > 0.0 && volume.is_finite() && centre.is_finite();
-    (sound && is_closed(&triangles)).then_some(Mesh {
-        triangles,
+    (sound && is_closed(&triangles)).then(|| Mesh {
         volume,
         centre,
+        extent: extent(&triangles, centre),
+        triangles,
     })
 }
 
