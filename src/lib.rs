@@ -8,7 +8,8 @@
 //! - A **tree** composes fields by the seven operators of the [table](Operator); it is one
 //!   composite field.
 //! - A **sample** is a point of a body where the tree is sampled: the centre of mass for uniform
-//!   fields, the middle of each collider, or points of their volumes or surfaces; see [`Sampling`].
+//!   fields, the middle of each collider, points of their volumes or surfaces, or the centres of the
+//!   pieces that a border cuts them into; see [`Sampling`].
 //! - The **wrench** is the force and the torque about the centre of mass that the samples of a body
 //!   sum to. A **[scheme](Scheme)** says how it becomes motion.
 //! - A **detection field** says who touches the collider it is anchored to, and may answer.

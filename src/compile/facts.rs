@@ -31,7 +31,8 @@ impl Facts {
     const SURFACE_OF_BALLS: u32 = 12;
     const CELLS: u32 = 13;
     const DISPLACED: u32 = 14;
-    const COUNT: usize = 15;
+    const PIECES: u32 = 15;
+    const COUNT: usize = 16;
 
     pub(super) fn set(&mut self, fact: u32) {
         self.0 |= 1 << fact;
@@ -56,6 +57,7 @@ impl Facts {
         self.set_if(Self::SURFACE_OF_BALLS, asks(wanted.surface, all));
         self.set_if(Self::CELLS, wanted.cells);
         self.set_if(Self::DISPLACED, wanted.displaced);
+        self.set_if(Self::PIECES, wanted.pieces);
     }
 
     /// What the nodes of a term read and hang on.
@@ -115,6 +117,7 @@ impl Tally {
             surface: either(Facts::SURFACE, Facts::SURFACE_OF_BALLS),
             cells: self.any(Facts::CELLS),
             displaced: self.any(Facts::DISPLACED),
+            pieces: self.any(Facts::PIECES),
         }
     }
 }

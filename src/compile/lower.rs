@@ -8,7 +8,7 @@ use super::facts::Facts;
 use super::program::Program;
 use super::requirements::SamplingRequirements;
 use crate::field::{
-    Anchor, ContactLaw, Coupling, Field, Formula, Modifier, Node, Nodes, Radial, Sampling,
+    Anchor, ContactLaw, Coupling, Cuts, Field, Formula, Modifier, Node, Nodes, Radial, Sampling,
     SamplingRule,
 };
 use crate::math::{Real, Vector, to_f64};
@@ -68,7 +68,8 @@ impl Lowering<'_> {
         if let Some(program) = lowered.program.as_ref().filter(|program| program.has_force) {
             let facts = &mut lowered.facts;
             facts.require(&SamplingRequirements::of_program(program));
-            facts.set_if(Facts::TURNS, program.how.sampling != Sampling::Centre);
+            let at_centres = program.how.sampling == Sampling::Centre;
+            facts.set_if(Facts::TURNS, !at_centres || program.how.cuts != Cuts::Never);
             facts.set(Facts::VARIES);
             facts.set_if(Facts::UNBOUNDED, program.reach.is_none());
         }

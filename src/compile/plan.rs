@@ -8,7 +8,7 @@ use super::entries::{ConstantField, RadialBatch};
 use super::facts::Facts;
 use super::index_kind::IndexKind;
 use super::program::Program;
-use crate::field::{Coupling, Field, FieldSet, Node, Sampling, SamplingRule, Term};
+use crate::field::{Coupling, Cuts, Field, FieldSet, Node, Sampling, SamplingRule, Term};
 
 /// What a tree needs and what was left out. Printed, it is a short report.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,6 +51,8 @@ pub struct PlanEntry {
     pub sampling: Sampling,
     /// Whether a ball is sampled at its centre only, whatever `sampling` says.
     pub spares_balls: bool,
+    /// Whether a body that a border passes through is cut there, and sampled in pieces.
+    pub cuts_at_borders: bool,
     /// The samples of a body of one cube; where sampling is adaptive, of a body clear of borders.
     pub samples_of_a_cube: usize,
     /// Roughly how many nanoseconds it takes on one sample: for each source or instance that
@@ -60,7 +62,15 @@ pub struct PlanEntry {
 
 impl PlanEntry {
     fn of(how: SamplingRule) -> Self {
-        Self::sampled(how.sampling, how.auto)
+        let sampling = match how.cuts {
+            Cuts::Never => how.sampling,
+            Cuts::Bodies => Sampling::Centre,
+            Cuts::Parts => Sampling::Parts,
+        };
+        PlanEntry {
+            cuts_at_borders: how.cuts != Cuts::Never,
+            ..Self::sampled(sampling, how.auto)
+        }
     }
 
     fn sampled(sampling: Sampling, auto: bool) -> Self {
@@ -75,15 +85,20 @@ impl PlanEntry {
             index: IndexKind::None,
             sampling,
             spares_balls: auto && several,
+            cuts_at_borders: false,
             samples_of_a_cube,
             cost: 0.0,
         }
     }
 
     fn write_sampling(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let pieces = match self.cuts_at_borders {
+            true => ", in pieces where a border passes",
+            false => "",
+        };
         match self.sampling {
-            Sampling::Auto | Sampling::Centre => return f.write_str("once per body"),
-            Sampling::Parts => return f.write_str("per part"),
+            Sampling::Auto | Sampling::Centre => return write!(f, "once per body{pieces}"),
+            Sampling::Parts => return write!(f, "per part{pieces}"),
             Sampling::Volume => f.write_str("over the volume")?,
             Sampling::Surface => f.write_str("over the surface")?,
             Sampling::Adaptive { tolerance } => {

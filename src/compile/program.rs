@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::field::{Anchor, Field, Modifier, Node, Nodes, Operator, Override, SamplingRule};
+use crate::field::{Anchor, Field, Frame, Modifier, Node, Nodes, Operator, Override, SamplingRule};
 use crate::math::Real;
 
+use super::anchors::NO_ANCHOR;
 use super::instances::Instances;
 
 /// One prototype and its instances.
@@ -52,6 +53,18 @@ impl Program {
     pub(crate) fn strength(&self, instance: usize, leaf: usize) -> Real {
         let own = self.instances.strengths.get(instance);
         own.copied().unwrap_or(self.leaves[leaf].strength)
+    }
+
+    /// The frame of a leaf or modifier of an instance, if it has one.
+    pub(crate) fn frame<'a>(
+        &self,
+        instance: usize,
+        anchored: usize,
+        frames: &'a [Option<Frame>],
+    ) -> Option<&'a Frame> {
+        let anchor = self.instances.anchors[instance * self.stride() + anchored];
+        let there = anchor != NO_ANCHOR;
+        there.then(|| frames[anchor as usize].as_ref()).flatten()
     }
 
     /// Anchors, and places, per instance.

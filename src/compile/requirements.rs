@@ -2,7 +2,7 @@
 
 use super::entries::RadialBatch;
 use super::program::Program;
-use crate::field::{Axis, Sampling, SamplingRule};
+use crate::field::{Axis, Cuts, Sampling, SamplingRule};
 
 /// What is to be gathered of bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,6 +14,8 @@ pub(crate) struct SamplingRequirements {
     pub surface: PartSampling,
     /// Whether colliders are to be cut into cells.
     pub cells: bool,
+    /// Whether bodies are to be cut where borders pass through them.
+    pub pieces: bool,
     /// Whether the volumes of parts are asked for.
     pub displaced: bool,
 }
@@ -46,7 +48,8 @@ impl SamplingRequirements {
     }
 
     fn add(&mut self, how: SamplingRule) {
-        self.parts |= how.sampling != Sampling::Centre;
+        self.pieces |= how.cuts != Cuts::Never;
+        self.parts |= how.sampling != Sampling::Centre || self.pieces;
         let cut = if how.auto {
             PartSampling::AllButBalls
         } else {
@@ -70,6 +73,7 @@ impl SamplingRequirements {
                 sampling,
                 auto: false,
                 overridable: false,
+                cuts: Cuts::Never,
             });
         }
         self

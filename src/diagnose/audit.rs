@@ -179,7 +179,11 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
                 rest -= power;
                 let field = set.field(contribution.place);
                 let carrier = contribution.carrier;
-                let who = (samples.bodies[body as usize], visit, carrier);
+                // What is inside of a field that ends at once is another thing when it is more. Of
+                // what displaces a fluid more does not come at once.
+                let ends = field.is_some_and(|field| !field.formula.reads_volume());
+                let how_much = ends.then(|| to_f64(sample.fraction).to_bits());
+                let who = (samples.bodies[body as usize], visit, carrier, how_much);
                 let acts_on = &mut tally.acts_on[place];
                 *acts_on = acts_on.wrapping_add(hash(who));
                 if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {

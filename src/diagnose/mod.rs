@@ -2,6 +2,7 @@
 
 mod audit;
 mod blame;
+mod borders;
 
 use std::fmt;
 
@@ -9,11 +10,11 @@ pub(crate) use audit::Tally;
 pub use audit::{EnergyAudit, FieldEnergy};
 pub(crate) use blame::{blame, missing_anchor, sifted, warn_of};
 
-use crate::field::{FieldSet, Frames};
+use crate::field::{Cuts, FieldSet, Frames};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
-use crate::reference::{Contribution, Fate, Reference};
+use crate::reference::{Contribution, Fate, Reference, Trace};
 use crate::rigid::Wrench;
-use crate::sample::{Moment, SamplePoint, Samples};
+use crate::sample::{Cutter, Moment, SamplePoint, Samples};
 
 /// Why the fields push a body the way they do: what each field gives at each sample, and what
 /// became of it. Prints as a report.
@@ -72,19 +73,36 @@ pub struct ExplainedField {
     pub overruled_by: Vec<String>,
 }
 
-/// All traces of one body: for each term of the tree and each sample, the force and what the
-/// fields contribute.
-pub(crate) fn each_trace<'a>(
+/// All traces of one body: for each term of the tree and each sample, or each piece where bodies are
+/// cut, the force and what the fields contribute.
+pub(crate) fn each_trace(
     set: &FieldSet,
     frames: &impl Frames,
-    samples: &'a Samples,
+    samples: &Samples,
     moment: Moment,
     body: u32,
-    mut visit: impl FnMut(&'a SamplePoint, u32, crate::reference::Trace),
+    mut visit: impl FnMut(&SamplePoint, u32, Trace),
 ) {
+    let mut cutter = Cutter::default();
     for term in set.terms() {
         let (term, how) = (term.root, set.nodes().how(term.root));
         let reference = Reference::of_term(set, term);
+        if samples.cut(how, body).is_some() {
+            let borders = borders::near(set, term, frames, (samples, moment, body));
+            let whole = borders.is_empty() && how.cuts == Cuts::Bodies;
+            let pieces = match whole {
+                true => &[],
+                false => cutter.body(samples, body, &borders),
+            };
+            for piece in pieces {
+                let (query, weight, arm) = samples.of_piece(how, (body, piece), moment);
+                let sample = samples.in_piece((body, piece), &query, arm);
+                visit(&sample, term, reference.trace(frames, &query).times(weight));
+            }
+            if !whole {
+                continue;
+            }
+        }
         let list = samples.samples_for(how).map(|(_, sample)| sample);
         let all = samples.centres_for(how).chain(list);
         for sample in all.filter(|sample| sample.body == body) {

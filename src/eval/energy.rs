@@ -1,5 +1,6 @@
 //! The potential energy of programs.
 
+use super::cut::{Asked, BodyCuts};
 use crate::compile::{Program, Step};
 use crate::field::{Field, Frame, LocalQuery, Neighbourhood, Operator, Query};
 use crate::sample::{Moment, Samples};
@@ -22,16 +23,33 @@ pub(super) fn program_energy(
         return (0.0, !program.leaves.iter().any(|leaf| on(&leaf)));
     }
     let all = program.leaves.iter().filter(on).all(Field::has_potential);
+    let instances = 0..program.instances.len();
+    let energy = |instance: usize, query: &Query| -> f64 {
+        let at = |number| (program, frames, (instance, number));
+        let leaves = 0..program.leaves.len();
+        leaves
+            .filter_map(|number| leaf_energy(at(number), query))
+            .sum()
+    };
     let mut total = 0.0;
     let list = samples.samples_for(program.how).map(|(_, sample)| sample);
-    for sample in samples.centres_for(program.how).chain(list) {
+    let list = samples.centres_for(program.how).chain(list);
+    for sample in list.filter(|sample| samples.cut(program.how, sample.body).is_none()) {
         let query = samples.query(sample, moment);
-        for instance in 0..program.instances.len() {
-            for number in 0..program.leaves.len() {
-                let at = (program, frames, (instance, number));
-                total += leaf_energy(at, &query).unwrap_or(0.0);
-            }
-        }
+        total += instances
+            .clone()
+            .map(|instance| energy(instance, &query))
+            .sum::<f64>();
+    }
+    let mut cuts = BodyCuts::default();
+    for body in 0..samples.bodies.len() as u32 {
+        let (field, at) = ((program, frames), (samples, moment));
+        cuts.each(field, instances.clone(), at, body, |instance, asked| {
+            total += match asked {
+                Asked::Whole(query) => energy(instance, query),
+                Asked::Piece(query, weight, _) => energy(instance, query) * weight,
+            };
+        });
     }
     (total, all)
 }

@@ -4,7 +4,7 @@ use super::frames::FrameCache;
 use super::instances::Reach;
 use crate::compile::{Compiled, Followed, Key};
 use crate::field::Frames;
-use crate::math::Vector;
+use crate::math::{Real, Vector};
 use crate::neighbors::Hierarchy;
 use crate::rapier::parry::bounding_volume::Aabb;
 
@@ -122,9 +122,14 @@ impl ProgramIndex {
     }
 
     /// The numbers of bounded programs that may act at a point, in no order.
-    pub(super) fn bounded_at(&self, point: Vector, mut visit: impl FnMut(u32)) {
-        let here = Aabb::new(point, point);
-        self.tree.intersect_aabb(&here).for_each(&mut visit);
+    pub(super) fn bounded_at(&self, point: Vector, visit: impl FnMut(u32)) {
+        self.bounded_near((point, 0.0), visit);
+    }
+
+    /// The same, within a distance of a point.
+    pub(super) fn bounded_near(&self, (point, distance): (Vector, Real), visit: impl FnMut(u32)) {
+        let here = Aabb::from_half_extents(point, Vector::splat(distance));
+        self.tree.intersect_aabb(&here).for_each(visit);
     }
 
     /// All programs that may act at a point, in their order.

@@ -206,13 +206,25 @@ impl Reach {
         found.sort_unstable();
     }
 
+    /// Like [`Self::near`], for what is mostly out of reach of all.
+    pub(super) fn around(
+        &self,
+        program: &Program,
+        (point, distance): (Vector, Real),
+        found: &mut Vec<u32>,
+    ) {
+        let (low, high) = (self.low - distance, self.high + distance);
+        if point.cmplt(low).any() || point.cmpgt(high).any() {
+            found.clear();
+            return;
+        }
+        self.near(program, (point, distance), found);
+    }
+
     /// The instances that may act at a point, in their order.
     pub(super) fn at(&mut self, program: &Program, point: Vector) -> &[u32] {
-        if point.cmplt(self.low).any() || point.cmpgt(self.high).any() {
-            return &[];
-        }
         let mut found = std::mem::take(&mut self.found);
-        self.near(program, (point, 0.0), &mut found);
+        self.around(program, (point, 0.0), &mut found);
         self.found = found;
         &self.found
     }

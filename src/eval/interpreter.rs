@@ -1,6 +1,6 @@
 //! Programs: composite terms, evaluated at one sample at a time.
 
-use crate::compile::{NO_ANCHOR, Program, Step};
+use crate::compile::{Program, Step};
 use crate::field::{
     Axis, Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces,
     Query, Vec3, constant,
@@ -49,20 +49,6 @@ impl<T> Default for Interpreter<T> {
             stack: Vec::new(),
             normals: Vec::new(),
         }
-    }
-}
-
-impl Program {
-    /// The frame of a leaf or modifier of an instance, if it has one.
-    pub(super) fn frame<'a>(
-        &self,
-        instance: usize,
-        anchored: usize,
-        frames: &'a [Option<Frame>],
-    ) -> Option<&'a Frame> {
-        let anchor = self.instances.anchors[instance * self.stride() + anchored];
-        let there = anchor != NO_ANCHOR;
-        there.then(|| frames[anchor as usize].as_ref()).flatten()
     }
 }
 

@@ -3,6 +3,7 @@
 mod adaptive;
 mod constants;
 mod contract;
+mod cut;
 mod energy;
 mod frames;
 mod index;

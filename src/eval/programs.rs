@@ -1,13 +1,14 @@
 //! Programs by the interpreter, at one sample after the other.
 
 use super::contract::{BatchEvaluator, Scene, Sums};
+use super::cut::{Asked, BodyCuts};
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::instances::Reach;
 use super::interpreter::Interpreter;
 use crate::compile::{Compiled, Key, Program};
-use crate::field::{Frames, Motion, Sampling, SamplingRule, real};
-use crate::math::{Vector, from_dvec3};
+use crate::field::{Cuts, Frames, Motion, Sampling, SamplingRule, real};
+use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64};
 use crate::sample::{Kind, SamplePoint, Samples};
 
 /// Evaluates programs; keeps where they reach between calls.
@@ -17,6 +18,8 @@ pub(super) struct Programs {
     machine: Interpreter,
     jobs: Vec<Job>,
     reactions: Vec<(usize, Vector, Vector)>,
+    cuts: BodyCuts,
+    near: Vec<u32>,
 }
 
 /// One program on one sample.
@@ -94,10 +97,22 @@ impl Programs {
             self.index
                 .bounded_at(sample.world_point, |number| add(number, place as u32));
         }
+        // Bodies are cut by what reaches any of them.
+        for (place, (centre, body)) in samples.centres.iter().zip(&samples.attitudes).enumerate() {
+            let cut_by = |number: u32| {
+                let program = compiled.programs.get(number);
+                if program.is_some_and(|program| program.how.cuts != Cuts::Never) {
+                    add(number, place as u32);
+                }
+            };
+            let near = (centre.world_point, from_f64(body.extent));
+            self.index.bounded_near(near, cut_by);
+        }
         for number in compiled.roster.unbounded() {
             add(*number, ALL);
         }
         jobs.sort_unstable();
+        jobs.dedup();
         jobs
     }
 
@@ -116,12 +131,20 @@ impl Programs {
         wanted: impl Fn(u32) -> bool,
     ) {
         let (samples, how) = (scene.samples, program.how);
+        if how.cuts == Cuts::Parts {
+            for body in 0..samples.bodies.len() as u32 {
+                self.cut((number, program), scene, frames, (sums, body));
+            }
+        }
         for centre in samples.centres_for(how) {
+            if self.cut((number, program), scene, frames, (sums, centre.body)) {
+                continue;
+            }
             let force = self.force_at((number, program), scene, frames, centre);
             sums.wrenches[centre.body as usize].force += force;
         }
         for (place, sample) in samples.samples_for(how) {
-            if wanted(sample.body) {
+            if wanted(sample.body) && samples.cut(how, sample.body).is_none() {
                 sums.forces[place] += self.force_at((number, program), scene, frames, sample);
             }
         }
@@ -140,6 +163,9 @@ impl Programs {
         let count = samples.centres.len();
         for place in jobs.iter().map(|job| job.sample as usize) {
             if let Some(centre) = samples.centres.get(place) {
+                if self.cut((number, program), scene, frames, (sums, centre.body)) {
+                    continue;
+                }
                 if how.sampling == Sampling::Centre && samples.takes(how, centre) {
                     let force = self.force_at((number, program), scene, frames, centre);
                     sums.wrenches[centre.body as usize].force += force;
@@ -151,6 +177,58 @@ impl Programs {
             }
         }
         self.react(samples, sums);
+    }
+
+    /// Adds what a program gives on a body that it cuts; whether it does.
+    fn cut(
+        &mut self,
+        (number, program): (u32, &Program),
+        scene: &Scene<'_, impl Frames>,
+        frames: &mut FrameCache,
+        (sums, body): (&mut Sums<'_>, u32),
+    ) -> bool {
+        let Some(attitude) = scene.samples.cut(program.how, body) else {
+            return false;
+        };
+        // Rounded up, not to lose what only just reaches.
+        let extent = from_f64(attitude.extent) * (1.0 + Real::EPSILON * 4.0);
+        let point = scene.samples.centres[body as usize].world_point;
+        let reach = self.index.reach(number);
+        reach.around(program, (point, extent), &mut self.near);
+        if self.near.is_empty() {
+            return true;
+        }
+        for instance in &self.near {
+            frames.fill_instance(scene.compiled, scene.world, program, *instance);
+        }
+        let machine = &mut self.machine;
+        let mut whole = Vector::ZERO;
+        let (mut sum, mut turn) = (DVec3::ZERO, DVec3::ZERO);
+        let near = self.near.iter().map(|instance| *instance as usize);
+        let (frames, samples) = (frames.all(), (scene.samples, scene.moment));
+        self.cuts
+            .each((program, frames), near, samples, body, |instance, asked| {
+                let mut force = |query| {
+                    let motion = Motion::of(query);
+                    let outcome = machine.run(program, instance, frames, query, &motion);
+                    outcome.map(|outcome| real(&outcome.force))
+                };
+                match asked {
+                    Asked::Whole(query) => {
+                        let one = force(query).map(from_dvec3);
+                        whole += one.unwrap_or(Vector::ZERO);
+                    }
+                    Asked::Piece(query, weight, arm) => {
+                        let one = force(query).map_or(DVec3::ZERO, |force| force * weight);
+                        sum += one;
+                        turn += arm.cross(one);
+                    }
+                }
+            });
+        let wrench = &mut sums.wrenches[body as usize];
+        wrench.force += whole + from_dvec3(sum);
+        wrench.torque += from_dvec3(turn);
+        true
     }
 
     /// The force of a program on one sample; takes note of reactions.
@@ -199,5 +277,8 @@ impl Programs {
 fn takes(samples: &Samples, how: SamplingRule, sample: &SamplePoint) -> bool {
     let at_centre = how.sampling == Sampling::Centre;
     let in_list = !(at_centre && samples.overrides.is_empty());
-    in_list && samples.takes(how, sample) && !(at_centre && sample.kind == Kind::Centre)
+    in_list
+        && samples.cut(how, sample.body).is_none()
+        && samples.takes(how, sample)
+        && !(at_centre && sample.kind == Kind::Centre)
 }

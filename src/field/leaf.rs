@@ -334,8 +334,9 @@ impl Field {
     /// Whether the field acts on the sample at all, its region aside: it is on, its groups allow
     /// it, and the sample is not of the body that carries the field.
     pub(crate) fn acts_on(&self, query: &Query, frame: &Frame) -> bool {
-        let own = frame.body.is_some() && frame.body == query.body;
-        !own && self.is_on(query.time) && self.groups.is_none_or(|groups| groups.test(query.groups))
+        !frame.carries(query)
+            && self.is_on(query.time)
+            && self.groups.is_none_or(|groups| groups.test(query.groups))
     }
 
     /// The force on a sample where the field is defined, in world axes.
@@ -441,11 +442,15 @@ impl Field {
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that
     /// is not coupled to what differs between its parts.
     pub(crate) fn acts_at_centre(&self) -> bool {
-        let scale_is_uniform = self.scale.as_ref().is_none_or(Scalar::is_uniform);
         self.formula.is_uniform()
             && self.coupling == Coupling::Share
             && self.groups.is_none()
-            && scale_is_uniform
+            && self.scale_is_uniform()
+    }
+
+    /// Whether its scale, if it has one, is the same at all points of a body.
+    pub(super) fn scale_is_uniform(&self) -> bool {
+        self.scale.as_ref().is_none_or(Scalar::is_uniform)
     }
 
     /// Whether the field changes with time, in its own frame; closures may read it.

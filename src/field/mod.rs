@@ -3,6 +3,7 @@
 mod anchor;
 mod any_shape;
 mod axis;
+mod border;
 pub mod boundary;
 mod closed_mesh;
 mod closure;
@@ -72,12 +73,13 @@ pub use scalar::Scalar;
 pub use set::{FieldKey, FieldSet};
 pub use tree::Tree;
 
+pub(crate) use border::{Border, Face};
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
 pub(crate) use likeness::Fingerprint;
 pub(crate) use modifier::Modifier;
 pub(crate) use nodes::{Node, Nodes};
 pub(crate) use number::{Dual, Number, Vec3, constant, real};
 pub(crate) use priority::Override;
-pub(crate) use query::{LocalQuery, Motion};
-pub(crate) use sampling::SamplingRule;
+pub(crate) use query::{LocalQuery, Motion, POINT};
+pub(crate) use sampling::{Cuts, SamplingRule};
 pub(crate) use set::{Change, Term};

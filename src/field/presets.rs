@@ -17,7 +17,8 @@ use crate::math::{Real, Vector};
 /// See also [`point_gravity`](Self::point_gravity), [`wind`](Self::wind), [`vortex`](Self::vortex),
 /// [`updraft`](Self::updraft) and [`turbulence`](Self::turbulence).
 impl Field {
-    /// A zone with a gravity of its own: an acceleration, the same for all bodies in the region.
+    /// A zone with a gravity of its own: an acceleration, the same for all bodies in the region. Of
+    /// a body that straddles the border the part inside feels it.
     ///
     /// It adds to the gravity of the world, which fields know nothing of. A zone that replaces
     /// that of the world needs the latter as a field, too, and `world.gravity` at zero:

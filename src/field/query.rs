@@ -52,6 +52,9 @@ pub struct Query {
     pub touches: Vec<Touch>,
 }
 
+/// The second moments of what is small beside anything.
+pub(crate) const POINT: DMat3 = DMat3::from_diagonal(DVec3::splat(1e-60));
+
 /// A part that the sampled one touches, as a contact field around the former sees it (§3.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
@@ -93,6 +96,13 @@ impl Default for Query {
 pub(crate) struct Motion<T> {
     pub point: Vec3<T>,
     pub velocity: Vec3<T>,
+}
+
+impl Frame {
+    /// Whether a sample is of the body that the frame belongs to.
+    pub(crate) fn carries(&self, query: &Query) -> bool {
+        self.body.is_some() && self.body == query.body
+    }
 }
 
 impl Motion<f64> {

@@ -2,7 +2,7 @@
 
 use super::formula::Formula;
 use super::leaf::{Coupling, Field};
-use super::sampling::{Sampling, SamplingRule};
+use super::sampling::{Cuts, Sampling, SamplingRule};
 
 impl Field {
     /// Sets where on bodies the field is sampled. A term of the tree (an operand of the outermost
@@ -29,7 +29,22 @@ impl Field {
             sampling,
             auto,
             overridable: auto && !of_sites && !self.is_contact(),
+            cuts: Cuts::Never,
         }
+    }
+
+    /// Whether its force on a piece of a part that no border passes through is the same whatever the
+    /// piece looks like: then bodies may be cut at borders.
+    fn is_even(&self) -> bool {
+        let shared = self.formula.is_uniform() && self.coupling == Coupling::Share;
+        let displaced = matches!(self.formula, Formula::Buoyancy(_));
+        let auto = self.sampling == Sampling::Auto && !self.reacts;
+        auto && (shared || displaced) && self.scale_is_uniform()
+    }
+
+    /// Whether it ends somewhere: at the border of a region, or at the surface of a fluid.
+    fn ends(&self) -> bool {
+        !self.region.is_everywhere() || matches!(self.formula, Formula::Buoyancy(_))
     }
 }
 
@@ -40,7 +55,13 @@ impl SamplingRule {
         at_centre: bool,
     ) -> SamplingRule {
         let mut reacts = false;
-        let fields = fields.inspect(|field| reacts |= field.reacts);
+        let (mut ends, mut even, mut at_centres) = (false, at_centre, true);
+        let fields = fields.inspect(|field| {
+            reacts |= field.reacts;
+            ends |= field.ends();
+            even &= field.is_even();
+            at_centres &= field.acts_at_centre();
+        });
         let finest = fields.map(Field::how).reduce(SamplingRule::finer);
         let mut finest = finest.unwrap_or(SamplingRule::CENTRE);
         if reacts {
@@ -57,6 +78,11 @@ impl SamplingRule {
                 ..finest
             };
         }
+        finest.cuts = match (ends && even, at_centres) {
+            (false, _) => Cuts::Never,
+            (true, false) => Cuts::Parts,
+            (true, true) => Cuts::Bodies,
+        };
         finest
     }
 }

@@ -4,7 +4,7 @@ use super::context::StepContext;
 use super::predicted::{PredictedMotion, PredictedMotions};
 use super::secant::secant;
 use crate::eval::Evaluator;
-use crate::math::{Real, Vector, to_f64};
+use crate::math::{DQuat, Real, Vector, to_dvec3, to_f64};
 use crate::rigid::{Lookup, Mobility, Wrench, of_wrench, rounded};
 use crate::sample::Samples;
 
@@ -65,6 +65,10 @@ impl Scout {
             let turned = sample.arm + way.angvel.cross(sample.arm) * part;
             sample.world_point += way.linvel * part + turned - sample.arm;
             sample.arm = turned;
+        }
+        for (attitude, way) in samples.attitudes.iter_mut().zip(&self.ways) {
+            let turned = DQuat::from_scaled_axis(to_dvec3(way.angvel) * to_f64(part));
+            attitude.rotation = turned * attitude.rotation;
         }
         for (centre, way) in samples.centres.iter_mut().zip(&self.ways) {
             centre.world_point += way.linvel * part;

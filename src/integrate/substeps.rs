@@ -399,6 +399,10 @@ impl Group {
             });
         }
         let moved = |sample: &SamplePoint| SamplePoint { body, ..*sample };
+        own.attitudes.extend(all.attitudes.get(place));
+        if let Some(shapes) = all.shapes.get(sites.clone()) {
+            own.shapes.extend_from_slice(shapes);
+        }
         own.sites += sites.len();
         own.list.extend(all.list[sites].iter().map(moved));
         self.several.extend(all.list[several].iter().map(moved));
@@ -440,6 +444,11 @@ impl Group {
             let state = &states[solid.body as usize];
             solid.pose = state.pose() * *frame;
             solid.angvel = velocity(solid.body as usize, state).1;
+        }
+        for (body, attitude) in self.samples.attitudes.iter_mut().enumerate() {
+            let state = &states[body];
+            attitude.rotation = state.attitude;
+            attitude.angvel = from_dvec3(velocity(body, state).1);
         }
         for (body, centre) in self.samples.centres.iter_mut().enumerate() {
             let state = &states[body];

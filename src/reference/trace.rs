@@ -26,6 +26,19 @@ pub struct Contribution {
     pub fate: Fate,
 }
 
+impl Trace {
+    /// The same, of something that stands for that part of what was asked.
+    pub(crate) fn times(mut self, weight: f64) -> Self {
+        let scale = |force: &mut Option<DVec3>| *force = force.map(|force| force * weight);
+        scale(&mut self.force);
+        for contribution in &mut self.contributions {
+            scale(&mut contribution.force);
+            contribution.potential = contribution.potential.map(|energy| energy * weight);
+        }
+        self
+    }
+}
+
 impl Contribution {
     /// Of a field that does not act.
     pub(super) fn none(place: u32, fate: Fate) -> Self {

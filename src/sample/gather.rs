@@ -1,18 +1,20 @@
 //! Samples from bodies and their colliders: what stays of them is made once, and again when
 //! something they were made from changed; where they are is taken up at every evaluation.
 
+use super::part_shape::{Attitude, PartShape, PartSolid};
 use super::properties::Properties;
 use super::shapes::Shapes;
 use super::{Kind, SamplePoint, Samples, Solid, owner};
 use crate::compile::{PartSampling, SamplingRequirements};
 use crate::field::Sampling;
 use crate::math::{
-    ColliderHandle, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, SharedShape, Vector,
+    ColliderHandle, DMat3, DPose3, DVec3, InteractionGroups, Pose, Real, RigidBodyHandle,
+    SharedShape, Vector,
 };
-use crate::math::{from_f64, to_dpose3, to_dvec3};
+use crate::math::{from_f64, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
-use crate::rigid::{Body, Lookup};
+use crate::rigid::{Body, Lookup, to_dquat};
 
 /// Makes samples; keeps what they were made from, so that a change is noticed.
 #[derive(Debug, Default)]
@@ -234,6 +236,9 @@ impl Making<'_> {
             });
         }
         share_mass(&mut samples.list[first..], body.mass);
+        if self.requirements.pieces {
+            self.shape_parts(first, body, world);
+        }
         let wanted = self.requirements.with(own);
         if own == Some(Sampling::Centre) {
             self.several.push(centre);
@@ -293,6 +298,41 @@ impl Making<'_> {
         centre.charge += sample.charge;
         centre.radius = centre.radius.max(local_arm.length() + radius);
         self.samples.list.push(sample);
+    }
+
+    /// Adds what the sites of a body from the `first` on are cut of, and how far all of it reaches.
+    fn shape_parts(&mut self, first: usize, body: &Body, world: &impl Lookup) {
+        let samples = &mut *self.samples;
+        let (mut extent, mut middle) = (0.0_f64, DVec3::ZERO);
+        for site in &samples.list[first..] {
+            let part = site.collider.and_then(|handle| {
+                let collider = world.collider(handle)?;
+                let solid = self.shapes.solid(handle, collider);
+                let solid = Some(solid).filter(|solid| !matches!(solid, PartSolid::Point))?;
+                let local_pose = collider.position_wrt_parent().copied();
+                Some((to_dpose3(&local_pose.unwrap_or(Pose::IDENTITY)), solid))
+            });
+            let shape = match part {
+                Some((mut local_pose, solid)) => {
+                    local_pose.translation -= to_dvec3(body.local_com);
+                    PartShape { local_pose, solid }
+                }
+                None => PartShape {
+                    local_pose: DPose3::from_translation(to_dvec3(site.local_arm)),
+                    solid: PartSolid::Point,
+                },
+            };
+            let centre = shape.local_pose.transform_point(shape.solid.centre());
+            extent = extent.max(centre.length() + shape.solid.extent());
+            middle += centre * to_f64(site.share);
+            samples.shapes.push(shape);
+        }
+        samples.attitudes.push(Attitude {
+            rotation: to_dquat(body.pose.rotation),
+            angvel: body.angvel,
+            extent,
+            middle,
+        });
     }
 
     /// Adds the samples of a part other than its site.

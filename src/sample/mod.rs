@@ -1,12 +1,17 @@
 //! Sample: bodies → the points at which fields are sampled, with the properties they may ask for.
 
+mod cap;
 mod cells;
+mod clip;
 mod gather;
+mod part_shape;
+mod pieces;
 mod point;
 mod properties;
 mod shapes;
 
 pub(crate) use cells::{Cell, Solid};
 pub(crate) use gather::Gatherer;
+pub(crate) use pieces::Cutter;
 pub(crate) use point::{Kind, Moment, SamplePoint, Samples, owner};
 pub(crate) use properties::Properties;

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use super::cells::Solid;
+use super::part_shape::{Attitude, PartShape};
 use crate::compile::Weighting;
 use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
 use crate::math::{
     ColliderHandle, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, Vector, from_f64,
     to_dpose3, to_dvec3, to_f64,
 };
-use crate::rigid::Body;
+use crate::rigid::{Body, to_dquat};
 
 /// Values of the user's axes, by name.
 pub(crate) type UserValues = Arc<[(Arc<str>, f64)]>;
@@ -97,6 +98,10 @@ pub(crate) struct Samples {
     pub sites: usize,
     /// Parts that are to be cut into cells where a border passes through them.
     pub solids: Vec<Solid>,
+    /// By body, how it stands; empty if none is ever cut.
+    pub attitudes: Vec<Attitude>,
+    /// By site, what is cut.
+    pub shapes: Vec<PartShape>,
     /// By body, what it asks for in place of [`Sampling::Auto`]; empty if none does.
     pub overrides: Vec<Option<Sampling>>,
     /// Second moments, world axes; the first are zero.
@@ -138,6 +143,8 @@ impl Clone for Samples {
         self.sites = from.sites;
         self.list.clone_from(&from.list);
         self.solids.clone_from(&from.solids);
+        self.attitudes.clone_from(&from.attitudes);
+        self.shapes.clone_from(&from.shapes);
         self.overrides.clone_from(&from.overrides);
         self.spreads.clone_from(&from.spreads);
         self.local_spreads.clone_from(&from.local_spreads);
@@ -152,6 +159,8 @@ impl Samples {
     pub(crate) fn clear(&mut self) {
         self.list.clear();
         self.solids.clear();
+        self.attitudes.clear();
+        self.shapes.clear();
         self.overrides.clear();
         self.spreads.clear();
         self.spreads.push(DMat3::ZERO);
@@ -198,6 +207,10 @@ impl Samples {
             let pose = bodies[*body as usize].pose * *local_pose;
             let turned = DMat3::from_quat(to_dpose3(&pose).rotation);
             *spread = turned * *local * turned.transpose();
+        }
+        for (number, (attitude, body)) in self.attitudes.iter_mut().zip(bodies).enumerate() {
+            attitude.rotation = to_dquat(body.pose.rotation);
+            attitude.angvel = velocity(number).1;
         }
         for solid in &mut self.solids {
             let number = solid.body as usize;

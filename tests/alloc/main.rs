@@ -291,3 +291,15 @@ fn boxes_on_a_border() {
     let pull = pull.sampled(Sampling::Adaptive { tolerance: 0.1 });
     assert_free(&pull.at(Vector::splat(0.75)).into(), &boxes);
 }
+
+/// Cut at planes and spheres, where they stand and as they turn.
+#[test]
+fn boxes_and_balls_cut_at_borders() {
+    let wind = || Field::uniform(Vector::Y * 0.01);
+    let layer = wind().within(Region::cuboid(Vector::new(20.0, 20.0, 0.02)));
+    let round = wind().within(Region::ball(4.0)).at(Vector::X * -4.0);
+    let water = Field::buoyancy(1e-3, 0.1).at(Vector::Y * 1.52);
+    let tree = Tree::from(layer).replace_union(round).sum_union(water);
+    assert_free(&tree, &boxes);
+    assert_free(&tree, &all_balls);
+}

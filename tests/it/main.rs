@@ -25,6 +25,7 @@ mod contact_fields;
 #[cfg(feature = "f64")]
 mod convergence;
 mod cross_check;
+mod cut_samples;
 mod damped;
 mod derivatives;
 mod detection;

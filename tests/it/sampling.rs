@@ -11,7 +11,7 @@ use rapier3d_fields::reference::Reference;
 use crate::support::{assert_at_most, assert_close, either, largest, weightless};
 
 /// A weightless world of one body, which never sleeps.
-fn one(
+pub fn one(
     position: Vector,
     rotation: Rotation,
     collider: ColliderBuilder,
@@ -26,7 +26,7 @@ fn one(
     (world, body)
 }
 
-fn wrench(fields: &mut Fields, world: &PhysicsWorld, body: RigidBodyHandle) -> (DVec3, DVec3) {
+pub fn wrench(fields: &mut Fields, world: &PhysicsWorld, body: RigidBodyHandle) -> (DVec3, DVec3) {
     let wrench = fields.sample(body, &world.bodies, &world.colliders);
     let wrench = wrench.expect("finite").expect("sampled");
     (to_dvec3(wrench.force), to_dvec3(wrench.torque))
@@ -38,7 +38,7 @@ fn bound(fields: &Fields, world: &PhysicsWorld, body: RigidBodyHandle) -> Option
     error.expect("finite")
 }
 
-fn shapes() -> Vec<(&'static str, SharedShape)> {
+pub fn shapes() -> Vec<(&'static str, SharedShape)> {
     let slanted = [
         [0.0, 0.0, 0.0],
         [2.0, 0.3, 0.1],
@@ -272,7 +272,7 @@ fn tide_turns_a_bar() {
 /// The share of a cuboid that is inside x < 0, and the first moment of that about its middle: in
 /// units of the edges, with n·u < t for 0 ≤ u ≤ 1, ∫ du = Σ ± (t − n·v)₊³/(6 n₁ n₂ n₃) over the
 /// corners v, and likewise ∫ uᵢ du.
-fn cuboid_in_half_space(half: DVec3, at: DVec3, turn: Rotation) -> (f64, DVec3) {
+pub fn cuboid_in_half_space(half: DVec3, at: DVec3, turn: Rotation) -> (f64, DVec3) {
     let axes = [Vector::X, Vector::Y, Vector::Z].map(|axis| to_dvec3(turn * axis));
     // Edges are taken to point along +x.
     let edges = [0, 1, 2].map(|k| axes[k] * (2.0 * half[k] * axes[k].x.signum()));
@@ -637,7 +637,13 @@ fn plans_say_how_bodies_are_sampled() {
     let plan = fields.plan();
     let sampling: Vec<_> = plan.entries.iter().map(|entry| entry.sampling).collect();
     use Sampling::*;
-    assert_eq!(sampling, [Volume, Parts, Surface, Centre, Volume], "{plan}");
+    assert_eq!(sampling, [Volume, Parts, Surface, Centre, Parts], "{plan}");
+    let cuts: Vec<_> = plan
+        .entries
+        .iter()
+        .map(|entry| entry.cuts_at_borders)
+        .collect();
+    assert_eq!(cuts, [false, false, false, true, true], "{plan}");
     // The counts it names are those of a cube.
     let (world, body) = one(
         Vector::ZERO,
@@ -655,8 +661,9 @@ fn plans_say_how_bodies_are_sampled() {
     }
     let text = again.plan().to_string();
     for part in [
-        "once per body",
+        "once per body, in pieces where a border passes",
         "per part",
+        "per part, in pieces where a border passes",
         "over the volume (27 samples of a cube, 1 of a ball)",
     ] {
         assert!(text.contains(part), "{part} in\n{text}");

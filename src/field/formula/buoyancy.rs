@@ -11,9 +11,12 @@ use crate::math::{DVec3, Real, to_f64};
 /// The weight of the displaced fluid: F = density · gravity · V(h) ŷ for a fluid that fills the
 /// field's frame below y = 0.
 ///
-/// A whole part counts as a ball of its volume. Submerged to the depth h = R − y, 0 ≤ h ≤ 2R, a
-/// ball of radius R displaces the cap V(h) = π h² (3R − h)/3; so a ball collider is exact. A sample
-/// that stands for a piece of a part counts as a layer of the piece's volume and of a thickness t
+/// By default parts are cut at the surface (see [`Sampling`](crate::Sampling)), and V is the volume of
+/// what is below, at its centre.
+///
+/// Where they are not cut, a whole part counts as a ball of its volume. Submerged to the depth
+/// h = R − y, 0 ≤ h ≤ 2R, a ball of radius R displaces the cap V(h) = π h² (3R − h)/3; so a ball
+/// collider is exact. A sample that stands for a piece of a part counts as a layer of the piece's volume and of a thickness t
 /// with the piece's second moment along ŷ: V(h) = V h/t for 0 ≤ h = t/2 − y ≤ t; so the pieces of
 /// an upright cuboid displace without gaps. Potential density · gravity · ∫V dh. Parts without a
 /// volume feel nothing.

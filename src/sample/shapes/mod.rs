@@ -1,5 +1,6 @@
 //! At which points the shapes of colliders are sampled: worked out once per shape, and kept.
 
+mod mesh;
 mod moments;
 mod rule;
 mod surface;
@@ -8,6 +9,7 @@ mod volume;
 use std::sync::Arc;
 
 use super::cells::{Cells, Content};
+use super::part_shape::{Mesh, PartSolid};
 use crate::math::{ColliderHandle, DVec3, Real, SharedShape, Vector, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
@@ -20,6 +22,8 @@ pub(crate) struct Shapes {
     known: Coarena<Option<Known>>,
     /// What a grid around a ball holds of it, the same for all balls.
     ball: Option<Arc<Content>>,
+    /// That of a ball of radius one.
+    ball_mesh: Option<Arc<Mesh>>,
 }
 
 /// What is known of the shape of a collider.
@@ -32,6 +36,8 @@ struct Known {
     volume: Option<Arc<Rule>>,
     surface: Option<Arc<Rule>>,
     cells: Option<Cells>,
+    /// `None` if it is still to be made.
+    solid: Option<PartSolid>,
 }
 
 impl Shapes {
@@ -101,6 +107,23 @@ impl Shapes {
         known.cells.clone()
     }
 
+    /// What is cut of a collider.
+    pub(super) fn solid(&mut self, handle: ColliderHandle, collider: &Collider) -> PartSolid {
+        if let Some(ball) = collider.shape().as_ball() {
+            let known = self.ball_mesh.take();
+            let mesh = known.or_else(|| mesh::of(&SharedShape::ball(1.0)).map(Arc::new));
+            self.ball_mesh = mesh.clone();
+            let of_radius = |mesh| PartSolid::Ball(to_f64(ball.radius), mesh);
+            return mesh.map_or(PartSolid::Point, of_radius);
+        }
+        let Some(known) = self.known(handle, collider) else {
+            return PartSolid::Point;
+        };
+        let shape = &known.shape;
+        let make = || mesh::of(shape).map_or(PartSolid::Point, |mesh| PartSolid::Mesh(mesh.into()));
+        known.solid.get_or_insert_with(make).clone()
+    }
+
     fn known(&mut self, handle: ColliderHandle, collider: &Collider) -> Option<&mut Known> {
         let shape = collider.shared_shape();
         let known = self.known.get(handle.0).and_then(Option::as_ref);
@@ -114,6 +137,7 @@ impl Shapes {
                 volume: None,
                 surface: None,
                 cells: None,
+                solid: None,
             };
             self.known.insert(handle.0, Some(known));
         }

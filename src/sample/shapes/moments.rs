@@ -49,6 +49,15 @@ impl Moments {
     }
 }
 
+impl Moments {
+    /// The linear map, about the centres, that gives what has these moments the second moments of
+    /// others; `None` if either are flat.
+    pub(super) fn map_onto(&self, wanted: &Moments) -> Option<DMat3> {
+        let map = cholesky(wanted.second)? * cholesky(self.second)?.inverse();
+        map.is_finite().then_some(map)
+    }
+}
+
 /// v vᵀ.
 pub(super) fn outer(v: DVec3) -> DMat3 {
     DMat3::from_cols(v * v.x, v * v.y, v * v.z)
@@ -61,15 +70,14 @@ pub(super) fn matched(
     moments: &Moments,
 ) -> Option<(Vec<(DVec3, f64)>, DMat3)> {
     let have = Moments::of_points(points);
-    let map = cholesky(moments.second)? * cholesky(have.second)?.inverse();
+    let map = have.map_onto(moments)?;
     let moved = |(point, weight): &(DVec3, f64)| {
         (
             moments.centre + map * (*point - have.centre),
             weight / have.measure,
         )
     };
-    map.is_finite()
-        .then(|| (points.iter().map(moved).collect(), map))
+    Some((points.iter().map(moved).collect(), map))
 }
 
 /// The lower triangle L of a matrix L Lᵀ; `None` if it is not safely positive.

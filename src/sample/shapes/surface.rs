@@ -29,7 +29,7 @@ pub(super) fn rule(shape: &SharedShape) -> Option<Rule> {
     }
     let (low, high) = bounds(shape)?;
     let mut triangles = Vec::new();
-    add_triangles(shape, &Pose::IDENTITY, &mut triangles);
+    add_triangles(shape, &Pose::IDENTITY, FACETS, &mut triangles);
     let patch = ((high - low) / PATCHES).max(DVec3::splat(f64::MIN_POSITIVE));
     let points = patches(&triangles, low, patch);
     let moments = of_triangles(&triangles)?;
@@ -64,25 +64,31 @@ fn cuboid_points(half: DVec3) -> Vec<(DVec3, f64)> {
     points
 }
 
-/// The surface of a shape as triangles; `None` for what has no mesh.
-fn add_triangles(shape: &SharedShape, pose: &Pose, triangles: &mut Vec<Triangle>) {
+/// The surface of a shape as triangles, with so many facets around what is round; none for what
+/// has no mesh.
+pub(super) fn add_triangles(
+    shape: &SharedShape,
+    pose: &Pose,
+    facets: u32,
+    triangles: &mut Vec<Triangle>,
+) {
     let (points, indices): (Vec<Vector>, Vec<[u32; 3]>) = match shape.as_typed_shape() {
-        TypedShape::Capsule(shape) => shape.to_trimesh(FACETS, FACETS / 4),
-        TypedShape::Cylinder(shape) => shape.to_trimesh(FACETS),
-        TypedShape::Cone(shape) => shape.to_trimesh(FACETS),
-        TypedShape::Ball(shape) => shape.to_trimesh(FACETS, FACETS / 2),
+        TypedShape::Capsule(shape) => shape.to_trimesh(facets, facets / 4),
+        TypedShape::Cylinder(shape) => shape.to_trimesh(facets),
+        TypedShape::Cone(shape) => shape.to_trimesh(facets),
+        TypedShape::Ball(shape) => shape.to_trimesh(facets, facets / 2),
         TypedShape::Cuboid(shape) => shape.to_trimesh(),
         TypedShape::ConvexPolyhedron(shape) => shape.to_trimesh(),
         TypedShape::HeightField(shape) => shape.to_trimesh(),
         TypedShape::Voxels(shape) => shape.to_trimesh(),
         TypedShape::TriMesh(shape) => (shape.vertices().to_vec(), shape.indices().to_vec()),
         TypedShape::RoundCuboid(shape) => shape.inner_shape.to_trimesh(),
-        TypedShape::RoundCylinder(shape) => shape.inner_shape.to_trimesh(FACETS),
-        TypedShape::RoundCone(shape) => shape.inner_shape.to_trimesh(FACETS),
+        TypedShape::RoundCylinder(shape) => shape.inner_shape.to_trimesh(facets),
+        TypedShape::RoundCone(shape) => shape.inner_shape.to_trimesh(facets),
         TypedShape::RoundConvexPolyhedron(shape) => shape.inner_shape.to_trimesh(),
         TypedShape::Compound(shape) => {
             for (local_pose, part) in shape.shapes() {
-                add_triangles(part, &(*pose * *local_pose), triangles);
+                add_triangles(part, &(*pose * *local_pose), facets, triangles);
             }
             return;
         }

@@ -1,0 +1,63 @@
+//! The borders of a term, as the tree has them.
+
+use crate::field::{Anchor, Border, FieldSet, Frames, Node, Nodes, Query};
+use crate::math::{DVec3, to_dvec3};
+use crate::sample::{Moment, Samples};
+
+/// The borders of a term that may pass through a body, given by its number.
+pub(super) fn near(
+    set: &FieldSet,
+    term: u32,
+    frames: &impl Frames,
+    (samples, moment, body): (&Samples, Moment, u32),
+) -> Vec<Border> {
+    let centre = &samples.centres[body as usize];
+    let extent = samples
+        .attitudes
+        .get(body as usize)
+        .map_or(0.0, |a| a.extent);
+    let mut found = Found {
+        nodes: set.nodes(),
+        frames,
+        query: samples.query(centre, moment),
+        at: (to_dvec3(centre.world_point), extent),
+        borders: Vec::new(),
+    };
+    found.below(term, &Anchor::WORLD);
+    found.borders
+}
+
+struct Found<'a, F> {
+    nodes: Nodes<'a>,
+    frames: &'a F,
+    query: Query,
+    at: (DVec3, f64),
+    borders: Vec<Border>,
+}
+
+impl<F: Frames> Found<'_, F> {
+    /// The depth of a tree is limited, so recursion is safe.
+    fn below(&mut self, node: u32, instance: &Anchor) {
+        match self.nodes.get(node) {
+            Node::Leaf(field) => {
+                let frame = self.frames.frame(&field.anchor.within(instance));
+                if let Some(frame) = frame
+                    && field.is_on(self.query.time)
+                    && !frame.carries(&self.query)
+                {
+                    Border::near(field, &frame, self.at, &mut self.borders);
+                }
+            }
+            Node::Instances { prototype, anchors } => {
+                for anchor in anchors.iter() {
+                    self.below(*prototype, &anchor.within(instance));
+                }
+            }
+            inner => {
+                for operand in inner.operands() {
+                    self.below(*operand, instance);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Programs on bodies in pieces: where a border passes through a body, what is inside feels the field.
+
+use crate::compile::Program;
+use crate::field::{Border, Cuts, Frame, Query};
+use crate::math::{DVec3, to_dvec3};
+use crate::sample::{Cutter, Moment, Samples};
+
+/// What an instance of a program is asked on a body.
+pub(super) enum Asked<'a> {
+    /// At its centre: no border is near.
+    Whole(&'a Query),
+    /// At a piece of it, from which the force comes with a weight and a lever arm.
+    Piece(&'a Query, f64, DVec3),
+}
+
+/// Finds the borders near bodies; keeps its buffers between calls.
+#[derive(Debug, Default)]
+pub(super) struct BodyCuts {
+    cutter: Cutter,
+    borders: Vec<Border>,
+}
+
+impl BodyCuts {
+    /// Asks some instances, whose frames are looked up, of a body that the program cuts, or of its
+    /// pieces.
+    pub(super) fn each(
+        &mut self,
+        (program, frames): (&Program, &[Option<Frame>]),
+        instances: impl Iterator<Item = usize>,
+        (samples, moment): (&Samples, Moment),
+        body: u32,
+        mut ask: impl FnMut(usize, Asked<'_>),
+    ) {
+        let how = program.how;
+        let Some(attitude) = samples.cut(how, body) else {
+            return;
+        };
+        let centre = &samples.centres[body as usize];
+        let query = samples.query(centre, moment);
+        let at = (to_dvec3(centre.world_point), attitude.extent);
+        for instance in instances {
+            self.borders.clear();
+            for (number, field) in program.leaves.iter().enumerate() {
+                if let Some(frame) = program.frame(instance, number, frames)
+                    && field.is_on(moment.time)
+                    && !frame.carries(&query)
+                {
+                    Border::near(field, frame, at, &mut self.borders);
+                }
+            }
+            if self.borders.is_empty() && how.cuts == Cuts::Bodies {
+                ask(instance, Asked::Whole(&query));
+                continue;
+            }
+            for piece in self.cutter.body(samples, body, &self.borders) {
+                let (query, weight, arm) = samples.of_piece(how, (body, piece), moment);
+                ask(instance, Asked::Piece(&query, weight, arm));
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Balls, cut by a plane or by a sphere.
+
+use crate::field::Face;
+use crate::math::DVec3;
+
+/// Faces that bend less, over the radius of a ball, than by this part of it count as planes behind
+/// their tangent planes,
+const GENTLE: f64 = 0.25;
+
+/// and those of which is not known how they bend as their tangent planes.
+const FLAT: f64 = 1e-3;
+
+/// The part of a ball that is behind a face: its share of the volume, and how far its centre lies
+/// from the ball's, against the face's outward direction. `None` if that is not known in closed
+/// form.
+pub(super) fn behind(radius: f64, face: &Face) -> Option<(f64, f64)> {
+    let volume = 4.0 * radius.powi(3);
+    if !face.is_sphere {
+        let (cap, depth) = cap(radius, radius - plane(radius, face)?);
+        return Some((cap / volume, depth));
+    }
+    // The other sphere: its radius, and how far its centre is.
+    let other = face.curvature.recip();
+    let apart = face.distance + other;
+    if apart <= radius - other {
+        return Some(((other / radius).powi(3), apart));
+    }
+    // A cap of each, on the plane in which they meet.
+    let height = radius - ((apart - other) * (apart + other) + radius * radius) / (2.0 * apart);
+    let (own, own_depth) = cap(radius, height);
+    let height = (radius * radius - (apart - other).powi(2)) / (2.0 * apart);
+    let (others, depth) = cap(other, height);
+    let sum = own + others;
+    let first = own * own_depth + others * (apart - depth);
+    Some((sum / volume, first / sum))
+}
+
+/// How far the centre of a ball is out of the plane that cuts it like a face that bends little: behind
+/// the tangent plane by the mean of what the face bends over the disc in which it cuts the ball.
+fn plane(radius: f64, face: &Face) -> Option<f64> {
+    let bend = face.curvature * radius;
+    let square = radius * radius - face.distance * face.distance;
+    match face.round {
+        Some(straight) if bend <= GENTLE => {
+            let ways = if straight == DVec3::ZERO { 2.0 } else { 1.0 };
+            Some(face.distance + face.curvature * square * ways / 8.0)
+        }
+        None if bend <= FLAT => Some(face.distance),
+        _ => None,
+    }
+}
+
+/// The cap of a ball of some height: 3/π of its volume, and how far its centre is from the ball's.
+fn cap(radius: f64, height: f64) -> (f64, f64) {
+    let height = height.clamp(0.0, 2.0 * radius);
+    let depth = 0.75 * (2.0 * radius - height).powi(2) / (3.0 * radius - height);
+    (height * height * (3.0 * radius - height), depth)
+}

@@ -1,0 +1,94 @@
+//! Closed meshes of shapes.
+
+use super::moments::{Moments, outer};
+use super::surface::add_triangles;
+use crate::math::{DMat3, DVec3, Pose, SharedShape, to_dpose3};
+use crate::rapier::parry::shape::TypedShape;
+use crate::sample::clip::{Triangle, content, extent};
+use crate::sample::part_shape::Mesh;
+
+/// Facets around round shapes. Their corners stand out by half a percent.
+const FACETS: u32 = 24;
+
+/// Of the areas of closed meshes, in `f32`.
+const ROUNDING: f64 = 1e-4;
+
+/// The surface of a shape; `None` if it has none, or none that is closed.
+///
+/// What has flat faces is taken as it is. A mesh of what is round gets the shape's moments up to the
+/// second, so that it stands out as much as it falls short.
+pub(super) fn of(shape: &SharedShape) -> Option<Mesh> {
+    let mut triangles = Vec::new();
+    add(shape, &mut triangles)?;
+    let (volume, centre) = content(&triangles);
+    let sound = volume.abs() > 0.0 && volume.is_finite() && centre.is_finite();
+    (sound && is_closed(&triangles)).then(|| Mesh {
+        volume,
+        centre,
+        extent: extent(&triangles, centre),
+        triangles,
+    })
+}
+
+fn add(shape: &SharedShape, triangles: &mut Vec<Triangle>) -> Option<()> {
+    if let Some(compound) = shape.as_compound() {
+        for (local_pose, part) in compound.shapes() {
+            let start = triangles.len();
+            add(part, triangles)?;
+            let pose = to_dpose3(local_pose);
+            let added = triangles[start..].iter_mut();
+            added.for_each(|triangle| *triangle = triangle.map(|p| pose.transform_point(p)));
+        }
+        return Some(());
+    }
+    let start = triangles.len();
+    add_triangles(shape, &Pose::IDENTITY, FACETS, triangles);
+    if has_flat_faces(shape) {
+        return Some(());
+    }
+    let added = &mut triangles[start..];
+    let (wanted, have) = (Moments::of(shape)?, moments(added));
+    let map = have.map_onto(&wanted)?;
+    let moved = |corner: DVec3| wanted.centre + map * (corner - have.centre);
+    added
+        .iter_mut()
+        .for_each(|triangle| *triangle = triangle.map(moved));
+    Some(())
+}
+
+fn has_flat_faces(shape: &SharedShape) -> bool {
+    matches!(
+        shape.as_typed_shape(),
+        TypedShape::Cuboid(_)
+            | TypedShape::ConvexPolyhedron(_)
+            | TypedShape::TriMesh(_)
+            | TypedShape::Voxels(_)
+    )
+}
+
+/// Moments of what triangles enclose: those of the tetrahedra that they make with its centre, each
+/// with ∫ x xᵀ = (Σ v vᵀ + (Σ v)(Σ v)ᵀ)/20 of its volume, over its corners v.
+fn moments(triangles: &[Triangle]) -> Moments {
+    let (measure, centre) = content(triangles);
+    let mut second = DMat3::ZERO;
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|corner| corner - centre);
+        let volume = a.dot(b.cross(c)) / 6.0;
+        let corners = outer(a) + outer(b) + outer(c) + outer(a + b + c);
+        second += corners * (volume / 20.0);
+    }
+    Moments {
+        measure,
+        centre,
+        second: second * measure.recip(),
+    }
+}
+
+/// Whether there are no gaps: the areas of a closed surface, as vectors, add up to nothing.
+fn is_closed(triangles: &[Triangle]) -> bool {
+    let areas = triangles.iter().map(|[a, b, c]| (b - a).cross(c - a));
+    let (sum, size) = areas.fold((DVec3::ZERO, 0.0), |(sum, size), area| {
+        (sum + area, size + area.length())
+    });
+    sum.length() <= size * ROUNDING
+}
