@@ -18,3 +18,4 @@ mod fast_spin;
 mod liquid;
 mod long_runs;
 mod nist_lj;
+mod stability_map;

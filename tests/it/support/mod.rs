@@ -6,6 +6,7 @@ pub mod collide;
 pub mod flight;
 pub mod formats;
 pub mod model;
+pub mod stability;
 pub mod trees;
 pub mod worlds;
 
