@@ -367,25 +367,44 @@ fn fastest2(masses: &[f64], held: bool) -> f64 {
     matrix.symmetric_eigenvalues().max()
 }
 
+/// The group of a bead, which meets nothing but springs.
+fn group_of_bead(number: usize) -> Group {
+    Group::from_bits_truncate(1 << number)
+}
+
+/// The group of springs.
+const SPRINGS: Group = Group::GROUP_32;
+
+/// A spring from a bead to its neighbours.
+fn link(bead: RigidBodyHandle, number: usize, stiffness: f64) -> Tree {
+    let before = number.checked_sub(1).map_or(Group::NONE, group_of_bead);
+    let neighbours = before | group_of_bead(number + 1);
+    let mode = InteractionTestMode::And;
+    let spring = Field::spring_damper(from_f64(stiffness), 0.0, 1.0)
+        .groups(InteractionGroups::new(SPRINGS, neighbours, mode));
+    spring.reacting().at(bead).into()
+}
+
 fn chain(omega: f64, masses: &[f64]) -> Scene {
     let mut world = empty();
     let stiffness = omega * omega / fastest2(masses, false);
     let beads = masses.iter().zip(OFF).enumerate();
     let beads = beads.map(|(number, (mass, [along, aside]))| {
         let start = vector(number as f64 + along, aside, 0.0);
-        ghost(&mut world, *mass, start, Vector::ZERO).body
+        let bead = ghost(&mut world, *mass, start, Vector::ZERO);
+        let mode = InteractionTestMode::And;
+        let groups = InteractionGroups::new(group_of_bead(number), SPRINGS, mode);
+        world.colliders[bead.parts[0]].set_collision_groups(groups);
+        bead.body
     });
     let beads: Vec<RigidBodyHandle> = beads.collect();
-    let link = |bead: &RigidBodyHandle| {
-        let spring = Field::spring_damper(from_f64(stiffness), 0.0, 1.0);
-        spring.within(Region::ball(1.5)).reacting().at(*bead)
-    };
-    let tree = Tree::fold(Operator::SumUnion, beads.iter().step_by(2).map(link));
+    let links = beads.iter().enumerate().step_by(2);
+    let links = links.map(|(number, bead)| link(*bead, number, stiffness));
+    let tree = Tree::fold(Operator::SumUnion, links);
     Scene::new(world, tree, move |world| {
         let stretches = beads.windows(2).map(|pair| {
             let way = place(world, pair[0]) - place(world, pair[1]);
-            // Beyond half a length it has let go.
-            (way.length() - 1.0).clamp(-0.5, 0.5)
+            way.length() - 1.0
         });
         0.5 * stiffness * stretches.map(|stretch| stretch * stretch).sum::<f64>()
     })
