@@ -46,6 +46,8 @@ mod mesh_regions;
 mod modes_of_others;
 mod modifier_laws;
 #[cfg(feature = "f64")]
+mod orders;
+#[cfg(feature = "f64")]
 mod potentials;
 mod reference_dimers;
 mod regions_vs_parry;
