@@ -9,19 +9,25 @@ use crate::support::*;
 
 const G: Real = 9.81;
 
+/// So far away is the middle of a planet: down turns by half a thousandth of a degree in ten metres.
+const RADIUS: Real = 1e6;
+
 /// Who pulls bodies down.
 #[derive(Clone, Copy, Debug)]
-enum Pull {
+pub enum Pull {
     Rapier,
     /// One vector for all bodies.
     Alike(Scheme),
     /// The same with a region, so that bodies are sampled.
     Sampled(Scheme),
+    /// A planet below.
+    Planet(Scheme),
 }
 
-const OURS: [Pull; 8] = [
+pub const OURS: [Pull; 9] = [
     Pull::Alike(Scheme::KickDriftKick),
     Pull::Sampled(Scheme::KickDriftKick),
+    Pull::Planet(Scheme::KickDriftKick),
     Pull::Sampled(Scheme::Substep(Substeps::Fixed(3))),
     Pull::Sampled(Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 })),
     Pull::Sampled(Scheme::LinearlyImplicit),
@@ -31,18 +37,19 @@ const OURS: [Pull; 8] = [
 ];
 
 /// A world at Rapier's defaults, and what pulls in it.
-struct Scene {
-    world: PhysicsWorld,
-    fields: Option<Fields>,
+pub struct Scene {
+    pub world: PhysicsWorld,
+    pub fields: Option<Fields>,
 }
 
 impl Scene {
-    fn new(pull: Pull) -> Self {
+    pub fn new(pull: Pull) -> Self {
         let mut world = PhysicsWorld::new();
         let down = Vector::Y * -G;
         world.gravity = Vector::ZERO;
         let everywhere = Field::uniform(down).force_mode(ForceMode::Acceleration);
         let zone = Field::gravity_zone(down, Region::ball(1e4));
+        let planet = Field::point_gravity(G * RADIUS * RADIUS).at(Vector::Y * -RADIUS);
         let fields = match pull {
             Pull::Rapier => {
                 world.gravity = down;
@@ -50,11 +57,12 @@ impl Scene {
             }
             Pull::Alike(scheme) => Some(build(everywhere, scheme)),
             Pull::Sampled(scheme) => Some(build(zone, scheme)),
+            Pull::Planet(scheme) => Some(build(planet, scheme)),
         };
         Scene { world, fields }
     }
 
-    fn step(&mut self) {
+    pub fn step(&mut self) {
         match &mut self.fields {
             Some(fields) => {
                 fields.step(&mut self.world).expect("a valid step");
@@ -69,7 +77,7 @@ impl Scene {
         }
     }
 
-    fn floor(&mut self) -> ColliderHandle {
+    pub fn floor(&mut self) -> ColliderHandle {
         let slab = ColliderBuilder::cuboid(50.0, 0.5, 50.0).friction(0.5);
         self.world
             .colliders

@@ -22,6 +22,7 @@ mod bodies;
 mod borders;
 mod closed_form;
 mod contact_fields;
+mod controllers;
 #[cfg(feature = "f64")]
 mod convergence;
 mod cross_check;
