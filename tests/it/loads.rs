@@ -249,35 +249,40 @@ fn asleep_at(pull: Pull, of: (usize, usize)) -> Option<f64> {
     })
 }
 
-/// Half of so many piles are asleep by then.
-fn median(pull: Pull, bodies: usize, piles: usize) -> f64 {
-    let times = (0..piles).map(|start| asleep_at(pull, (bodies, start)).unwrap_or(99.0));
+/// Half of the piles of so many bodies are asleep by then, of so many piles of each size.
+fn median(pull: Pull, sizes: &[usize], piles: usize) -> f64 {
+    let each = sizes
+        .iter()
+        .flat_map(|size| (0..piles).map(|start| (*size, start)));
+    let times = each.map(|pile| asleep_at(pull, pile).unwrap_or(99.0));
     let mut times: Vec<f64> = times.collect();
     times.sort_by(f64::total_cmp);
-    println!("{bodies}, {pull:?}: {times:.1?}");
-    (times[piles / 2] + times[(piles - 1) / 2]) / 2.0
+    println!("{sizes:?}, {pull:?}: {times:.1?}");
+    let count = times.len();
+    (times[count / 2] + times[(count - 1) / 2]) / 2.0
 }
 
 /// Which pile sleeps when is chance; half of them do as soon as under gravity.
-fn sleeps_as_soon(bodies: usize, piles: usize) {
-    let theirs = median(Pull::Rapier, bodies, piles);
+fn sleeps_as_soon(sizes: &[usize], piles: usize) {
+    let theirs = median(Pull::Rapier, sizes, piles);
     for pull in &OURS[..2] {
-        let ours = median(*pull, bodies, piles);
-        assert_at_most(ours, 1.2 * theirs, format!("median of {bodies}, {pull:?}"));
+        let ours = median(*pull, sizes, piles);
+        println!("{sizes:?}, {pull:?}: {ours} beside {theirs}");
+        assert_at_most(ours, 1.2 * theirs, format!("median of {sizes:?}, {pull:?}"));
     }
 }
 
 #[test]
 fn piles_fall_asleep() {
-    sleeps_as_soon(60, 24);
+    sleeps_as_soon(&[60], 24);
 }
 
+/// The times are spread from five seconds to more than forty, so that the median of fifty of them is known
+/// to a quarter only: those of all sizes are taken together.
 #[test]
 #[ignore = "a quarter of an hour of piles"]
 fn large_piles_fall_asleep() {
-    for bodies in [200, 250, 280, 300] {
-        sleeps_as_soon(bodies, 48);
-    }
+    sleeps_as_soon(&[200, 250, 280, 300], 48);
 }
 
 /// Where everything is after some seconds that hangs on joints, is driven by motors, or is an
