@@ -94,6 +94,58 @@ fn what_falls_reaches_its_terminal_velocity() {
     assert!(off.is_empty(), "{off:#?}");
 }
 
+/// The speed of what falls from rest for so long.
+fn falling(k: f64, quadratic: bool, time: f64) -> f64 {
+    let g = 9.81;
+    if quadratic {
+        (g / k).sqrt() * (time * (g * k).sqrt()).tanh()
+    } else {
+        -g / k * (-k * time).exp_m1()
+    }
+}
+
+/// In drag too weak for a terminal velocity as well, under gravity of either kind.
+#[test]
+fn what_falls_is_as_fast_as_it_should_be() {
+    let down = Vector::Y * -9.81;
+    let mut off = Vec::new();
+    for scheme in SCHEMES {
+        for (k, quadratic) in strengths().flat_map(|k| [(k, false), (k, true)]) {
+            for scene in [true, false] {
+                let mut world = weightless(DT);
+                let mut tree = Tree::from(drag(k, quadratic, 1.0));
+                match scene {
+                    true => world.gravity = down,
+                    false => {
+                        let pull = Field::uniform(down).force_mode(ForceMode::Acceleration);
+                        tree = tree.sum_union(pull);
+                    }
+                }
+                // A millionth of what it can reach: at rest no drag acts, and the first step is Rapier's.
+                let most = falling(k, quadratic, f64::INFINITY);
+                let linvel = Vector::Y * from_f64(-1e-6 * most.min(1.0));
+                let ball = insert_ball(&mut world, 1.0, Vector::ZERO, linvel);
+                let mut fields = build(tree, scheme);
+                for _ in 0..120 {
+                    fields.step(&mut world).expect("a finite step");
+                }
+                let speed = -to_f64(world.bodies[ball].linvel().y);
+                let share = speed / falling(k, quadratic, 2.0) - 1.0;
+                // The implicit scheme is of first order.
+                let first = scheme == Scheme::LinearlyImplicit;
+                let bound: f64 = if first { 5e-3 } else { 1e-3 };
+                // What gravity adds in a step is rounded.
+                let rounding = 4.0 * to_f64(Real::EPSILON) * 9.81 * to_f64(DT) / most;
+                if !(share.abs() < bound.max(rounding)) {
+                    let what = format!("{scheme:?}, {k:.1e}, quadratic {quadratic}");
+                    off.push(format!("{what}, of the scene {scene}: {share:.1e}"));
+                }
+            }
+        }
+    }
+    assert!(off.is_empty(), "{off:#?}");
+}
+
 #[test]
 fn gyration_keeps_the_speed() {
     for scheme in SCHEMES {

@@ -9,19 +9,25 @@ use crate::support::*;
 
 const G: Real = 9.81;
 
+/// So far away is the middle of a planet: down turns by half a thousandth of a degree in ten metres.
+const RADIUS: Real = 1e6;
+
 /// Who pulls bodies down.
 #[derive(Clone, Copy, Debug)]
-enum Pull {
+pub enum Pull {
     Rapier,
     /// One vector for all bodies.
     Alike(Scheme),
     /// The same with a region, so that bodies are sampled.
     Sampled(Scheme),
+    /// A planet below.
+    Planet(Scheme),
 }
 
-const OURS: [Pull; 8] = [
+pub const OURS: [Pull; 9] = [
     Pull::Alike(Scheme::KickDriftKick),
     Pull::Sampled(Scheme::KickDriftKick),
+    Pull::Planet(Scheme::KickDriftKick),
     Pull::Sampled(Scheme::Substep(Substeps::Fixed(3))),
     Pull::Sampled(Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 })),
     Pull::Sampled(Scheme::LinearlyImplicit),
@@ -31,18 +37,19 @@ const OURS: [Pull; 8] = [
 ];
 
 /// A world at Rapier's defaults, and what pulls in it.
-struct Scene {
-    world: PhysicsWorld,
-    fields: Option<Fields>,
+pub struct Scene {
+    pub world: PhysicsWorld,
+    pub fields: Option<Fields>,
 }
 
 impl Scene {
-    fn new(pull: Pull) -> Self {
+    pub fn new(pull: Pull) -> Self {
         let mut world = PhysicsWorld::new();
         let down = Vector::Y * -G;
         world.gravity = Vector::ZERO;
         let everywhere = Field::uniform(down).force_mode(ForceMode::Acceleration);
         let zone = Field::gravity_zone(down, Region::ball(1e4));
+        let planet = Field::point_gravity(G * RADIUS * RADIUS).at(Vector::Y * -RADIUS);
         let fields = match pull {
             Pull::Rapier => {
                 world.gravity = down;
@@ -50,11 +57,12 @@ impl Scene {
             }
             Pull::Alike(scheme) => Some(build(everywhere, scheme)),
             Pull::Sampled(scheme) => Some(build(zone, scheme)),
+            Pull::Planet(scheme) => Some(build(planet, scheme)),
         };
         Scene { world, fields }
     }
 
-    fn step(&mut self) {
+    pub fn step(&mut self) {
         match &mut self.fields {
             Some(fields) => {
                 fields.step(&mut self.world).expect("a valid step");
@@ -69,7 +77,7 @@ impl Scene {
         }
     }
 
-    fn floor(&mut self) -> ColliderHandle {
+    pub fn floor(&mut self) -> ColliderHandle {
         let slab = ColliderBuilder::cuboid(50.0, 0.5, 50.0).friction(0.5);
         self.world
             .colliders
@@ -241,35 +249,40 @@ fn asleep_at(pull: Pull, of: (usize, usize)) -> Option<f64> {
     })
 }
 
-/// Half of so many piles are asleep by then.
-fn median(pull: Pull, bodies: usize, piles: usize) -> f64 {
-    let times = (0..piles).map(|start| asleep_at(pull, (bodies, start)).unwrap_or(99.0));
+/// Half of the piles of so many bodies are asleep by then, of so many piles of each size.
+fn median(pull: Pull, sizes: &[usize], piles: usize) -> f64 {
+    let each = sizes
+        .iter()
+        .flat_map(|size| (0..piles).map(|start| (*size, start)));
+    let times = each.map(|pile| asleep_at(pull, pile).unwrap_or(99.0));
     let mut times: Vec<f64> = times.collect();
     times.sort_by(f64::total_cmp);
-    println!("{bodies}, {pull:?}: {times:.1?}");
-    (times[piles / 2] + times[(piles - 1) / 2]) / 2.0
+    println!("{sizes:?}, {pull:?}: {times:.1?}");
+    let count = times.len();
+    (times[count / 2] + times[(count - 1) / 2]) / 2.0
 }
 
 /// Which pile sleeps when is chance; half of them do as soon as under gravity.
-fn sleeps_as_soon(bodies: usize, piles: usize) {
-    let theirs = median(Pull::Rapier, bodies, piles);
+fn sleeps_as_soon(sizes: &[usize], piles: usize) {
+    let theirs = median(Pull::Rapier, sizes, piles);
     for pull in &OURS[..2] {
-        let ours = median(*pull, bodies, piles);
-        assert_at_most(ours, 1.2 * theirs, format!("median of {bodies}, {pull:?}"));
+        let ours = median(*pull, sizes, piles);
+        println!("{sizes:?}, {pull:?}: {ours} beside {theirs}");
+        assert_at_most(ours, 1.2 * theirs, format!("median of {sizes:?}, {pull:?}"));
     }
 }
 
 #[test]
 fn piles_fall_asleep() {
-    sleeps_as_soon(60, 24);
+    sleeps_as_soon(&[60], 24);
 }
 
+/// The times are spread from five seconds to more than forty, so that the median of fifty of them is known
+/// to a quarter only: those of all sizes are taken together.
 #[test]
 #[ignore = "a quarter of an hour of piles"]
 fn large_piles_fall_asleep() {
-    for bodies in [200, 250, 280, 300] {
-        sleeps_as_soon(bodies, 48);
-    }
+    sleeps_as_soon(&[200, 250, 280, 300], 48);
 }
 
 /// Where everything is after some seconds that hangs on joints, is driven by motors, or is an

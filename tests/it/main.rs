@@ -22,6 +22,7 @@ mod bodies;
 mod borders;
 mod closed_form;
 mod contact_fields;
+mod controllers;
 #[cfg(feature = "f64")]
 mod convergence;
 mod cross_check;
@@ -47,6 +48,8 @@ mod loads;
 mod mesh_regions;
 mod modes_of_others;
 mod modifier_laws;
+#[cfg(feature = "f64")]
+mod orders;
 #[cfg(feature = "f64")]
 mod potentials;
 mod reference_dimers;

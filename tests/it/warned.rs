@@ -3,6 +3,7 @@
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
+use crate::support::stability::{self, DT, Damping, Kind};
 use crate::support::*;
 
 /// How a spring of so many radians a step fares for ten seconds.
@@ -69,6 +70,50 @@ fn no_spring_explodes_without_a_warning() {
                 // Nothing is told of what goes well.
                 if turn < 0.5 && scheme != Scheme::ExternalForce {
                     assert_eq!(fate.warned, 0, "{scheme:?}, {turn}: {fate:?}");
+                }
+            }
+        }
+    }
+    assert!(silent.is_empty(), "{silent:#?}");
+}
+
+/// A small part of the map of `tests/slow`: schemes beside the kinds of scenes they are told of in full.
+#[test]
+fn nothing_explodes_without_a_warning() {
+    let single = [
+        Kind::Spring,
+        Kind::Trough,
+        Kind::Gyration,
+        Kind::Trap,
+        Kind::Drag,
+        Kind::QuadraticDrag,
+    ];
+    let others = [
+        Kind::Rotor,
+        Kind::Pair(1.0),
+        Kind::OverlapPair,
+        Kind::Comet,
+        Kind::Link,
+    ];
+    let chooses = [
+        Scheme::Auto { tolerance: 1e-3 },
+        Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 }),
+    ];
+    let every = |schemes: Vec<Scheme>, kinds: Vec<Kind>| {
+        let pair = move |scheme| kinds.clone().into_iter().map(move |kind| (scheme, kind));
+        schemes.into_iter().flat_map(pair)
+    };
+    let cells = every(vec![Scheme::KickDriftKick], single.to_vec())
+        .chain(every(chooses.to_vec(), [&single[..], &others].concat()));
+    let mut silent = Vec::new();
+    for (scheme, kind) in cells {
+        for damping in [Damping::None, Damping::Field(0.05)] {
+            for turn in [0.3, 1.5, 3.0, 10.0] {
+                let fate = stability::fate(kind.scene(turn / DT, damping), scheme);
+                if fate.is_silent() {
+                    silent.push(format!(
+                        "{kind:?}, {damping:?}, {scheme:?}, {turn}: {fate:?}"
+                    ));
                 }
             }
         }
