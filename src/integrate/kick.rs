@@ -4,7 +4,9 @@ use super::evaluation::{Evaluation, find};
 use super::fault::{Fault, FaultKind};
 use super::free_motion::FreeMotion;
 use super::implicit::{Besides, implicit_change};
-use super::motion::{FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked};
+use super::motion::{
+    FASTEST, Load, MeanVelocity, Motions, SolvedLoad, Start, VelocityUpdate, kicked,
+};
 use super::plan::Plan;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext, Substeps};
@@ -345,6 +347,9 @@ impl<W: Lookup> Kick<'_, W> {
             Duty::Kick(duration) => (duration, false),
             _ => return None,
         };
+        if let Some(load) = first.solved(body.handle) {
+            return self.eased(load, duration);
+        }
         let motion = context.free_motion(body);
         let free = find(&first.free, body.handle).map(|_| &motion);
         let solved = match implicit {
@@ -386,9 +391,11 @@ impl<W: Lookup> Kick<'_, W> {
             Duty::Implicit(duration) => self.implicit(None, duration),
             _ => self.solved(None, dt),
         };
-        // Only a plain load is completed by a second half.
-        if solved.is_some() || !matches!(duty, Duty::Kick(_)) {
+        // Only what is kicked is completed by a second half.
+        if !matches!(duty, Duty::Kick(_)) {
             motions.settled.push(body.handle);
+        } else if solved.is_some() {
+            motions.solved.extend(self.solved_load());
         }
         match solved {
             Some((update, _)) if matches!(duty, Duty::Implicit(_)) => {
@@ -406,6 +413,30 @@ impl<W: Lookup> Kick<'_, W> {
             }
             None => self.wrench,
         }
+    }
+
+    /// What a load is solved for, if the force reads velocities.
+    fn solved_load(&self) -> Option<SolvedLoad> {
+        let coupling = self.evaluation.couplings.get(self.place)?.as_ref()?;
+        let velocities = velocities(self.body);
+        Some(SolvedLoad {
+            body: self.body.handle,
+            wrench: coupling.at(&velocities),
+            velocities,
+        })
+    }
+
+    /// The second half for a body that was loaded by a force that reads velocities: what the way has
+    /// changed of it. That acts as that of a plain load; what velocities change of it is in the load.
+    fn eased(&self, load: &SolvedLoad, duration: Real) -> Option<Kicked> {
+        let coupling = self.evaluation.couplings.get(self.place)?.as_ref()?;
+        let mobility = Mobility::of(self.body);
+        let change = coupling.at(&load.velocities) - load.wrench;
+        let mean = coupling.mean(&mobility, &change, &Besides::default(), to_f64(duration))?;
+        let share = 1.0 - self.context.free_motion(self.body).iteration();
+        let (force, torque) = rounded(&(mean * to_f64(share)));
+        let wrench = Wrench { force, torque };
+        (wrench != Wrench::ZERO).then(|| self.plain(wrench, duration))
     }
 
     fn plain(&self, wrench: Wrench, duration: Real) -> Kicked {

@@ -3,6 +3,7 @@
 use super::pace::Pace;
 use super::plan::Plan;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::rapier::na::Vector6;
 use crate::rigid::{Body, Inertia, Wrench, steady_angvel, to_dquat};
 
 /// The largest speed whose square is finite.
@@ -20,6 +21,8 @@ pub(crate) struct Motions {
     pub means: Vec<MeanVelocity>,
     /// In the order of the handles of their bodies.
     pub loads: Vec<Load>,
+    /// Loads by forces that read velocities, in the order of the handles of their bodies.
+    pub(super) solved: Vec<SolvedLoad>,
     /// Bodies that get no second half of a kick, in the order of their handles.
     pub settled: Vec<RigidBodyHandle>,
     /// Bodies that are to be completed with [`FreeMotion`](super::FreeMotion) in the second half, in
@@ -130,6 +133,14 @@ pub(crate) struct Load {
     pub speeds: [Real; 2],
 }
 
+/// The force that a load was solved for, and the velocities at which it was that.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SolvedLoad {
+    pub body: RigidBodyHandle,
+    pub wrench: Vector6<f64>,
+    pub velocities: Vector6<f64>,
+}
+
 /// A rotation that Rapier carries out at constant angular velocity.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SteadyTurn {
@@ -172,6 +183,7 @@ impl Motions {
         self.turns.clear();
         self.means.clear();
         self.loads.clear();
+        self.solved.clear();
         self.settled.clear();
         self.free.clear();
         self.ahead.clear();
@@ -187,6 +199,15 @@ impl Motions {
             .loads
             .binary_search_by_key(&index(body), |load| index(load.body));
         place.ok().map(|place| self.loads[place].wrench)
+    }
+
+    /// What the load on a body was solved for.
+    pub(super) fn solved(&self, body: RigidBodyHandle) -> Option<&SolvedLoad> {
+        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
+        let place = self
+            .solved
+            .binary_search_by_key(&index(body), |load| index(load.body));
+        place.ok().map(|place| &self.solved[place])
     }
 
     /// The free rotation of a body over a step, which begins with an angular impulse `twist` that is part
