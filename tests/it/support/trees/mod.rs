@@ -259,8 +259,10 @@ impl LeafPlan {
     }
 
     fn may_cut(&self) -> bool {
-        let formula = self.formula.field().formula;
-        matches!(formula, Formula::Uniform(_) | Formula::Buoyancy(_))
+        matches!(
+            self.formula,
+            FormulaPlan::Uniform(_) | FormulaPlan::Buoyancy(_)
+        )
     }
 
     fn acts_at_centre(&self) -> bool {
