@@ -36,8 +36,15 @@ fn attractor(sampling: Sampling) -> Field {
         .sampled(sampling)
 }
 
+/// A uniform field in a region, whose border passes through the 100 cubes of one layer, or through
+/// none.
+fn wind(region: Region, sampling: Sampling) -> Field {
+    Field::uniform(Vector::Y * 1e-3)
+        .within(region)
+        .sampled(sampling)
+}
+
 fn sampling(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("attractor with a border, 1000 cubes");
     let kinds = [
         ("parts", Sampling::Parts),
         ("centre", Sampling::Centre),
@@ -46,14 +53,29 @@ fn sampling(criterion: &mut Criterion) {
         ("adaptive, to 0.1", Sampling::Adaptive { tolerance: 0.1 }),
         ("adaptive, to 0.02", Sampling::Adaptive { tolerance: 0.02 }),
     ];
+    let attractors = kinds.map(|(name, kind)| (name, attractor(kind)));
+    compare(criterion, "attractor with a border, 1000 cubes", attractors);
+    let (clear, across) = (Region::ball(1e3), Region::half_space(Vector::X, 20.1));
+    let round = || Region::ball(1e3).at(Vector::X * -979.9);
+    let winds = [
+        ("centre", wind(clear.clone(), Sampling::Centre)),
+        ("cut, clear of the border", wind(clear, Sampling::Auto)),
+        ("cut at a plane", wind(across, Sampling::Auto)),
+        ("cut at a sphere", wind(round(), Sampling::Auto)),
+    ];
+    compare(criterion, "wind in a region, 1000 cubes", winds);
+}
+
+fn compare<const N: usize>(criterion: &mut Criterion, name: &str, fields: [(&str, Field); N]) {
+    let mut group = criterion.benchmark_group(name);
     group.bench_function("Rapier alone", |bencher| {
         let step = |world: &mut PhysicsWorld| (0..STRETCH).for_each(|_| world.step());
         bencher.iter_batched_ref(cubes, step, BatchSize::LargeInput);
     });
-    for (name, kind) in kinds {
+    for (name, field) in fields {
         group.bench_function(name, |bencher| {
             let start = || {
-                let (mut world, fields) = (cubes(), Fields::new(attractor(kind)));
+                let (mut world, fields) = (cubes(), Fields::new(field.clone()));
                 let mut fields = fields.expect("a sound tree");
                 fields.step(&mut world).expect("finite fields");
                 (world, fields)

@@ -41,7 +41,7 @@ pub enum Sampling {
     /// What is cut is cut exactly by flat borders: half-spaces, boxes, slabs, the ends of cylinders
     /// and cones, the surface of a fluid. Cuboids, convex polyhedra, closed meshes and compounds of
     /// them lose nothing but roundings, and so does a ball that one plane or one ball region
-    /// passes through. Other round shapes are cut as meshes of 32 facets with their volume and second
+    /// passes through. Other round shapes are cut as meshes of 24 facets with their volume and second
     /// moments: their share is within 0.1 %. At a curved border bodies are halved until it
     /// bends little in each piece: the share is within 0.5 % of the body. At the border of a region
     /// of a [Parry shape](crate::Region::shape) it is within 1 %. Regions over other

@@ -12,18 +12,31 @@ const FLAT: f64 = 1e-3;
 
 /// The part of a ball that is behind a face: its share of the volume, and how far its centre lies
 /// from the ball's, against the face's outward direction. `None` if that is not known in closed
-/// form.
+/// form, or if the rest surrounds what is behind, so that its centre does not tell where it is.
 pub(super) fn behind(radius: f64, face: &Face) -> Option<(f64, f64)> {
     let volume = 4.0 * radius.powi(3);
     if !face.is_sphere {
         let (cap, depth) = cap(radius, radius - plane(radius, face)?);
         return Some((cap / volume, depth));
     }
-    // The other sphere: its radius, and how far its centre is.
-    let other = face.curvature.recip();
-    let apart = face.distance + other;
+    let (share, depth) = common(radius, face);
+    let (other, apart) = sphere(face);
+    let rest = apart + depth * share / (1.0 - share);
+    (rest > other).then_some((share, depth))
+}
+
+/// The radius of a sphere, and how far its centre is.
+fn sphere(face: &Face) -> (f64, f64) {
+    let radius = face.curvature.recip();
+    (radius, face.distance + radius)
+}
+
+/// What a ball has in common with that behind a sphere, as a share of its volume, and how far the
+/// centre of that is from the ball's.
+fn common(radius: f64, face: &Face) -> (f64, f64) {
+    let (other, apart) = sphere(face);
     if apart <= radius - other {
-        return Some(((other / radius).powi(3), apart));
+        return ((other / radius).powi(3), apart);
     }
     // A cap of each, on the plane in which they meet.
     let height = radius - ((apart - other) * (apart + other) + radius * radius) / (2.0 * apart);
@@ -32,7 +45,7 @@ pub(super) fn behind(radius: f64, face: &Face) -> Option<(f64, f64)> {
     let (others, depth) = cap(other, height);
     let sum = own + others;
     let first = own * own_depth + others * (apart - depth);
-    Some((sum / volume, first / sum))
+    (sum / (4.0 * radius.powi(3)), first / sum)
 }
 
 /// How far the centre of a ball is out of the plane that cuts it like a face that bends little: behind

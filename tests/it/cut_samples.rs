@@ -105,13 +105,18 @@ fn a_ball_across_a_tilted_plane_feels_its_share() {
 /// What is common to two balls, slice by slice.
 #[test]
 fn a_ball_across_a_sphere_feels_its_share() {
-    for (radius, zone, x) in [
-        (0.5, 0.5, 0.4),
-        (0.5, 3.0, 3.2),
-        (0.5, 3.0, 2.6),
-        (0.5, 100.0, 100.1),
-        (1.0, 0.25, 0.9),
-        (1.0, 0.25, 0.3),
+    let rounding = either(2e-5, 1e-9);
+    for (radius, zone, x, tolerance) in [
+        (0.5, 0.5, 0.4, rounding),
+        (0.5, 3.0, 3.2, rounding),
+        (0.5, 3.0, 2.6, rounding),
+        (0.5, 100.0, 100.1, rounding),
+        (1.0, 0.25, 0.9, rounding),
+        (1.0, 0.25, 0.3, rounding),
+        // Most of the ball surrounds the sphere, so it is cut as a mesh.
+        (1.0, 0.7, 0.0, 5e-3),
+        (1.0, 0.7, 0.2, 5e-3),
+        (1.0, 0.9, 0.4, 5e-3),
     ] {
         let slices = 200_000;
         let (mut share, mut first) = (0.0, 0.0);
@@ -127,9 +132,8 @@ fn a_ball_across_a_sphere_feels_its_share() {
         let collider = ColliderBuilder::ball(from_f64(radius));
         let (force, torque) = on(field, at(DVec3::X * x, DVec3::ZERO), collider);
         let what = format!("{radius} in {zone} at {x}");
-        let rounding = either(2e-5, 1e-9);
-        assert_close(force.y, share, rounding, &what);
-        assert_close(torque.z, first, rounding, format!("{what}: torque"));
+        assert_close(force.y, share, tolerance, &what);
+        assert_close(torque.z, first, tolerance, format!("{what}: torque"));
     }
 }
 
@@ -235,7 +239,7 @@ fn shapes_across_borders_feel_their_shares() {
         }
     }
     println!("worst {worst:.1e}");
-    assert_at_most(worst, 0.01, "shares");
+    assert_at_most(worst, 5e-3, "shares");
 }
 
 /// Fields under operators are evaluated as a whole, in each piece.

@@ -258,6 +258,13 @@ impl LeafPlan {
         field.within(self.region.region(self.numbers))
     }
 
+    fn may_cut(&self) -> bool {
+        matches!(
+            self.formula,
+            FormulaPlan::Uniform(_) | FormulaPlan::Buoyancy(_)
+        )
+    }
+
     fn acts_at_centre(&self) -> bool {
         matches!(self.formula, FormulaPlan::Uniform(_))
             && self.coupling == Coupling::Share
@@ -271,8 +278,12 @@ impl LeafPlan {
     }
 }
 
-fn layer((term, priority, replaces, stops): &LayerPlan, world: &World) -> Layer {
-    let mut layer = Layer::new(term.tree(world)).priority(*priority);
+fn layer(
+    (term, priority, replaces, stops): &LayerPlan,
+    world: &World,
+    sampling: Sampling,
+) -> Layer {
+    let mut layer = Layer::new(term.sampled(world, sampling)).priority(*priority);
     if *replaces {
         layer = layer.replacing();
     }
@@ -284,31 +295,49 @@ fn layer((term, priority, replaces, stops): &LayerPlan, world: &World) -> Layer 
 
 impl TermPlan {
     pub fn tree(&self, world: &World) -> Tree {
+        self.sampled(world, Sampling::Auto)
+    }
+
+    fn sampled(&self, world: &World, sampling: Sampling) -> Tree {
+        let of = |term: &TermPlan| term.sampled(world, sampling);
         match self {
-            TermPlan::Leaf(leaf) => leaf.field(world).into(),
-            TermPlan::Apply(operator, a, b) => {
-                Tree::fold(*operator, [a.tree(world), b.tree(world)])
+            TermPlan::Leaf(leaf) => leaf.field(world).sampled(sampling).into(),
+            TermPlan::Apply(operator, a, b) => Tree::fold(*operator, [of(a), of(b)]),
+            TermPlan::Instances(term, anchors) => {
+                let anchors = anchors.iter().map(|a| anchor(a, 0.0, world));
+                Tree::instances(of(term), anchors)
             }
-            TermPlan::Instances(term, anchors) => Tree::instances(
-                term.tree(world),
-                anchors.iter().map(|a| anchor(a, 0.0, world)),
-            ),
-            TermPlan::Masked(term, mask) => term.tree(world).masked_by(mask.tree(world)),
-            TermPlan::Scaled(term, scale, at) => term
-                .tree(world)
-                .scaled_at(scale.scalar(), anchor(at, 0.0, world)),
-            TermPlan::Limited(term, limit) => term.tree(world).limited_to(*limit as Real),
-            TermPlan::Layers(layers) => Tree::layers(layers.iter().map(|plan| layer(plan, world))),
+            TermPlan::Masked(term, mask) => of(term).masked_by(of(mask)),
+            TermPlan::Scaled(term, scale, at) => {
+                of(term).scaled_at(scale.scalar(), anchor(at, 0.0, world))
+            }
+            TermPlan::Limited(term, limit) => of(term).limited_to(*limit as Real),
+            TermPlan::Layers(layers) => {
+                Tree::layers(layers.iter().map(|plan| layer(plan, world, sampling)))
+            }
         }
     }
 
-    /// The same, wrapped so that a sum of union at its top is one term and not several.
+    /// The same, wrapped so that a sum of union at its top is one term and not several; sampled at
+    /// centres, as the paper has it, even if it would cut bodies at borders.
     pub fn term(&self, world: &World) -> Tree {
+        let sampling = match (self.may_cut(), self.acts_at_centre()) {
+            (false, _) => Sampling::Auto,
+            (true, true) => Sampling::Centre,
+            (true, false) => Sampling::Parts,
+        };
+        let tree = self.sampled(world, sampling);
         match self {
-            TermPlan::Apply(Operator::SumUnion, ..) => {
-                Tree::instances(self.tree(world), [Anchor::WORLD])
-            }
-            _ => self.tree(world),
+            TermPlan::Apply(Operator::SumUnion, ..) => Tree::instances(tree, [Anchor::WORLD]),
+            _ => tree,
+        }
+    }
+
+    /// Whether all its fields are the same all over a body but for their borders.
+    fn may_cut(&self) -> bool {
+        match self {
+            TermPlan::Leaf(leaf) => leaf.may_cut(),
+            _ => self.operands().iter().all(|term| term.may_cut()),
         }
     }
 
