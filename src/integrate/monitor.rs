@@ -59,6 +59,9 @@ impl Integrator {
             self.scout = scout;
             self.look_into(context, evaluation, stiff);
         }
+        if all && context.compiled.varies() {
+            self.watch_new_links(context, evaluation, last, warnings);
+        }
         self.couple(context, evaluation);
     }
 

@@ -113,6 +113,11 @@ impl Track {
         self.last = Some(mark);
     }
 
+    /// Whether the last piece has shown more than this, and nothing has confirmed it.
+    pub(super) fn is_unsure(&self, most: f64) -> bool {
+        self.sustained <= most && self.omega2.is_some_and(|omega2| omega2 > most)
+    }
+
     /// Takes note of a square of a frequency that a Jacobian has shown.
     pub(super) fn see_exactly(&mut self, omega2: f64) {
         self.sustained = self.sustained.max(omega2);

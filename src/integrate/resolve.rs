@@ -9,6 +9,7 @@ use super::pace::Pace;
 use super::plan::{Bisection, Choice, HOPELESS, Plan};
 use super::predicted::PredictedMotion;
 use super::substeps::{Setting, SubstepIntegrator};
+use super::watch::most_to_follow;
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{RigidBodyHandle, to_f64};
 use crate::rigid::{Body, Lookup, Mobility, RigidState, Wrench};
@@ -172,6 +173,7 @@ impl Integrator {
             composed: plan.composed,
             uneven: context.choice().filter(|_| plan == Plan::UNEVEN),
             tracked: context.compiled.varies(),
+            most: most_to_follow(context),
             coupled,
             sift,
             from: if begins.before.is_some() {

@@ -74,6 +74,8 @@ pub(super) struct Setting<'a, W> {
     pub uneven: Option<Choice>,
     /// Whether to take note of how fast bodies swing, and whether they swing together.
     pub tracked: bool,
+    /// The largest square of a frequency that can be followed, by a scheme that does not choose.
+    pub most: Option<f64>,
     pub coupled: bool,
     /// What leaves out what is not finite; without it that is a fault.
     pub sift: Option<Sift<'a>>,
@@ -190,6 +192,7 @@ impl<W: Lookup> Run<'_, W> {
             }
             let passing = self.states.iter().zip(&group.wrenches);
             track_all(self.tracks, passing, self.setting.coupled);
+            self.look_into(group);
             return self.push(group, before + after);
         }
         if !self.setting.composed {
@@ -290,10 +293,39 @@ impl<W: Lookup> Run<'_, W> {
 
     /// Whether the exact frequency counts: to choose by, or as it may be more than a step can follow.
     fn wants(&self, jacobian: &Jacobian, mobility: &Mobility) -> bool {
-        let context = self.setting.context;
         let bound = || jacobian.by_motion.norm() * mobility.matrix().norm();
-        self.setting.tracked
-            && (context.choice().is_some() || bound() * to_f64(context.dt).powi(2) > 1.0)
+        self.setting.tracked && self.setting.most.is_none_or(|most| bound() > most)
+    }
+
+    /// Looks into bodies whose last piece has shown more than can be followed: it may have been an edge,
+    /// or a close pass.
+    fn look_into(&mut self, group: &mut Group) {
+        let Some(most) = self.setting.most else {
+            return;
+        };
+        if !self.tracks.iter().any(|track| track.is_unsure(most)) {
+            return;
+        }
+        let (compiled, frames) = (self.setting.context.compiled, self.frames());
+        group.lineariser.prepare(compiled, &frames);
+        let mut found = Vec::new();
+        for (number, state) in self.states.iter().enumerate() {
+            if !self.tracks[number].is_unsure(most) {
+                continue;
+            }
+            let jacobian = jacobian::of_body(
+                &mut group.lineariser,
+                (compiled, &frames),
+                &group.samples,
+                number,
+                self.moment(),
+                state.angvel,
+            );
+            found.push((number, Rates::new(&jacobian, &state.mobility()).omega2()));
+        }
+        for (number, omega2) in found {
+            self.tracks[number].see_exactly(omega2);
+        }
     }
 
     fn push(&mut self, group: &Group, duration: f64) -> Result<(), Fault> {

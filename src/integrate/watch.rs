@@ -69,6 +69,32 @@ impl Integrator {
         self.candidates = new;
     }
 
+    /// Warns of links of multibodies that were not there in the `last` evaluation: they are pushed by
+    /// forces under every scheme.
+    pub(super) fn watch_new_links(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        last: &Evaluation,
+        warnings: &mut Vec<StepWarning>,
+    ) {
+        let mut worst = (from_f64(BY_FORCE), None);
+        for link in context.rules.links {
+            let new = last.place_of(*link).is_none();
+            let Some(place) = evaluation.place_of(*link).filter(|_| new) else {
+                continue;
+            };
+            self.prepare(context);
+            let estimate = self.estimate(context, evaluation, place);
+            let dt_omega = estimate.rates.report(context.dt, 0.0).dt_omega;
+            if dt_omega > worst.0 {
+                worst = (dt_omega, Some(*link));
+            }
+        }
+        let worst = worst.1.map(|link| (link, worst.0));
+        warnings.extend(worst.map(|(link, dt_omega)| by_force(link, dt_omega)));
+    }
+
     /// What is to be said of the worst of some bodies in fields that hang on bodies that move: by how
     /// the wrenches change as all go on by a little. Jacobians hold what carries the fields still, and so
     /// miss what a body's own fields do to it by their reaction.
@@ -236,10 +262,9 @@ impl Integrator {
         starts: &[Start],
         tracks: &[Track],
     ) {
-        let Some(limit) = warns_from(context.rules.scheme) else {
+        let Some(most) = most_to_follow(context) else {
             return;
         };
-        let most = (limit / to_f64(context.dt)).powi(2);
         let known = self.fastest.map_or(most, |(_, omega2)| omega2);
         let swings = starts.iter().zip(tracks);
         let swings = swings.map(|(start, track)| (start.place, track.sustained));
@@ -262,6 +287,12 @@ impl Integrator {
         };
         warnings.push(stiff(body, omega2.sqrt() * to_f64(context.dt), context));
     }
+}
+
+/// The largest square of a frequency that a scheme that does not choose can follow.
+pub(super) fn most_to_follow(context: &StepContext<'_, impl Lookup>) -> Option<f64> {
+    let limit = warns_from(context.rules.scheme)?;
+    Some((limit / to_f64(context.dt)).powi(2))
 }
 
 fn is_told(warnings: &[StepWarning], body: RigidBodyHandle) -> bool {
