@@ -5,7 +5,7 @@ use super::constrained::Constraints;
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::ContactPair;
-use crate::rigid::{Body, Wrench};
+use crate::rigid::{Body, Wrench, find_by};
 
 /// What is not told from balance, in both precisions: `f64` would have bodies settle for minutes.
 const RESOLUTION: Real = f32::EPSILON as Real;
@@ -28,12 +28,8 @@ pub(crate) struct Drowsing(Vec<(RigidBodyHandle, Vector)>);
 
 impl Drowsing {
     fn of(&self, body: RigidBodyHandle) -> Option<Vector> {
-        let index = |handle: RigidBodyHandle| handle.into_raw_parts().0;
-        let place = self
-            .0
-            .binary_search_by_key(&index(body), |(known, _)| index(*known));
-        let (known, linvel) = self.0[place.ok()?];
-        (known == body).then_some(linvel)
+        let place = find_by(&self.0, body, |(known, _)| *known)?;
+        Some(self.0[place].1)
     }
 
     /// Whether what was read from elsewhere is of one piece.

@@ -8,7 +8,7 @@ use super::{Integrator, StepContext};
 use crate::eval::WrenchError;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
 use crate::rapier::na::Vector6;
-use crate::rigid::{Lookup, Wrench, six};
+use crate::rigid::{Lookup, Wrench, find, six};
 
 /// The wrenches on some bodies, and what is known of them beyond that. Outlives its step: unless
 /// something changes, the next one begins with it.
@@ -139,13 +139,6 @@ impl Evaluation {
 fn keep<T>(list: &mut Vec<T>, places: &[Option<usize>]) {
     let mut places = places.iter();
     list.retain(|_| places.next().is_some_and(Option::is_some));
-}
-
-/// The place of a handle in a list that is in the order of handles.
-pub(crate) fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Option<usize> {
-    let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
-    let place = handles.binary_search_by_key(&index(&handle), index).ok()?;
-    (handles[place] == handle).then_some(place)
 }
 
 impl Integrator {

@@ -1,6 +1,6 @@
 //! The two halves of a step.
 
-use super::evaluation::{Evaluation, find};
+use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
 use super::implicit::{Besides, Coupling, implicit_change};
@@ -11,7 +11,8 @@ use super::{Integrator, Scheme, StepContext, Substeps};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{
-    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, six, stopped, to_dquat, velocities,
+    Body, Lookup, Mobility, Wrench, find, find_by, of_wrench, pair, rounded, six, stopped,
+    to_dquat, velocities,
 };
 
 /// A force that a kick has changed by more than this part of it is seen anew: of one that grows with the
@@ -54,11 +55,8 @@ impl Redirected<'_> {
     }
 
     fn share(&self, body: RigidBodyHandle) -> Option<Real> {
-        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
-        let found = self
-            .shares
-            .binary_search_by_key(&index(body), |(body, _)| index(*body));
-        Some(self.shares[found.ok()?].1)
+        let place = find_by(self.shares, body, |(body, _)| *body)?;
+        Some(self.shares[place].1)
     }
 
     /// By how much the wrench of the second half of a kick is off: up to a hit the first wrench is to

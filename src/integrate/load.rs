@@ -7,11 +7,10 @@
 //! velocity is the one that is shown, since it is zero for what rests.
 
 use super::StepContext;
-use super::evaluation::find;
 use super::free_motion::FreeMotion;
 use super::motion::{VelocityUpdate, kicked};
 use crate::math::{Real, Vector, to_f64};
-use crate::rigid::{Body, Lookup, Wrench};
+use crate::rigid::{Body, Lookup, Wrench, find};
 
 impl<W: Lookup> StepContext<'_, W> {
     /// Whether Rapier's solver holds a body.

@@ -31,7 +31,7 @@ pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
 
 pub(crate) use context::{MotionRules, StepContext};
-pub(crate) use evaluation::{Evaluation, find};
+pub(crate) use evaluation::Evaluation;
 pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use kick::Redirected;

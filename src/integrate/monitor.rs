@@ -1,6 +1,6 @@
 //! Who is in stiff fields: noticed by how wrenches change along the way, and then looked into.
 
-use super::evaluation::{Evaluation, find};
+use super::evaluation::Evaluation;
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
 use super::kick::Redirected;
@@ -11,7 +11,7 @@ use super::stability::COUPLED;
 use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
-use crate::rigid::{Lookup, Mobility, Wrench, of_wrench, pair};
+use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
 const BROKEN: f64 = 1.0;

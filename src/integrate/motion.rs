@@ -1,11 +1,10 @@
 //! What bodies are to do in one half of a step: the value between INTEGRATE and BRIDGE.
 
-use super::evaluation::find;
 use super::fault::Fault;
 use super::pace::Pace;
 use super::plan::Plan;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
-use crate::rigid::{Body, Inertia, Wrench, steady_angvel, to_dquat};
+use crate::rigid::{Body, Inertia, Wrench, find, find_by, steady_angvel, to_dquat};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -238,11 +237,8 @@ impl Motions {
 
     /// The load on a body in the first half of the step.
     pub(crate) fn load(&self, body: RigidBodyHandle) -> Option<Wrench> {
-        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
-        let place = self
-            .loads
-            .binary_search_by_key(&index(body), |load| index(load.body));
-        place.ok().map(|place| self.loads[place].wrench)
+        let place = find_by(&self.loads, body, |load| load.body)?;
+        Some(self.loads[place].wrench)
     }
 
     /// The free rotation of a body over a step, which begins with an angular impulse `twist` that is part
@@ -284,20 +280,14 @@ impl Motions {
 
     /// What was found out about a body that was moved within the step.
     pub(super) fn resolved(&self, body: RigidBodyHandle) -> Option<&Resolved> {
-        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
-        let place = self
-            .resolved
-            .binary_search_by_key(&index(body), |known| index(known.body));
-        place.ok().map(|place| &self.resolved[place])
+        let place = find_by(&self.resolved, body, |known| known.body)?;
+        Some(&self.resolved[place])
     }
 
     /// The velocity with which a body arrives that is moved at its mean velocity.
     pub(crate) fn arrival(&self, body: RigidBodyHandle) -> Option<Vector> {
-        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
-        let place = self
-            .means
-            .binary_search_by_key(&index(body), |mean| index(mean.body));
-        place.ok().map(|place| self.means[place].linvel)
+        let place = find_by(&self.means, body, |mean| mean.body)?;
+        Some(self.means[place].linvel)
     }
 }
 

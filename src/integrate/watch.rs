@@ -1,6 +1,6 @@
 //! Whether steps are too long for what the fields do: schemes that do not choose tell.
 
-use super::evaluation::{Evaluation, find};
+use super::evaluation::Evaluation;
 use super::motion::{Motions, Start};
 use super::pace::Track;
 use super::scout::{NEAR, Scout};
@@ -9,7 +9,7 @@ use super::stability::{BY_FORCE, COUPLED, Mode, warns_from};
 use super::stiffness::{Estimate, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
-use crate::rigid::{Lookup, Mobility, Wrench};
+use crate::rigid::{Lookup, Mobility, Wrench, find};
 
 /// More new bodies than this are not all looked into: only so many, the worst by how the fields
 /// change along their first steps.

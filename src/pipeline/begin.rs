@@ -10,10 +10,10 @@ use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, Wor
 use crate::contact::{Heard, KickShare, Pairs, is_to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
-use crate::integrate::{Fault, FaultPolicy, StepWarning, TurnAfter, find, warn_of_caps};
+use crate::integrate::{Fault, FaultPolicy, StepWarning, TurnAfter, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Lookup};
+use crate::rigid::{Body, Lookup, find};
 
 impl FieldPipeline {
     /// What happens before Rapier's step. After an error nothing has been written.

@@ -10,11 +10,9 @@ use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, report};
 use crate::cross_check::Stepped;
 use crate::diagnose::{blame, sifted};
-use crate::integrate::{
-    Fault, FreeMotion, Motions, Redirected, StepWarning, find, warn_of_springs,
-};
+use crate::integrate::{Fault, FreeMotion, Motions, Redirected, StepWarning, warn_of_springs};
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
-use crate::rigid::{Lookup, Wrench};
+use crate::rigid::{Lookup, Wrench, find};
 
 impl FieldPipeline {
     /// What happens after Rapier's step. After an error the world is as it was before it began.

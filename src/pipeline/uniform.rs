@@ -7,11 +7,11 @@ use crate::compile::ConstantField;
 use crate::field::ForceMode;
 use crate::integrate::{
     Before, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning, VelocityUpdate, complete,
-    find, kicked,
+    kicked,
 };
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::RigidBody;
-use crate::rigid::{Body, Wrench, is_sound};
+use crate::rigid::{Body, Wrench, find, is_sound};
 
 impl FieldPipeline {
     /// Whether the fields are the same vector for every body, and a kick is all that is done with

@@ -26,7 +26,7 @@ const FINEST: f64 = 1.0 / 12.0;
 const LEAST: f64 = 1e-10;
 
 /// Pieces of a part, at most.
-const MOST_PIECES: usize = 4096;
+const MOST_PIECES: usize = 1024;
 
 /// Cuts that led to a piece, at most.
 const MOST_CUTS: u32 = 64;

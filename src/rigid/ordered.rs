@@ -1,0 +1,19 @@
+//! Lists in the order of handles.
+
+use crate::math::RigidBodyHandle;
+
+/// The place of a body in a list that is in the order of the indices of its handles.
+pub(crate) fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Option<usize> {
+    find_by(handles, handle, |known| *known)
+}
+
+/// The same in a list of more than handles.
+pub(crate) fn find_by<T>(
+    list: &[T],
+    handle: RigidBodyHandle,
+    body: impl Fn(&T) -> RigidBodyHandle,
+) -> Option<usize> {
+    let index = |handle: RigidBodyHandle| handle.into_raw_parts().0;
+    let found = list.binary_search_by_key(&index(handle), |known| index(body(known)));
+    found.ok().filter(|place| body(&list[*place]) == handle)
+}
