@@ -48,11 +48,17 @@ struct Site {
     charge: f64,
 }
 
+/// The fields, given the colliders at the sites.
+type MakeTree = Box<dyn Fn(&[ColliderHandle]) -> Tree>;
+
+/// The forces on sites.
+type Forces = Box<dyn Fn(&[Site]) -> Vec<DVec3>>;
+
 /// A motion: the bodies, the fields given the colliders at their sites, and the same forces by hand.
 struct Case {
     bodies: Vec<Top>,
-    tree: Box<dyn Fn(&[ColliderHandle]) -> Tree>,
-    forces: Box<dyn Fn(&[Site]) -> Vec<DVec3>>,
+    tree: MakeTree,
+    forces: Forces,
     end: f64,
 }
 
@@ -285,7 +291,7 @@ fn plans(whole: u32, divided: u32) -> [(Scheme, (f64, f64), u32); 5] {
 }
 
 /// The same force on every site.
-fn each(force: impl Fn(&Site) -> DVec3 + 'static) -> Box<dyn Fn(&[Site]) -> Vec<DVec3>> {
+fn each(force: impl Fn(&Site) -> DVec3 + 'static) -> Forces {
     Box::new(move |sites| sites.iter().map(&force).collect())
 }
 
@@ -464,7 +470,7 @@ fn tops() {
 
 /// What pairs of sites of different bodies do to each other, along the line between them, as a multiple
 /// of it.
-fn between(law: impl Fn(&Site, &Site, f64) -> f64 + 'static) -> Box<dyn Fn(&[Site]) -> Vec<DVec3>> {
+fn between(law: impl Fn(&Site, &Site, f64) -> f64 + 'static) -> Forces {
     Box::new(move |sites| {
         let push = |site: &Site| {
             let others = sites.iter().filter(|other| other.body != site.body);
