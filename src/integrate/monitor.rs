@@ -10,7 +10,7 @@ use super::secant::fourth_power;
 use super::stability::COUPLED;
 use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext};
-use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
+use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
@@ -364,14 +364,22 @@ impl Integrator {
         self.prepare(context);
         for place in 0..evaluation.bodies.len() {
             let mut coupling = None;
-            if evaluation.wrenches[place] != Wrench::ZERO && !evaluation.is_left_out(place) {
+            let (felt, body) = (
+                evaluation.wrenches[place] != Wrench::ZERO,
+                &context.bodies[place],
+            );
+            let still = !body.sleeping && [body.linvel, body.angvel] == [Vector::ZERO; 2];
+            if (felt || still) && !evaluation.is_left_out(place) {
                 let known = evaluation.estimate(place).map(|estimate| estimate.jacobian);
                 let jacobian = known.unwrap_or_else(|| self.jacobian(context, evaluation, place));
                 let mut entries = jacobian.by_velocity.iter();
                 let usable = entries.all(|entry| entry.is_finite());
+                // Drag is felt by what begins at rest, too.
+                let counts = felt || jacobian.by_velocity.iter().any(|entry| *entry != 0.0);
                 let wrench = of_wrench(evaluation.wrenches[place]);
                 let sampled_at = evaluation.sampled_at[place];
-                coupling = usable.then(|| Coupling::new(&jacobian, &wrench, sampled_at));
+                coupling =
+                    (usable && counts).then(|| Coupling::new(&jacobian, &wrench, sampled_at));
             }
             evaluation.couplings.push(coupling);
         }

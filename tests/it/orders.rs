@@ -327,18 +327,30 @@ fn kepler() {
 
 #[test]
 fn drag() {
+    let start = DVec3::new(3.0, 4.0, -1.0);
     for (linear, quadratic) in [(2.0, 0.0), (0.0, 0.7), (1.0, 0.3)] {
-        let case = Case {
-            bodies: vec![Top::point(0.5, DVec3::ZERO, DVec3::new(3.0, 4.0, -1.0))],
-            tree: Box::new(move |_| whole(Field::drag(linear, quadratic)).into()),
-            forces: each(move |site| {
-                site.velocity * -(linear + quadratic * site.velocity.length())
-            }),
-            end: 1.0,
-        };
-        // From where a kick changes the force by less than a tenth: beyond, it is seen anew.
-        case.check(&format!("drag {linear}, {quadratic}"), &plans(240, 40));
+        falls_in_drag(start, (linear, quadratic));
     }
+}
+
+/// It feels nothing in its first moment, but is in the drag all the same.
+#[test]
+fn drag_from_rest() {
+    for (linear, quadratic) in [(2.0, 0.0), (1.0, 0.3)] {
+        falls_in_drag(DVec3::ZERO, (linear, quadratic));
+    }
+}
+
+fn falls_in_drag(velocity: DVec3, (linear, quadratic): (f64, f64)) {
+    let case = Case {
+        bodies: vec![Top::point(0.5, DVec3::ZERO, velocity)],
+        tree: Box::new(move |_| whole(Field::drag(linear, quadratic)).into()),
+        forces: each(move |site| site.velocity * -(linear + quadratic * site.velocity.length())),
+        end: 1.0,
+    };
+    // From where a kick changes the force by less than a tenth: beyond, it is seen anew.
+    let name = format!("drag {linear}, {quadratic} from {velocity}");
+    case.check(&name, &plans(240, 40));
 }
 
 #[test]
