@@ -106,7 +106,7 @@ impl Border {
     }
 
     /// How much the surface of any shape bends within a distance of a point of its frame, by how far
-    /// it is from its tangent plane there.
+    /// it is from its tangent plane there; without bound if it has another face that near.
     fn bend(&self, point: DVec3, within: f64) -> f64 {
         let seen = self.outermost(point);
         let Some(outward) = seen.outward.try_normalize() else {
@@ -115,7 +115,15 @@ impl Border {
         let foot = point - outward * (seen.distance / seen.slope);
         let (u, v) = outward.any_orthonormal_pair();
         let off = [u, -u, v, -v].map(|way| self.outermost(foot + way * within).distance.abs());
-        2.0 * off.into_iter().fold(0.0, f64::max) / (within * within)
+        let bend = 2.0 * off.into_iter().fold(0.0, f64::max) / (within * within);
+        let may_differ = (bend * within).max(SAME) * within;
+        let is_as_one_face = |way: DVec3| {
+            let one = seen.distance / seen.slope + outward.dot(way);
+            let all = self.outermost(point + way).distance;
+            (one < 0.0) == (all < 0.0) || (one - all).abs() <= may_differ
+        };
+        let alone = around().all(|way| is_as_one_face(way * within));
+        if alone { bend } else { f64::INFINITY }
     }
 
     /// Along which tangent a round face is straight, seen from a point of the solid's frame.
@@ -144,6 +152,17 @@ impl Border {
         self.solid.for_each_surface(point, &Pose::IDENTITY, visit);
         found
     }
+}
+
+/// Distances that differ by this part of a body's size are the same.
+const SAME: f64 = 1e-6;
+
+/// Directions all around, of which one is within 28° of any: what another face cuts off between them is
+/// less than 1/100 of a ball.
+fn around() -> impl Iterator<Item = DVec3> {
+    let signs = |n: u8| f64::from(n) - 1.0;
+    let cube = (0..27_u8).map(move |n| DVec3::new(signs(n % 3), signs(n / 3 % 3), signs(n / 9)));
+    cube.filter_map(DVec3::try_normalize)
 }
 
 /// Whether the surface of a solid may pass within a distance of a point; it may, if nobody knows.

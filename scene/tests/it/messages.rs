@@ -172,7 +172,7 @@ fn numbers_too_large_are_refused() {
 /// Meshes have no flags in a file: whole ones act on what they enclose, others are refused by name.
 #[test]
 fn meshes_are_regions_if_they_are_closed() {
-    let points = "[[-3, -3, -3], [3, -3, -3], [0, 3, -3], [0, 0, 3]]";
+    let points = "[[-9, -9, -9], [9, -9, -9], [0, 9, -9], [0, 0, 9]]";
     let fields = |triangles: &str| {
         format!(
             r#"{{ "tree": {{ "field": {{ "name": "wind", "formula": {{ "uniform": {{ "vector": [1, 0, 0] }} }},
