@@ -250,7 +250,7 @@ fn shapes_across_borders_feel_their_shares() {
             println!("{name}, {where_}: {share:.4}, off by {error:.1e}, {turned:.1e}");
         }
     }
-    println!("worst {worst:.1e?}");
+    println!("worst {worst:?}");
     assert_at_most(worst[0], 5e-3, "shares");
     assert_at_most(worst[1], 1e-2, "shares of any shape");
 }
