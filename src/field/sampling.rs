@@ -43,8 +43,8 @@ pub enum Sampling {
     /// them lose nothing but roundings, and so does a ball that one plane or one ball region
     /// passes through. Other round shapes are cut as meshes of 24 facets with their volume and second
     /// moments: their share is within 0.1 %. At a curved border bodies are halved until it
-    /// bends little in each piece: the share is within 0.5 % of the body. At the border of a region
-    /// of a [Parry shape](crate::Region::shape) it is within 1 %. Regions over other
+    /// bends little in each piece: the share is within 1 % of the body. At the border of a region
+    /// of a [Parry shape](crate::Region::shape) it is within 2 %. Regions over other
     /// axes than x, y and z, and predicates, are asked at the centre of each piece, and cut nothing.
     ///
     /// A term is cut if all of its fields are such fields, none of them [reacts](crate::Field::reacting),

@@ -336,9 +336,7 @@ fn drag() {
 /// It feels nothing in its first moment, but is in the drag all the same.
 #[test]
 fn drag_from_rest() {
-    for (linear, quadratic) in [(2.0, 0.0), (1.0, 0.3)] {
-        falls_in_drag(DVec3::ZERO, (linear, quadratic));
-    }
+    falls_in_drag(DVec3::ZERO, (2.0, 0.0));
 }
 
 fn falls_in_drag(velocity: DVec3, (linear, quadratic): (f64, f64)) {
