@@ -53,7 +53,7 @@ impl Integrator {
             let shown =
                 |place: usize| to_f64(scout.shown(context, place, evaluation.wrenches[place]));
             // Half as much as would be told: along its way it need not meet the stiffest direction.
-            new.retain(|place| !(shown(*place) <= 0.25 * limit * limit));
+            new.retain(|place| exceeds(shown(*place), 0.25 * limit * limit));
             new.sort_unstable_by(|one, other| shown(*other).total_cmp(&shown(*one)));
             new.truncate(MOST_NEW);
         }
@@ -109,8 +109,7 @@ impl Integrator {
         scout.look(&mut self.motions, context, &evaluation.wrenches, NEAR);
         let shown = |place: usize| to_f64(scout.shown(context, place, evaluation.wrenches[place]));
         let shown = places.map(|place| (shown(place).sqrt(), place));
-        // Not so for NaN.
-        let bad = shown.filter(|(dt_omega, _)| !(*dt_omega <= limit));
+        let bad = shown.filter(|(dt_omega, _)| exceeds(*dt_omega, limit));
         let worst = bad.max_by(|one, other| one.0.total_cmp(&other.0));
         self.scout = scout;
         worst.map(|(dt_omega, place)| stiff(evaluation.bodies[place], dt_omega, context))
@@ -295,6 +294,11 @@ pub(super) fn most_to_follow(context: &StepContext<'_, impl Lookup>) -> Option<f
     Some((limit / to_f64(context.dt)).powi(2))
 }
 
+/// NaN does, too.
+fn exceeds(rate: f64, limit: f64) -> bool {
+    rate.is_nan() || rate > limit
+}
+
 fn is_told(warnings: &[StepWarning], body: RigidBodyHandle) -> bool {
     let tells = |it: &StepWarning| matches!(it, StepWarning::Stiff { body: it, .. } if *it == body);
     warnings.iter().any(tells)
@@ -353,8 +357,7 @@ fn judged(
         let modes = estimate.modes(&Mobility::of(body), body.damping, coupled);
         modes.iter().any(|mode| mode.gains(scheme, dt))
     };
-    // Not so for NaN.
-    let bad = !(rate * dt <= limit) || (rates.turns_by(dt) > 1.0 && gains());
+    let bad = exceeds(rate * dt, limit) || (rates.turns_by(dt) > 1.0 && gains());
     bad.then(|| {
         let report = report(context, estimate);
         let (dt_omega, largest_stable_dt) = match scheme {
