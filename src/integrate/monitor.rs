@@ -32,6 +32,8 @@ impl Integrator {
             return;
         }
         let scheme = context.rules.scheme;
+        // Edits of fields show in the next step.
+        let joined = all && last.bodies != evaluation.bodies;
         if scheme == Scheme::LinearlyImplicit {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
@@ -40,7 +42,7 @@ impl Integrator {
         } else if !context.compiled.varies() {
             // No field is stiff.
         } else if scheme.choice().is_none() {
-            if all {
+            if joined {
                 self.watch_new(context, evaluation, last, warnings);
             }
         } else if all {
@@ -59,7 +61,7 @@ impl Integrator {
             self.scout = scout;
             self.look_into(context, evaluation, stiff);
         }
-        if all && context.compiled.varies() {
+        if joined && context.compiled.varies() && !context.rules.links.is_empty() {
             self.watch_new_links(context, evaluation, last, warnings);
         }
         self.couple(context, evaluation);

@@ -43,7 +43,7 @@ impl Integrator {
             felt && !context.bodies[*place].sleeping && last.place_of(**body).is_none()
         });
         new.extend(places.map(|(place, _)| place));
-        if context.is_coupled() {
+        if !new.is_empty() && context.is_coupled() {
             let worst = self.coupled(context, evaluation, new.iter().copied(), limit);
             warnings.extend(worst);
             new.clear();
@@ -79,12 +79,12 @@ impl Integrator {
         warnings: &mut Vec<StepWarning>,
     ) {
         let mut worst = (from_f64(BY_FORCE), None);
+        self.prepare(context);
         for link in context.rules.links {
             let new = last.place_of(*link).is_none();
             let Some(place) = evaluation.place_of(*link).filter(|_| new) else {
                 continue;
             };
-            self.prepare(context);
             let estimate = self.estimate(context, evaluation, place);
             let dt_omega = estimate.rates.report(context.dt, 0.0).dt_omega;
             if dt_omega > worst.0 {
