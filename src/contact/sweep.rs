@@ -213,6 +213,9 @@ impl Sweep {
         let Some(span) = near_each_other([a, b], [from, dt]) else {
             return;
         };
+        if self.pairs_of(tracks).next().is_none() {
+            return;
+        }
         for number in tracks {
             self.tracks.list[number].prepare(world, dt);
         }

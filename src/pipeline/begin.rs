@@ -25,6 +25,7 @@ impl FieldPipeline {
     ) -> Result<OpenStep, StepError> {
         if let Some(open) = state.open.take() {
             take_back(&open, &mut world);
+            Arc::make_mut(&mut state.listening).stay();
             state.evaluation = None;
             return Err(StepError::Unfinished);
         }
@@ -62,7 +63,9 @@ impl FieldPipeline {
             self.softs
                 .first_half((scheme, policy), dt, world.soft_bodies);
         }
-        self.note_kicks(fields, &world);
+        if !idle {
+            self.note_kicks(fields, &world);
+        }
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);
         let to_ask = is_to_ask(&self.claims, world.narrow_phase, &world.view());
@@ -87,6 +90,7 @@ impl FieldPipeline {
             starts: self.detector.starts.clone(),
             released,
             to_ask,
+            unasked: self.calm.any(),
             heard: Heard::new(fields.settings.cross_check.on),
         })
     }
@@ -235,7 +239,7 @@ impl FieldPipeline {
         let dt = world.integration_parameters.dt;
         let first = is_new(fields, state);
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
-        if !sleepers && self.is_idle(fields, world) {
+        if !sleepers && !first && self.is_idle(fields, world) {
             self.motions.clear();
             self.bodies.clear();
             self.rollback.clear();
@@ -546,8 +550,14 @@ impl FieldPipeline {
     ) {
         let check = &fields.settings.cross_check;
         let fresh = check.on && !check.lets_recycle();
+        let (view, starts) = (world.view(), &self.detector.starts);
+        self.calm
+            .find(&self.claims, starts, &view, world.integration_parameters);
         let wanted = |collider| {
-            let bits = self.claims.bits(collider);
+            let bits = match self.calm.is_quiet(collider) {
+                true => ActiveHooks::empty(),
+                false => self.claims.bits(collider),
+            };
             match fresh && self.watched.contains_key(&collider) {
                 true => bits | ActiveHooks::FILTER_CONTACT_PAIRS,
                 false => bits,

@@ -3,6 +3,7 @@
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
 use crate::compile::{Prepared, Reach as Box};
+use crate::contact::Detection;
 use crate::field::FieldSet;
 use crate::integrate::{MotionRules, StepContext, StepWarning};
 use crate::math::{Real, RigidBodyHandle, Vector};
@@ -20,6 +21,10 @@ pub(super) struct Reach {
 }
 
 impl Reach {
+    fn is_empty(&self) -> bool {
+        self.low.cmpgt(self.high).any()
+    }
+
     fn holds(&self, body: &crate::rapier::dynamics::RigidBody, extent: Real) -> bool {
         let point = body.position().transform_point(body.local_center_of_mass());
         let extent = Vector::splat(extent);
@@ -142,24 +147,30 @@ impl FieldPipeline {
 
     /// Whether swept detection needs every body's rotation known.
     pub(super) fn exact_turns(&self, fields: &Definition<'_>) -> bool {
-        fields.settings.detection == crate::contact::Detection::Swept
-            && !self.compiled.detectors.is_empty()
+        fields.settings.detection == Detection::Swept && !self.compiled.detectors.is_empty()
     }
 
     /// Whether no field can reach any body in this step: all are bounded, and every body is farther
     /// away than Rapier lets it move.
     pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
         let watched = fields.settings.audit || fields.settings.cross_check.on;
-        let involved = !self.compiled.detectors.is_empty() || !world.soft_bodies.is_empty();
-        if watched || involved || !self.links.is_empty() {
+        let detects = !self.compiled.detectors.is_empty();
+        let masked = self.compiled.detectors.iter().any(|it| it.mask.is_some());
+        if watched || masked || !world.soft_bodies.is_empty() || !self.links.is_empty() {
             return false;
         }
-        let Some(reach) = self.reach(world) else {
+        let Some(reach) = self.reach(world).filter(|it| !detects || it.is_empty()) else {
             return false;
         };
         let view = world.view();
+        let exact = self.exact_turns(fields);
         let (gatherer, parts) = (&mut self.gatherer, self.compiled.requirements.parts);
-        let turns = self.compiled.torque_possible && world.integration_parameters.dt > 0.0;
+        let turns = self.compiled.torque_possible || exact;
+        let turns = turns && world.integration_parameters.dt > 0.0;
+        let constraints = Constraints::new(world);
+        let held = |handle, body: &_| {
+            fields.settings.scheme.loads() && exact && constraints.hold(handle, body)
+        };
         let mut idle = true;
         let wanted = Wanted {
             sleepers: false,
@@ -175,9 +186,13 @@ impl FieldPipeline {
                 let turned = turns
                     && body.angvel() != Vector::ZERO
                     && Body::of(handle, body)
-                        .free_top(body.angvel(), false)
-                        .is_some();
-                idle = !turned && !reach.holds(body, extent);
+                        .free_top(body.angvel(), exact)
+                        .is_some()
+                    && !held(handle, body);
+                // Contacts ask what no step has weighed yet, and tell of what is nowhere.
+                let weighed = body.mass_properties().effective_inv_mass != Vector::ZERO;
+                let known = !detects || (weighed && is_sound(body));
+                idle = known && !turned && !reach.holds(body, extent);
                 idle
             });
         idle
