@@ -303,9 +303,8 @@ impl Discrete {
         let mut still = std::mem::take(&mut self.still_points);
         still.turn();
         for numbers in &self.near.list {
-            let [one, two] = numbers.map(|number| &self.solids[number as usize]);
-            let unbounded = !one.place().bounded;
-            if !unbounded && !one.bounds.intersects(&two.bounds) {
+            let [one, two] = self.ordered(*numbers);
+            if one.place().bounded && !one.bounds.intersects(&two.bounds) {
                 continue;
             }
             let stands = self.stands(*numbers);
@@ -359,13 +358,7 @@ impl Discrete {
             if self.stands([a, b]) {
                 continue;
             }
-            let numbers = [a.min(b), a.max(b)];
-            let [one, two] = numbers.map(|number| &self.solids[number as usize]);
-            // What has no bounds comes first.
-            let [one, two] = match two.place().bounded {
-                true => [one, two],
-                false => [two, one],
-            };
+            let [one, two] = self.ordered([a.min(b), a.max(b)]);
             finder.pair(&one.part, &two.part, |points| {
                 let size = |solid: &Solid| solid.bounds.half_extents().length();
                 let size = size(one).min(size(two));
@@ -378,6 +371,15 @@ impl Discrete {
             });
         }
         self.points = near;
+    }
+
+    /// Two solids; what has no bounds comes first.
+    fn ordered(&self, pair: [u32; 2]) -> [&Solid; 2] {
+        let [one, two] = pair.map(|number| &self.solids[number as usize]);
+        match two.place().bounded {
+            true => [one, two],
+            false => [two, one],
+        }
     }
 
     /// Whether two solids are where they were the time before.

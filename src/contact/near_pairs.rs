@@ -1,4 +1,4 @@
-//! Which solids are near each other: kept until one leaves the box that it was given.
+//! Which solids or bodies are near each other: kept until one leaves the box that it was given.
 
 use crate::math::Real;
 use crate::neighbors::hierarchy;
@@ -6,10 +6,10 @@ use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
 
-/// Boxes are wider than solids by this share of their thinnest extent.
+/// Boxes are wider than what they hold by this share of their thinnest extent.
 const WIDER: Real = 0.1;
 
-/// A solid as its neighbours see it.
+/// A solid, or a body on its way through a step, as its neighbours see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub bounds: Aabb,
@@ -18,19 +18,19 @@ pub(super) struct Place {
     pub bounded: bool,
 }
 
-/// Pairs of solids whose boxes meet.
+/// Pairs whose boxes meet.
 #[derive(Debug, Default)]
 pub(super) struct NearPairs {
-    /// The boxes, by the number of the solid.
+    /// The boxes, by number.
     boxes: Vec<Place>,
     tree: Bvh,
     unbounded: Vec<u32>,
-    /// Of which one at least is dynamic; what has no bounds comes first.
+    /// In order, each of them too, but for what has no bounds, which comes last. One at least is dynamic.
     pub list: Vec<[u32; 2]>,
 }
 
 impl NearPairs {
-    /// Brings the pairs up to date with where the solids are.
+    /// Brings the pairs up to date with where all are.
     pub(super) fn refresh(&mut self, places: impl Iterator<Item = Place> + Clone) {
         let mut boxes = self.boxes.iter();
         let holds = |place: Place| {
@@ -74,11 +74,13 @@ impl NearPairs {
                 add([a.min(b), a.max(b)]);
             });
         for wall in &self.unbounded {
-            bounded().for_each(|(other, _)| add([*wall, other]));
+            bounded().for_each(|(other, _)| add([other, *wall]));
         }
+        // The tree's order depends on its history.
+        self.list.sort_unstable();
     }
 
-    /// The solids that a box may meet; some are a little farther.
+    /// What a box may meet; some is a little farther.
     pub(super) fn around<'a>(&'a self, bounds: &'a Aabb) -> impl Iterator<Item = u32> + 'a {
         let near = self.tree.intersect_aabb(bounds);
         near.chain(self.unbounded.iter().copied())

@@ -63,7 +63,7 @@ impl FieldPipeline {
             self.softs
                 .first_half((scheme, policy), dt, world.soft_bodies);
         }
-        if !idle {
+        if !idle || !self.motions.turns.is_empty() {
             self.note_kicks(fields, &world);
         }
         self.listen(fields, state, &mut world);
@@ -240,8 +240,8 @@ impl FieldPipeline {
         let first = is_new(fields, state);
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
         if !sleepers && !first && self.is_idle(fields, world) {
-            self.motions.clear();
-            self.bodies.clear();
+            self.turn_freely(world.integration_parameters);
+            self.write_first(state, world);
             self.rollback.clear();
             self.retire(state);
             self.spare.clear();
@@ -467,6 +467,12 @@ impl FieldPipeline {
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         let mut faults = std::mem::take(&mut self.motions.faults);
         self.answer_all(fields, &mut faults, state.evaluation.as_mut())?;
+        self.write_first(state, world);
+        Ok(())
+    }
+
+    /// Writes the first half of the motion of all bodies.
+    fn write_first(&mut self, state: &mut FieldState, world: &mut WorldMut<'_>) {
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
@@ -476,7 +482,6 @@ impl FieldPipeline {
             .extend(motions.turns.iter().map(|turn| turn.body));
         bridge::write(world.bodies, &motions.updates);
         bridge::quarantine(world.bodies, &self.condemned);
-        Ok(())
     }
 
     /// Takes up the bodies that are about to fall asleep though nothing balances what pushes them.

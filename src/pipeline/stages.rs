@@ -5,10 +5,10 @@ use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
 use crate::compile::{Prepared, Reach as Box};
 use crate::contact::Detection;
 use crate::field::FieldSet;
-use crate::integrate::{MotionRules, StepContext, StepWarning};
-use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::integrate::{FASTEST, MotionRules, StepContext, StepWarning, kicked};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
-use crate::rigid::{Body, Lookup, is_sound};
+use crate::rigid::{Body, Lookup, Wrench, is_sound};
 use crate::sample::{Moment, Properties, Samples};
 
 /// Rapier's speed limit, but for what rounding adds over the iterations of a step.
@@ -151,7 +151,7 @@ impl FieldPipeline {
     }
 
     /// Whether no field can reach any body in this step: all are bounded, and every body is farther
-    /// away than Rapier lets it move.
+    /// away than Rapier lets it move. Then `self.bodies` are those that this crate turns all the same.
     pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
         let watched = fields.settings.audit || fields.settings.cross_check.on;
         let detects = !self.compiled.detectors.is_empty();
@@ -172,6 +172,8 @@ impl FieldPipeline {
             fields.settings.scheme.loads() && exact && constraints.hold(handle, body)
         };
         let mut idle = true;
+        let turning = &mut self.bodies;
+        turning.clear();
         let wanted = Wanted {
             sleepers: false,
             all: self.other_bodies,
@@ -183,19 +185,37 @@ impl FieldPipeline {
                     true => gatherer.extent(body, &view),
                     false => 0.0,
                 };
-                let turned = turns
-                    && body.angvel() != Vector::ZERO
-                    && Body::of(handle, body)
-                        .free_top(body.angvel(), exact)
-                        .is_some()
-                    && !held(handle, body);
+                let top = || {
+                    let copy = Body::of(handle, body);
+                    let top = copy.free_top(body.angvel(), exact);
+                    top.filter(|_| !held(handle, body)).map(|_| copy)
+                };
+                let spins = turns && body.angvel() != Vector::ZERO;
+                let top = spins.then(top).flatten();
+                let slow = |top: &Body| top.linvel.length().max(top.angvel.length()) <= FASTEST;
+                let may_turn = top.is_none_or(|top| {
+                    turning.push(top);
+                    exact && slow(&top)
+                });
                 // Contacts ask what no step has weighed yet, and tell of what is nowhere.
                 let weighed = body.mass_properties().effective_inv_mass != Vector::ZERO;
                 let known = !detects || (weighed && is_sound(body));
-                idle = known && !turned && !reach.holds(body, extent);
+                idle = known && may_turn && !reach.holds(body, extent);
                 idle
             });
         idle
+    }
+
+    /// Works out the free rotation of `self.bodies`, which no field pushes.
+    pub(super) fn turn_freely(&mut self, parameters: &IntegrationParameters) {
+        let motions = &mut self.motions;
+        motions.clear();
+        let drift = (parameters.dt, iterations(parameters), true);
+        for body in self.bodies.drain(..) {
+            let update = kicked(&body, Wrench::ZERO, 0.0);
+            let update = motions.turned(&body, update, DVec3::ZERO, drift);
+            motions.updates.push(update);
+        }
     }
 
     fn reach(&self, world: &WorldMut<'_>) -> Option<Reach> {
