@@ -160,9 +160,10 @@ impl Claims {
         starts.slow(ContactLaw::restitution(restitution), [Some(body), None])
     }
 
-    /// Whether Rapier asks about the contacts of a collider.
+    /// Whether Rapier asks about the contacts of a collider that is claimed.
     pub(super) fn listens(&self, handle: ColliderHandle, collider: &Collider) -> bool {
-        collider.active_hooks().intersects(self.bits(handle))
+        let modify = ActiveHooks::MODIFY_SOLVER_CONTACTS;
+        collider.active_hooks().contains(modify) && !self.bits(handle).is_empty()
     }
 
     /// The hook bits without which Rapier does not ask about a collider.
