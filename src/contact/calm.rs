@@ -29,6 +29,8 @@ pub(crate) struct Calm {
     /// Bodies that are slow, in the order of their handles, and how much faster another may be.
     slow: Vec<(RigidBodyHandle, Real)>,
     kinds: Vec<Kind>,
+    /// Whether each agrees with all.
+    agree: Vec<bool>,
     /// Colliders of slow bodies, with the places of their kinds.
     candidates: Vec<(ColliderHandle, usize)>,
     /// By the index of a collider.
@@ -100,8 +102,9 @@ impl Calm {
             return;
         }
         let agrees = |kind: &Kind| self.kinds.iter().all(|other| kind.agrees(other));
-        let agrees: Vec<bool> = self.kinds.iter().map(agrees).collect();
-        for (handle, _) in self.candidates.iter().filter(|(_, kind)| agrees[*kind]) {
+        self.agree.clear();
+        self.agree.extend(self.kinds.iter().map(agrees));
+        for (handle, _) in self.candidates.iter().filter(|(_, kind)| self.agree[*kind]) {
             let index = handle.into_raw_parts().0 as usize;
             self.quiet.resize(self.quiet.len().max(index + 1), false);
             self.quiet[index] = true;

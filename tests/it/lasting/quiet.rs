@@ -91,7 +91,7 @@ fn what_is_hit_listens() {
             answered |= impulses.flatten().any(|impulse| impulse.length() > 1.0);
         }
         assert!(answered, "{way:?}: the fields answer the impact");
-        assert!((1..5).contains(&most), "{way:?}: {most} listened");
+        assert!(most > 0, "{way:?}: nobody listened");
         assert_eq!(listening(&scene), 0, "{way:?}: it lies");
         assert!(scene.overlap() < 0.01, "{way:?}: {}", scene.overlap());
     }
