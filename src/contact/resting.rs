@@ -60,7 +60,8 @@ impl<'a> HeldPairs<'a> {
                 let [on_one, on_two] = point.local_points;
                 let lay = on_one + point.local_normal * tracked.dist;
                 let shift = (relative.transform_point(on_two) - lay).length();
-                if !(shift + tilt * size <= HARDLY * size) {
+                let moved = shift + tilt * size;
+                if moved.is_nan() || moved > HARDLY * size {
                     return false;
                 }
                 near.push(point);
