@@ -6,6 +6,8 @@
 
 use rapier3d_fields::Detection;
 use rapier3d_fields::prelude::*;
+use rapier3d_fields::rapier::pipeline::PhysicsHooks;
+use rapier3d_fields_lab::single::scenes::spheres::SpheresSettings;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -324,24 +326,29 @@ fn change_tracking(count: usize) -> Vec<Variant> {
     ]
 }
 
-/// A pyramid of boxes, or a heap of five kinds of shapes in a box, with all colliders.
-fn piled(heap: bool, sleeps: bool) -> (PhysicsWorld, Vec<ColliderHandle>) {
+/// A pyramid of boxes, or a heap of so many shapes of six kinds between walls, with all colliders.
+fn piled(heap: Option<u16>, sleeps: bool) -> (PhysicsWorld, Vec<ColliderHandle>) {
     let mut world = PhysicsWorld::new();
     let slab = |x, y, z| ColliderBuilder::cuboid(x, y, z).friction(0.5);
     let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
     world.insert(floor, slab(30.0, 0.5, 30.0));
-    for (x, z) in [(3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)] {
-        let half = |along: Real| if along == 0.0 { 3.5 } else { 0.5 };
-        let wall = RigidBodyBuilder::fixed().translation(Vector::new(x, 5.0, z));
-        if heap {
-            world.insert(wall, slab(half(x), 5.0, half(z)));
+    let (side, wide) = match heap {
+        Some(count) if count > 100 => (6, 4.2),
+        _ => (4, 3.0),
+    };
+    for (x, z) in [(wide, 0.0), (-wide, 0.0), (0.0, wide), (0.0, -wide)] {
+        let half = |along: Real| if along == 0.0 { wide + 0.5 } else { 0.5 };
+        let wall = RigidBodyBuilder::fixed().translation(Vector::new(x, 10.0, z));
+        if heap.is_some() {
+            world.insert(wall, slab(half(x), 10.0, half(z)));
         }
     }
-    let places: Vec<Vector> = if heap {
-        let layer = |number: u8, count| Real::from(number / count % 4) * 1.1 - 1.6;
-        let height = |number| Real::from(number / 16) * 1.3 + 1.0;
-        let place = |number| Vector::new(layer(number, 1), height(number), layer(number, 4));
-        (0..50).map(place).collect()
+    let places: Vec<Vector> = if let Some(count) = heap {
+        let middle = 0.5 * Real::from(side - 1);
+        let along = |number: u16| (Real::from(number % side) - middle) * 1.1;
+        let height = |number| Real::from(number / side / side) * 1.3 + 1.0;
+        let place = |number| Vector::new(along(number), height(number), along(number / side));
+        (0..count).map(place).collect()
     } else {
         let rows = (0..6_u8).flat_map(|row| (0..6 - row).map(move |number| (row, number)));
         let place = |(row, number): (u8, u8)| {
@@ -350,14 +357,16 @@ fn piled(heap: bool, sleeps: bool) -> (PhysicsWorld, Vec<ColliderHandle>) {
         };
         rows.map(place).collect()
     };
+    let corners = [Vector::X, Vector::Y, Vector::Z, -Vector::ONE].map(|corner| corner * 0.6);
     for (number, place) in places.into_iter().enumerate() {
-        let collider = match number % 5 {
-            _ if !heap => ColliderBuilder::cuboid(0.5, 0.5, 0.5),
+        let collider = match number % 6 {
+            _ if heap.is_none() => ColliderBuilder::cuboid(0.5, 0.5, 0.5),
             0 => ColliderBuilder::ball(0.45),
             1 => ColliderBuilder::cuboid(0.4, 0.45, 0.5),
             2 => ColliderBuilder::capsule_y(0.3, 0.3),
             3 => ColliderBuilder::cylinder(0.4, 0.4),
-            _ => ColliderBuilder::cone(0.5, 0.45),
+            4 => ColliderBuilder::cone(0.5, 0.45),
+            _ => ColliderBuilder::convex_hull(&corners).expect("a hull"),
         };
         let body = RigidBodyBuilder::dynamic()
             .translation(place)
@@ -368,40 +377,87 @@ fn piled(heap: bool, sleeps: bool) -> (PhysicsWorld, Vec<ColliderHandle>) {
     (world, colliders)
 }
 
-/// What rests, or comes to rest within some seconds, held by Rapier alone and by fields.
-fn contacts(heap: bool, sleeps: bool) -> Vec<Variant> {
-    let settled = |detection: Option<Detection>| {
-        let (mut world, colliders) = piled(heap, sleeps);
-        let law = ContactLaw::restitution(0.0).with_friction(0.5);
+/// Hooks that change nothing.
+struct Idle;
+
+impl PhysicsHooks for Idle {}
+
+/// A world without fields, with hooks that listen to all contacts and do nothing, and with fields
+/// that answer them, after some steps.
+fn answered(
+    world: &dyn Fn() -> (PhysicsWorld, Vec<ColliderHandle>),
+    law: ContactLaw,
+    before: usize,
+) -> Vec<Variant> {
+    let listened = |name, hooks| {
+        let (mut world, colliders) = world();
+        for collider in colliders {
+            world.colliders[collider].set_active_hooks(hooks);
+        }
+        (0..before).for_each(|_| world.step_with_events(&Idle, &()));
+        variant(name, move || world.step_with_events(&Idle, &()))
+    };
+    let fields = |name, detection, check| {
+        let (mut world, colliders) = world();
         let contact = |collider| Tree::from(Field::contact(law).at(collider));
         let tree = Tree::fold(Operator::SumUnion, colliders.into_iter().map(contact));
-        let builder = Fields::builder(tree).detection(detection.unwrap_or_default());
-        let mut fields = builder.build().expect("a sound tree");
-        let mut step = move || match detection {
-            Some(_) => fields.step(&mut world).map(drop).expect("finite fields"),
-            None => world.step(),
+        let builder = Fields::builder(tree).detection(detection);
+        let mut fields = builder.cross_check(check).build().expect("a sound tree");
+        let mut step = move || {
+            fields.step(&mut world).expect("finite fields");
         };
-        (0..600).for_each(|_| step());
-        step
+        (0..before).for_each(|_| step());
+        variant(name, step)
     };
+    let all = ActiveHooks::MODIFY_SOLVER_CONTACTS;
+    let (discrete, swept) = (Detection::Discrete, Detection::Swept);
     vec![
-        variant("Rapier alone", settled(None)),
-        variant("fields, discrete", settled(Some(Detection::Discrete))),
-        variant("fields, swept", settled(Some(Detection::Swept))),
+        listened("Rapier alone", ActiveHooks::empty()),
+        listened("hooks that do nothing", all),
+        fields("fields, discrete", discrete, false),
+        fields("fields, swept", swept, false),
+        fields("fields, discrete, cross-checked", discrete, true),
+        fields("fields, swept, cross-checked", swept, true),
     ]
 }
 
+/// What rests, or comes to rest within some seconds.
+fn contacts(heap: Option<u16>, sleeps: bool) -> Vec<Variant> {
+    let law = ContactLaw::restitution(0.0).with_friction(0.5);
+    answered(&|| piled(heap, sleeps), law, 600)
+}
+
+/// Elastic balls in a closed box, without gravity.
+fn gas(count: usize, half_extent: Real) -> Vec<Variant> {
+    let settings = SpheresSettings {
+        count,
+        half_extent,
+        ..SpheresSettings::default()
+    };
+    let world = || {
+        let scene = settings.build().expect("the settings are in range");
+        let spheres = scene.spheres.iter().map(|(_, collider)| *collider);
+        let colliders = spheres.chain(scene.walls).collect();
+        (scene.world, colliders)
+    };
+    answered(&world, ContactLaw::elastic(), 20)
+}
+
 fn main() {
-    compare("contacts, pyramid of 21 awake", 50, || {
-        contacts(false, false)
-    });
-    compare("contacts, pyramid of 21 asleep", 500, || {
-        contacts(false, true)
-    });
-    compare("contacts, heap of 50 awake", 20, || contacts(true, false));
-    compare("contacts, heap of 50, may sleep", 20, || {
-        contacts(true, true)
-    });
+    for (name, sleeps) in [("awake", false), ("that may sleep", true)] {
+        let [few, many] = if sleeps { [500, 100] } else { [50, 10] };
+        compare(&format!("contacts, pyramid of 21 {name}"), few, || {
+            contacts(None, sleeps)
+        });
+        compare(&format!("contacts, heap of 60 {name}"), 2 * many, || {
+            contacts(Some(60), sleeps)
+        });
+        compare(&format!("contacts, heap of 200 {name}"), many, || {
+            contacts(Some(200), sleeps)
+        });
+    }
+    compare("contacts, 10,000 balls, dense", 2, || gas(10_000, 14.0));
+    compare("contacts, 10,000 balls, thin", 2, || gas(10_000, 22.0));
     compare("uniform field, 10,000 balls", 20, || uniform(10_000));
     compare("nothing in reach, 10,000 balls", 20, || {
         out_of_reach(10_000)

@@ -23,7 +23,7 @@ use std::sync::mpsc::Sender;
 
 use crate::bridge::{Push, Reader, Rollback, SoftBodies, WakePolicy};
 use crate::compile::Compiled;
-use crate::contact::{Claims, ContactEvent, Detection, Detector, Rules};
+use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, Rules};
 use crate::cross_check::Watched;
 use crate::field::FieldSet;
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Redone, StepWarning};
@@ -105,6 +105,7 @@ pub struct FieldPipeline {
     detection: Detection,
     pushes: Vec<Push>,
     claims: Arc<Claims>,
+    calm: Calm,
     claims_for: (Rules, Detection),
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
@@ -149,6 +150,7 @@ impl Default for FieldPipeline {
             detection: Detection::default(),
             pushes: Vec::new(),
             claims: Arc::default(),
+            calm: Calm::default(),
             claims_for: Default::default(),
             watched: Watched::default(),
             warnings: Vec::new(),

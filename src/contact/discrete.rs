@@ -5,17 +5,18 @@ use std::ops::Range;
 
 use super::field_contact::{FieldContact, Part};
 use super::laws::Laws;
-use super::overlap::{OverlapPoint, PlacedBall, PlacedShape};
-use super::resting::{HeldPairs, HeldPart, StillPoints};
+use super::near_pairs::{NearPairs, Place};
+use super::overlap::{ManifoldPoint, OverlapPoint, PlacedBall, PlacedShape};
+use super::resting::{HeldPairs, StillPoints};
+use super::rules::in_order;
 use super::separation::Separations;
 use super::starts::Starts;
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
-use crate::neighbors::{Cluster, VerletList, hierarchy};
+use crate::neighbors::{Cluster, VerletList};
 use crate::rapier::geometry::{Aabb, Collider};
 use crate::rapier::parry::bounding_volume::BoundingVolume;
-use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
 use crate::rigid::Lookup;
 
 /// Everything that may touch, at its present place.
@@ -29,9 +30,11 @@ pub(super) struct Discrete {
     clusters: Vec<Cluster>,
     list: VerletList,
     solids: Vec<Solid>,
-    /// The bounded solids, by their number, and the numbers of the others.
-    tree: Bvh,
-    unbounded: Vec<u32>,
+    /// The number of the solid of each collider, by its index.
+    number_of: Vec<u32>,
+    near: NearPairs,
+    /// A buffer for the points of a pair.
+    points: Vec<ManifoldPoint>,
     /// Whether each solid is as it was the time before.
     still: Vec<bool>,
     still_points: StillPoints,
@@ -55,17 +58,21 @@ struct Solid {
 }
 
 impl Solid {
-    /// Where it was when Rapier's step began, and is.
-    fn since(&self, world: &impl Lookup, starts: &Starts) -> HeldPart {
-        let now = self.placed.pose;
-        let start = self.part.body.and_then(|handle| {
-            let body = world.body(handle)?;
-            let local = body.position().inv_mul(&now);
-            Some(starts.of(handle, body).pose * local)
-        });
-        HeldPart {
-            poses: [start.unwrap_or(now), now],
-            size: self.bounds.half_extents().length(),
+    /// The points at which it is near another; none if they are known to be apart.
+    fn search(&self, other: &Solid, apart: &mut Separations) -> Vec<ManifoldPoint> {
+        let pair = [self.part.collider, other.part.collider];
+        if self.placed.is_apart(&other.placed, pair, apart) {
+            return Vec::new();
+        }
+        self.placed.near(&other.placed)
+    }
+
+    fn place(&self) -> Place {
+        Place {
+            bounds: self.bounds,
+            dynamic: self.part.dynamic,
+            // A half-space says that it is as large as numbers go.
+            bounded: self.placed.shape.as_halfspace().is_none(),
         }
     }
 }
@@ -141,8 +148,9 @@ impl Discrete {
             clusters: Vec::new(),
             list: VerletList::default(),
             solids: Vec::new(),
-            tree: Bvh::new(),
-            unbounded: Vec::new(),
+            number_of: Vec::new(),
+            near: NearPairs::default(),
+            points: Vec::new(),
             still: Vec::new(),
             still_points: StillPoints::default(),
             separations: Separations::default(),
@@ -203,11 +211,7 @@ impl Discrete {
         self.still.clear();
         self.still.extend(still);
         let alike = before.len() == self.solids.len() && self.still.iter().all(|still| *still);
-        let moved = !alike || self.balls != self.last.0;
-        if moved {
-            self.arrange();
-        }
-        moved
+        !alike || self.balls != self.last.0
     }
 
     fn part(&mut self, part: Part, collider: &Collider, pose: Pose) {
@@ -224,6 +228,10 @@ impl Discrete {
             self.balls.push(Ball { part, placed });
         } else {
             let shape = collider.shared_shape().clone();
+            let index = part.collider.into_raw_parts().0 as usize;
+            self.number_of
+                .resize(self.number_of.len().max(index + 1), 0);
+            self.number_of[index] = self.solids.len() as u32;
             self.solids.push(Solid {
                 part,
                 bounds: shape.compute_aabb(&pose).loosened(skin),
@@ -251,32 +259,26 @@ impl Discrete {
         });
     }
 
-    /// Puts the solids into a hierarchy.
-    fn arrange(&mut self) {
-        self.unbounded.clear();
-        let mut leaves = Vec::with_capacity(self.solids.len());
-        for (number, solid) in self.solids.iter().enumerate() {
-            // A half-space says that it is as large as numbers go.
-            if solid.placed.shape.as_halfspace().is_some() {
-                self.unbounded.push(number as u32);
-            } else {
-                leaves.push((number, solid.bounds));
-            }
-        }
-        self.tree = hierarchy(leaves);
+    /// The number of the solid of a collider.
+    fn solid_of(&self, collider: ColliderHandle) -> Option<u32> {
+        let index = collider.into_raw_parts().0 as usize;
+        let number = *self.number_of.get(index)?;
+        let solid = self.solids.get(number as usize)?;
+        (solid.part.collider == collider).then_some(number)
     }
 
     /// Finds all contacts in which at least one side has a detection field. Of pairs that are
     /// `held` by Rapier its points may do.
     pub(super) fn find(
         &mut self,
-        (world, starts): (&impl Lookup, &Starts),
+        world: &impl Lookup,
         held: Option<HeldPairs<'_>>,
         found: &mut Found,
     ) {
         found.contacts.clear();
         found.points.clear();
-        found.anew = held.is_none_or(|held| held.pairs.is_empty());
+        let held = held.filter(|held| !held.pairs.is_empty());
+        found.anew = held.is_none();
         self.list.refresh(&self.clusters, 0.0);
         let mut finder = Finder { world, found };
         for (i, cluster) in self.clusters.iter().enumerate() {
@@ -291,40 +293,32 @@ impl Discrete {
         if self.solids.is_empty() {
             return;
         }
-        for ball in &self.balls {
-            let margin = Vector::splat(ball.placed.radius);
-            let bounds = Aabb::new(ball.placed.centre - margin, ball.placed.centre + margin);
-            let near = self.tree.intersect_aabb(&bounds);
-            for number in near.chain(self.unbounded.iter().copied()) {
-                let solid = &self.solids[number as usize];
-                finder.pair(&solid.part, &ball.part, |points| {
-                    solid.placed.overlaps_ball(&ball.placed, points);
-                });
-            }
+        self.near.refresh(self.solids.iter().map(Solid::place));
+        self.touch_balls(&mut finder);
+        let mut apart = std::mem::take(&mut self.separations);
+        apart.turn();
+        if let Some(held) = held {
+            self.take_over(held, &mut apart, &mut finder);
         }
         let mut still = std::mem::take(&mut self.still_points);
-        let mut apart = std::mem::take(&mut self.separations);
         still.turn();
-        apart.turn();
-        for pair in self.pairs_of_solids() {
-            let [one, two] = pair.map(|number| &self.solids[number as usize]);
-            let stands = pair.iter().all(|number| self.still[*number as usize]);
-            let colliders = [one.part.collider, two.part.collider];
+        for numbers in &self.near.list {
+            let [one, two] = self.ordered(*numbers);
+            if one.place().bounded && !one.bounds.intersects(&two.bounds) {
+                continue;
+            }
+            let stands = self.stands(*numbers);
+            let pair = [one, two].map(|solid| solid.part.collider);
+            if !stands && held.is_some_and(|held| held.pairs.contains(&in_order(pair))) {
+                continue;
+            }
             finder.pair(&one.part, &two.part, |points| {
-                let mut search = || {
-                    if one.placed.is_apart(&two.placed, colliders, &mut apart) {
-                        return Vec::new();
-                    }
-                    one.placed.near(&two.placed)
-                };
+                let mut search = || one.search(two, &mut apart);
                 if stands {
-                    let near = still.near(colliders, search);
-                    one.placed.place(&two.placed, near, points);
+                    one.placed
+                        .place(&two.placed, still.near(pair, search), points);
                 } else {
-                    let parts = || [one, two].map(|solid| solid.since(world, starts));
-                    let near = held.and_then(|held| held.near(colliders, parts));
-                    let near = near.unwrap_or_else(&mut search);
-                    one.placed.place(&two.placed, &near, points);
+                    one.placed.place(&two.placed, &search(), points);
                 }
             });
         }
@@ -332,18 +326,65 @@ impl Discrete {
         self.separations = apart;
     }
 
-    fn pairs_of_solids(&self) -> Vec<[u32; 2]> {
-        let mut pairs = Vec::new();
-        let mut workspace = BvhWorkspace::default();
-        self.tree
-            .traverse_bvtt_single_tree::<false>(&mut workspace, &mut |a, b| {
-                pairs.push([a.min(b), a.max(b)]);
-            });
-        for wall in &self.unbounded {
-            let others = (0..self.solids.len() as u32).filter(|it| !self.unbounded.contains(it));
-            pairs.extend(others.map(|other| [*wall, other]));
+    /// The contacts between balls and solids.
+    fn touch_balls(&self, finder: &mut Finder<'_, impl Lookup>) {
+        for ball in &self.balls {
+            let margin = Vector::splat(ball.placed.radius);
+            let bounds = Aabb::new(ball.placed.centre - margin, ball.placed.centre + margin);
+            for number in self.near.around(&bounds) {
+                let solid = &self.solids[number as usize];
+                if !solid.place().bounded || solid.bounds.intersects(&bounds) {
+                    finder.pair(&solid.part, &ball.part, |points| {
+                        solid.placed.overlaps_ball(&ball.placed, points);
+                    });
+                }
+            }
         }
-        pairs
+    }
+
+    /// The contacts of solids that Rapier's solver holds, by the points that it has.
+    fn take_over(
+        &mut self,
+        held: HeldPairs<'_>,
+        apart: &mut Separations,
+        finder: &mut Finder<'_, impl Lookup>,
+    ) {
+        let mut near = std::mem::take(&mut self.points);
+        for found in held.found() {
+            let numbers = [found.collider1, found.collider2].map(|it| self.solid_of(it));
+            let [Some(a), Some(b)] = numbers else {
+                continue;
+            };
+            if self.stands([a, b]) {
+                continue;
+            }
+            let [one, two] = self.ordered([a.min(b), a.max(b)]);
+            finder.pair(&one.part, &two.part, |points| {
+                let size = |solid: &Solid| solid.bounds.half_extents().length();
+                let size = size(one).min(size(two));
+                let relative = one.placed.pose.inv_mul(&two.placed.pose);
+                let swapped = found.collider1 != one.part.collider;
+                if !held.near((found, swapped), (&relative, size), &mut near) {
+                    near = one.search(two, apart);
+                }
+                one.placed.place(&two.placed, &near, points);
+            });
+        }
+        self.points = near;
+    }
+
+    /// Two solids; what has no bounds comes first.
+    fn ordered(&self, pair: [u32; 2]) -> [&Solid; 2] {
+        let [one, two] = pair.map(|number| &self.solids[number as usize]);
+        match two.place().bounded {
+            true => [one, two],
+            false => [two, one],
+        }
+    }
+
+    /// Whether two solids are where they were the time before.
+    fn stands(&self, pair: [u32; 2]) -> bool {
+        pair.iter().all(|number| self.still[*number as usize])
     }
 
     /// The contacts between the balls of two clusters.

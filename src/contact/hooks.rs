@@ -3,13 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use super::laws::Laws;
+use super::claims::{Claims, Listening};
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
-use super::{Responder, Rules};
-use crate::compile::Compiled;
 use crate::field::ContactLaw;
-use crate::math::{ColliderHandle, ColliderSet, Real, RigidBodySet, Vector};
+use crate::math::{ColliderHandle, ColliderSet, Real, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle, RigidBodyType};
 use crate::rapier::geometry::{NarrowPhase, SolverContact, SolverFlags};
 use crate::rapier::parry::bounding_volume::BoundingVolume;
@@ -17,17 +15,6 @@ use crate::rapier::pipeline::{
     ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks,
 };
 use crate::rigid::Lookup;
-
-/// Which contacts Rapier is to leave to the fields.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Claims {
-    rules: Rules,
-    laws: Laws,
-    /// Whether there is any field that answers.
-    any: bool,
-    /// Whether fast bodies are followed through the step, so that nothing needs to stop them.
-    swept: bool,
-}
 
 /// What the hooks of a step learn.
 #[derive(Debug, Default)]
@@ -81,6 +68,33 @@ impl Heard {
     }
 }
 
+impl Verdicts {
+    /// Adds the claimed pairs that Rapier's solver has held without having asked.
+    pub(crate) fn add_unasked(
+        &mut self,
+        (claims, released): (&Claims, &Pairs),
+        narrow_phase: &NarrowPhase,
+        world: &impl Lookup,
+    ) {
+        for found in narrow_phase.contact_pairs() {
+            let pair = [found.collider1, found.collider2];
+            let colliders = pair.map(|handle| Some((handle, world.collider(handle)?)));
+            let asked = |(handle, collider)| claims.listens(handle, collider);
+            if colliders.into_iter().any(|it| it.is_none_or(asked)) {
+                continue;
+            }
+            let bodies = colliders.map(|it| world.body(it?.1.parent()?));
+            let awake = |body: &&RigidBody| body.is_dynamic() && !body.is_sleeping();
+            if bodies.iter().flatten().any(awake)
+                && found.has_any_active_contact()
+                && claims.law_now(pair, bodies, released).is_some()
+            {
+                self.held.insert(in_order(pair));
+            }
+        }
+    }
+}
+
 /// What became of claimed pairs in Rapier's step.
 #[derive(Debug, Default)]
 pub(crate) struct Verdicts {
@@ -90,116 +104,6 @@ pub(crate) struct Verdicts {
     pub lifted: Pairs,
     /// Held by Rapier's solver.
     pub held: Pairs,
-}
-
-/// A collider that was given hook bits.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-struct Told {
-    collider: ColliderHandle,
-    /// The bits that were its own.
-    own: ActiveHooks,
-    /// Whether no field claims it any more. It keeps the bits for one more step: Rapier would go
-    /// on with contacts that were lifted last.
-    leaving: bool,
-}
-
-/// Colliders that were given hook bits, in the order of their handles.
-#[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub(crate) struct Listening(Vec<Told>);
-
-impl Listening {
-    fn place(&self, collider: ColliderHandle) -> Result<usize, usize> {
-        let key = collider.into_raw_parts();
-        let of = |told: &Told| told.collider.into_raw_parts();
-        self.0.binary_search_by_key(&key, of)
-    }
-
-    fn own(&self, collider: ColliderHandle) -> Option<ActiveHooks> {
-        Some(self.0[self.place(collider).ok()?].own)
-    }
-
-    /// Notes that a collider has been given bits, beside those of its own.
-    pub(crate) fn add(&mut self, collider: ColliderHandle, own: ActiveHooks) {
-        let told = Told {
-            collider,
-            own,
-            leaving: false,
-        };
-        match self.place(collider) {
-            // Its own are those of before, unless the user has set them anew.
-            Ok(place) => self.0[place].leaving = false,
-            Err(place) => self.0.insert(place, told),
-        }
-    }
-
-    /// Colliders that no field needs any more, each once they have been so for a step, with the
-    /// bits to be given back.
-    pub(crate) fn release(
-        &mut self,
-        wanted: impl Fn(ColliderHandle) -> ActiveHooks,
-    ) -> Vec<(ColliderHandle, ActiveHooks)> {
-        let mut free = Vec::new();
-        self.0.retain_mut(|told| {
-            let left = std::mem::replace(&mut told.leaving, wanted(told.collider).is_empty());
-            let go = left && told.leaving;
-            if go {
-                free.push((told.collider, told.own));
-            }
-            !go
-        });
-        free
-    }
-
-    /// Whether [`Self::release`] has anything to do.
-    pub(crate) fn any_free(&self, wanted: impl Fn(ColliderHandle) -> ActiveHooks) -> bool {
-        let free = |told: &Told| told.leaving || wanted(told.collider).is_empty();
-        self.0.iter().any(free)
-    }
-}
-
-impl Claims {
-    pub(crate) fn new(rules: &Rules, compiled: &Compiled, swept: bool) -> Self {
-        let mut detectors = compiled.detectors.iter();
-        Claims {
-            rules: rules.clone(),
-            laws: Laws::new(compiled),
-            any: rules.claim_any() && detectors.any(|it| it.law != ContactLaw::Observe),
-            swept,
-        }
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        !self.any
-    }
-
-    /// The law by which fields answer a pair in Rapier's place.
-    pub(crate) fn law(&self, pair: [ColliderHandle; 2]) -> Option<ContactLaw> {
-        if self.is_empty() || self.rules.of(pair) != Responder::Fields {
-            return None;
-        }
-        let law = self.laws.of_pair(pair);
-        law.filter(|law| *law != ContactLaw::Observe)
-    }
-
-    /// The hook bits without which Rapier does not ask about a collider.
-    pub(crate) fn bits(&self, collider: ColliderHandle) -> ActiveHooks {
-        let law = self.laws.of(collider);
-        if self.is_empty() || law.is_none_or(|law| law == ContactLaw::Observe) {
-            ActiveHooks::empty()
-        } else if self.swept {
-            ActiveHooks::MODIFY_SOLVER_CONTACTS | ActiveHooks::FILTER_CONTACT_PAIRS
-        } else {
-            ActiveHooks::MODIFY_SOLVER_CONTACTS
-        }
-    }
 }
 
 /// The hooks of an [open step](crate::OpenStep): hand them to `PhysicsPipeline::step`.
@@ -227,7 +131,7 @@ impl StepHooks<'_> {
         bits: ActiveHooks,
         colliders: &ColliderSet,
     ) -> bool {
-        if self.listening.0.is_empty() {
+        if self.listening.is_empty() {
             return true;
         }
         let has = |collider| colliders.get(collider).map(|it| it.active_hooks());
@@ -235,22 +139,6 @@ impl StepHooks<'_> {
             let own = self.listening.own(collider).or_else(|| has(collider));
             own.is_some_and(|own| own.contains(bits))
         })
-    }
-
-    /// The law by which fields answer a pair in this step.
-    fn law(
-        &self,
-        pair: [ColliderHandle; 2],
-        handles: [Option<RigidBodyHandle>; 2],
-        bodies: &RigidBodySet,
-    ) -> Option<ContactLaw> {
-        let released = || self.released.contains(&in_order(pair));
-        let dominated = || {
-            let found = handles.map(|handle| bodies.get(handle?));
-            is_dominated(found)
-        };
-        let law = self.claims.law(pair);
-        law.filter(|_| !released() && !dominated())
     }
 
     /// Leaves the contacts of a manifold to Rapier if they last, else lifts them off.
@@ -298,15 +186,6 @@ impl StepHooks<'_> {
     }
 }
 
-/// Whether one of two dynamic bodies dominates the other: it yields to none of its contacts, which
-/// Rapier's solver knows to do and the laws do not. Such pairs are Rapier's.
-pub(crate) fn is_dominated(bodies: [Option<&RigidBody>; 2]) -> bool {
-    let [Some(one), Some(two)] = bodies else {
-        return false;
-    };
-    one.is_dynamic() && two.is_dynamic() && one.dominance_group() != two.dominance_group()
-}
-
 /// The velocity of a point of a body; of one that is moved to a place, that of its way there.
 pub(super) fn velocity_at(body: &RigidBody, point: Vector, dt: Real) -> Vector {
     if body.body_type() != RigidBodyType::KinematicPositionBased || dt <= 0.0 {
@@ -320,7 +199,8 @@ impl PhysicsHooks for StepHooks<'_> {
     fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
         let pair = [context.collider1, context.collider2];
         let handles = [context.rigid_body1, context.rigid_body2];
-        let claimed = self.law(pair, handles, context.bodies).is_some();
+        let bodies = handles.map(|handle| context.bodies.get(handle?));
+        let claimed = self.claims.law_now(pair, bodies, self.released).is_some();
         let bits = ActiveHooks::FILTER_CONTACT_PAIRS;
         let flags = if self.is_users(pair, bits, context.colliders) {
             self.user.filter_contact_pair(context)
@@ -364,7 +244,8 @@ impl PhysicsHooks for StepHooks<'_> {
             self.heard.asked.store(true, Ordering::Relaxed);
         }
         let handles = [context.rigid_body1, context.rigid_body2];
-        let Some(law) = self.law(pair, handles, context.bodies) else {
+        let bodies = handles.map(|handle| context.bodies.get(handle?));
+        let Some(law) = self.claims.law_now(pair, bodies, self.released) else {
             return;
         };
         if found > 0 && count(context) == 0 {
@@ -374,8 +255,8 @@ impl PhysicsHooks for StepHooks<'_> {
     }
 }
 
-/// Whether Rapier holds a touching pair that fields claim, of which a body is awake, and which has not
-/// parted since, so that it is to ask about it in its next step.
+/// Whether Rapier holds a touching pair that fields claim and listen for, of which a body is awake, and
+/// which has not parted since, so that it is to ask about it in its next step.
 pub(crate) fn is_to_ask(claims: &Claims, narrow_phase: &NarrowPhase, world: &impl Lookup) -> bool {
     let awake = |collider: ColliderHandle| {
         let body = world.collider(collider).and_then(|it| it.parent());
@@ -389,7 +270,12 @@ pub(crate) fn is_to_ask(claims: &Claims, narrow_phase: &NarrowPhase, world: &imp
     !claims.is_empty()
         && narrow_phase.contact_pairs().any(|pair| {
             let colliders = [pair.collider1, pair.collider2];
+            let listens = |handle: ColliderHandle| {
+                let collider = world.collider(handle);
+                collider.is_some_and(|it| claims.listens(handle, it))
+            };
             pair.has_any_active_contact()
+                && colliders.into_iter().any(listens)
                 && colliders.into_iter().any(awake)
                 && claims.law(colliders).is_some()
                 && close(colliders)

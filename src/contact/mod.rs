@@ -1,6 +1,8 @@
 //! Detect and respond (§3.3): who touches whom, and what follows.
 
+mod calm;
 mod capability;
+mod claims;
 mod conservative_advancement;
 mod detector;
 mod discrete;
@@ -13,6 +15,7 @@ mod jointed;
 mod laws;
 mod lcp;
 mod modes;
+mod near_pairs;
 mod overlap;
 mod paper_push;
 mod respond;
@@ -33,9 +36,11 @@ pub use field_contact::FieldContact;
 pub use hooks::StepHooks;
 pub use modes::{Detection, Responder};
 
+pub(crate) use calm::Calm;
+pub(crate) use claims::{Claims, Listening, is_dominated};
 pub(crate) use detector::Detector;
 pub(crate) use event::report;
-pub(crate) use hooks::{Claims, Heard, Listening, Verdicts, is_dominated, is_to_ask};
+pub(crate) use hooks::{Heard, Verdicts, is_to_ask};
 pub(crate) use jointed::Joints;
 pub(crate) use resting::HeldPairs;
 pub(crate) use rules::{Pairs, Rules, in_order};

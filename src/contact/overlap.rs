@@ -5,6 +5,8 @@ use std::sync::Arc;
 use super::capability::Capability;
 use super::separation::Separations;
 use crate::math::{ColliderHandle, Pose, Real, SharedShape, Vector};
+use crate::rapier::parry::query::details::closest_points_support_map_support_map_with_params as closest_points;
+use crate::rapier::parry::query::gjk::{GJKResult, VoronoiSimplex};
 use crate::rapier::parry::query::{
     self, Contact, ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, Unsupported,
 };
@@ -139,6 +141,26 @@ pub(super) fn nearest(
     query::contact(&Pose::IDENTITY, first, relative, second, far)
 }
 
+/// How far two shapes are apart at least, looked at no farther than `far`; zero if they overlap. `None`
+/// where [`nearest`] tells none.
+pub(super) fn distance(shapes: [&SharedShape; 2], relative: &Pose, far: Real) -> Option<Real> {
+    // How deep they overlap would cost most of it.
+    let round = shapes.iter().any(|shape| shape.as_ball().is_some());
+    let maps = shapes.map(|shape| shape.as_support_map().filter(|_| !round));
+    if let [Some(first), Some(second)] = maps {
+        let direction = relative.translation.try_normalize().unwrap_or(Vector::X);
+        let (simplex, start) = (&mut VoronoiSimplex::new(), Some(direction));
+        let found = closest_points(relative, first, second, far, simplex, start);
+        return Some(match found {
+            GJKResult::ClosestPoints(one, two, normal) => (two - one).dot(normal),
+            GJKResult::NoIntersection(_) => far,
+            GJKResult::Intersection | GJKResult::Proximity(_) => 0.0,
+        });
+    }
+    let found = nearest(shapes, relative, far).ok()?;
+    Some(found.map_or(far, |contact| contact.dist))
+}
+
 fn has_voxels(shape: &SharedShape) -> bool {
     let pieces = shape.as_compound().map(|compound| compound.shapes());
     let mut pieces = pieces.into_iter().flatten();
@@ -232,13 +254,10 @@ impl PlacedShape {
             return false;
         }
         let relative = self.pose.inv_mul(&other.pose);
-        let measure = |reach: Real| {
-            let far = 0.25 * reach;
-            let found = nearest([&self.shape, &other.shape], &relative, far).ok()?;
-            Some(found.map_or(far, |contact| contact.dist))
-        };
+        let shapes = [&self.shape, &other.shape];
+        let measure = |reach: Real| distance(shapes, &relative, 0.25 * reach);
         let near = (&relative, self.skin + other.skin);
-        known.are_apart(pair, [&self.shape, &other.shape], near, measure)
+        known.are_apart(pair, shapes, near, measure)
     }
 
     /// The points at which it overlaps another shape.

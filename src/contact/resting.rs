@@ -1,10 +1,9 @@
 //! Points of pairs that rest on each other: taken over, instead of searched for from nothing.
 //!
-//! A pair that Rapier's solver has held has fresh manifolds in the narrow phase, of the poses when
-//! its step began: they do as long as the two have hardly moved against each other since. A pair of which
-//! neither has
-//! moved at all has the points of the step before. Both follow from the state of the world, so a
-//! snapshot goes on bit for bit.
+//! A pair that Rapier's solver has held has manifolds in the narrow phase, of the poses when its step
+//! began or, if Rapier keeps them, before: they do as long as the two have hardly moved against each
+//! other since. A pair of which neither has moved at all has the points of the step before. Both
+//! follow from the state of the world, so a snapshot goes on bit for bit.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -12,8 +11,8 @@ use std::hash::BuildHasherDefault;
 use super::overlap::{ManifoldPoint, points_of};
 use super::rules::{Pairs, in_order};
 use crate::field::Fingerprint;
-use crate::math::{ColliderHandle, Pose, Real};
-use crate::rapier::geometry::NarrowPhase;
+use crate::math::{ColliderHandle, Pose, Real, Rotation};
+use crate::rapier::geometry::{ContactPair, NarrowPhase};
 
 /// Parts that moved by less than this share of their size, against each other, have hardly moved:
 /// points on curved surfaces are then off by half its square.
@@ -26,35 +25,49 @@ pub(crate) struct HeldPairs<'a> {
     pub narrow_phase: &'a NarrowPhase,
 }
 
-/// A part of a pair: where it was when Rapier's step began and is now, and its size.
-#[derive(Clone, Copy)]
-pub(super) struct HeldPart {
-    pub poses: [Pose; 2],
-    pub size: Real,
-}
+impl<'a> HeldPairs<'a> {
+    /// What Rapier has found of them.
+    pub(super) fn found(&self) -> impl Iterator<Item = &'a ContactPair> {
+        let pairs = self.pairs;
+        let found = self.narrow_phase.contact_pairs();
+        found.filter(|it| pairs.contains(&in_order([it.collider1, it.collider2])))
+    }
 
-impl HeldPairs<'_> {
-    /// The points that Rapier has found of two colliders, if it has held them and they do still.
+    /// The points that Rapier has found of a pair, `swapped` if its first is the second here; the pose
+    /// of the second in the frame of the first, and their size. `false` if the two have moved against
+    /// each other since: how far shows in the points, of which each lay on a normal of the other, and
+    /// in the normals, which were opposite.
     pub(super) fn near(
         &self,
-        pair: [ColliderHandle; 2],
-        parts: impl FnOnce() -> [HeldPart; 2],
-    ) -> Option<Vec<ManifoldPoint>> {
-        if !self.pairs.contains(&in_order(pair)) {
-            return None;
+        (found, swapped): (&ContactPair, bool),
+        (relative, size): (&Pose, Real),
+        near: &mut Vec<ManifoldPoint>,
+    ) -> bool {
+        near.clear();
+        for manifold in found.manifolds() {
+            let one = manifold
+                .subshape_pos1()
+                .map_or(Rotation::IDENTITY, |it| it.rotation);
+            let two = manifold
+                .subshape_pos2()
+                .map_or(Rotation::IDENTITY, |it| it.rotation);
+            let normals = match swapped {
+                false => [one * manifold.local_n1, two * manifold.local_n2],
+                true => [two * manifold.local_n2, one * manifold.local_n1],
+            };
+            let tilt = (normals[0] + relative.rotation * normals[1]).length();
+            for (point, tracked) in points_of(manifold, swapped).zip(&manifold.points) {
+                let [on_one, on_two] = point.local_points;
+                let lay = on_one + point.local_normal * tracked.dist;
+                let shift = (relative.transform_point(on_two) - lay).length();
+                let moved = shift + tilt * size;
+                if moved.is_nan() || moved > HARDLY * size {
+                    return false;
+                }
+                near.push(point);
+            }
         }
-        let parts = parts();
-        let size = parts[0].size.min(parts[1].size);
-        let relative = |when: usize| parts[0].poses[when].inv_mul(&parts[1].poses[when]);
-        let (before, now) = (relative(0), relative(1));
-        let shift = (now.translation - before.translation).length();
-        let turn = (before.rotation.inverse() * now.rotation).xyz().length();
-        if shift + 2.0 * turn * size > HARDLY * size {
-            return None;
-        }
-        let found = self.narrow_phase.contact_pair(pair[0], pair[1])?;
-        let of = |manifold| points_of(manifold, found.collider1 != pair[0]);
-        Some(found.manifolds().iter().flat_map(of).collect())
+        true
     }
 }
 

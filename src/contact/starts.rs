@@ -43,6 +43,8 @@ pub(super) struct FreeTurn {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Starts {
     list: Vec<Option<Start>>,
+    /// How fast each is accelerated; apart, since hooks ask for nothing else.
+    pressed: Vec<(RigidBodyHandle, Real)>,
     setting: Setting,
 }
 
@@ -207,6 +209,15 @@ impl Starts {
             self.list.resize(self.list.len().max(index + 1), None);
             self.list[index] = Some(Start::now(handle, body, &self.setting));
         }
+        self.press();
+    }
+
+    fn press(&mut self) {
+        let none = (RigidBodyHandle::invalid(), 0.0);
+        let pressed = |start: &Start| (start.body, start.acceleration().length());
+        self.pressed.clear();
+        let pressed = self.list.iter().map(|it| it.as_ref().map_or(none, pressed));
+        self.pressed.extend(pressed);
     }
 
     /// Takes note of what fields have given them: `share` says which share of the kicks of the step
@@ -233,6 +244,7 @@ impl Starts {
                 start.turn = Some(FreeTurn::new(start.share, changes, dt));
             }
         }
+        self.press();
     }
 
     /// Takes note of bodies whose velocities are not behind any more.
@@ -281,10 +293,11 @@ impl Starts {
         known.map_or(Vector::ZERO, |start| start.behind)
     }
 
-    /// The acceleration of a body in this step, as far as it is known.
-    pub(super) fn acceleration(&self, handle: Option<RigidBodyHandle>) -> Vector {
-        let known = handle.and_then(|handle| self.known(handle));
-        known.map_or(Vector::ZERO, Start::acceleration)
+    /// How fast a body is accelerated in this step, as far as it is known.
+    fn pressed(&self, handle: Option<RigidBodyHandle>) -> Real {
+        let known = handle.and_then(|it| self.pressed.get(it.into_raw_parts().0 as usize));
+        let known = known.filter(|(body, _)| Some(*body) == handle);
+        known.map_or(0.0, |(_, pressed)| *pressed)
     }
 
     /// Contacts that approach or part more slowly last, and are Rapier's to hold: they would
@@ -293,7 +306,7 @@ impl Starts {
     /// Without anything that presses two bodies together no contact lasts, and none held by a
     /// spring.
     pub(super) fn slow(&self, law: ContactLaw, bodies: [Option<RigidBodyHandle>; 2]) -> Real {
-        let pressed = bodies.map(|body| self.acceleration(body).length());
+        let pressed = bodies.map(|body| self.pressed(body));
         let pressed = pressed[0].max(pressed[1]);
         let within_step = pressed * self.setting.dt;
         match law {

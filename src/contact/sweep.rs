@@ -14,18 +14,17 @@ use super::FieldContact;
 use super::discrete::Discrete;
 use super::field_mask::FieldMasks;
 use super::hooks::Verdicts;
+use super::near_pairs::{NearPairs, Place};
 use super::rules::{Pairs, in_order};
 use super::separation::Separations;
 use super::starts::Starts;
-use super::swept_body::{SweptBodies, near_each_other};
+use super::swept_body::{SweptBodies, SweptBody, near_each_other};
 use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
 use super::touch_record::TouchLog;
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::math::{DPose3, Pose, Rotation, from_dvec3, from_f64};
-use crate::neighbors::hierarchy;
 use crate::rapier::geometry::Aabb;
-use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
 use crate::rigid::Lookup;
 use crate::sample::Moment;
 
@@ -56,9 +55,8 @@ pub(super) struct Sweep {
     /// Of pairs of parts that lose speed when they meet: how often they met, and until when they
     /// are left alone.
     pub(super) lasting: HashMap<[usize; 2], (u32, f64)>,
-    /// All that is bounded, by the motion foreseen at the start.
-    pub(super) tree: Bvh,
-    pub(super) unbounded: Vec<usize>,
+    /// Who may meet whom, by the motion foreseen at the start.
+    pub(super) near: NearPairs,
     /// SweptBodies that an impact has put on another path, and where they can still go.
     pub(super) redirected: Vec<(usize, Aabb)>,
     pub(super) moved: Vec<bool>,
@@ -174,33 +172,19 @@ impl Sweep {
     /// Queues the first touch of every pair that may meet.
     fn foresee_all(&mut self, world: &impl Lookup, dt: f64) {
         self.clear();
-        self.unbounded.clear();
         self.moved.clear();
         self.moved.resize(self.tracks.list.len(), false);
-        let mut leaves = Vec::with_capacity(self.tracks.list.len());
-        for (number, track) in self.tracks.list.iter().enumerate() {
-            if track.is_bounded() {
-                leaves.push((number, track.bounds(0.0, dt)));
-            } else {
-                self.unbounded.push(number);
-            }
+        let place = |track: &SweptBody| Place {
+            bounds: track.bounds(0.0, dt),
+            dynamic: track.dynamic,
+            bounded: track.is_bounded(),
+        };
+        self.near.refresh(self.tracks.list.iter().map(place));
+        let near = std::mem::take(&mut self.near);
+        for pair in &near.list {
+            self.foresee(pair.map(|number| number as usize), 0.0, world, dt);
         }
-        let bounded: Vec<usize> = leaves.iter().map(|(number, _)| *number).collect();
-        self.tree = hierarchy(leaves);
-        let mut pairs = Vec::new();
-        let mut workspace = BvhWorkspace::default();
-        self.tree
-            .traverse_bvtt_single_tree::<false>(&mut workspace, &mut |a, b| {
-                pairs.push([a.min(b) as usize, a.max(b) as usize]);
-            });
-        for wall in &self.unbounded {
-            pairs.extend(bounded.iter().map(|number| [*number, *wall]));
-        }
-        // The tree's order depends on its history.
-        pairs.sort_unstable();
-        for [a, b] in pairs {
-            self.foresee([a, b], 0.0, world, dt);
-        }
+        self.near = near;
     }
 
     /// Queues the first touch of two tracks from a moment on.
@@ -213,6 +197,9 @@ impl Sweep {
         let Some(span) = near_each_other([a, b], [from, dt]) else {
             return;
         };
+        if self.pairs_of(tracks).next().is_none() {
+            return;
+        }
         for number in tracks {
             self.tracks.list[number].prepare(world, dt);
         }
@@ -323,7 +310,7 @@ impl Sweep {
 
     /// All pairs of a redirected track with whom it may meet.
     pub(super) fn neighbours(&self, number: usize, bounds: &Aabb, pairs: &mut Vec<[usize; 2]>) {
-        let still = self.tree.intersect_aabb(bounds).map(|other| other as usize);
+        let still = self.near.around(bounds).map(|other| other as usize);
         let still = still.filter(|other| !self.moved[*other]);
         let meets = |(other, their): &&(usize, Aabb)| {
             *other != number
@@ -335,12 +322,7 @@ impl Sweep {
             .iter()
             .filter(meets)
             .map(|(other, _)| *other);
-        let walls = self
-            .unbounded
-            .iter()
-            .copied()
-            .filter(|other| *other != number);
-        let others = still.chain(moved).chain(walls);
+        let others = still.chain(moved);
         pairs.extend(others.map(|other| [number.min(other), number.max(other)]));
     }
 

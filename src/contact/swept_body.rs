@@ -12,6 +12,7 @@ use crate::math::{
 };
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::{Aabb, Collider};
+use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rigid::Lookup;
 
 /// Roundings between where a body stood, how fast it was, and where Rapier put it: one for each
@@ -43,8 +44,8 @@ pub(super) struct SweptBody {
     pub hit_at: Option<f64>,
     /// The angular velocity with which it goes on, if it was stopped for the rest of the step.
     stopped: Option<DVec3>,
-    /// Whether it stood still over Rapier's step.
-    still: bool,
+    /// What holds it, if it stood still over Rapier's step.
+    still: Option<Aabb>,
     /// Impacts so far; events foreseen before the last are void.
     pub generation: u32,
 }
@@ -100,18 +101,23 @@ impl SweptBodies {
                 continue;
             }
             let first = self.parts.len();
+            let start = starts.of(handle, body);
+            let mut still = start.is_still(body).then(Aabb::new_invalid);
             let local_com = to_dvec3(body.local_center_of_mass());
             for collider in body.colliders() {
                 if let Some(found) = world.collider(*collider) {
                     let part = touch.part_of(*collider, found, (Some(handle), body.is_dynamic()));
                     let local = found.position_wrt_parent().copied();
-                    self.add_part(part, found, &local.unwrap_or(Pose::IDENTITY), local_com);
+                    let local = local.unwrap_or(Pose::IDENTITY);
+                    self.add_part(part, found, &local, local_com);
+                    if let Some(bounds) = &mut still {
+                        hold(bounds, found, &(*body.position() * local));
+                    }
                 }
             }
             if self.parts.len() > first {
-                let start = starts.of(handle, body);
                 let track = SweptBody::of_body(start, body, local_com, dt);
-                self.add_track(track, first);
+                self.add_track(SweptBody { still, ..track }, first);
             }
         }
         for (handle, collider) in world.free_colliders() {
@@ -119,7 +125,11 @@ impl SweptBodies {
             let part = touch.part_of(handle, collider, (None, false));
             self.add_part(part, collider, collider.position(), DVec3::ZERO);
             if self.parts.len() > first {
-                self.add_track(SweptBody::free(), first);
+                let mut bounds = Aabb::new_invalid();
+                hold(&mut bounds, collider, collider.position());
+                let still = Some(bounds);
+                let track = SweptBody::free();
+                self.add_track(SweptBody { still, ..track }, first);
             }
         }
     }
@@ -169,6 +179,13 @@ impl SweptBodies {
     }
 }
 
+/// Makes bounds hold a collider that stands still.
+fn hold(bounds: &mut Aabb, collider: &Collider, pose: &Pose) {
+    let own = collider.shape().compute_aabb(pose);
+    let far = own.mins.abs().max(own.maxs.abs()).max_element();
+    bounds.merge(&own.loosened(8.0 * Real::EPSILON * far));
+}
+
 impl Form {
     pub(super) fn reach(&self) -> f64 {
         match self {
@@ -210,7 +227,7 @@ impl SweptBody {
             local_com,
             hit_at: None,
             stopped: None,
-            still: start.is_still(body),
+            still: None,
             generation: 0,
         }
     }
@@ -243,14 +260,14 @@ impl SweptBody {
             local_com: DVec3::ZERO,
             hit_at: None,
             stopped: None,
-            still: true,
+            still: None,
             generation: 0,
         }
     }
 
     /// Whether it stands still, and nothing has hit it.
     pub(super) fn is_still(&self) -> bool {
-        self.still && self.generation == 0
+        self.still.is_some() && self.generation == 0
     }
 
     /// Works out the rotation, which only bodies that may meet another need.
@@ -376,6 +393,9 @@ impl SweptBody {
 
     /// Holds the body from a moment to the end of the step.
     pub(super) fn bounds(&self, from: f64, to: f64) -> Aabb {
+        if let Some(bounds) = self.still.filter(|_| self.generation == 0) {
+            return bounds;
+        }
         let (a, b) = (self.path.com(from), self.path.com(to));
         let rounding = 4.0 * to_f64(Real::EPSILON) * (a.length() + b.length() + self.reach);
         // A parabola is no farther from its chord than this.

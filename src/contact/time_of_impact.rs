@@ -1,7 +1,7 @@
 //! When and where two parts on their ways first touch.
 
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
-use super::overlap::{manifold_points, nearest};
+use super::overlap::{distance, manifold_points, nearest};
 use super::separation::Separations;
 use super::swept_body::{Form, Member, Solid, SweptBody};
 use crate::math::{
@@ -177,6 +177,9 @@ pub(super) fn may_touch(
     let near = within_reach(a, b, span).near;
     let measure = |reach: Real| {
         let far = near + 0.25 * to_f64(reach);
+        if is_solid(a) && is_solid(b) {
+            return distance(shapes, &relative, from_f64(far));
+        }
         let found = contact(a, b, span[0], far, DVec3::ZERO);
         Some(found.map_or(from_f64(far), |contact| contact.dist))
     };

@@ -93,6 +93,14 @@ impl ContactLaw {
         }
     }
 
+    /// Whether what rebounds may be as fast as it came.
+    pub(crate) fn keeps_speed(self) -> bool {
+        match self {
+            Self::Impulse { restitution, .. } => restitution >= 1.0,
+            other => other.is_vector(),
+        }
+    }
+
     /// Whether what touches is given a vector, and not a pair equal and opposite impulses.
     pub(crate) fn is_vector(self) -> bool {
         matches!(self, Self::Paper | Self::PaperRelative)

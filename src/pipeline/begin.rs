@@ -25,6 +25,7 @@ impl FieldPipeline {
     ) -> Result<OpenStep, StepError> {
         if let Some(open) = state.open.take() {
             take_back(&open, &mut world);
+            Arc::make_mut(&mut state.listening).stay();
             state.evaluation = None;
             return Err(StepError::Unfinished);
         }
@@ -62,7 +63,9 @@ impl FieldPipeline {
             self.softs
                 .first_half((scheme, policy), dt, world.soft_bodies);
         }
-        self.note_kicks(fields, &world);
+        if !idle || !self.motions.turns.is_empty() {
+            self.note_kicks(fields, &world);
+        }
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);
         let to_ask = is_to_ask(&self.claims, world.narrow_phase, &world.view());
@@ -87,6 +90,7 @@ impl FieldPipeline {
             starts: self.detector.starts.clone(),
             released,
             to_ask,
+            unasked: self.calm.any(),
             heard: Heard::new(fields.settings.cross_check.on),
         })
     }
@@ -235,9 +239,9 @@ impl FieldPipeline {
         let dt = world.integration_parameters.dt;
         let first = is_new(fields, state);
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
-        if !sleepers && self.is_idle(fields, world) {
-            self.motions.clear();
-            self.bodies.clear();
+        if !sleepers && !first && self.is_idle(fields, world) {
+            self.turn_freely(world.integration_parameters);
+            self.write_first(state, world);
             self.rollback.clear();
             self.retire(state);
             self.spare.clear();
@@ -454,6 +458,12 @@ impl FieldPipeline {
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         let mut faults = std::mem::take(&mut self.motions.faults);
         self.answer_all(fields, &mut faults, state.evaluation.as_mut())?;
+        self.write_first(state, world);
+        Ok(())
+    }
+
+    /// Writes the first half of the motion of all bodies.
+    fn write_first(&mut self, state: &mut FieldState, world: &mut WorldMut<'_>) {
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
@@ -463,7 +473,6 @@ impl FieldPipeline {
             .extend(motions.turns.iter().map(|turn| turn.body));
         bridge::write(world.bodies, &motions.updates);
         bridge::quarantine(world.bodies, &self.condemned);
-        Ok(())
     }
 
     /// Takes up the bodies that are about to fall asleep though nothing balances what pushes them.
@@ -537,8 +546,14 @@ impl FieldPipeline {
     ) {
         let check = &fields.settings.cross_check;
         let fresh = check.on && !check.lets_recycle();
+        let (view, starts) = (world.view(), &self.detector.starts);
+        self.calm
+            .find(&self.claims, starts, &view, world.integration_parameters);
         let wanted = |collider| {
-            let bits = self.claims.bits(collider);
+            let bits = match self.calm.is_quiet(collider) {
+                true => ActiveHooks::empty(),
+                false => self.claims.bits(collider),
+            };
             match fresh && self.watched.contains_key(&collider) {
                 true => bits | ActiveHooks::FILTER_CONTACT_PAIRS,
                 false => bits,

@@ -86,7 +86,11 @@ impl FieldPipeline {
         if open.soft {
             self.evaluate_soft(fields, began + to_f64(dt), world)?;
         }
-        let verdicts = open.heard.take();
+        let mut verdicts = open.heard.take();
+        if open.unasked {
+            let claimed = (&*open.claims, &open.released);
+            verdicts.add_unasked(claimed, world.narrow_phase, &world.view());
+        }
         written += self.sweep(fields, (began, dt), &verdicts, world);
         let check = &fields.settings.cross_check;
         if check.on {

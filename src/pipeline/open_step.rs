@@ -44,6 +44,8 @@ pub struct OpenStep {
     pub(super) released: Pairs,
     /// Whether Rapier is to ask about claimed contacts.
     pub(super) to_ask: bool,
+    /// Whether there are claimed contacts about which Rapier need not ask.
+    pub(super) unasked: bool,
     pub(super) heard: Heard,
 }
 

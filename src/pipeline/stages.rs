@@ -3,11 +3,12 @@
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
 use crate::compile::{Compiled, Prepared, Reach as Box};
+use crate::contact::Detection;
 use crate::field::FieldSet;
-use crate::integrate::{MotionRules, StepContext, StepWarning};
-use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::integrate::{FASTEST, MotionRules, StepContext, StepWarning, kicked};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
-use crate::rigid::{Body, Lookup, is_sound};
+use crate::rigid::{Body, Lookup, Wrench, is_sound};
 use crate::sample::{Moment, Properties, Samples};
 
 /// Rapier's speed limit, but for what rounding adds over the iterations of a step.
@@ -20,6 +21,10 @@ pub(super) struct Reach {
 }
 
 impl Reach {
+    fn is_empty(&self) -> bool {
+        self.low.cmpgt(self.high).any()
+    }
+
     fn holds(&self, body: &crate::rapier::dynamics::RigidBody, extent: Real) -> bool {
         let point = body.position().transform_point(body.local_center_of_mass());
         let extent = Vector::splat(extent);
@@ -143,25 +148,33 @@ impl FieldPipeline {
 
     /// Whether swept detection needs every body's rotation known.
     pub(super) fn exact_turns(&self, fields: &Definition<'_>) -> bool {
-        fields.settings.detection == crate::contact::Detection::Swept
-            && !self.compiled.detectors.is_empty()
+        fields.settings.detection == Detection::Swept && !self.compiled.detectors.is_empty()
     }
 
     /// Whether no field can reach any body in this step: all are bounded, and every body is farther
-    /// away than Rapier lets it move.
+    /// away than Rapier lets it move. Then `self.bodies` are those that this crate turns all the same.
     pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
         let watched = fields.settings.audit || fields.settings.cross_check.on;
-        let involved = !self.compiled.detectors.is_empty() || !world.soft_bodies.is_empty();
-        if watched || involved || !self.links.is_empty() {
+        let detects = !self.compiled.detectors.is_empty();
+        let masked = self.compiled.detectors.iter().any(|it| it.mask.is_some());
+        if watched || masked || !world.soft_bodies.is_empty() || !self.links.is_empty() {
             return false;
         }
-        let Some(reach) = self.reach(world) else {
+        let Some(reach) = self.reach(world).filter(|it| !detects || it.is_empty()) else {
             return false;
         };
         let view = world.view();
+        let exact = self.exact_turns(fields);
         let (gatherer, parts) = (&mut self.gatherer, self.compiled.requirements.parts);
-        let turns = self.compiled.torque_possible && world.integration_parameters.dt > 0.0;
+        let turns = self.compiled.torque_possible || exact;
+        let turns = turns && world.integration_parameters.dt > 0.0;
+        let constraints = Constraints::new(world);
+        let held = |handle, body: &_| {
+            fields.settings.scheme.loads() && exact && constraints.hold(handle, body)
+        };
         let mut idle = true;
+        let turning = &mut self.bodies;
+        turning.clear();
         let wanted = Wanted {
             sleepers: false,
             all: self.other_bodies,
@@ -173,15 +186,37 @@ impl FieldPipeline {
                     true => gatherer.extent(body, &view),
                     false => 0.0,
                 };
-                let turned = turns
-                    && body.angvel() != Vector::ZERO
-                    && Body::of(handle, body)
-                        .free_top(body.angvel(), false)
-                        .is_some();
-                idle = !turned && !reach.holds(body, extent);
+                let top = || {
+                    let copy = Body::of(handle, body);
+                    let top = copy.free_top(body.angvel(), exact);
+                    top.filter(|_| !held(handle, body)).map(|_| copy)
+                };
+                let spins = turns && body.angvel() != Vector::ZERO;
+                let top = spins.then(top).flatten();
+                let slow = |top: &Body| top.linvel.length().max(top.angvel.length()) <= FASTEST;
+                let may_turn = top.is_none_or(|top| {
+                    turning.push(top);
+                    exact && slow(&top)
+                });
+                // Contacts ask what no step has weighed yet, and tell of what is nowhere.
+                let weighed = body.mass_properties().effective_inv_mass != Vector::ZERO;
+                let known = !detects || (weighed && is_sound(body));
+                idle = known && may_turn && !reach.holds(body, extent);
                 idle
             });
         idle
+    }
+
+    /// Works out the free rotation of `self.bodies`, which no field pushes.
+    pub(super) fn turn_freely(&mut self, parameters: &IntegrationParameters) {
+        let motions = &mut self.motions;
+        motions.clear();
+        let drift = (parameters.dt, iterations(parameters), true);
+        for body in self.bodies.drain(..) {
+            let update = kicked(&body, Wrench::ZERO, 0.0);
+            let update = motions.turned(&body, update, DVec3::ZERO, drift);
+            motions.updates.push(update);
+        }
     }
 
     fn reach(&self, world: &WorldMut<'_>) -> Option<Reach> {

@@ -1,6 +1,7 @@
 //! What rests must rest: contacts that last, beside Rapier alone in the same world.
 
 mod matrix;
+mod quiet;
 mod rebounds;
 mod stacks;
 mod users;

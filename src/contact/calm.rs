@@ -1,0 +1,202 @@
+//! Which colliders need no hook in a step.
+//!
+//! Rapier keeps the contacts of a pair that hardly moves, unless a hook listens on it. What is slow
+//! the [hooks](super::StepHooks) leave to Rapier, with the friction of the law and no restitution.
+//! So where nothing that may touch is fast, and Rapier's own friction is that of the law, a hook
+//! would change nothing, and none is asked for: what rests costs what it costs without fields.
+
+use super::claims::Claims;
+use super::laws::combined;
+use super::starts::Starts;
+use crate::field::ContactLaw;
+use crate::math::{ColliderHandle, Real, RigidBodyHandle};
+use crate::rapier::dynamics::{
+    CoefficientCombineRule, IntegrationParameters, RigidBody, RigidBodyType,
+};
+use crate::rapier::geometry::{Collider, ColliderMaterial};
+use crate::rigid::Lookup;
+
+/// What approaches by no more than this part of what may be an impact is slow, whatever rounding
+/// makes of it.
+const SURELY: Real = 0.98;
+
+/// More kinds of colliders are not compared with each other: then all are listened to.
+const MOST_KINDS: usize = 16;
+
+/// The colliders of a step that need no hook; keeps its buffers.
+#[derive(Debug, Default)]
+pub(crate) struct Calm {
+    /// Bodies that are slow, in the order of their handles, and how much faster another may be.
+    slow: Vec<(RigidBodyHandle, Real)>,
+    kinds: Vec<Kind>,
+    /// Whether each agrees with all.
+    agree: Vec<bool>,
+    /// Colliders of slow bodies, with the places of their kinds.
+    candidates: Vec<(ColliderHandle, usize)>,
+    /// By the index of a collider.
+    quiet: Vec<bool>,
+}
+
+/// All of a collider that friction and restitution follow from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Kind {
+    law: Option<ContactLaw>,
+    material: ColliderMaterial,
+}
+
+impl Kind {
+    /// Whether Rapier's friction between two is that of the law, and there is no restitution.
+    fn agrees(&self, other: &Kind) -> bool {
+        let friction = match combined([self.law, other.law]) {
+            None | Some(ContactLaw::Observe) => return true,
+            Some(ContactLaw::Penalty { .. }) => return false,
+            Some(ContactLaw::Impulse { friction, .. }) => friction,
+            Some(_) => 0.0,
+        };
+        let [one, two] = [&self.material, &other.material];
+        let combine = CoefficientCombineRule::combine;
+        let rules = [one.friction_combine_rule, two.friction_combine_rule];
+        let rubs = combine(one.friction, two.friction, rules[0], rules[1]);
+        let rules = [one.restitution_combine_rule, two.restitution_combine_rule];
+        let bounces = combine(one.restitution, two.restitution, rules[0], rules[1]);
+        rubs == friction && bounces == 0.0
+    }
+}
+
+impl Calm {
+    /// Finds them, as bodies are when Rapier's step begins.
+    pub(crate) fn find(
+        &mut self,
+        claims: &Claims,
+        starts: &Starts,
+        world: &impl Lookup,
+        parameters: &IntegrationParameters,
+    ) {
+        self.quiet.clear();
+        self.find_slow(claims, starts, world, parameters);
+        if self.slow.iter().all(|(_, left)| *left == Real::INFINITY) {
+            return;
+        }
+        self.kinds.clear();
+        self.candidates.clear();
+        let mut slow = self.slow.iter().peekable();
+        for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
+            let is_slow = slow.next_if(|(slow, _)| *slow == handle).is_some();
+            for handle in body.colliders() {
+                let Some(collider) = world.collider(*handle) else {
+                    continue;
+                };
+                let kind = kind_of(&mut self.kinds, claims, *handle, collider);
+                // What sleeps may hold contacts that were lifted off: it keeps its hook.
+                let heard = body.is_sleeping() && claims.listens(*handle, collider);
+                if is_slow && !heard {
+                    self.candidates.push((*handle, kind));
+                }
+            }
+        }
+        for (handle, collider) in world.free_colliders() {
+            let kind = kind_of(&mut self.kinds, claims, handle, collider);
+            self.candidates.push((handle, kind));
+        }
+        if self.kinds.len() > MOST_KINDS {
+            return;
+        }
+        let agrees = |kind: &Kind| self.kinds.iter().all(|other| kind.agrees(other));
+        self.agree.clear();
+        self.agree.extend(self.kinds.iter().map(agrees));
+        for (handle, _) in self.candidates.iter().filter(|(_, kind)| self.agree[*kind]) {
+            let index = handle.into_raw_parts().0 as usize;
+            self.quiet.resize(self.quiet.len().max(index + 1), false);
+            self.quiet[index] = true;
+        }
+    }
+
+    /// Finds the bodies of which no two, and none beside what no field claims, approach fast.
+    fn find_slow(
+        &mut self,
+        claims: &Claims,
+        starts: &Starts,
+        world: &impl Lookup,
+        parameters: &IntegrationParameters,
+    ) {
+        self.slow.clear();
+        if claims.is_empty() {
+            return;
+        }
+        let near = parameters.prediction_distance();
+        // What no field claims has no hook, however fast it is.
+        let mut unclaimed: Real = 0.0;
+        for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
+            let speed = fastest(body, world, near, parameters.dt);
+            let mut colliders = body.colliders().iter();
+            if speed > 0.0 && colliders.any(|it| claims.bits(*it).is_empty()) {
+                unclaimed = unclaimed.max(speed);
+            }
+            let limit = SURELY * claims.slow(starts, handle);
+            let dynamic = body.is_dynamic() && body.soft_ccd_prediction() <= 0.0;
+            if dynamic && 2.0 * speed < limit {
+                self.slow.push((handle, limit - speed));
+            } else if !body.is_dynamic() && speed == 0.0 {
+                self.slow.push((handle, Real::INFINITY));
+            }
+        }
+        self.slow.retain(|(_, left)| unclaimed < *left);
+    }
+
+    /// Whether a collider needs no hook.
+    pub(crate) fn is_quiet(&self, collider: ColliderHandle) -> bool {
+        let index = collider.into_raw_parts().0 as usize;
+        self.quiet.get(index) == Some(&true)
+    }
+
+    /// Whether any does not.
+    pub(crate) fn any(&self) -> bool {
+        !self.quiet.is_empty()
+    }
+}
+
+/// No point of a body, nor any within `near` of it, moves faster.
+fn fastest(body: &RigidBody, world: &impl Lookup, near: Real, dt: Real) -> Real {
+    let (linear, turning) = match body.body_type() {
+        RigidBodyType::KinematicPositionBased if dt > 0.0 => {
+            let (now, next) = (body.position(), body.next_position());
+            let turn = now.rotation.inverse() * next.rotation;
+            let shift = (next.translation - now.translation).length();
+            (shift / dt, 2.0 * turn.xyz().length() / dt)
+        }
+        _ => (body.linvel().length(), body.angvel().length()),
+    };
+    if turning == 0.0 {
+        return linear;
+    }
+    let colliders = body.colliders().iter();
+    let reaches = colliders.filter_map(|handle| {
+        let collider = world.collider(*handle)?;
+        let bounds = collider.shape().compute_local_bounding_sphere();
+        let arm = collider.position_wrt_parent();
+        let arm = arm.map_or(0.0, |pose| pose.translation.length());
+        Some(arm + bounds.center.length() + bounds.radius + collider.contact_skin())
+    });
+    let reach = reaches.fold(0.0, Real::max) + body.local_center_of_mass().length() + near;
+    linear + turning * reach
+}
+
+/// The place of the kind of a collider among the kinds.
+fn kind_of(
+    kinds: &mut Vec<Kind>,
+    claims: &Claims,
+    handle: ColliderHandle,
+    collider: &Collider,
+) -> usize {
+    let kind = Kind {
+        law: claims.law_of(handle),
+        material: *collider.material(),
+    };
+    let known = kinds.iter().position(|known| *known == kind);
+    known.unwrap_or_else(|| {
+        if kinds.len() <= MOST_KINDS {
+            kinds.push(kind);
+        }
+        kinds.len() - 1
+    })
+}
