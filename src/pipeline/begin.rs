@@ -13,7 +13,7 @@ use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
 use crate::integrate::{Fault, FaultPolicy, StepWarning, TurnAfter, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Lookup, find};
+use crate::rigid::{Body, Lookup, find, find_near};
 
 impl FieldPipeline {
     /// What happens before Rapier's step. After an error nothing has been written.
@@ -284,16 +284,14 @@ impl FieldPipeline {
     fn weigh(&mut self, state: &FieldState, world: &mut WorldMut<'_>) {
         for place in 0..self.bodies.len() {
             let body = &self.bodies[place];
-            let Some(now) = world.bodies.get(body.handle) else {
-                continue;
-            };
-            let known = state
-                .evaluation
-                .as_ref()
-                .and_then(|last| state.records.get(last.place_of(body.handle)?));
-            let colliders = now.colliders().len();
+            let known = state.evaluation.as_ref().and_then(|last| {
+                let place = find_near(&last.bodies, place, body.handle)?;
+                state.records.get(place)
+            });
             let stands = known.is_some_and(|was| {
-                was.pose == body.pose && was.sleeping == body.sleeping && was.colliders == colliders
+                was.pose == body.pose
+                    && was.sleeping == body.sleeping
+                    && was.colliders == body.colliders
             });
             if stands {
                 continue;

@@ -36,6 +36,8 @@ pub(crate) struct Body {
     pub damping: [Real; 2],
     /// Solver iterations on top of those of the world.
     pub extra_iterations: u32,
+    /// How many colliders it has.
+    pub colliders: u32,
 }
 
 impl Body {
@@ -64,6 +66,7 @@ impl Body {
             user_torque: body.user_torque(),
             damping: [body.linear_damping(), body.angular_damping()],
             extra_iterations: u32::try_from(extra).unwrap_or(u32::MAX),
+            colliders: body.colliders().len() as u32,
         }
     }
 
