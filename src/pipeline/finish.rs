@@ -213,7 +213,8 @@ impl FieldPipeline {
         self.read(world, (open.sleepers, false), &open.bodies);
         self.complete(&open.motions, world);
         self.see();
-        self.sample(&world.view());
+        self.gather(&world.view(), open.alone);
+        self.place();
         let mut evaluation = std::mem::take(&mut self.spare);
         let mut last = state.evaluation.take();
         self.find_held(fields, world);

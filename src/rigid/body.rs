@@ -41,6 +41,7 @@ pub(crate) struct Body {
 }
 
 impl Body {
+    #[inline]
     pub(crate) fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
         let properties = body.mass_properties();
         let local = &properties.local_mprops;
@@ -105,6 +106,7 @@ impl Body {
 
 /// Whether a body is somewhere, and moves somehow. What is not is left to Rapier, which puts it into
 /// quarantine in its step.
+#[inline]
 pub(crate) fn is_sound(body: &RigidBody) -> bool {
     let pose = body.position();
     let moves = body.linvel().is_finite() && body.angvel().is_finite();
