@@ -14,14 +14,23 @@ use std::hint::black_box;
 /// One uniform field against the loop that does the same by hand, and against Rapier's gravity.
 fn uniform(count: usize) -> Vec<Variant> {
     let g = Vector::Y * -9.81;
-    let mut looped = balls(count);
-    let by_hand = variant("impulse loop by hand", move || {
-        let dt = looped.integration_parameters.dt;
-        for (_, body) in looped.bodies.iter_mut() {
+    let kick = move |world: &mut PhysicsWorld, part: Real| {
+        let dt = world.integration_parameters.dt * part;
+        for (_, body) in world.bodies.iter_mut() {
             let impulse = g * (body.mass() * dt);
             body.apply_impulse(impulse, true);
         }
+    };
+    let mut looped = balls(count);
+    let by_hand = variant("impulse loop by hand", move || {
+        kick(&mut looped, 1.0);
         looped.step();
+    });
+    let mut halved = balls(count);
+    let twice = variant("half before, half after by hand", move || {
+        kick(&mut halved, 0.5);
+        halved.step();
+        kick(&mut halved, 0.5);
     });
     let mut forced = balls(count);
     let force = variant("force loop by hand", move || {
@@ -40,6 +49,7 @@ fn uniform(count: usize) -> Vec<Variant> {
         alone(balls(count)),
         variant("Rapier's gravity", move || own.step()),
         by_hand,
+        twice,
         force,
         with("field, kick", balls(count), uniform(), Scheme::Kick),
         with("field, kick-drift-kick", balls(count), uniform(), kdk),

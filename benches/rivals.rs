@@ -8,11 +8,11 @@ mod paired;
 use paired::{Variant, alone, balls, compare, variant, with};
 use rapier3d_fields::prelude::*;
 
-/// Balls that fly along x.
+/// Balls that fly slowly, so that Rapier has no more to do than for those that stand.
 fn flying(count: usize) -> PhysicsWorld {
     let mut world = balls(count);
     for (_, body) in world.bodies.iter_mut() {
-        body.set_linvel(Vector::X, true);
+        body.set_linvel(Vector::new(0.05, 0.02, -0.03), true);
     }
     world
 }
@@ -170,7 +170,7 @@ fn moving_zones(count: usize) -> Vec<Variant> {
 }
 
 fn main() {
-    compare("drag, 10,000 balls (≤ 2 × by hand)", 20, || {
+    compare("drag, 10,000 balls (≤ 2 × by hand)", 10, || {
         drag(10_000, Vector::ZERO, 0.0)
     });
     compare(
@@ -178,7 +178,7 @@ fn main() {
         20,
         || drag(10_000, Vector::ZERO, 0.1),
     );
-    compare("wind, 10,000 balls (≤ 2 × by hand)", 20, || {
+    compare("wind, 10,000 balls (≤ 2 × by hand)", 10, || {
         drag(10_000, Vector::Y * 2.0, 0.1)
     });
     compare(
