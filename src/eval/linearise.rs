@@ -11,7 +11,7 @@ use crate::field::{
     Dual, Frame, Frames, Linearised, LocalQuery, Motion, Query, Sampling, SamplingRule, Vec3,
     constant,
 };
-use crate::math::{DVec3, Vector, to_dvec3, to_f64};
+use crate::math::{DMat3, DVec3, Vector, to_dvec3, to_f64};
 use crate::sample::{Kind, Moment, SamplePoint, Samples};
 
 /// One sample of a body: what is asked, and how it moves.
@@ -42,7 +42,12 @@ impl Default for Sum {
     fn default() -> Self {
         Sum {
             varying: constant(DVec3::ZERO),
-            closed: Linearised::default(),
+            // The default of a matrix is the identity.
+            closed: Linearised {
+                force: DVec3::ZERO,
+                by_position: DMat3::ZERO,
+                by_velocity: DMat3::ZERO,
+            },
         }
     }
 }
