@@ -144,7 +144,8 @@ impl Fields {
         hooks: &dyn PhysicsHooks,
         events: &dyn EventHandler,
     ) -> Result<StepOutcome, StepError> {
-        let open = self.begin(WorldMut::from(&mut *world))?;
+        let mut open = self.begin(WorldMut::from(&mut *world))?;
+        open.alone = true;
         world.step_with_events(&open.hooks(hooks), events);
         self.finish(open, WorldMut::from(world))
     }

@@ -90,6 +90,7 @@ impl Reader {
 }
 
 /// Whether fields can move a body at all.
+#[inline]
 pub(crate) fn is_movable(body: &RigidBody) -> bool {
     body.is_dynamic() && body.is_enabled() && !body.is_soft_frame()
 }

@@ -1,13 +1,17 @@
 //! The forces on bodies with their derivatives.
 
+use std::cell::LazyCell;
+use std::ops::Deref;
+
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
-use crate::compile::{Compiled, Key, Program, RadialBatch};
+use crate::compile::{Compiled, Key, Program, RadialBatch, Step};
 use crate::field::{
-    Dual, Frames, Linearised, LocalQuery, Motion, Query, Sampling, SamplingRule, Vec3, constant,
+    Dual, Frame, Frames, Linearised, LocalQuery, Motion, Query, Sampling, SamplingRule, Vec3,
+    constant,
 };
-use crate::math::{DVec3, to_dvec3, to_f64};
+use crate::math::{DMat3, DVec3, Vector, to_dvec3, to_f64};
 use crate::sample::{Kind, Moment, SamplePoint, Samples};
 
 /// One sample of a body: what is asked, and how it moves.
@@ -23,6 +27,41 @@ impl Seeded {
             motion: Motion::seeded(&query),
             query,
         }
+    }
+}
+
+/// A force with its derivatives, in two parts.
+struct Sum {
+    /// Of what carries derivatives along.
+    varying: Vec3<Dual>,
+    /// Of what has them in closed form.
+    closed: Linearised,
+}
+
+impl Default for Sum {
+    fn default() -> Self {
+        Sum {
+            varying: constant(DVec3::ZERO),
+            // The default of a matrix is the identity.
+            closed: Linearised {
+                force: DVec3::ZERO,
+                by_position: DMat3::ZERO,
+                by_velocity: DMat3::ZERO,
+            },
+        }
+    }
+}
+
+impl Sum {
+    fn add(&mut self, closed: &Linearised) {
+        self.closed.force += closed.force;
+        self.closed.by_position += closed.by_position;
+        self.closed.by_velocity += closed.by_velocity;
+    }
+
+    fn total(mut self) -> Linearised {
+        self.add(&Linearised::new(&self.varying));
+        self.closed
     }
 }
 
@@ -67,14 +106,24 @@ impl Lineariser {
                 let at_centre = how.sampling == Sampling::Centre && sample.kind == Kind::Centre;
                 at_centre == whole && samples.takes(how, sample)
             };
-            let seeded = Seeded::new(samples, sample, moment);
-            let mut force = constant(DVec3::ZERO);
+            // Most bodies are sampled in one way.
+            let seeded = LazyCell::new(|| Seeded::new(samples, sample, moment));
+            let mut force = None;
             let batches = compiled.radials.iter().map(|(_, batch)| batch);
             for batch in batches.filter(|batch| wanted(batch.how)) {
-                force += self.batch_on(compiled, world, batch, &seeded);
+                let sum = force.get_or_insert_with(Sum::default);
+                sum.varying += self.batch_on(compiled, world, batch, &seeded);
             }
-            force += self.programs_on((compiled, world), sample, &seeded, |p| wanted(p.how));
-            visit(sample, &Linearised::new(&force));
+            self.programs_on(
+                (compiled, world),
+                sample,
+                &seeded,
+                |p| wanted(p.how),
+                &mut force,
+            );
+            if let Some(force) = force {
+                visit(sample, &force.total());
+            }
         }
     }
 
@@ -107,10 +156,10 @@ impl Lineariser {
         &mut self,
         (compiled, world): (&Compiled, &impl Frames),
         sample: &SamplePoint,
-        seeded: &Seeded,
+        seeded: &impl Deref<Target = Seeded>,
         wanted: impl Fn(&Program) -> bool,
-    ) -> Vec3<Dual> {
-        let mut sum = constant(DVec3::ZERO);
+        force: &mut Option<Sum>,
+    ) {
         self.index.at(compiled, sample.world_point, &mut self.found);
         for (_, number) in &self.found {
             let program = compiled.programs.get(*number);
@@ -120,14 +169,35 @@ impl Lineariser {
             for instance in self.index.reach(*number).at(program, sample.world_point) {
                 self.frames
                     .fill_instance(compiled, world, program, *instance);
-                let Seeded { query, motion } = seeded;
+                let Seeded { query, motion } = &**seeded;
                 let (instance, frames) = (*instance as usize, self.frames.all());
+                let sum = force.get_or_insert_with(Sum::default);
+                if let Some(drag) = drag_on(program, instance, frames, query) {
+                    sum.add(&drag);
+                    continue;
+                }
                 let machine = &mut self.machine;
                 if let Some(outcome) = machine.run(program, instance, frames, query, motion) {
-                    sum += outcome.force;
+                    sum.varying += outcome.force;
                 }
             }
         }
-        sum
     }
+}
+
+/// The force of a program that is one drag, defined everywhere.
+fn drag_on(
+    program: &Program,
+    instance: usize,
+    frames: &[Option<Frame>],
+    query: &Query,
+) -> Option<Linearised> {
+    let leaf = match (&program.steps[..], &program.leaves[..]) {
+        ([Step::Leaf(0)], [leaf]) if leaf.region.is_everywhere() => leaf,
+        _ => return None,
+    };
+    let frame = program.frame(instance, 0, frames)?;
+    let acts = frame.angvel == Vector::ZERO && leaf.acts_on(query, frame);
+    let local = acts.then(|| LocalQuery::new(query, frame))?;
+    leaf.drag_of(program.strength(instance, 0), &local)
 }

@@ -219,6 +219,9 @@ impl Sources {
         weights: &[Real],
         sums: &mut [Vector],
     ) {
+        if !self.gridded && self.all().len() <= WIDTH {
+            return self.add_across(law, (range, quantity), samples, weights, sums);
+        }
         for ((sample, weight), sum) in samples.iter().zip(weights).zip(sums) {
             // Samples that are not coupled are left out; so is what they would cost.
             if *weight == 0.0 {
@@ -234,9 +237,40 @@ impl Sources {
             *sum += seen.total() * *weight;
         }
     }
+
+    /// The same for sources that would not fill the lanes: several samples at once, and in each lane the
+    /// sum over the sources in their order, which is that of [`Accumulator::total`].
+    fn add_across(
+        &self,
+        law: impl Kernel,
+        (range, quantity): (Option<Real>, Quantity),
+        samples: &[SamplePoint],
+        weights: &[Real],
+        sums: &mut [Vector],
+    ) {
+        let everywhere = counting().simd_ge(Lanes::splat(0.0));
+        let chunks = samples.chunks(WIDTH).zip(weights.chunks(WIDTH));
+        for ((samples, weights), sums) in chunks.zip(sums.chunks_mut(WIDTH)) {
+            if weights.iter().all(|weight| *weight == 0.0) {
+                continue;
+            }
+            let mut seen = Accumulator::of_several(samples, range, quantity);
+            for at in self.all() {
+                let point = [self.x[at], self.y[at], self.z[at]].map(Lanes::splat);
+                let kept = [self.strength[at], self.owner[at]].map(Lanes::splat);
+                seen.meet(law, point, kept, everywhere);
+            }
+            let totals = seen.sum.map(Lanes::to_array);
+            for (lane, (weight, sum)) in weights.iter().zip(sums).enumerate() {
+                if *weight != 0.0 {
+                    *sum += Vector::from_array(totals.map(|total| total[lane])) * *weight;
+                }
+            }
+        }
+    }
 }
 
-/// The sum over sources at one sample.
+/// The sum over sources at one sample, or at several, one per lane.
 struct Accumulator {
     point: [Lanes; 3],
     owner: Lanes,
@@ -259,31 +293,62 @@ impl Accumulator {
         }
     }
 
+    /// For no more samples than lanes; what is in the others is never looked at.
+    fn of_several(samples: &[SamplePoint], range: Option<Real>, quantity: Quantity) -> Self {
+        let gather = |value: &dyn Fn(&SamplePoint) -> Real| {
+            let mut lanes = [0.0; WIDTH];
+            for (lane, sample) in lanes.iter_mut().zip(samples) {
+                *lane = value(sample);
+            }
+            Lanes::new(lanes)
+        };
+        Accumulator {
+            point: [
+                gather(&|sample| sample.world_point.x),
+                gather(&|sample| sample.world_point.y),
+                gather(&|sample| sample.world_point.z),
+            ],
+            owner: gather(&|sample| sample.owner),
+            ..Accumulator::new(Vector::ZERO, 0.0, range, quantity)
+        }
+    }
+
     /// Adds the sources at places `start..end`.
     fn add(&mut self, sources: &Sources, law: impl Kernel, start: usize, end: usize) {
         for at in (start..end).step_by(WIDTH) {
-            let dx = self.point[0] - load(&sources.x, at);
-            let dy = self.point[1] - load(&sources.y, at);
-            let dz = self.point[2] - load(&sources.z, at);
-            let r2 = dx * dx + dy * dy + dz * dz;
+            let point = [&sources.x, &sources.y, &sources.z].map(|x| load(x, at));
+            let kept = [load(&sources.strength, at), load(&sources.owner, at)];
             let left = Lanes::splat((end - at) as Real);
-            let acts = r2.simd_le(self.range2)
-                & load(&sources.owner, at).simd_ne(self.owner)
-                & self.counting.simd_lt(left);
-            if !acts.any() {
-                continue;
+            self.meet(law, point, kept, self.counting.simd_lt(left));
+        }
+    }
+
+    /// Adds a source per lane, given by its point, strength and owner, where it is `there`.
+    #[inline]
+    fn meet(
+        &mut self,
+        law: impl Kernel,
+        point: [Lanes; 3],
+        [strength, owner]: [Lanes; 2],
+        there: Lanes,
+    ) {
+        let dx = self.point[0] - point[0];
+        let dy = self.point[1] - point[1];
+        let dz = self.point[2] - point[2];
+        let r2 = dx * dx + dy * dy + dz * dz;
+        let acts = r2.simd_le(self.range2) & owner.simd_ne(self.owner) & there;
+        if !acts.any() {
+            return;
+        }
+        match self.quantity {
+            Quantity::Force => {
+                // Masked bit by bit: what does not act may be infinite or NaN.
+                let factor = acts & (strength * law.factor(r2));
+                self.sum[0] += factor * (acts & dx);
+                self.sum[1] += factor * (acts & dy);
+                self.sum[2] += factor * (acts & dz);
             }
-            let strength = load(&sources.strength, at);
-            match self.quantity {
-                Quantity::Force => {
-                    // Masked bit by bit: what does not act may be infinite or NaN.
-                    let factor = acts & (strength * law.factor(r2));
-                    self.sum[0] += factor * (acts & dx);
-                    self.sum[1] += factor * (acts & dy);
-                    self.sum[2] += factor * (acts & dz);
-                }
-                Quantity::Potential => self.sum[0] += acts & (strength * law.potential(r2)),
-            }
+            Quantity::Potential => self.sum[0] += acts & (strength * law.potential(r2)),
         }
     }
 

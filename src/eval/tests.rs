@@ -94,7 +94,8 @@ impl Stage {
         properties.update(&self.set);
         let mut samples = Samples::default();
         let wanted = self.compiled.requirements;
-        Gatherer::default().gather(&mut samples, (&properties, 0), wanted, &bodies, &view);
+        let known = (&bodies[..], false);
+        Gatherer::default().gather(&mut samples, (&properties, 0), wanted, known, &view);
         samples.place(&bodies, None);
         samples
     }

@@ -8,12 +8,13 @@ use super::axis::Axis;
 use super::error::{BuildError, finite, not_negative, rigid};
 use super::formula::{Drag, Formula, Law, Nearest, Profile, Radial, Uniform, Wind};
 use super::lifetime::Lifetime;
-use super::number::{Number, Vec3, constant, limited, rotate};
+use super::linearised::Linearised;
+use super::number::{Number, Vec3, constant, limited, real, rotate};
 use super::query::{LocalQuery, Query};
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
-use crate::math::{DVec3, InteractionGroups, Pose, Real, SharedShape, to_f64};
+use crate::math::{DMat3, DVec3, InteractionGroups, Pose, Real, SharedShape, to_f64};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.
 ///
@@ -361,6 +362,21 @@ impl Field {
             vector = limited(vector, to_f64(limit));
         }
         rotate(local.rotation, &vector) * self.weight(local)
+    }
+
+    /// The same force with its derivatives, where they are known in closed form: those of a drag in a
+    /// frame that does not turn.
+    pub(crate) fn drag_of(&self, strength: Real, local: &LocalQuery<'_>) -> Option<Linearised> {
+        let plain =
+            self.scale.is_none() && self.limit.is_none() && self.coupling == Coupling::Share;
+        let slope = plain.then(|| self.formula.drag_slope(local)).flatten()?;
+        let turn = DMat3::from_quat(local.rotation);
+        let weight = to_f64(strength) * self.weight(local);
+        Some(Linearised {
+            force: real(&self.force_of(strength, local)),
+            by_position: DMat3::ZERO,
+            by_velocity: turn * (slope * weight) * turn.transpose(),
+        })
     }
 
     /// The force of another radial law in place of the formula, and without scale and limit.

@@ -10,9 +10,13 @@ pub(super) fn phi1(x: f64) -> f64 {
 
 /// φ₁(A) x of three components; `None` if it is not finite or beyond [`LARGEST`].
 pub(super) fn mean3(rate: &Matrix3<f64>, x: Vector3<f64>) -> Option<Vector3<f64>> {
-    let mean = match spiral(rate) {
-        Some((growth, turn)) => spiral_mean(growth, turn, x),
-        None => by_exponential::<3, 4>(rate, &x)?,
+    let mean = if let Some((growth, turn)) = spiral(rate) {
+        spiral_mean(growth, turn, x)
+    } else if let Some((across, along, axis)) = stretch(rate) {
+        let part = axis * axis.dot(&x);
+        (x - part) * phi1(across) + part * phi1(along)
+    } else {
+        by_exponential::<3, 4>(rate, &x)?
     };
     mean.iter().all(|x| x.is_finite()).then_some(mean)
 }
@@ -91,6 +95,26 @@ fn spiral_mean(growth: f64, turn: Vector3<f64>, x: Vector3<f64>) -> Vector3<f64>
     along * phi1(growth) + across * real + axis.cross(&across) * imaginary
 }
 
+/// The rates across an axis and along it of a matrix a + b u uᵀ, and that axis u, to rounding: of a drag
+/// that grows with the speed, which is stronger along the motion.
+fn stretch(rate: &Matrix3<f64>) -> Option<(f64, f64, Vector3<f64>)> {
+    let size = rate.amax();
+    let scaled = rate / size;
+    let mean = scaled.trace() / 3.0;
+    // The eigenvalues of what is left are 2b/3, −b/3, −b/3.
+    let deviator = scaled - Matrix3::identity() * mean;
+    let third = (deviator.norm_squared() / 6.0)
+        .sqrt()
+        .copysign(deviator.determinant());
+    let along = deviator + Matrix3::identity() * third;
+    let largest = (along.map_diagonal(f64::abs)).imax();
+    let axis = along.column(largest).normalize();
+    let off = along - axis * axis.transpose() * (3.0 * third);
+    // Not so if anything is NaN.
+    let rates = (size * (mean - third), size * (mean + 2.0 * third), axis);
+    (off.amax() <= 4.0 * f64::EPSILON).then_some(rates)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,7 +136,21 @@ mod tests {
         let turn = cross_matrix(crate::math::DVec3::new(0.4, 2.0, -1.1));
         let drag = Matrix3::identity() * -1.7;
         let uneven = Matrix3::from_diagonal(&Vector3::new(-3.0, -0.1, 0.0));
-        for rate in [turn, drag, turn + drag, uneven, uneven + turn] {
+        let axis = Vector3::new(0.48, -0.6, 0.64);
+        let along = axis * axis.transpose() * 2.3;
+        for rate in [drag - along, drag + along, along * -1e-9] {
+            let (across, within, of) = stretch(&rate).expect("one axis");
+            assert!(
+                (rate * axis - axis * within).norm() < 1e-15 && of.dot(&axis).abs() > 1.0 - 1e-15
+            );
+            assert!((across - (rate.trace() - within) * 0.5).abs() < 1e-15);
+        }
+        let other = Matrix3::from_diagonal(&Vector3::new(-3.0, -0.1, -3.0));
+        assert!(stretch(&other).is_some() && stretch(&uneven).is_none());
+        assert!(stretch(&(drag - along + turn)).is_none());
+        let plain = [turn, drag, turn + drag, uneven, uneven + turn];
+        let stretched = [drag - along, drag + along, other, other + turn];
+        for rate in plain.into_iter().chain(stretched) {
             let mean = mean3(&rate, x).expect("finite");
             assert!((mean - summed(&rate, x)).norm() < 1e-6, "{rate}");
             let mut six = Matrix6::zeros();

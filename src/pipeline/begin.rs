@@ -10,10 +10,10 @@ use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, Wor
 use crate::contact::{Heard, KickShare, Pairs, is_to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
-use crate::integrate::{Fault, FaultPolicy, StepWarning, TurnAfter, warn_of_caps};
+use crate::integrate::{Fault, FaultPolicy, Scheme, StepWarning, TurnAfter, warn_of_caps};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Lookup, find};
+use crate::rigid::{Body, Lookup, find, find_near};
 
 impl FieldPipeline {
     /// What happens before Rapier's step. After an error nothing has been written.
@@ -76,6 +76,7 @@ impl FieldPipeline {
         Ok(OpenStep {
             number: state.steps,
             dt,
+            alone: false,
             idle,
             motions: std::mem::take(&mut self.motions),
             bodies: std::mem::replace(&mut self.bodies, std::mem::take(&mut self.late_bodies)),
@@ -255,8 +256,15 @@ impl FieldPipeline {
         self.read(world, (sleepers, first || self.other_bodies), &[]);
         self.weigh(state, world);
         self.see();
-        let remade = self.sample(&world.view());
-        if remade || first || self.is_stale(state, &world.view(), dt) {
+        let remade = self.gather(&world.view(), false);
+        let anew = remade || first || self.is_stale(state, &world.view(), dt);
+        let scheme = fields.settings.scheme;
+        // Of other schemes the last step has not put them where they are.
+        let there = self.samples.placed && scheme == Scheme::KickDriftKick;
+        if anew || self.compiled.reads_velocity || !there {
+            self.place();
+        }
+        if anew {
             self.evaluate_anew(fields, state, world, first)?;
         } else if fields.settings.scheme.chooses() {
             self.look_again(fields, state, world);
@@ -288,16 +296,14 @@ impl FieldPipeline {
     fn weigh(&mut self, state: &FieldState, world: &mut WorldMut<'_>) {
         for place in 0..self.bodies.len() {
             let body = &self.bodies[place];
-            let Some(now) = world.bodies.get(body.handle) else {
-                continue;
-            };
-            let known = state
-                .evaluation
-                .as_ref()
-                .and_then(|last| state.records.get(last.place_of(body.handle)?));
-            let colliders = now.colliders().len();
+            let known = state.evaluation.as_ref().and_then(|last| {
+                let place = find_near(&last.bodies, place, body.handle)?;
+                state.records.get(place)
+            });
             let stands = known.is_some_and(|was| {
-                was.pose == body.pose && was.sleeping == body.sleeping && was.colliders == colliders
+                was.pose == body.pose
+                    && was.sleeping == body.sleeping
+                    && was.colliders == body.colliders
             });
             if stands {
                 continue;

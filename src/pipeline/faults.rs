@@ -34,7 +34,8 @@ impl FieldPipeline {
             }
             // Once more, without the others.
             self.see();
-            self.sample(&view);
+            self.gather(&view, false);
+            self.place();
         }
     }
 

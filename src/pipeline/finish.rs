@@ -217,7 +217,8 @@ impl FieldPipeline {
         self.read(world, (open.sleepers, false), &open.bodies);
         self.complete(&open.motions, world);
         self.see();
-        self.sample(&world.view());
+        self.gather(&world.view(), open.alone);
+        self.place();
         let mut evaluation = std::mem::take(&mut self.spare);
         let mut last = state.evaluation.take();
         self.find_held(fields, world);
@@ -280,7 +281,7 @@ impl FieldPipeline {
         if !self.late.ahead.is_empty() && !self.compiled.detectors.is_empty() {
             Arc::make_mut(&mut self.detector.starts).catch_up(&self.late.ahead);
         }
-        self.record(state, world);
+        self.record(state);
         Ok(written)
     }
 
@@ -310,15 +311,11 @@ impl FieldPipeline {
     }
 
     /// Takes note of how the step leaves the bodies.
-    fn record(&mut self, state: &mut FieldState, world: &WorldMut<'_>) {
+    fn record(&mut self, state: &mut FieldState) {
         let mut updates = self.late.updates.iter().peekable();
         state.records.clear();
         for body in &self.bodies {
-            let colliders = world
-                .bodies
-                .get(body.handle)
-                .map_or(0, |b| b.colliders().len());
-            let mut record = BodyRecord::of(body, colliders);
+            let mut record = BodyRecord::of(body);
             if let Some(update) = updates.next_if(|update| update.body == body.handle) {
                 (record.linvel, record.angvel) = (update.linvel, update.angvel);
                 record.sleeping &= !update.wake;

@@ -22,6 +22,8 @@ use crate::rigid::Body;
 pub struct OpenStep {
     pub(super) number: u64,
     pub(super) dt: Real,
+    /// Whether nobody but Rapier has the world until it is finished.
+    pub(crate) alone: bool,
     /// Whether no field can reach any body within the step.
     pub(super) idle: bool,
     pub(super) motions: Motions,

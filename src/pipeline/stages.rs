@@ -106,18 +106,21 @@ impl FieldPipeline {
             });
     }
 
-    /// Brings the samples up to date with the bodies that were read, with the velocities in
-    /// `self.seen`; returns whether they are made of other parts than before.
-    pub(super) fn sample(&mut self, view: &View<'_>) -> bool {
-        let remade = self.gatherer.gather(
+    /// Brings what stays of the samples up to date with the bodies that were read; returns whether they
+    /// are made of other parts than before. `known`: whether the parts of the bodies are as they were.
+    pub(super) fn gather(&mut self, view: &View<'_>, known: bool) -> bool {
+        self.gatherer.gather(
             &mut self.samples,
             (&self.properties, self.properties_revision),
             self.compiled.requirements,
-            &self.bodies,
+            (&self.bodies, known),
             view,
-        );
+        )
+    }
+
+    /// Puts the samples where the bodies are that were read, with the velocities in `self.seen`.
+    pub(super) fn place(&mut self) {
         self.samples.place(&self.bodies, Some(&self.seen));
-        remade
     }
 
     /// The next step is not to begin with the last evaluation.
@@ -263,7 +266,7 @@ impl FieldPipeline {
             &mut samples,
             (properties, 0),
             requirements,
-            &bodies,
+            (&bodies, false),
             view,
         );
         samples.place(&bodies, None);

@@ -67,7 +67,7 @@ pub(crate) struct BodyRecord {
     pub linvel: Vector,
     pub angvel: Vector,
     pub sleeping: bool,
-    pub colliders: usize,
+    pub colliders: u32,
 }
 
 /// A step that was begun.
@@ -116,13 +116,13 @@ impl FieldState {
 }
 
 impl BodyRecord {
-    pub(crate) fn of(body: &Body, colliders: usize) -> Self {
+    pub(crate) fn of(body: &Body) -> Self {
         BodyRecord {
             pose: body.pose,
             linvel: body.linvel,
             angvel: body.angvel,
             sleeping: body.sleeping,
-            colliders,
+            colliders: body.colliders,
         }
     }
 }

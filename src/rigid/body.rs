@@ -36,9 +36,12 @@ pub(crate) struct Body {
     pub damping: [Real; 2],
     /// Solver iterations on top of those of the world.
     pub extra_iterations: u32,
+    /// How many colliders it has.
+    pub colliders: u32,
 }
 
 impl Body {
+    #[inline]
     pub(crate) fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
         let properties = body.mass_properties();
         let local = &properties.local_mprops;
@@ -64,6 +67,7 @@ impl Body {
             user_torque: body.user_torque(),
             damping: [body.linear_damping(), body.angular_damping()],
             extra_iterations: u32::try_from(extra).unwrap_or(u32::MAX),
+            colliders: body.colliders().len() as u32,
         }
     }
 
@@ -102,6 +106,7 @@ impl Body {
 
 /// Whether a body is somewhere, and moves somehow. What is not is left to Rapier, which puts it into
 /// quarantine in its step.
+#[inline]
 pub(crate) fn is_sound(body: &RigidBody) -> bool {
     let pose = body.position();
     let moves = body.linvel().is_finite() && body.angvel().is_finite();

@@ -16,7 +16,7 @@ pub(crate) use lookup::Lookup;
 pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };
-pub(crate) use ordered::{find, find_by};
+pub(crate) use ordered::{find, find_by, find_near};
 pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel, to_dquat};
 pub(crate) use state::{RigidState, Turning, stopped};
 pub(crate) use taylor_rotation::{Rotor, Top};

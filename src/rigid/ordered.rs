@@ -7,6 +7,18 @@ pub(crate) fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Opti
     find_by(handles, handle, |known| *known)
 }
 
+/// The same of one that is mostly at the place `guess`.
+pub(crate) fn find_near(
+    handles: &[RigidBodyHandle],
+    guess: usize,
+    handle: RigidBodyHandle,
+) -> Option<usize> {
+    match handles.get(guess) {
+        Some(known) if *known == handle => Some(guess),
+        _ => find(handles, handle),
+    }
+}
+
 /// The same in a list of more than handles.
 pub(crate) fn find_by<T>(
     list: &[T],

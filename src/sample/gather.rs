@@ -83,17 +83,17 @@ fn is_sampled(collider: &Collider) -> bool {
 
 impl Gatherer {
     /// Brings `samples` up to date with some bodies, in the order of their handles. `revision` says
-    /// when properties changed. `velocities`: those that fields are to see in place of the bodies'
-    /// own. Whether anything but places and velocities changed since it gathered before.
+    /// when properties changed; `known`: that the parts of the bodies are as they were when it gathered
+    /// before. Whether anything but places and velocities changed since.
     pub(crate) fn gather(
         &mut self,
         samples: &mut Samples,
         (properties, revision): (&Properties, u64),
         requirements: SamplingRequirements,
-        bodies: &[Body],
+        (bodies, known): (&[Body], bool),
         world: &impl Lookup,
     ) -> bool {
-        if self.still_holds((requirements, revision), bodies, world) {
+        if self.still_holds((requirements, revision), (bodies, known), world) {
             return false;
         }
         let before = self.made_for.replace((requirements, revision));
@@ -122,7 +122,7 @@ impl Gatherer {
     fn still_holds(
         &self,
         made_for: (SamplingRequirements, u64),
-        bodies: &[Body],
+        (bodies, known): (&[Body], bool),
         world: &impl Lookup,
     ) -> bool {
         if self.made_for != Some(made_for) || self.bodies.len() != bodies.len() {
@@ -137,7 +137,7 @@ impl Gatherer {
             if !same {
                 return false;
             }
-            if made_for.0.parts {
+            if made_for.0.parts && !known {
                 let parts = &self.parts[start..stamp.end];
                 start = stamp.end;
                 let handles = world

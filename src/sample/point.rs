@@ -114,6 +114,8 @@ pub(crate) struct Samples {
     /// The sampled bodies.
     pub bodies: Vec<RigidBodyHandle>,
     pub user: Vec<UserValues>,
+    /// Whether they were put anywhere since they were made.
+    pub placed: bool,
     /// By the index of a collider: the number of its sample.
     by_collider: Vec<u32>,
 }
@@ -141,6 +143,7 @@ impl Clone for Samples {
     /// In the buffers it has.
     fn clone_from(&mut self, from: &Self) {
         self.sites = from.sites;
+        self.placed = from.placed;
         self.list.clone_from(&from.list);
         self.solids.clone_from(&from.solids);
         self.attitudes.clone_from(&from.attitudes);
@@ -166,6 +169,7 @@ impl Samples {
         self.spreads.push(DMat3::ZERO);
         self.local_spreads.clear();
         self.sites = 0;
+        self.placed = false;
         self.centres.clear();
         self.bodies.clear();
         self.user.clear();
@@ -181,6 +185,7 @@ impl Samples {
     /// Moves all samples to where their bodies are, with velocities (linear and angular) of their
     /// own or those given.
     pub(crate) fn place(&mut self, bodies: &[Body], velocities: Option<&[(Vector, Vector)]>) {
+        self.placed = true;
         let velocity = |body: usize| match velocities {
             Some(velocities) => velocities[body],
             None => (bodies[body].linvel, bodies[body].angvel),

@@ -35,9 +35,9 @@ use super::axis::Axis;
 use super::closure::Closure;
 use super::contact::ContactLaw;
 use super::error::{BuildError, bad};
-use super::number::{Number, Vec3, constant, length};
+use super::number::{Number, Vec3, constant, length, real};
 use super::query::LocalQuery;
-use crate::math::{DVec3, Real, to_f64};
+use crate::math::{DMat3, DVec3, Real, to_f64};
 
 /// What a field does where it is defined. Made by the constructors of [`Field`](crate::Field).
 ///
@@ -119,6 +119,20 @@ impl Formula {
     /// The potential at a sample, for the vector as it stands, where the formula has one.
     pub(crate) fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         with_law!(self, law => law.potential(local))
+    }
+
+    /// The derivative by velocity of a drag that is the same everywhere, in closed form: bodies in it ask
+    /// for that at every step.
+    pub(crate) fn drag_slope(&self, local: &LocalQuery<'_>) -> Option<DMat3> {
+        match self {
+            Formula::Drag(drag) => Some(drag.slope(real(&local.velocity))),
+            Formula::Wind(wind) if wind.flow.is_uniform() => {
+                let past = real(&(local.velocity - wind.flow.vector(local)));
+                let within = past.length() <= to_f64(wind.speed_cap);
+                within.then(|| wind.drag.slope(past))
+            }
+            _ => None,
+        }
     }
 
     pub(crate) fn reads_velocity(&self) -> bool {

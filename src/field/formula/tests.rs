@@ -8,9 +8,10 @@ use super::random::Random;
 use super::*;
 use crate::field::number::{Dual, real};
 use crate::field::{
-    Coupling, Field, Frame, Linearised, Motion, Query, Region, Sample, Scalar, Tree, number,
+    Coupling, Field, ForceMode, Frame, Linearised, Motion, Query, Region, Sample, Scalar, Tree,
+    number,
 };
-use crate::math::{Pose, Real, SharedShape, Vector};
+use crate::math::{Pose, Real, SharedShape, Vector, to_dvec3};
 
 /// One field of each formula, with those whose derivatives are numerical marked.
 fn fields() -> Vec<(&'static str, Field, bool)> {
@@ -233,6 +234,52 @@ fn forces_are_the_slopes_of_their_potentials() {
         }
     }
     assert_eq!(with_potential, 50 * 15, "fields with a potential");
+}
+
+/// What is known in closed form against the numbers that carry derivatives.
+#[test]
+fn drags_have_the_derivatives_that_numbers_carry() {
+    let mut random = Random::new(5);
+    let still = Frame {
+        angvel: Vector::ZERO,
+        ..frame()
+    };
+    let mass = ForceMode::Acceleration;
+    let wind = || Field::wind(Vector::new(1.0, -2.0, 0.5), 0.4, 0.2);
+    let fields = [
+        Field::drag(0.5, 0.3),
+        Field::drag(0.5, 0.0).force_mode(mass),
+        wind().strength(1.7),
+        // Of what is faster the rule is another.
+        wind().speed_cap(1.5),
+    ];
+    let (mut known, mut unknown) = (0, 0);
+    for field in &fields {
+        for round in 0..50 {
+            let mut query = query(&mut random);
+            if round == 0 {
+                query.world_velocity = to_dvec3(still.velocity);
+            }
+            let motion = Motion::<Dual>::seeded(&query);
+            let carried = field.force(&LocalQuery::moving(&query, &motion, &still));
+            let carried = Linearised::new(&carried);
+            let closed = field.drag_of(field.strength, &LocalQuery::new(&query, &still));
+            let Some(closed) = closed else {
+                unknown += 1;
+                continue;
+            };
+            known += 1;
+            let size = 1.0 + carried.by_velocity.col(0).length();
+            assert!(closed.force.abs_diff_eq(carried.force, 1e-12 * size));
+            assert!(
+                closed
+                    .by_velocity
+                    .abs_diff_eq(carried.by_velocity, 1e-12 * size)
+            );
+            assert!(carried.by_position.abs_diff_eq(closed.by_position, 1e-12));
+        }
+    }
+    assert!(known >= 150 && unknown > 0, "{known}, {unknown}");
 }
 
 /// The flow has no sources, and the mean square it was asked for.

@@ -4,7 +4,7 @@ use super::law::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Number, Vec3, constant, length};
 use crate::field::query::LocalQuery;
-use crate::math::{Real, Vector, to_dvec3, to_f64};
+use crate::math::{DMat3, DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// F = −(c₁ + c₂ |v|) v, with v relative to the field's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,18 @@ impl Drag {
     pub(super) fn force<T: Number>(&self, velocity: &Vec3<T>) -> Vec3<T> {
         let rate = length(velocity) * to_f64(self.quadratic) + to_f64(self.linear);
         velocity * -rate
+    }
+
+    /// The same with its derivative: −(c₁ + c₂ |v|) − c₂ v vᵀ/|v|.
+    pub(super) fn slope(&self, velocity: DVec3) -> DMat3 {
+        let (speed, quadratic) = (velocity.length(), to_f64(self.quadratic));
+        let mut slope =
+            DMat3::from_diagonal(DVec3::splat(-(quadratic * speed + to_f64(self.linear))));
+        if speed > 0.0 {
+            let along = velocity * (quadratic / speed);
+            slope -= DMat3::from_cols(along * velocity.x, along * velocity.y, along * velocity.z);
+        }
+        slope
     }
 }
 
