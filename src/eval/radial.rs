@@ -108,7 +108,7 @@ impl OneWayRadials {
     fn run(
         &mut self,
         task: &Task<'_>,
-        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
         sums: &mut [Vector],
     ) {
         let (batch, number) = (task.batch, task.number as usize);
@@ -119,9 +119,7 @@ impl OneWayRadials {
             }
             sources = &mut self.still[number];
         }
-        if batch.moving > 0 || !sources.follow(batch, &mut frame) {
-            sources.gather(batch, &batch.sources, frame, task.quantity);
-        }
+        sources.refresh(batch, frame, task.quantity);
         sources.add_to(task, 0..task.samples.list.len(), sums);
     }
 }
@@ -225,12 +223,9 @@ impl Sources {
                 continue;
             }
             let mut seen = Accumulator::new(sample.world_point, sample.owner, range, quantity);
-            match range.filter(|_| self.gridded) {
-                Some(range) => self.grid.for_each_near(sample.world_point, range, |run| {
-                    seen.add(self, law, run.start, run.end);
-                }),
-                None => seen.add(self, law, self.all().start, self.all().end),
-            }
+            self.for_each_near(sample.world_point, range, |run| {
+                seen.add(self, law, run.start, run.end);
+            });
             *sum += seen.total() * *weight;
         }
     }

@@ -16,6 +16,14 @@ use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
 const BROKEN: f64 = 1.0;
 
+/// What is known of a body before it is looked into.
+enum Shown {
+    /// It was moved within the step; whether its way has shown it to be stiff, together with others.
+    ByWay(bool),
+    /// (dt·ω)⁴, as far as the change of its wrench tells.
+    Change(Real),
+}
+
 impl Integrator {
     /// After an evaluation that the step before did not make: judges the bodies for schemes that
     /// want it, and prepares kicks by forces that read velocities. `stiff`: the bodies that were
@@ -54,9 +62,8 @@ impl Integrator {
             let mut scout = std::mem::take(&mut self.scout);
             scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
             self.find_candidates(context, evaluation, stiff, |place| {
-                scout
-                    .shown(context, place, evaluation.wrenches[place])
-                    .powi(2)
+                let shown = scout.shown(context, place, evaluation.wrenches[place]);
+                Shown::Change(shown.powi(2))
             });
             self.scout = scout;
             self.look_into(context, evaluation, stiff);
@@ -88,14 +95,14 @@ impl Integrator {
         };
         match context.choice() {
             Some(choice) => {
+                let (dt, coupled) = (to_f64(context.dt), context.is_coupled());
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
-                    let known = first.resolved(body).is_some();
                     let new = last.is_none() || redirected.has(body);
-                    match (known, new) {
-                        (true, _) => 0.0,
-                        (false, true) => Real::INFINITY,
-                        (false, false) => fourth(evaluation, place),
+                    match first.resolved(body) {
+                        Some(way) => Shown::ByWay(coupled && !choice.is_calm(way.pace, dt)),
+                        None if new => Shown::Change(Real::INFINITY),
+                        None => Shown::Change(fourth(evaluation, place)),
                     }
                 });
                 // Whoever is not looked into shows less.
@@ -245,14 +252,14 @@ impl Integrator {
         note_stiff(evaluation, stiff);
     }
 
-    /// Takes note of the bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the
-    /// order of their places; with those found stiff before.
+    /// Takes note of the bodies that are worth a look by what has shown, in the order of their places;
+    /// with those found stiff before.
     fn find_candidates(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         stiff: &[RigidBodyHandle],
-        fourth_power: impl Fn(usize) -> Real,
+        shown: impl Fn(usize) -> Shown,
     ) {
         self.candidates.clear();
         let Some(choice) = context.choice() else {
@@ -264,9 +271,15 @@ impl Integrator {
             if reads_velocity && evaluation.wrenches[*place] != Wrench::ZERO {
                 return true;
             }
-            let shown = to_f64(fourth_power(*place));
+            let fourth_power = match shown(*place) {
+                // All are moved within the next step as well, whatever a Jacobian says.
+                Shown::ByWay(true) => return false,
+                Shown::ByWay(false) => 0.0,
+                Shown::Change(fourth_power) => to_f64(fourth_power),
+            };
             let was_stiff = || find(stiff, evaluation.bodies[*place]).is_some();
-            shown.is_nan() || shown > bound || (!stiff.is_empty() && was_stiff())
+            let exceeds = fourth_power.is_nan() || fourth_power > bound;
+            exceeds || (!stiff.is_empty() && was_stiff())
         };
         let places = (0..evaluation.bodies.len()).filter(is_candidate);
         self.candidates.extend(places);
