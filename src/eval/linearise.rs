@@ -44,7 +44,9 @@ impl Lineariser {
     pub(crate) fn prepare(&mut self, compiled: &Compiled, world: &impl Frames) {
         self.frames.clear(compiled);
         self.index.refresh(compiled, &mut self.frames, world);
-        self.sources.iter_mut().for_each(|(_, known)| *known = false);
+        self.sources
+            .iter_mut()
+            .for_each(|(_, known)| *known = false);
     }
 
     /// Visits the samples of one body with the force there and its derivatives by the place and

@@ -4,7 +4,7 @@ use super::evaluation::Evaluation;
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
 use super::kick::Redirected;
-use super::motion::Motions;
+use super::motion::{Motions, Resolved};
 use super::plan::{CAUTION, Choice, Plan};
 use super::secant::fourth_power;
 use super::stability::COUPLED;
@@ -15,14 +15,6 @@ use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
 const BROKEN: f64 = 1.0;
-
-/// What is known of a body before it is looked into.
-enum Shown {
-    /// It was moved within the step; whether its way has shown it to be stiff, together with others.
-    ByWay(bool),
-    /// (dt·ω)⁴, as far as the change of its wrench tells.
-    Change(Real),
-}
 
 impl Integrator {
     /// After an evaluation that the step before did not make: judges the bodies for schemes that
@@ -63,7 +55,7 @@ impl Integrator {
             scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
             self.find_candidates(context, evaluation, stiff, |place| {
                 let shown = scout.shown(context, place, evaluation.wrenches[place]);
-                Shown::Change(shown.powi(2))
+                Some(shown.powi(2))
             });
             self.scout = scout;
             self.look_into(context, evaluation, stiff);
@@ -95,20 +87,21 @@ impl Integrator {
         };
         match context.choice() {
             Some(choice) => {
-                let (dt, coupled) = (to_f64(context.dt), context.is_coupled());
+                let together = stay_together(choice, context, first);
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
+                    let known = first.resolved(body).is_some();
                     let new = last.is_none() || redirected.has(body);
-                    match first.resolved(body) {
-                        Some(way) => Shown::ByWay(coupled && !choice.is_calm(way.pace, dt)),
-                        None if new => Shown::Change(Real::INFINITY),
-                        None => Shown::Change(fourth(evaluation, place)),
+                    match (known, new) {
+                        (true, _) => (!together).then_some(0.0),
+                        (false, true) => Some(Real::INFINITY),
+                        (false, false) => Some(fourth(evaluation, place)),
                     }
                 });
                 // Whoever is not looked into shows less.
                 self.reached = CAUTION * choice.tolerance;
                 self.look_into(context, evaluation, stiff);
-                let done = (last, first, redirected);
+                let done = (last, (first, together), redirected);
                 self.judge(choice, context, evaluation, done, (stiff, warnings));
                 Self::watch_held(context, evaluation, warnings);
                 if last.is_some() && !context.rules.links.is_empty() {
@@ -158,7 +151,11 @@ impl Integrator {
         choice: Choice,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        (last, first, redirected): (Option<&Evaluation>, &Motions, Redirected<'_>),
+        (last, (first, together), redirected): (
+            Option<&Evaluation>,
+            (&Motions, bool),
+            Redirected<'_>,
+        ),
         (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
     ) {
         let dt = to_f64(context.dt);
@@ -235,7 +232,10 @@ impl Integrator {
                 warnings.push(StepWarning::missed(choice, *body, resolved.error));
             }
             let treatment = match (resolved, before(place)) {
-                (Some(resolved), _) if !choice.is_calm(resolved.pace, dt) => {
+                // What was stiff, and was not looked into since, is not forgotten.
+                (Some(resolved), was)
+                    if !choice.is_calm(resolved.pace, dt) || (together && was.is_some()) =>
+                {
                     Treatment::Resolve(resolved.pace)
                 }
                 // It stood still, and is as it was.
@@ -252,14 +252,14 @@ impl Integrator {
         note_stiff(evaluation, stiff);
     }
 
-    /// Takes note of the bodies that are worth a look by what has shown, in the order of their places;
-    /// with those found stiff before.
+    /// Takes note of the bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the
+    /// order of their places; with those found stiff before. `None` is not looked into.
     fn find_candidates(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         stiff: &[RigidBodyHandle],
-        shown: impl Fn(usize) -> Shown,
+        fourth_power: impl Fn(usize) -> Option<Real>,
     ) {
         self.candidates.clear();
         let Some(choice) = context.choice() else {
@@ -271,15 +271,11 @@ impl Integrator {
             if reads_velocity && evaluation.wrenches[*place] != Wrench::ZERO {
                 return true;
             }
-            let fourth_power = match shown(*place) {
-                // All are moved within the next step as well, whatever a Jacobian says.
-                Shown::ByWay(true) => return false,
-                Shown::ByWay(false) => 0.0,
-                Shown::Change(fourth_power) => to_f64(fourth_power),
+            let Some(shown) = fourth_power(*place).map(to_f64) else {
+                return false;
             };
             let was_stiff = || find(stiff, evaluation.bodies[*place]).is_some();
-            let exceeds = fourth_power.is_nan() || fourth_power > bound;
-            exceeds || (!stiff.is_empty() && was_stiff())
+            shown.is_nan() || shown > bound || (!stiff.is_empty() && was_stiff())
         };
         let places = (0..evaluation.bodies.len()).filter(is_candidate);
         self.candidates.extend(places);
@@ -399,6 +395,13 @@ impl Integrator {
             evaluation.couplings.push(coupling);
         }
     }
+}
+
+/// Whether bodies that act on each other are moved within the next step, too, whatever Jacobians say: the
+/// way of one that was has shown it to be stiff.
+fn stay_together(choice: Choice, context: &StepContext<'_, impl Lookup>, first: &Motions) -> bool {
+    let calm = |it: &Resolved| choice.is_calm(it.pace, to_f64(context.dt));
+    !first.resolved.iter().all(calm) && context.is_coupled()
 }
 
 /// Takes note of who is not simply kicked.
