@@ -24,7 +24,7 @@ pub(super) struct Sources {
     pub(super) owner: Vec<Real>,
     grid: Grid,
     gridded: bool,
-    /// That of the batch they were taken from, if all its sources stand still.
+    /// That of the batch they were taken from, if all its sources stand still; else zero.
     stamp: u64,
     /// Of the term of each, if so.
     serials: Vec<Key>,
@@ -77,8 +77,9 @@ impl Sources {
         for column in self.columns() {
             column.extend([0.0; WIDTH]);
         }
-        if batch.moving == 0 {
-            self.note_terms(batch);
+        match batch.moving {
+            0 => self.note_terms(batch),
+            _ => self.stamp = 0,
         }
     }
 
@@ -121,6 +122,7 @@ impl Sources {
         row
     }
 
+    /// Where the source at a place stands.
     pub(super) fn point(&self, at: usize) -> DVec3 {
         DVec3::new(to_f64(self.x[at]), to_f64(self.y[at]), to_f64(self.z[at]))
     }

@@ -141,6 +141,7 @@ impl Radial {
         }
     }
 
+    /// The factor, with the shift that is taken off the force at hand.
     fn factor_less<T: Number>(&self, shift: f64, r2: T) -> T {
         let at_centre = r2.re() == 0.0;
         if self.is_plain() && (self.shifted_at.is_none() || at_centre) {
