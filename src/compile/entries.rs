@@ -127,20 +127,7 @@ pub(crate) struct RadialSource {
     /// The collider whose origin it is at, if it is.
     pub collider: Option<ColliderHandle>,
     pub strength: Real,
-    /// Bound of the force's length, infinite without one.
-    pub strongest: Real,
     pub leaf: u32,
-}
-
-impl RadialSource {
-    /// The law of the source, strength and all.
-    pub(crate) fn law_in(&self, batch: &RadialBatch) -> Radial {
-        let strongest = (self.strongest < Real::INFINITY).then_some(self.strongest);
-        Radial {
-            strongest,
-            ..batch.law.times(self.strength)
-        }
-    }
 }
 
 /// A detection field.

@@ -190,7 +190,6 @@ impl Lowering<'_> {
             anchor: self.anchors.hold(anchor),
             collider,
             strength,
-            strongest: radial.strongest.unwrap_or(Real::INFINITY),
             leaf,
         });
     }

@@ -6,6 +6,8 @@ use std::ops::Deref;
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
+use super::quantity::Quantity;
+use super::sources::Sources;
 use crate::compile::{Compiled, Key, Program, RadialBatch, Step};
 use crate::field::{
     Dual, Frame, Frames, Linearised, LocalQuery, Motion, Query, Sampling, SamplingRule, Vec3,
@@ -72,6 +74,8 @@ pub(crate) struct Lineariser {
     index: ProgramIndex,
     machine: Interpreter<Dual>,
     found: Vec<(Key, u32)>,
+    /// By batch: its sources, and whether they are those of the world that was prepared.
+    sources: Vec<(Sources, bool)>,
 }
 
 impl Lineariser {
@@ -79,6 +83,9 @@ impl Lineariser {
     pub(crate) fn prepare(&mut self, compiled: &Compiled, world: &impl Frames) {
         self.frames.clear(compiled);
         self.index.refresh(compiled, &mut self.frames, world);
+        self.sources
+            .iter_mut()
+            .for_each(|(_, known)| *known = false);
     }
 
     /// Visits the samples of one body with the force there and its derivatives by the place and
@@ -109,10 +116,14 @@ impl Lineariser {
             // Most bodies are sampled in one way.
             let seeded = LazyCell::new(|| Seeded::new(samples, sample, moment));
             let mut force = None;
-            let batches = compiled.radials.iter().map(|(_, batch)| batch);
-            for batch in batches.filter(|batch| wanted(batch.how)) {
-                let sum = force.get_or_insert_with(Sum::default);
-                sum.varying += self.batch_on(compiled, world, batch, &seeded);
+            for (number, batch) in compiled.radials.iter().filter(|it| wanted(it.1.how)) {
+                let weight = to_f64(samples.weight(sample, &batch.weighting, moment));
+                if weight != 0.0 && batch.prototype.is_on(moment.time) {
+                    self.take_up((compiled, world), (number, batch));
+                    let sources = &self.sources[number as usize].0;
+                    let sum = force.get_or_insert_with(Sum::default);
+                    sources.linearise(batch, sample, weight, &mut sum.closed);
+                }
             }
             self.programs_on(
                 (compiled, world),
@@ -127,29 +138,22 @@ impl Lineariser {
         }
     }
 
-    fn batch_on(
+    /// Has the sources of a batch in the world that was prepared.
+    fn take_up(
         &mut self,
-        compiled: &Compiled,
-        world: &impl Frames,
-        batch: &RadialBatch,
-        seeded: &Seeded,
-    ) -> Vec3<Dual> {
-        let range = batch.range.map_or(f64::INFINITY, to_f64);
-        let mut sum = constant(DVec3::ZERO);
-        for source in &batch.sources {
-            let Some(frame) = self.frames.get(compiled, world, source.anchor) else {
-                continue;
-            };
-            let centre = to_dvec3(frame.pose.translation);
-            if centre.distance_squared(seeded.query.world_point) > range * range {
-                continue;
-            }
-            if batch.prototype.acts_on(&seeded.query, &frame) {
-                let local = LocalQuery::moving(&seeded.query, &seeded.motion, &frame);
-                sum += batch.prototype.radial_force(&source.law_in(batch), &local);
-            }
+        (compiled, world): (&Compiled, &impl Frames),
+        (number, batch): (u32, &RadialBatch),
+    ) {
+        let number = number as usize;
+        if self.sources.len() <= number {
+            self.sources.resize_with(number + 1, Default::default);
         }
-        sum
+        let (sources, known) = &mut self.sources[number];
+        if !std::mem::replace(known, true) {
+            let frames = &mut self.frames;
+            let frame = |anchor| frames.get(compiled, world, anchor);
+            sources.refresh(batch, frame, Quantity::Force);
+        }
     }
 
     fn programs_on(
@@ -200,4 +204,33 @@ fn drag_on(
     let acts = frame.angvel == Vector::ZERO && leaf.acts_on(query, frame);
     let local = acts.then(|| LocalQuery::new(query, frame))?;
     leaf.drag_of(program.strength(instance, 0), &local)
+}
+
+impl Sources {
+    /// Adds what they do to a sample, of s d: s + 2 s' d dᵀ, where s' is by r².
+    fn linearise(
+        &self,
+        batch: &RadialBatch,
+        sample: &SamplePoint,
+        weight: f64,
+        sum: &mut Linearised,
+    ) {
+        let (point, slope) = (to_dvec3(sample.world_point), batch.law.slope());
+        let range = batch.range.map_or(f64::INFINITY, to_f64);
+        self.for_each_near(sample.world_point, batch.range, |run| {
+            for at in run.filter(|at| self.owner[*at] != sample.owner) {
+                let d = point - self.point(at);
+                let r2 = d.length_squared();
+                if r2 > range * range {
+                    continue;
+                }
+                let (factor, by_r2) = slope(r2);
+                let weight = weight * to_f64(self.strength[at]);
+                let (factor, along) = (factor * weight, d * (2.0 * by_r2 * weight));
+                sum.force += d * factor;
+                sum.by_position += DMat3::from_cols(along * d.x, along * d.y, along * d.z);
+                sum.by_position += DMat3::from_diagonal(DVec3::splat(factor));
+            }
+        });
+    }
 }

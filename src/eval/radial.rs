@@ -108,7 +108,7 @@ impl OneWayRadials {
     fn run(
         &mut self,
         task: &Task<'_>,
-        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
         sums: &mut [Vector],
     ) {
         let (batch, number) = (task.batch, task.number as usize);
@@ -119,9 +119,7 @@ impl OneWayRadials {
             }
             sources = &mut self.still[number];
         }
-        if batch.moving > 0 || !sources.follow(batch, &mut frame) {
-            sources.gather(batch, &batch.sources, frame, task.quantity);
-        }
+        sources.refresh(batch, frame, task.quantity);
         sources.add_to(task, 0..task.samples.list.len(), sums);
     }
 }
@@ -219,8 +217,8 @@ impl Sources {
         weights: &[Real],
         sums: &mut [Vector],
     ) {
-        if !self.gridded && self.all().len() <= WIDTH {
-            return self.add_across(law, (range, quantity), samples, weights, sums);
+        if let Some(few) = self.few() {
+            return self.add_across(law, (few, range, quantity), samples, weights, sums);
         }
         for ((sample, weight), sum) in samples.iter().zip(weights).zip(sums) {
             // Samples that are not coupled are left out; so is what they would cost.
@@ -228,12 +226,9 @@ impl Sources {
                 continue;
             }
             let mut seen = Accumulator::new(sample.world_point, sample.owner, range, quantity);
-            match range.filter(|_| self.gridded) {
-                Some(range) => self.grid.for_each_near(sample.world_point, range, |run| {
-                    seen.add(self, law, run.start, run.end);
-                }),
-                None => seen.add(self, law, self.all().start, self.all().end),
-            }
+            self.for_each_near(sample.world_point, range, |run| {
+                seen.add(self, law, run.start, run.end);
+            });
             *sum += seen.total() * *weight;
         }
     }
@@ -243,7 +238,7 @@ impl Sources {
     fn add_across(
         &self,
         law: impl Kernel,
-        (range, quantity): (Option<Real>, Quantity),
+        (few, range, quantity): (Range<usize>, Option<Real>, Quantity),
         samples: &[SamplePoint],
         weights: &[Real],
         sums: &mut [Vector],
@@ -255,7 +250,7 @@ impl Sources {
                 continue;
             }
             let mut seen = Accumulator::of_several(samples, range, quantity);
-            for at in self.all() {
+            for at in few.clone() {
                 let point = [self.x[at], self.y[at], self.z[at]].map(Lanes::splat);
                 let kept = [self.strength[at], self.owner[at]].map(Lanes::splat);
                 seen.meet(law, point, kept, everywhere);

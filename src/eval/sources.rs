@@ -7,7 +7,7 @@ use super::lanes::WIDTH;
 use super::quantity::Quantity;
 use crate::compile::{AnchorId, Key, RadialBatch, RadialSource};
 use crate::field::Frame;
-use crate::math::{Real, Vector};
+use crate::math::{DVec3, Real, Vector, to_f64};
 use crate::neighbors::{FEWEST_FOR_GRID, Grid};
 use crate::sample::owner;
 
@@ -22,9 +22,9 @@ pub(super) struct Sources {
     pub(super) z: Vec<Real>,
     pub(super) strength: Vec<Real>,
     pub(super) owner: Vec<Real>,
-    pub(super) grid: Grid,
-    pub(super) gridded: bool,
-    /// That of the batch they were taken from, if all its sources stand still.
+    grid: Grid,
+    gridded: bool,
+    /// That of the batch they were taken from, if all its sources stand still; else zero.
     stamp: u64,
     /// Of the term of each, if so.
     serials: Vec<Key>,
@@ -77,8 +77,9 @@ impl Sources {
         for column in self.columns() {
             column.extend([0.0; WIDTH]);
         }
-        if batch.moving == 0 {
-            self.note_terms(batch);
+        match batch.moving {
+            0 => self.note_terms(batch),
+            _ => self.stamp = 0,
         }
     }
 
@@ -116,14 +117,50 @@ impl Sources {
     }
 
     /// All places, if there is no grid.
-    pub(super) fn all(&self) -> Range<usize> {
+    fn all(&self) -> Range<usize> {
         let [_, row] = self.grid.runs(0);
         row
     }
 
+    /// All places, if they would not fill the lanes.
+    pub(super) fn few(&self) -> Option<Range<usize>> {
+        let all = (!self.gridded).then(|| self.all());
+        all.filter(|all| all.len() <= WIDTH)
+    }
+
+    /// Where the source at a place stands.
+    pub(super) fn point(&self, at: usize) -> DVec3 {
+        DVec3::new(to_f64(self.x[at]), to_f64(self.y[at]), to_f64(self.z[at]))
+    }
+
+    /// Visits ranges of places that hold all sources within range of a point, and some others.
+    pub(super) fn for_each_near(
+        &self,
+        point: Vector,
+        range: Option<Real>,
+        mut visit: impl FnMut(Range<usize>),
+    ) {
+        match range.filter(|_| self.gridded) {
+            Some(range) => self.grid.for_each_near(point, range, visit),
+            None => visit(self.all()),
+        }
+    }
+
+    /// Brings the sources of a batch up to date.
+    pub(super) fn refresh(
+        &mut self,
+        batch: &RadialBatch,
+        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+        quantity: Quantity,
+    ) {
+        if batch.moving > 0 || !self.follow(batch, &mut frame) {
+            self.gather(batch, &batch.sources, frame, quantity);
+        }
+    }
+
     /// Brings the sources of a batch that all stand still up to date. Afterwards they are what
     /// [`Sources::gather`] would make of them; whether that was possible.
-    pub(super) fn follow(
+    fn follow(
         &mut self,
         batch: &RadialBatch,
         frame: impl FnMut(AnchorId) -> Option<Frame>,

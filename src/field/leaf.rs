@@ -6,7 +6,7 @@ use super::anchor::{Anchor, Frame};
 use super::any_shape::AnyShape;
 use super::axis::Axis;
 use super::error::{BuildError, finite, not_negative, rigid};
-use super::formula::{Drag, Formula, Law, Nearest, Profile, Radial, Uniform, Wind};
+use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
 use super::lifetime::Lifetime;
 use super::linearised::Linearised;
 use super::number::{Number, Vec3, constant, limited, real, rotate};
@@ -377,15 +377,6 @@ impl Field {
             by_position: DMat3::ZERO,
             by_velocity: turn * (slope * weight) * turn.transpose(),
         })
-    }
-
-    /// The force of another radial law in place of the formula, and without scale and limit.
-    pub(crate) fn radial_force<T: Number>(
-        &self,
-        law: &Radial,
-        local: &LocalQuery<'_, T>,
-    ) -> Vec3<T> {
-        rotate(local.rotation, &law.vector(local)) * self.weight(local)
     }
 
     /// The formula's vector times a strength, before the bound that a radial law has of its own.

@@ -4,7 +4,7 @@ use super::evaluation::Evaluation;
 use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
 use super::kick::Redirected;
-use super::motion::Motions;
+use super::motion::{Motions, Resolved};
 use super::plan::{CAUTION, Choice, Plan};
 use super::secant::fourth_power;
 use super::stability::COUPLED;
@@ -54,9 +54,8 @@ impl Integrator {
             let mut scout = std::mem::take(&mut self.scout);
             scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
             self.find_candidates(context, evaluation, stiff, |place| {
-                scout
-                    .shown(context, place, evaluation.wrenches[place])
-                    .powi(2)
+                let shown = scout.shown(context, place, evaluation.wrenches[place]);
+                Some(shown.powi(2))
             });
             self.scout = scout;
             self.look_into(context, evaluation, stiff);
@@ -88,20 +87,21 @@ impl Integrator {
         };
         match context.choice() {
             Some(choice) => {
+                let together = stay_together(choice, context, first);
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
                     let known = first.resolved(body).is_some();
                     let new = last.is_none() || redirected.has(body);
                     match (known, new) {
-                        (true, _) => 0.0,
-                        (false, true) => Real::INFINITY,
-                        (false, false) => fourth(evaluation, place),
+                        (true, _) => (!together).then_some(0.0),
+                        (false, true) => Some(Real::INFINITY),
+                        (false, false) => Some(fourth(evaluation, place)),
                     }
                 });
                 // Whoever is not looked into shows less.
                 self.reached = CAUTION * choice.tolerance;
                 self.look_into(context, evaluation, stiff);
-                let done = (last, first, redirected);
+                let done = (last, (first, together), redirected);
                 self.judge(choice, context, evaluation, done, (stiff, warnings));
                 Self::watch_held(context, evaluation, warnings);
                 if last.is_some() && !context.rules.links.is_empty() {
@@ -151,7 +151,11 @@ impl Integrator {
         choice: Choice,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        (last, first, redirected): (Option<&Evaluation>, &Motions, Redirected<'_>),
+        (last, (first, together), redirected): (
+            Option<&Evaluation>,
+            (&Motions, bool),
+            Redirected<'_>,
+        ),
         (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
     ) {
         let dt = to_f64(context.dt);
@@ -228,7 +232,10 @@ impl Integrator {
                 warnings.push(StepWarning::missed(choice, *body, resolved.error));
             }
             let treatment = match (resolved, before(place)) {
-                (Some(resolved), _) if !choice.is_calm(resolved.pace, dt) => {
+                // What was stiff, and was not looked into since, is not forgotten.
+                (Some(resolved), was)
+                    if !choice.is_calm(resolved.pace, dt) || (together && was.is_some()) =>
+                {
                     Treatment::Resolve(resolved.pace)
                 }
                 // It stood still, and is as it was.
@@ -246,13 +253,13 @@ impl Integrator {
     }
 
     /// Takes note of the bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the
-    /// order of their places; with those found stiff before.
+    /// order of their places; with those found stiff before. `None` is not looked into.
     fn find_candidates(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         stiff: &[RigidBodyHandle],
-        fourth_power: impl Fn(usize) -> Real,
+        fourth_power: impl Fn(usize) -> Option<Real>,
     ) {
         self.candidates.clear();
         let Some(choice) = context.choice() else {
@@ -264,7 +271,9 @@ impl Integrator {
             if reads_velocity && evaluation.wrenches[*place] != Wrench::ZERO {
                 return true;
             }
-            let shown = to_f64(fourth_power(*place));
+            let Some(shown) = fourth_power(*place).map(to_f64) else {
+                return false;
+            };
             let was_stiff = || find(stiff, evaluation.bodies[*place]).is_some();
             shown.is_nan() || shown > bound || (!stiff.is_empty() && was_stiff())
         };
@@ -386,6 +395,13 @@ impl Integrator {
             evaluation.couplings.push(coupling);
         }
     }
+}
+
+/// Whether bodies that act on each other are moved within the next step, too, whatever Jacobians say: the
+/// way of one that was has shown it to be stiff.
+fn stay_together(choice: Choice, context: &StepContext<'_, impl Lookup>, first: &Motions) -> bool {
+    let calm = |it: &Resolved| choice.is_calm(it.pace, to_f64(context.dt));
+    !first.resolved.iter().all(calm) && context.is_coupled()
 }
 
 /// Takes note of who is not simply kicked.

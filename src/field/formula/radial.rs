@@ -1,5 +1,7 @@
 //! Forces along the line through the field's origin.
 
+use num_dual::Dual64;
+
 use super::Law;
 use crate::field::error::{BuildError, finite, not_negative, positive};
 use crate::field::number::{Number, Vec3, root};
@@ -110,6 +112,37 @@ impl Radial {
 
     /// The factor s with F = s d, given r².
     pub(crate) fn factor<T: Number>(&self, r2: T) -> T {
+        self.factor_less(self.shift(), r2)
+    }
+
+    /// The factor and its derivative by r², as a function of r².
+    pub(crate) fn slope(&self) -> impl Fn(f64) -> (f64, f64) {
+        let shift = self.shift();
+        let hot = match self.profile {
+            // Without a power to be taken.
+            Profile::Power {
+                strength,
+                power: -2.0,
+                softening: 0.0,
+            } if self.is_plain() => Some(to_f64(strength)),
+            _ => None,
+        };
+        move |r2| match hot {
+            Some(strength) => {
+                let inverse2 = r2.recip();
+                let inverse = inverse2.sqrt();
+                let (plain, end) = (strength * inverse2 * inverse, shift * inverse);
+                (plain - end, (0.5 * end - 1.5 * plain) * inverse2)
+            }
+            None => {
+                let factor = self.factor_less(shift, Dual64::from(r2).derivative());
+                (factor.re, factor.eps)
+            }
+        }
+    }
+
+    /// The factor, with the shift that is taken off the force at hand.
+    fn factor_less<T: Number>(&self, shift: f64, r2: T) -> T {
         let at_centre = r2.re() == 0.0;
         if self.is_plain() && (self.shifted_at.is_none() || at_centre) {
             return self.profile.factor(r2);
@@ -119,12 +152,12 @@ impl Radial {
         }
         let r = root(r2);
         if self.is_plain() {
-            return self.profile.factor(r2) - r.recip() * self.shift();
+            return self.profile.factor(r2) - r.recip() * shift;
         }
         let force = if r.re() < self.nearest.map_or(0.0, to_f64) {
             T::from(self.force_when_near())
         } else {
-            self.profile.factor(r2) * r - self.shift()
+            self.profile.factor(r2) * r - shift
         };
         let bound = self.strongest.map_or(f64::INFINITY, to_f64);
         if force.re().abs() > bound {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use approx::assert_relative_eq;
+use num_dual::Dual64;
 
 use super::random::Random;
 use super::*;
@@ -202,6 +203,32 @@ fn is_at_a_corner(field: &Field, query: &Query, input: usize, step: f64) -> bool
     };
     let bend = (at(step) + at(-step) - at(0.0) * 2.0) / step;
     bend.length() > 1e-3 * (1.0 + at(0.0).length())
+}
+
+/// What Jacobians take of radial laws, against the one definition of each.
+#[test]
+fn slopes_of_radial_laws_are_those_of_their_factors() {
+    let mut laws = 0;
+    for (name, field, _) in fields() {
+        let Formula::Radial(law) = &field.formula else {
+            continue;
+        };
+        laws += 1;
+        for r2 in [0.3, 1.7, 2.2, 30.0] {
+            let (factor, by_r2) = law.slope()(r2);
+            let exact = law.factor(Dual64::from(r2).derivative());
+            let context = format!("{name} at {r2}: {factor}, {by_r2}");
+            assert!(
+                (factor - exact.re).abs() <= 1e-14 * exact.re.abs(),
+                "{context}"
+            );
+            assert!(
+                (by_r2 - exact.eps).abs() <= 1e-13 * exact.eps.abs(),
+                "{context}"
+            );
+        }
+    }
+    assert!(laws >= 7);
 }
 
 /// F = −∇U, where there is a U and nothing that depends on the velocity.
