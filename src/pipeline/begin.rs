@@ -340,22 +340,19 @@ impl FieldPipeline {
         if !self.condemned.is_empty() {
             last.remove(&self.condemned);
         }
-        let mut warnings = std::mem::take(&mut self.warnings);
-        let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
-        let links = std::mem::take(&mut self.links);
-        let mut integrator = std::mem::take(&mut self.integrator);
-        let view = world.view();
-        let rules = Self::rules([&links, &held], exact, fields, world);
-        let context = self.context(&view, (state.time, dt), rules);
+        let (view, exact) = (world.view(), self.exact_turns(fields));
+        let rules = Self::rules([&self.links, &self.held], exact, fields, world);
+        let read = (&self.compiled, &self.samples, &self.bodies[..]);
+        let context = Self::context(&view, read, (state.time, dt), rules);
+        let (integrator, warnings) = (&mut self.integrator, &mut self.warnings);
         if outcome.is_ok() {
-            let told = (&mut state.stiff, &mut warnings);
+            let told = (&mut state.stiff, &mut *warnings);
             integrator.predict(&context, &mut evaluation, (&last, all), told);
             if !fields.settings.scheme.kicks_twice() {
-                integrator.watch(&context, &evaluation, &last, &mut warnings);
+                integrator.watch(&context, &evaluation, &last, warnings);
             }
         }
-        (self.integrator, self.links, self.held) = (integrator, links, held);
-        (self.warnings, self.spare) = (warnings, last);
+        self.spare = last;
         outcome?;
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
@@ -381,17 +378,16 @@ impl FieldPipeline {
         let Some(mut evaluation) = state.evaluation.take() else {
             return;
         };
-        let mut integrator = std::mem::take(&mut self.integrator);
         let (view, dt) = (world.view(), world.integration_parameters.dt);
         let rules = Self::rules([&[], &[]], false, fields, world);
-        let context = self.context(&view, (state.time, dt), rules);
-        integrator.look_again(
+        let read = (&self.compiled, &self.samples, &self.bodies[..]);
+        let context = Self::context(&view, read, (state.time, dt), rules);
+        self.integrator.look_again(
             &context,
             &mut evaluation,
             places.into_iter(),
             &mut state.stiff,
         );
-        self.integrator = integrator;
         state.evaluation = Some(evaluation);
     }
 
@@ -435,16 +431,13 @@ impl FieldPipeline {
         state
             .resting
             .decide(&self.bodies, wrenches, policy, &mut self.acting);
-        let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
-        let links = std::mem::take(&mut self.links);
-        let mut integrator = std::mem::take(&mut self.integrator);
-        let mut motions = std::mem::take(&mut self.motions);
-        let mut warnings = std::mem::take(&mut self.warnings);
-        let view = world.view();
+        let (view, exact) = (world.view(), self.exact_turns(fields));
         let sift = |fault: &Fault| sifted(fields.set, fault);
-        let rules = Self::rules([&links, &held], exact, fields, world);
+        let rules = Self::rules([&self.links, &self.held], exact, fields, world);
         let rules = answering(rules, self.on_fault, &sift);
-        let context = self.context(&view, (state.time, dt), rules);
+        let read = (&self.compiled, &self.samples, &self.bodies[..]);
+        let context = Self::context(&view, read, (state.time, dt), rules);
+        let (integrator, motions) = (&mut self.integrator, &mut self.motions);
         let outcome = {
             let (acts, restless) = (super::acts(policy, &self.acting), &self.restless);
             let acts = |place, body: &Body, wrench| {
@@ -452,14 +445,12 @@ impl FieldPipeline {
                 let keep = !restless.is_empty() && find(restless, body.handle).is_some();
                 (acts, wake || keep)
             };
-            integrator.first_half(&context, evaluation, &acts, &mut motions)
+            integrator.first_half(&context, evaluation, &acts, motions)
         };
         if outcome.is_ok() {
-            integrator.warn_of_ways(&context, &mut warnings);
-            warn_of_caps(&context, &motions, &mut warnings);
+            integrator.warn_of_ways(&context, &mut self.warnings);
+            warn_of_caps(&context, motions, &mut self.warnings);
         }
-        (self.integrator, self.links, self.held) = (integrator, links, held);
-        (self.motions, self.warnings) = (motions, warnings);
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         let mut faults = std::mem::take(&mut self.motions.faults);
         self.answer_all(fields, &mut faults, state.evaluation.as_mut())?;

@@ -20,11 +20,10 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let (view, exact) = (world.view(), self.exact_turns(fields));
         loop {
-            let mut integrator = std::mem::take(&mut self.integrator);
             let rules = Self::rules([&self.links, &self.held], exact, fields, world);
-            let context = self.context(&view, (time, dt), rules);
-            let outcome = integrator.evaluate(&context, &self.seen, evaluation);
-            self.integrator = integrator;
+            let read = (&self.compiled, &self.samples, &self.bodies[..]);
+            let context = Self::context(&view, read, (time, dt), rules);
+            let outcome = self.integrator.evaluate(&context, &self.seen, evaluation);
             let Err(fault) = outcome else {
                 return Ok(());
             };

@@ -223,20 +223,15 @@ impl FieldPipeline {
                 .retain(|it| !self.condemned.contains(&it.handle));
             last.iter_mut().for_each(|it| it.remove(&self.condemned));
         }
-        let (held, exact) = (std::mem::take(&mut self.held), self.exact_turns(fields));
-        let links = std::mem::take(&mut self.links);
-        let mut integrator = std::mem::take(&mut self.integrator);
-        let mut late = std::mem::take(&mut self.late);
-        let mut acting = std::mem::take(&mut self.acting);
-        let mut warnings = std::mem::take(&mut self.warnings);
-        let mut redone = std::mem::take(&mut self.redone);
+        let (view, exact) = (world.view(), self.exact_turns(fields));
         let shares = &self.redirected();
         let may_redo = self.compiled.detectors.is_empty();
-        let view = world.view();
         let sift = |fault: &Fault| sifted(fields.set, fault);
-        let rules = Self::rules([&links, &held], exact, fields, world);
+        let rules = Self::rules([&self.links, &self.held], exact, fields, world);
         let rules = answering(rules, self.on_fault, &sift);
-        let context = self.context(&view, (now, dt), rules);
+        let read = (&self.compiled, &self.samples, &self.bodies[..]);
+        let context = Self::context(&view, read, (now, dt), rules);
+        let integrator = &mut self.integrator;
         let known = last
             .as_ref()
             .filter(|last| last.bodies == evaluation.bodies);
@@ -249,25 +244,21 @@ impl FieldPipeline {
             may_redo,
         };
         let done = (&open.motions, redirected);
-        let told = (&mut state.stiff, &mut warnings);
+        let told = (&mut state.stiff, &mut self.warnings);
         integrator.update(&context, &mut evaluation, known, done, told);
         if let Some(last) = known {
-            let told = (&mut redone, &mut warnings);
+            let told = (&mut self.redone, &mut self.warnings);
             let from = (&open.bodies[..], last);
             integrator.redo(&context, &mut evaluation, from, told);
         }
         let policy = fields.settings.wake;
         state
             .resting
-            .decide(&self.bodies, &evaluation.wrenches, policy, &mut acting);
+            .decide(&self.bodies, &evaluation.wrenches, policy, &mut self.acting);
         let outcome = {
-            let acts = acts(policy, &acting);
-            integrator.second_half(&context, &evaluation, done, &acts, &mut late)
+            let acts = acts(policy, &self.acting);
+            integrator.second_half(&context, &evaluation, done, &acts, &mut self.late)
         };
-        (self.integrator, self.links, self.held) = (integrator, links, held);
-        self.acting = acting;
-        (self.late, self.warnings) = (late, warnings);
-        self.redone = redone;
         self.spare = last.unwrap_or_default();
         outcome.map_err(|fault| blame(fields.set, &fault))?;
         let mut faults = std::mem::take(&mut self.late.faults);

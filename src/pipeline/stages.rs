@@ -2,7 +2,7 @@
 
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
-use crate::compile::{Prepared, Reach as Box};
+use crate::compile::{Compiled, Prepared, Reach as Box};
 use crate::field::FieldSet;
 use crate::integrate::{MotionRules, StepContext, StepWarning};
 use crate::math::{Real, RigidBodyHandle, Vector};
@@ -123,17 +123,18 @@ impl FieldPipeline {
         state.records.clear();
     }
 
+    /// What the integrator is told of a step; apart from `self`, so that it can be borrowed beside.
     pub(super) fn context<'a>(
-        &'a self,
         view: &'a View<'a>,
+        (compiled, samples, bodies): (&'a Compiled, &'a Samples, &'a [Body]),
         (time, dt): (f64, Real),
         rules: MotionRules<'a>,
     ) -> StepContext<'a, View<'a>> {
         StepContext {
-            compiled: &self.compiled,
+            compiled,
             world: view,
-            samples: &self.samples,
-            bodies: &self.bodies,
+            samples,
+            bodies,
             time,
             dt,
             rules,
