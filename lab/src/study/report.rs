@@ -98,7 +98,7 @@ impl Report {
         advice.collect()
     }
 
-    /// How much cheaper a method is than another, over all views which both reach: how many those are,
+    /// The cost of a method over that of another, over all views which both reach: how many those are,
     /// the least, the median and the most of the ratios. Nothing if there is none.
     pub fn against(
         &self,
@@ -108,7 +108,7 @@ impl Report {
     ) -> Option<(usize, [f64; 3])> {
         let of_precision = self.verdicts().filter(|it| it.0 == precision);
         let mut ratios: Vec<f64> = of_precision
-            .filter_map(|(_, it)| Some(it.cost(other)? / it.cost(method)?))
+            .filter_map(|(_, it)| Some(it.cost(method)? / it.cost(other)?))
             .collect();
         ratios.sort_unstable_by(f64::total_cmp);
         let middle = ratios.get(ratios.len() / 2)?;
@@ -122,8 +122,8 @@ impl Report {
             let (count, [least, median, most]) =
                 self.against(precision, Method::KickDriftKick, rival)?;
             Some(format!(
-                "f{precision}: KickDriftKick, the default, takes 1/{median:.1} of the time of {} at equal error \
-                 (median of {count} comparisons; 1/{least:.2} to 1/{most:.0}).",
+                "f{precision}: KickDriftKick, the default, takes {median:.2} times as long as {} at equal error \
+                 (median of the {count} comparisons that both reach; from {least:.2} to {most:.2}).",
                 rival.name()
             ))
         };
