@@ -58,7 +58,7 @@ fn ammonia(criterion: &mut Criterion) {
             let tree = if detect {
                 scene.tree(Some(CUTOFF), elastic)
             } else {
-                interaction(&scene.molecules, Some(CUTOFF))
+                interaction(scene.molecules.iter().map(|it| it.sites), Some(CUTOFF))
             };
             let builder = Fields::builder(tree).cross_check(check);
             let fields = scene.fields(builder).expect("the tree fits the scene");

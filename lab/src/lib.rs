@@ -16,6 +16,10 @@ pub mod random;
 #[allow(missing_docs, reason = "of this repository only, and the names say it")]
 pub mod record;
 
+pub mod replay;
+
+pub mod study;
+
 pub mod xyz;
 
 #[allow(missing_docs, reason = "of this repository only, and the names say it")]

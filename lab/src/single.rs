@@ -7,8 +7,12 @@ pub use crate::random;
 #[path = "scenes/mod.rs"]
 pub mod scenes;
 
-#[path = "study/mod.rs"]
-pub mod study;
+#[path = "cases/mod.rs"]
+pub mod cases;
+
+#[allow(missing_docs, reason = "of this repository only, and the names say it")]
+#[path = "stability/mod.rs"]
+pub mod stability;
 
 #[path = "watch.rs"]
 pub mod watch;

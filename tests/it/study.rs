@@ -1,27 +1,21 @@
 //! The study: its arithmetic on known numbers, and its cases against what theory says of them.
 
-use crate::lab::study::{
-    Case, Dimer, Effort, Impacts, Measured, Method, Metric, PRECISION, Run, Spring, StudyError,
-    Table, Timing, compare, fit_order, from_csv, time_at_error, to_csv, to_table,
+use crate::lab::cases::{self, Case, Effort, Impacts, Motion, PRECISION, molecules, spring};
+use rapier3d_fields_lab::study::{
+    Job, Machine, Measured, Method, Metric, Outcome, Report, Run, Scene, Shard, Store, StudyError,
+    Table, Timing, Work, compare, fit_order, from_csv, time_at_error, to_csv, to_table,
 };
 
-use crate::support::{assert_close, scientific};
-
-const ONCE: Effort = Effort {
-    warm_ups: 0,
-    repeats: 1,
-    seconds: 0.0,
-};
+use crate::support::{assert_at_most, assert_close, either, scientific};
 
 const DIMER: &str = include_str!("../data/c_trajectories/dimer_bound.csv");
-const SPHERES: &str = include_str!("../data/f_collisions/spheres.csv");
 
 fn halvings(first: f64, count: i32) -> Vec<f64> {
     (0..count).map(|k| first * 0.5_f64.powi(k)).collect()
 }
 
 fn run(case: &dyn Case, method: Method, dt: f64) -> Run {
-    case.run(method, dt, ONCE)
+    case.run(method, dt)
         .expect("a method and a step of the case")
 }
 
@@ -35,6 +29,7 @@ fn made_up(method: Method, dt: f64, error: f64, cost: f64) -> Run {
         steps: 7,
         simulated: 2.0,
         evaluations: 8,
+        warned: 1,
         errors: vec![
             Measured {
                 metric: Metric::FinalState,
@@ -113,7 +108,7 @@ fn a_method_that_is_slower_at_every_error_is_dominated() {
     let mut runs: Vec<Run> = curve(Method::KickDriftKick, 1.0).collect();
     runs.extend(curve(Method::Kick, 3.0));
     runs.push(made_up(Method::ExternalForce, 0.5, 0.9, 1.0));
-    runs.push(made_up(Method::AddForceLoop, 0.5, f64::INFINITY, 0.1));
+    runs.push(made_up(Method::AddForce, 0.5, f64::INFINITY, 0.1));
     let verdict = compare(&runs, "made up", Metric::FinalState, 0.05);
     let reached: Vec<Method> = verdict.reached.iter().map(|(method, _)| *method).collect();
     assert_eq!(reached, [Method::KickDriftKick, Method::Kick]);
@@ -123,10 +118,7 @@ fn a_method_that_is_slower_at_every_error_is_dominated() {
         1e-9,
         "ratio",
     );
-    assert_eq!(
-        verdict.missed,
-        [Method::ExternalForce, Method::AddForceLoop]
-    );
+    assert_eq!(verdict.missed, [Method::ExternalForce, Method::AddForce]);
     assert!(
         verdict
             .dominated
@@ -140,11 +132,11 @@ fn a_method_that_is_slower_at_every_error_is_dominated() {
     );
     let sentence = verdict.to_string();
     assert!(
-        sentence.starts_with("made up: use KickDriftKick"),
+        sentence.starts_with("made up: for an error (final state) of 5e-2 use KickDriftKick"),
         "{sentence}"
     );
     assert!(
-        sentence.contains("Kick takes 3.0 times as long"),
+        sentence.contains("it is 3.0 × cheaper than Kick"),
         "{sentence}"
     );
 }
@@ -163,8 +155,8 @@ fn runs_survive_the_file() {
     let mut runs: Vec<Run> = [0.1, 1.0 / 3.0]
         .map(|dt| made_up(Method::Kick, dt, dt / 7.0, dt))
         .to_vec();
-    runs.push(made_up(Method::AddForceLoop, 0.1, f64::INFINITY, 1.0));
-    runs.push(run(&Spring, Method::KickDriftKick, 1.0 / 16.0));
+    runs.push(made_up(Method::AddForce, 0.1, f64::INFINITY, 1.0));
+    runs.push(run(&spring(), Method::KickDriftKick, 1.0 / 16.0));
     let text = to_csv(&runs);
     assert_eq!(from_csv(&text).expect("what was written"), runs);
     let energy = Metric::Energy.definition();
@@ -187,19 +179,21 @@ fn a_file_that_cannot_be_read_says_where() {
 
 #[test]
 fn what_does_not_fit_a_case_is_an_error() {
-    let error = Spring.run(Method::PaperLaw, 0.125, ONCE).unwrap_err();
+    let error = spring().run(Method::PaperLaw, 0.125).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "case `spring` cannot be moved by PaperLaw"
+        "case `spring` cannot be moved by fields (paper's law)"
     );
     for dt in [0.0, -0.125, 0.3, 100.0, f64::NAN] {
-        let error = Spring.run(Method::Kick, dt, ONCE).unwrap_err();
+        let error = spring().run(Method::Kick, dt).unwrap_err();
         assert!(
             matches!(error, StudyError::TimeStep { .. }),
             "dt {dt}: {error}"
         );
     }
-    let error = Dimer::from_csv(DIMER, 51).unwrap_err();
+    let error = molecules("dimer", "", (DIMER, 2, 51))
+        .err()
+        .expect("too few");
     assert_eq!(error.to_string(), "the table has no sample 51");
 }
 
@@ -207,7 +201,7 @@ fn what_does_not_fit_a_case_is_an_error() {
 fn spring_order(method: Method, steps_per_period: f64) -> f64 {
     let runs = halvings(1.0 / steps_per_period, 4)
         .into_iter()
-        .map(|dt| run(&Spring, method, dt));
+        .map(|dt| run(&spring(), method, dt));
     let errors: Vec<f64> = runs
         .map(|run| run.error(Metric::FinalState).expect("its metric"))
         .collect();
@@ -234,7 +228,7 @@ fn the_spring_shows_the_order_of_each_scheme() {
         "ExternalForce",
     );
     assert_close(
-        spring_order(Method::AddForceLoop, 1024.0),
+        spring_order(Method::AddForce, 1024.0),
         1.0,
         0.12,
         "AddForceLoop",
@@ -247,13 +241,13 @@ fn only_the_kicks_keep_the_energy_of_the_spring() {
     // 1 + 3 h²/8 per step, h = dt ω.
     let dt: f64 = 1.0 / 64.0;
     let energy = |method| {
-        run(&Spring, method, dt)
+        run(&spring(), method, dt)
             .error(Metric::Energy)
             .expect("its metric")
     };
     let h = dt * std::f64::consts::TAU;
     let growth = (1.0 + 0.375 * h * h).powf(10.25 / dt) - 1.0;
-    let found = energy(Method::AddForceLoop);
+    let found = energy(Method::AddForce);
     assert_close(found / growth, 1.0, 0.05, "growth");
     assert_close(
         energy(Method::ExternalForce) / found,
@@ -266,12 +260,20 @@ fn only_the_kicks_keep_the_energy_of_the_spring() {
 
 #[test]
 fn forces_are_evaluated_once_a_step() {
-    let dimer = Dimer::from_csv(DIMER, 1).expect("the file");
-    for case in [&Spring as &dyn Case, &dimer] {
-        let dt = case.time_steps()[0];
-        for method in case.methods() {
-            let [coarse, fine] = [dt, 0.5 * dt].map(|dt| run(case, *method, dt));
-            let place = format!("{}, {}", case.name(), method.name());
+    let dimer = molecules("dimer", "", (DIMER, 2, 1)).expect("the file");
+    let once = [
+        Method::KickDriftKick,
+        Method::Kick,
+        Method::ExternalForce,
+        Method::AddForce,
+        Method::AddForceOnce,
+        Method::KicksByHand,
+    ];
+    for case in [&spring() as &dyn Case, &dimer] {
+        let dt = case.about().longest;
+        for method in once {
+            let [coarse, fine] = [dt, 0.5 * dt].map(|dt| run(case, method, dt));
+            let place = format!("{}, {}", case.about().name, method.name());
             let more = fine.evaluations - coarse.evaluations;
             assert_eq!(more, fine.steps - coarse.steps, "{place}");
             // The first step looks at how stiff new bodies are.
@@ -282,23 +284,24 @@ fn forces_are_evaluated_once_a_step() {
 
 #[test]
 fn the_dimer_follows_its_reference() {
-    let dimer = Dimer::from_csv(DIMER, 5).expect("the file");
-    assert_close(dimer.duration, 0.2, 1e-15, "duration");
+    let dimer = molecules("dimer", "", (DIMER, 2, 5)).expect("the file");
+    let duration = dimer.about().duration;
+    assert_close(duration, 0.2, 1e-15, "duration");
     let error = |method| {
-        let run = run(&dimer, method, dimer.duration / 100.0);
+        let run = run(&dimer, method, duration / 100.0);
         run.error(Metric::AtomPosition).expect("its metric")
     };
-    let (ours, plain) = (error(Method::KickDriftKick), error(Method::AddForceLoop));
+    let (ours, plain) = (error(Method::KickDriftKick), error(Method::AddForce));
     println!("dimer, 2 fs, after 0.2 ps: {ours:.2e} Å, loop {plain:.2e} Å");
     assert!(ours < 1e-3 && plain > 10.0 * ours);
 }
 
 #[test]
 fn impacts_are_answered_late_by_half_a_step_and_else_right() {
-    let impacts = Impacts::from_csv(SPHERES).expect("the file");
+    let impacts = Impacts::reference();
     assert_eq!(impacts.pairs.len(), 82);
     let dt = 1.0 / 32.0;
-    let ours = run(&impacts, Method::ImpulseLaw, dt);
+    let ours = run(&impacts, Method::FieldsDiscrete, dt);
     let error = |metric| ours.error(metric).expect("its metric");
     assert_close(error(Metric::ContactTime) / dt, 0.5, 0.15, "delay");
     assert!(error(Metric::Velocity) < 0.5 * dt && error(Metric::Velocity95) < 2.0 * dt);
@@ -308,4 +311,148 @@ fn impacts_are_answered_late_by_half_a_step_and_else_right() {
         "{:?}",
         paper.errors
     );
+}
+
+/// Each reference is known twice: by a formula or a table of others, and by the equations of motion.
+#[test]
+#[cfg(feature = "f64")]
+fn the_equations_of_motion_lead_to_the_references() {
+    for motion in Motion::all() {
+        let off = motion.doubt();
+        println!("{}: {off:.1e}", motion.name());
+        assert_at_most(off, 1e-7, motion.name());
+    }
+}
+
+/// The loops by hand and the fields mean the same forces: kicked alike, they move alike.
+#[test]
+fn by_hand_and_by_fields_is_the_same_motion() {
+    for motion in Motion::all() {
+        let about = motion.about();
+        // By hand drag is taken where the last step left it.
+        if about.name == "drag" || about.name == "helix" || about.name == "E × B" {
+            continue;
+        }
+        let dt = about.time_steps()[about.halvings - 1];
+        let error = |method| run(&motion, method, dt).errors[0].value;
+        let (ours, theirs) = (error(Method::KickDriftKickOnce), error(Method::KicksByHand));
+        println!("{}: {ours:.2e}, by hand {theirs:.2e}", about.name);
+        // Rapier turns bodies to first order; fields turn them exactly.
+        assert_at_most(ours, 1.2 * theirs + either(2e-3, 1e-9), &about.name);
+    }
+}
+
+#[test]
+fn every_case_is_moved_by_each_of_its_methods() {
+    for case in cases::all() {
+        let about = case.about();
+        assert!(!about.name.contains(','), "tables are cut at commas");
+        for method in case.methods() {
+            let run = run(case.as_ref(), *method, about.longest);
+            assert_eq!(run.errors[0].metric, about.views[0].0, "{}", about.name);
+            assert!(run.errors.iter().all(|it| !it.value.is_nan()));
+        }
+    }
+}
+
+fn job(case: &str) -> Job {
+    Job {
+        precision: PRECISION,
+        work: Work::Case(case.to_owned()),
+    }
+}
+
+#[test]
+fn a_study_in_parts_is_that_study() {
+    let folder = std::env::temp_dir().join(format!("study-{}-{PRECISION}", std::process::id()));
+    let jobs: Vec<Job> = ["a", "b, c", "d"].map(job).to_vec();
+    let store = Store::new(&folder, "quick");
+    let outcome = |job: &Job| Outcome {
+        runs: vec![Run {
+            case: job.to_string().replace(',', ""),
+            ..made_up(Method::Kick, 0.1, 0.2, 0.3)
+        }],
+        cells: Vec::new(),
+    };
+    let halves = ["1/2", "2/2"].map(|it| it.parse::<Shard>().expect("a part").share(jobs.clone()));
+    assert_eq!(halves.concat().len(), jobs.len());
+    for job in &halves[0] {
+        store
+            .save(job, &outcome(job))
+            .expect("a folder to write in");
+    }
+    let missing = store
+        .merge(&jobs)
+        .expect("readable")
+        .expect_err("half of it");
+    assert_eq!(missing, halves[1]);
+    for job in &halves[1] {
+        store
+            .save(job, &outcome(job))
+            .expect("a folder to write in");
+    }
+    let merged = store.merge(&jobs).expect("readable").expect("all of it");
+    let all = jobs.iter().flat_map(|job| outcome(job).runs);
+    assert_eq!(merged.runs, all.collect::<Vec<_>>());
+    // What another plan made is not this one's; nothing half written stays.
+    let other = Store::new(&folder, "full");
+    assert_eq!(other.load(&jobs[0]).expect("readable"), None);
+    let files = std::fs::read_dir(&folder).expect("the folder").count();
+    assert_eq!(files, 3);
+    std::fs::remove_dir_all(&folder).expect("its own folder");
+    for bad in ["", "1", "0/2", "3/2", "a/b", "1/0"] {
+        assert!(bad.parse::<Shard>().is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn the_page_has_the_numbers_of_the_table() {
+    let case = spring();
+    let plan =
+        [Method::KickDriftKick, Method::AddForce].map(|it| [(it, 1.0 / 16.0), (it, 1.0 / 64.0)]);
+    let effort = Effort {
+        rounds: 2,
+        seconds: 0.0,
+        most: 2,
+    };
+    let about = case.about();
+    let runs = cases::study(&case, &plan.concat(), effort, || ()).expect("methods of the case");
+    assert!(runs.iter().all(|run| run.timing.repeats == 2));
+    let report = Report {
+        machine: Machine::here(),
+        scenes: vec![Scene {
+            name: about.name.clone(),
+            description: "ends in </script>".to_owned(),
+            time_unit: about.time_unit.to_owned(),
+            views: about.views.clone(),
+        }],
+        runs,
+        cells: Vec::new(),
+    };
+    let page = report.html(&[]);
+    let start = page.find("id=\"data\">").expect("the data") + "id=\"data\">".len();
+    let end = start + page[start..].find("</script>").expect("its end");
+    let data: serde_json::Value = serde_json::from_str(&page[start..end]).expect("JSON");
+    assert_eq!(data["scenes"][0]["description"], "ends in </script>");
+    let table = from_csv(&report.csv()).expect("what was written");
+    assert_eq!(table, report.runs);
+    let shown = data["runs"].as_array().expect("runs");
+    assert_eq!(shown.len(), table.len());
+    for (shown, run) in shown.iter().zip(&table) {
+        assert_eq!(shown["method"], run.method.name());
+        assert_eq!(shown["seconds"]["median"].as_f64(), Some(run.timing.median));
+        assert_eq!(shown["cost"].as_f64(), Some(run.cost()));
+        for error in &run.errors {
+            assert_eq!(
+                shown["errors"][error.metric.name()].as_f64(),
+                Some(error.value)
+            );
+        }
+    }
+    // Nothing is fetched.
+    for word in ["http://", "https://", "src=", "@import", "url("] {
+        let found = page.replace("http://www.w3.org/2000/svg", "");
+        assert!(!found.contains(word), "the page says {word}");
+    }
+    assert!(report.advice().iter().all(|it| it.case == "spring"));
 }

@@ -72,7 +72,7 @@ pub fn time_at_error(points: &[(f64, f64)], error: f64) -> Option<f64> {
     Some(earlier * (time / earlier).powf(share))
 }
 
-/// What the runs of a case say about its methods.
+/// What the runs of a case say about its methods, in one precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The case.
@@ -85,23 +85,21 @@ pub struct Verdict {
     pub reached: Vec<(Method, f64)>,
     /// Methods of which no run reaches the target.
     pub missed: Vec<Method>,
-    /// Methods that another beats in time at every error they reach, and that other.
+    /// Methods that another beats in time at every error they reach, and that other: those that are
+    /// not are the Pareto front.
     pub dominated: Vec<(Method, Method)>,
 }
 
 /// Compares the methods of one case at an error of `target`, and over all errors.
 pub fn compare(runs: &[Run], case: &str, metric: Metric, target: f64) -> Verdict {
+    let of_case = || runs.iter().filter(|run| run.case == case);
     let points = |method: Method| -> Vec<(f64, f64)> {
-        let runs = runs.iter().filter(|run| run.case == case);
-        let runs = runs.filter(|run| run.method == method && !run.diverged());
+        let runs = of_case().filter(|run| run.method == method && !run.diverged());
         runs.filter_map(|run| Some((run.cost(), run.error(metric)?)))
             .collect()
     };
-    let of_case = |method: &Method| {
-        runs.iter()
-            .any(|run| run.case == case && run.method == *method)
-    };
-    let methods: Vec<Method> = Method::ALL.into_iter().filter(of_case).collect();
+    let has = |method: &Method| of_case().any(|run| run.method == *method);
+    let methods: Vec<Method> = Method::ALL.into_iter().filter(has).collect();
     let beaten = |method: Method, other: Method| {
         let others = points(other);
         let faster = |(cost, error): &(f64, f64)| {
@@ -133,33 +131,48 @@ pub fn compare(runs: &[Run], case: &str, metric: Metric, target: f64) -> Verdict
     verdict
 }
 
+impl Verdict {
+    /// The fastest method of this crate, or the fastest of the others, and its cost.
+    pub fn best(&self, ours: bool) -> Option<(Method, f64)> {
+        let mut reached = self.reached.iter().copied();
+        reached.find(|(method, _)| method.is_ours() == ours)
+    }
+
+    /// The cost of a method at the target.
+    pub fn cost(&self, method: Method) -> Option<f64> {
+        let mut reached = self.reached.iter();
+        reached.find(|it| it.0 == method).map(|it| it.1)
+    }
+}
+
+/// The advice: what to use, and what it saves.
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (case, target) = (&self.case, self.target);
+        let (case, error, target) = (&self.case, self.metric.name(), self.target);
         let Some(((best, cost), others)) = self.reached.split_first() else {
-            return write!(f, "{case}: no method keeps the error to {target:e}.");
+            return write!(
+                f,
+                "{case}: no method keeps the error ({error}) to {target:e}."
+            );
         };
-        write!(f, "{case}: use {}", best.name())?;
-        let error = self.metric.name();
-        write!(f, ", the fastest at an error ({error}) of {target:e}")?;
-        for (method, time) in others {
+        write!(
+            f,
+            "{case}: for an error ({error}) of {target:e} use {}",
+            best.name()
+        )?;
+        for (place, (method, time)) in others.iter().enumerate() {
+            let lead = if place == 0 { "; it is" } else { "," };
             write!(
                 f,
-                "; {} takes {:.1} times as long",
-                method.name(),
-                time / cost
+                "{lead} {:.1} × cheaper than {}",
+                time / cost,
+                method.name()
             )?;
         }
-        for method in &self.missed {
-            write!(f, "; {} does not get there", method.name())?;
-        }
-        if self.dominated.is_empty() {
-            return write!(f, "; none is slower at every error.");
-        }
-        write!(f, ". Slower at every error:")?;
-        for (place, (method, by)) in self.dominated.iter().enumerate() {
-            let comma = if place == 0 { "" } else { "," };
-            write!(f, "{comma} {} (than {})", method.name(), by.name())?;
+        if let Some((first, rest)) = self.missed.split_first() {
+            write!(f, "; not reached by {}", first.name())?;
+            rest.iter()
+                .try_for_each(|it| write!(f, ", {}", it.name()))?;
         }
         write!(f, ".")
     }

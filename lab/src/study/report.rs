@@ -1,152 +1,231 @@
-//! Runs as text: a table to read, and a file to keep.
+//! Runs of many cases, and what follows from them.
 
-use std::fmt::Write;
+use serde::Serialize;
 
-use super::{Measured, Method, Metric, Row, Run, StudyError, Table, Timing, fit_order};
+use super::{Machine, Method, Metric, Run, StabilityCell, Verdict, compare, safe_turn, to_csv};
 
-/// The columns of [`to_csv`].
-const COLUMNS: &str = "case,method,precision,dt,steps,simulated,evaluations,metric,error,\
-                       repeats,seconds_median,seconds_min,seconds_q1,seconds_q3";
+/// What a reader needs to know of a case.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scene {
+    /// The name in tables and files.
+    pub name: String,
+    /// A sentence on what moves, and on what the reference is.
+    pub description: String,
+    /// The unit of simulated time.
+    pub time_unit: String,
+    /// What to compare by, and at which error.
+    #[serde(skip)]
+    pub views: Vec<(Metric, f64)>,
+}
 
-/// The runs as a table of comma-separated values, one line per run and metric, every number to
-/// its last bit. Columns from `repeats` on depend on the machine, the others do not.
-pub fn to_csv(runs: &[Run]) -> String {
-    let mut text = "# Errors, metric = definition:\n".to_owned();
-    for metric in Metric::ALL {
-        let measured = |run: &Run| run.error(metric).is_some();
-        if runs.iter().any(measured) {
-            // A line in a string never fails to be written.
-            let _ = writeln!(text, "# {} = {}", metric.name(), metric.definition());
-        }
+/// All runs of a study.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// What times were measured on.
+    pub machine: Machine,
+    /// The cases, in the order in which they are told of.
+    pub scenes: Vec<Scene>,
+    /// The runs.
+    pub runs: Vec<Run>,
+    /// Cells of the stability map.
+    pub cells: Vec<StabilityCell>,
+}
+
+/// What to use for a case, at one error, in one precision.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Advice {
+    /// Name of the case.
+    pub case: String,
+    /// Bits of the numbers.
+    pub precision: u32,
+    /// What the error is of.
+    pub metric: &'static str,
+    /// The error.
+    pub target: f64,
+    /// The fastest method of this crate, and its cost, µs per unit of simulated time.
+    pub ours: Option<(&'static str, f64)>,
+    /// The fastest method without this crate.
+    pub theirs: Option<(&'static str, f64)>,
+    /// The same as a sentence, with all methods.
+    pub sentence: String,
+    /// Methods that no other beats at every error.
+    pub front: Vec<&'static str>,
+}
+
+impl Report {
+    /// The verdicts on all cases, by each of their views, in each precision there is.
+    fn verdicts(&self) -> impl Iterator<Item = (u32, Verdict)> {
+        let mut precisions: Vec<u32> = self.runs.iter().map(|run| run.precision).collect();
+        precisions.sort_unstable();
+        precisions.dedup();
+        precisions.into_iter().flat_map(move |precision| {
+            let own: Vec<Run> = self.of(precision).cloned().collect();
+            let views = self.scenes.iter().flat_map(|scene| {
+                let views = scene.views.iter();
+                views.map(|(metric, target)| (scene.name.clone(), *metric, *target))
+            });
+            let views: Vec<_> = views.collect();
+            let verdicts = views.into_iter().map(move |(case, metric, target)| {
+                (precision, compare(&own, &case, metric, target))
+            });
+            verdicts.filter(|(_, it)| !it.reached.is_empty() || !it.missed.is_empty())
+        })
     }
-    text.push_str(COLUMNS);
-    text.push('\n');
-    for run in runs {
-        for error in &run.errors {
-            text.push_str(&csv_line(run, error));
-        }
-    }
-    text
-}
 
-fn csv_line(run: &Run, error: &Measured) -> String {
-    let timing = &run.timing;
-    let cells = [
-        run.case.clone(),
-        run.method.name().to_owned(),
-        run.precision.to_string(),
-        format!("{:e}", run.dt),
-        run.steps.to_string(),
-        format!("{:e}", run.simulated),
-        run.evaluations.to_string(),
-        error.metric.name().to_owned(),
-        format!("{:e}", error.value),
-        timing.repeats.to_string(),
-        format!("{:e}", timing.median),
-        format!("{:e}", timing.min),
-        format!("{:e}", timing.lower_quartile),
-        format!("{:e}", timing.upper_quartile),
-    ];
-    cells.join(",") + "\n"
-}
-
-/// Reads what [`to_csv`] wrote.
-///
-/// # Errors
-/// A column is not there, or a cell cannot be read.
-pub fn from_csv(text: &str) -> Result<Vec<Run>, StudyError> {
-    let mut runs: Vec<Run> = Vec::new();
-    for row in Table::parse(text)?.rows() {
-        let (run, error) = read(&row)?;
-        match runs.last_mut() {
-            Some(last) if same(last, &run) && last.error(error.metric).is_none() => {
-                last.errors.push(error);
-            }
-            _ => runs.push(Run {
-                errors: vec![error],
-                ..run
-            }),
-        }
-    }
-    Ok(runs)
-}
-
-/// Whether two lines are of one run.
-fn same(a: &Run, b: &Run) -> bool {
-    (&a.case, a.method, a.precision, a.dt) == (&b.case, b.method, b.precision, b.dt)
-}
-
-fn read(row: &Row<'_>) -> Result<(Run, Measured), StudyError> {
-    let method = |cell: &str| Method::ALL.into_iter().find(|method| method.name() == cell);
-    let metric = |cell: &str| Metric::ALL.into_iter().find(|metric| metric.name() == cell);
-    let whole = |column: &str| row.read(column, "whole number", |cell| cell.parse().ok());
-    let error = Measured {
-        metric: row.read("metric", "metric", metric)?,
-        value: row.number("error")?,
-    };
-    let run = Run {
-        case: row.text("case")?.to_owned(),
-        method: row.read("method", "method", method)?,
-        precision: row.read("precision", "whole number", |cell| cell.parse().ok())?,
-        dt: row.number("dt")?,
-        steps: whole("steps")?,
-        simulated: row.number("simulated")?,
-        evaluations: whole("evaluations")?,
-        errors: Vec::new(),
-        timing: Timing {
-            repeats: row.read("repeats", "whole number", |cell| cell.parse().ok())?,
-            median: row.number("seconds_median")?,
-            min: row.number("seconds_min")?,
-            lower_quartile: row.number("seconds_q1")?,
-            upper_quartile: row.number("seconds_q3")?,
-        },
-    };
-    Ok((run, error))
-}
-
-/// The runs as text to read: for each method of each case the errors and the cost (µs per unit of
-/// simulated time) at each time step, and the order of convergence of the first error.
-pub fn to_table(runs: &[Run]) -> String {
-    let mut text = String::new();
-    let of_one = |a: &Run, b: &Run| a.case == b.case && a.method == b.method;
-    for group in runs.chunk_by(of_one) {
-        let first = &group[0];
-        let points: Vec<(f64, f64)> = group
+    fn of(&self, precision: u32) -> impl Iterator<Item = &Run> {
+        self.runs
             .iter()
-            .filter_map(|run| Some((run.dt, run.errors.first()?.value)))
-            .collect();
-        let order = fit_order(&points).map_or("no order".to_owned(), |fit| {
-            let floor = fit.floor.map(|floor| format!(", floor {floor:.0e}"));
-            format!("order {:.2}{}", fit.order, floor.unwrap_or_default())
-        });
-        let (case, method, bits) = (&first.case, first.method.name(), first.precision);
-        // A line in a string never fails to be written.
-        let _ = writeln!(text, "{case}, {method}, f{bits}: {order}");
-        let _ = write!(text, "{:>11} {:>8} {:>8}", "dt", "steps", "forces");
-        for error in &first.errors {
-            let _ = write!(text, " {:>15}", error.metric.name());
-        }
-        let _ = writeln!(text, " {:>10} {:>9}", "cost, µs", "spread");
-        for run in group {
-            let _ = write!(
-                text,
-                "{:>11.4e} {:>8} {:>8}",
-                run.dt, run.steps, run.evaluations
-            );
-            for error in &run.errors {
-                let _ = write!(text, " {:>15.2e}", error.value);
-            }
-            let timing = &run.timing;
-            let spread = (timing.upper_quartile - timing.lower_quartile) / timing.median;
-            let note = if run.diverged() { "  diverged" } else { "" };
-            let _ = writeln!(
-                text,
-                " {:>10.1} {:>7.1} %{note}",
-                run.cost(),
-                100.0 * spread
-            );
-        }
-        text.push('\n');
+            .filter(move |run| run.precision == precision)
     }
-    text
+
+    /// What to use, case by case.
+    pub fn advice(&self) -> Vec<Advice> {
+        let advice = self.verdicts().map(|(precision, verdict)| {
+            let named = |best: Option<(Method, f64)>| best.map(|(it, cost)| (it.name(), cost));
+            let beaten = |method: &Method| verdict.dominated.iter().any(|it| it.0 == *method);
+            let front = verdict.reached.iter().map(|it| it.0);
+            Advice {
+                case: verdict.case.clone(),
+                precision,
+                metric: verdict.metric.name(),
+                target: verdict.target,
+                ours: named(verdict.best(true)),
+                theirs: named(verdict.best(false)),
+                sentence: verdict.to_string(),
+                front: front.filter(|it| !beaten(it)).map(Method::name).collect(),
+            }
+        });
+        advice.collect()
+    }
+
+    /// The cost of a method over that of another, over all views which both reach: how many those are,
+    /// the least, the median and the most of the ratios. Nothing if there is none.
+    pub fn against(
+        &self,
+        precision: u32,
+        method: Method,
+        other: Method,
+    ) -> Option<(usize, [f64; 3])> {
+        let of_precision = self.verdicts().filter(|it| it.0 == precision);
+        let mut ratios: Vec<f64> = of_precision
+            .filter_map(|(_, it)| Some(it.cost(method)? / it.cost(other)?))
+            .collect();
+        ratios.sort_unstable_by(f64::total_cmp);
+        let middle = ratios.get(ratios.len() / 2)?;
+        Some((ratios.len(), [ratios[0], *middle, ratios[ratios.len() - 1]]))
+    }
+
+    /// What to use over all cases of a precision, in a few sentences.
+    pub fn overall(&self, precision: u32) -> Vec<String> {
+        let rivals = [Method::AddForce, Method::AddForceOnce, Method::KicksByHand];
+        let sentence = |rival: Method| {
+            let (count, [least, median, most]) =
+                self.against(precision, Method::KickDriftKick, rival)?;
+            Some(format!(
+                "f{precision}: KickDriftKick, the default, takes {median:.2} times as long as {} at equal error \
+                 (median of the {count} comparisons that both reach; from {least:.2} to {most:.2}).",
+                rival.name()
+            ))
+        };
+        let mut sentences: Vec<String> = rivals.into_iter().filter_map(sentence).collect();
+        sentences.extend(self.winners(precision));
+        sentences
+    }
+
+    /// Which methods are the fastest how often.
+    fn winners(&self, precision: u32) -> Option<String> {
+        let mut wins: Vec<(Method, usize)> = Vec::new();
+        for (_, verdict) in self.verdicts().filter(|it| it.0 == precision) {
+            let Some((best, _)) = verdict.reached.first() else {
+                continue;
+            };
+            match wins.iter_mut().find(|it| it.0 == *best) {
+                Some(known) => known.1 += 1,
+                None => wins.push((*best, 1)),
+            }
+        }
+        wins.sort_by_key(|it| std::cmp::Reverse(it.1));
+        let told: Vec<String> = wins
+            .iter()
+            .map(|(method, count)| format!("{} {count} ×", method.name()))
+            .collect();
+        (!told.is_empty()).then(|| format!("f{precision}: the fastest is {}.", told.join(", ")))
+    }
+
+    /// For each scheme of the stability map the largest dt·ω at which it is stable in every kind of scene
+    /// that was tried, undamped.
+    pub fn safe_turns(&self) -> Vec<(String, Option<f64>)> {
+        let mut schemes: Vec<&String> = Vec::new();
+        for cell in &self.cells {
+            if !schemes.contains(&&cell.scheme) {
+                schemes.push(&cell.scheme);
+            }
+        }
+        let undamped = |cell: &&StabilityCell| cell.damping == "None";
+        let of = |scheme: &&String| {
+            let cells = self.cells.iter().filter(undamped);
+            safe_turn(cells.filter(|cell| cell.scheme == **scheme))
+        };
+        schemes.iter().map(|it| ((*it).clone(), of(it))).collect()
+    }
+
+    /// The runs as a table, with the machine in its first line.
+    pub fn csv(&self) -> String {
+        format!("# machine: {}\n{}", self.machine.line(), to_csv(&self.runs))
+    }
+
+    /// All of it as plain data.
+    pub fn json(&self) -> serde_json::Value {
+        let run = |run: &Run| {
+            let errors = run.errors.iter().map(|it| {
+                let value = it.value.is_finite().then_some(it.value);
+                (it.metric.name().to_owned(), serde_json::json!(value))
+            });
+            serde_json::json!({
+                "case": run.case, "method": run.method.name(), "precision": run.precision,
+                "dt": run.dt, "steps": run.steps, "simulated": run.simulated,
+                "evaluations": run.evaluations, "warned": run.warned,
+                "diverged": run.diverged(), "cost": run.cost(),
+                "errors": errors.collect::<serde_json::Map<_, _>>(),
+                "seconds": {
+                    "repeats": run.timing.repeats, "median": run.timing.median,
+                    "min": run.timing.min, "q1": run.timing.lower_quartile,
+                    "q3": run.timing.upper_quartile,
+                },
+            })
+        };
+        let metric = |it: &Metric| {
+            let (unit, definition, reason) = (it.unit(), it.definition(), it.reason());
+            let about = serde_json::json!({
+                "unit": unit, "definition": definition, "reason": reason,
+            });
+            (it.name().to_owned(), about)
+        };
+        let measured = |it: &&Metric| self.runs.iter().any(|run| run.error(**it).is_some());
+        let metrics = Metric::ALL.iter().filter(measured).map(metric);
+        let scene = |scene: &Scene| {
+            let views = scene
+                .views
+                .iter()
+                .map(|(it, at)| serde_json::json!([it.name(), at]));
+            serde_json::json!({
+                "name": scene.name, "description": scene.description,
+                "time_unit": scene.time_unit, "views": views.collect::<Vec<_>>(),
+            })
+        };
+        let methods = Method::ALL.map(|it| serde_json::json!([it.name(), it.is_ours()]));
+        let overall = [32, 64].into_iter().flat_map(|it| self.overall(it));
+        serde_json::json!({
+            "machine": self.machine,
+            "metrics": metrics.collect::<serde_json::Map<_, _>>(),
+            "methods": methods,
+            "scenes": self.scenes.iter().map(scene).collect::<Vec<_>>(),
+            "overall": overall.collect::<Vec<_>>(),
+            "advice": self.advice(),
+            "stability": self.cells,
+            "legend": StabilityCell::LEGEND,
+            "safe": self.safe_turns(),
+            "runs": self.runs.iter().map(run).collect::<Vec<_>>(),
+        })
+    }
 }

@@ -1,8 +1,7 @@
 //! Comma-separated tables: comments that start with `#`, a line of names, and rows.
 
 use super::StudyError;
-use super::fields;
-use fields::math::{DQuat, DVec3};
+use rapier3d_fields::math::{DQuat, DVec3};
 
 /// A table of comma-separated cells. Cells hold no commas and are not quoted.
 #[derive(Clone, Debug)]

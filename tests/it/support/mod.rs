@@ -6,7 +6,6 @@ pub mod collide;
 pub mod flight;
 pub mod formats;
 pub mod model;
-pub mod stability;
 pub mod trees;
 pub mod worlds;
 
@@ -164,17 +163,7 @@ pub fn insert_ball(
     world.insert(body, ColliderBuilder::ball(0.5).mass(mass)).0
 }
 
-/// One of every scheme.
-pub const SCHEMES: [Scheme; 8] = [
-    Scheme::KickDriftKick,
-    Scheme::Kick,
-    Scheme::ExternalForce,
-    Scheme::Substep(Substeps::Fixed(3)),
-    Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 }),
-    Scheme::LinearlyImplicit,
-    Scheme::Suzuki4,
-    Scheme::Auto { tolerance: 1e-3 },
-];
+pub use crate::lab::stability::SCHEMES;
 
 /// Fields of a tree that is known to be valid.
 pub fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {

@@ -1,7 +1,7 @@
 //! The fields of a box of ammonia: two per atom (paper §4), and one per wall.
 
 use super::fields;
-use fields::math::{ColliderSet, Real, from_f64};
+use fields::math::{ColliderHandle, ColliderSet, Real, from_f64};
 use fields::{
     ColliderProperties, ContactLaw, Field, Fields, FieldsBuilder, Operator, PropertyError, Tree,
 };
@@ -11,18 +11,21 @@ use super::{BoxOfAmmonia, COULOMB, LJ_EPSILON, LJ_SIGMA, Molecule, SITES};
 /// The axis on which nitrogen is 1, and feels Lennard-Jones, and hydrogen 0.
 pub const DISPERSION: &str = "dispersion";
 
-/// The interaction of molecules: on each nitrogen a Lennard-Jones field, and on each atom the
+/// The interaction of molecules, given the colliders of each in the order of [`SITES`]: on each nitrogen a Lennard-Jones field, and on each atom the
 /// electric field of its charge.
 ///
 /// With a cutoff (Å) both end there, their force shifted to reach zero; without, they reach
 /// everywhere. Samples need [`set_probes`], and the fields the axis [`DISPERSION`].
-pub fn interaction(molecules: &[Molecule], cutoff: Option<Real>) -> Tree {
+pub fn interaction(
+    molecules: impl IntoIterator<Item = [ColliderHandle; 4]>,
+    cutoff: Option<Real>,
+) -> Tree {
     let ended = |field: Field| match cutoff {
         Some(cutoff) => field.shifted_to_zero_at(cutoff),
         None => field,
     };
-    let fields = molecules.iter().flat_map(|molecule| {
-        let electric = SITES.iter().zip(molecule.sites).map(|(site, collider)| {
+    let fields = molecules.into_iter().flat_map(|atoms| {
+        let electric = SITES.iter().zip(atoms).map(|(site, collider)| {
             let field = Field::coulomb(from_f64(COULOMB), from_f64(site.charge));
             field
                 .at(collider)
@@ -30,7 +33,7 @@ pub fn interaction(molecules: &[Molecule], cutoff: Option<Real>) -> Tree {
         });
         let nitrogen = Field::lennard_jones(from_f64(LJ_EPSILON), from_f64(LJ_SIGMA))
             .coupled_to_axis(DISPERSION)
-            .at(molecule.sites[0])
+            .at(atoms[0])
             .named("Lennard-Jones of N");
         electric.chain([nitrogen]).map(ended)
     });
@@ -45,7 +48,8 @@ impl BoxOfAmmonia {
         let touch = atoms
             .chain(self.walls)
             .map(|part| Field::contact(law).at(part));
-        interaction(&self.molecules, cutoff).sum_union(Tree::fold(Operator::SumUnion, touch))
+        interaction(self.molecules.iter().map(|it| it.sites), cutoff)
+            .sum_union(Tree::fold(Operator::SumUnion, touch))
     }
 
     /// Builds the fields of the box, and sets the properties of its atoms.

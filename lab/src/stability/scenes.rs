@@ -1,263 +1,31 @@
-//! Scenes of known energy that a scheme may blow up, at any ratio of step to swing, and what comes of a run.
-//!
-//! In each of them nothing adds energy, so what has gained any has it from the scheme.
+//! The worlds, by the fastest rate there is in them.
 
-use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
-use rapier3d_fields::prelude::*;
-use rapier3d_fields::rapier::na::DMatrix;
+use super::super::fields;
+use super::{DT, Damping, Scene};
+use fields::math::{DVec3, from_f64, to_dvec3, to_f64};
+use fields::prelude::*;
+use fields::rapier::na::DMatrix;
 
-use super::build;
-use super::collide::{Thing, arena, insert, touch};
-
-pub const DT: f64 = 1.0 / 60.0;
-/// So long a run is: `ExternalForce` doubles the energy of a swing of dt·ω = 0.1 in it.
-pub const STEPS: usize = 200;
-/// What has so many times the energy of the start has exploded.
-pub const EXPLODED: f64 = 2.0;
-/// A run ends here: beyond there is nothing more to learn.
-const GONE: f64 = 1e12;
-
-/// What swings, turns or slows down at a rate that is given.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
-    /// A ball in a spring.
-    Spring,
-    /// A ball that swings slowly along a trough whose walls are stiff.
-    Trough,
-    /// A dumbbell that a field turns.
-    Rotor,
-    /// Two bodies on a spring that reacts, of this ratio of masses.
-    Pair(f64),
-    /// Ten bodies in a row on springs that react, every other one so many times as heavy.
-    Chain(f64),
-    /// A ball to and fro between walls of the penalty law.
-    PenaltyWalls,
-    /// Two balls that meet, of this ratio of masses.
-    PenaltyPair(f64),
-    /// Five balls squeezed in between two walls.
-    PenaltyRow,
-    /// An atom half inside one that stands still.
-    OverlapFixed,
-    /// Two atoms half inside each other.
-    OverlapPair,
-    /// A planet that falls towards a centre; the rate is that where it is nearest.
-    Comet,
-    /// A charge in a magnetic field.
-    Gyration,
-    /// A charge in a magnetic field and in a spring of the same rate.
-    Trap,
-    /// A ball that linear drag slows down.
-    Drag,
-    /// The same of quadratic drag, at the first speed.
-    QuadraticDrag,
-    /// A ball on an arm, pulled by a spring.
-    Pendulum,
-    /// Two bodies that are joined, in a spring.
-    Rod,
-    /// The pendulum as a multibody.
-    Link,
+/// A body with its colliders.
+#[derive(Clone, Debug)]
+struct Thing {
+    body: RigidBodyHandle,
+    parts: Vec<ColliderHandle>,
 }
 
-impl Kind {
-    pub const ALL: [Kind; 21] = [
-        Kind::Spring,
-        Kind::Trough,
-        Kind::Rotor,
-        Kind::Pair(1.0),
-        Kind::Pair(100.0),
-        Kind::Chain(1.0),
-        Kind::Chain(100.0),
-        Kind::PenaltyWalls,
-        Kind::PenaltyPair(1.0),
-        Kind::PenaltyPair(100.0),
-        Kind::PenaltyRow,
-        Kind::OverlapFixed,
-        Kind::OverlapPair,
-        Kind::Comet,
-        Kind::Gyration,
-        Kind::Trap,
-        Kind::Drag,
-        Kind::QuadraticDrag,
-        Kind::Pendulum,
-        Kind::Rod,
-        Kind::Link,
-    ];
-
-    /// The scene whose fastest rate is `omega`.
-    pub fn scene(self, omega: f64, damping: Damping) -> Scene {
-        let mut scene = match self {
-            Kind::Spring => spring(omega),
-            Kind::Trough => trough(omega),
-            Kind::Rotor => rotor(omega),
-            Kind::Pair(ratio) => chain(omega, &[1.0, ratio]),
-            Kind::Chain(ratio) => chain(omega, &[1.0, ratio].repeat(5)),
-            Kind::PenaltyWalls => penalty_walls(omega, damping),
-            Kind::PenaltyPair(ratio) => penalty_pair(omega, ratio, damping),
-            Kind::PenaltyRow => penalty_row(omega, damping),
-            Kind::OverlapFixed => overlap_fixed(omega),
-            Kind::OverlapPair => overlap_pair(omega),
-            Kind::Comet => comet(omega),
-            Kind::Gyration => gyration(omega),
-            Kind::Trap => trap(omega),
-            Kind::Drag => drag(omega, false),
-            Kind::QuadraticDrag => drag(omega, true),
-            Kind::Pendulum => pendulum(omega, false),
-            Kind::Link => pendulum(omega, true),
-            Kind::Rod => rod(omega),
-        };
-        if !self.touches() || matches!(damping, Damping::Rapier(_)) {
-            scene.damp(omega, damping);
-        }
-        scene
-    }
-
-    /// Whether its contacts are damped by their law.
-    fn touches(self) -> bool {
-        matches!(
-            self,
-            Kind::PenaltyWalls | Kind::PenaltyPair(_) | Kind::PenaltyRow
-        )
-    }
-}
-
-/// What takes energy, by the share of the damping that stops a swing from coming back.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Damping {
-    None,
-    /// Rapier's own, of all bodies.
-    Rapier(f64),
-    /// A drag; of contacts, that of their law.
-    Field(f64),
-}
-
-impl Damping {
-    pub const ALL: [Damping; 5] = [
-        Damping::None,
-        Damping::Rapier(0.05),
-        Damping::Rapier(5.0),
-        Damping::Field(0.05),
-        Damping::Field(5.0),
-    ];
-
-    /// The damping of a law of contacts, for bodies of mass one.
-    fn of_law(self, omega: f64) -> f64 {
-        match self {
-            Damping::Field(ratio) => 2.0 * ratio * omega,
-            _ => 0.0,
-        }
-    }
-}
-
-/// The potential energy of what is in a world.
-type Potential = Box<dyn Fn(&PhysicsWorld) -> f64>;
-
-/// A world with fields, and what energy they give it.
-pub struct Scene {
-    world: PhysicsWorld,
-    tree: Tree,
-    charged: Vec<(ColliderHandle, f64)>,
-    potential: Potential,
-}
-
-impl Scene {
-    fn new(
-        world: PhysicsWorld,
-        tree: impl Into<Tree>,
-        potential: impl Fn(&PhysicsWorld) -> f64 + 'static,
-    ) -> Self {
-        Scene {
-            world,
-            tree: tree.into(),
-            charged: Vec::new(),
-            potential: Box::new(potential),
-        }
-    }
-
-    fn damp(&mut self, omega: f64, damping: Damping) {
-        match damping {
-            Damping::None => {}
-            Damping::Rapier(ratio) => {
-                for (_, body) in self.world.bodies.iter_mut() {
-                    body.set_linear_damping(from_f64(2.0 * ratio * omega));
-                    body.set_angular_damping(from_f64(2.0 * ratio * omega));
-                }
-            }
-            Damping::Field(ratio) => {
-                let drag = Field::drag(from_f64(2.0 * ratio * omega), 0.0);
-                self.tree = std::mem::take(&mut self.tree).sum_union(drag);
-            }
-        }
-    }
-
-    fn energy(&self) -> f64 {
-        let bodies = self.world.bodies.iter();
-        let kinetic = bodies.map(|(_, body)| {
-            let turning = body.mass_properties().local_mprops.principal_inertia();
-            let spin = body.rotation().inverse() * body.angvel();
-            let [moments, spin] = [turning, spin].map(to_dvec3);
-            let speed2 = to_dvec3(body.linvel()).length_squared();
-            to_f64(body.mass()) * speed2 + (moments * spin * spin).element_sum()
-        });
-        0.5 * kinetic.sum::<f64>() + (self.potential)(&self.world)
-    }
-}
-
-/// What came of a run.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Fate {
-    /// The largest energy as a share of that of the start, and the last.
-    pub most: f64,
-    pub last: f64,
-    /// The step at which it had exploded.
-    pub exploded: Option<usize>,
-    /// The first step with a warning that has to do with stability, or that was refused.
-    pub told: Option<usize>,
-    pub refused: bool,
-}
-
-impl Fate {
-    /// Whether it exploded before anybody was told.
-    pub fn is_silent(self) -> bool {
-        let told = self.told.unwrap_or(usize::MAX);
-        self.exploded.is_some_and(|exploded| exploded < told)
-    }
-}
-
-/// Runs a scene.
-pub fn fate(mut scene: Scene, scheme: Scheme) -> Fate {
-    let mut fields = build(std::mem::take(&mut scene.tree), scheme);
-    for (part, charge) in &scene.charged {
-        let charge = ColliderProperties::new().charge(from_f64(*charge));
-        let set = fields.set_properties(*part, charge, &scene.world.colliders);
-        set.expect("a collider of the world");
-    }
-    let first = scene.energy();
-    let mut fate = Fate::default();
-    for step in 0..STEPS {
-        fate.refused = fields.step(&mut scene.world).is_err();
-        if fate.refused || fields.warnings().iter().any(tells) {
-            fate.told.get_or_insert(step);
-        }
-        let share = scene.energy() / first;
-        let share = if share.is_nan() { f64::INFINITY } else { share };
-        fate.last = share;
-        fate.most = fate.most.max(share);
-        if share > EXPLODED {
-            fate.exploded.get_or_insert(step);
-        }
-        if fate.refused || share > GONE {
-            break;
-        }
-    }
-    fate
-}
-
-/// Whether a warning tells of a scheme that does not follow its fields.
-fn tells(warning: &StepWarning) -> bool {
-    matches!(
-        warning,
-        StepWarning::Stiff { .. } | StepWarning::ToleranceMissed { .. }
-    )
+fn insert(
+    world: &mut PhysicsWorld,
+    body: RigidBodyBuilder,
+    parts: impl IntoIterator<Item = ColliderBuilder>,
+) -> Thing {
+    let body = world.bodies.insert(body);
+    let (bodies, colliders) = (&mut world.bodies, &mut world.colliders);
+    let parts = parts.into_iter();
+    let parts = parts.map(|part| colliders.insert_with_parent(part, body, bodies));
+    let parts = parts.collect();
+    // Rapier would do this in its next step.
+    world.bodies[body].recompute_mass_properties_from_colliders(&world.colliders);
+    Thing { body, parts }
 }
 
 fn place(world: &PhysicsWorld, body: RigidBodyHandle) -> DVec3 {
@@ -268,8 +36,15 @@ fn vector(x: f64, y: f64, z: f64) -> Vector {
     Vector::new(from_f64(x), from_f64(y), from_f64(z))
 }
 
+/// A world without gravity, in which Rapier's contacts are exact.
 fn empty() -> PhysicsWorld {
-    arena(from_f64(DT))
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::ZERO;
+    world.integration_parameters.dt = from_f64(DT);
+    world.integration_parameters.contact_recycling = false;
+    world.integration_parameters.max_ccd_substeps = 0;
+    world.integration_parameters.normalized_max_linear_velocity = Real::MAX;
+    world
 }
 
 /// A ball that nothing touches.
@@ -286,7 +61,7 @@ fn ghost(world: &mut PhysicsWorld, mass: f64, place: Vector, linvel: Vector) -> 
     )
 }
 
-fn spring(omega: f64) -> Scene {
+pub(super) fn spring(omega: f64) -> Scene {
     let mut world = empty();
     let body = ghost(&mut world, 1.0, Vector::X, Vector::ZERO).body;
     let stiffness = omega * omega;
@@ -295,7 +70,7 @@ fn spring(omega: f64) -> Scene {
     })
 }
 
-fn trough(omega: f64) -> Scene {
+pub(super) fn trough(omega: f64) -> Scene {
     let mut world = empty();
     let start = vector(1.0, 1e-3, 0.0);
     let body = ghost(&mut world, 1.0, start, Vector::ZERO).body;
@@ -311,7 +86,7 @@ fn trough(omega: f64) -> Scene {
 }
 
 /// Charges at an arm's length of one from the middle of a body, in a field along x.
-fn rotor(omega: f64) -> Scene {
+pub(super) fn rotor(omega: f64) -> Scene {
     let mut world = empty();
     let body = RigidBodyBuilder::dynamic()
         .rotation(Vector::Z)
@@ -385,7 +160,7 @@ fn link(bead: RigidBodyHandle, number: usize, stiffness: f64) -> Tree {
     spring.reacting().at(bead).into()
 }
 
-fn chain(omega: f64, masses: &[f64]) -> Scene {
+pub(super) fn chain(omega: f64, masses: &[f64]) -> Scene {
     let mut world = empty();
     let stiffness = omega * omega / fastest2(masses, false);
     let beads = masses.iter().zip(OFF).enumerate();
@@ -441,7 +216,9 @@ fn penalty(
         stiffness: from_f64(stiffness),
         damping: from_f64(damping),
     };
-    let tree = touch(balls.iter().flat_map(|ball| ball.parts.clone()), law);
+    let parts = balls.iter().flat_map(|ball| &ball.parts);
+    let parts = parts.map(|part| Field::contact(law).at(*part).into());
+    let tree = Tree::fold::<Tree>(Operator::SumUnion, parts);
     Scene::new(world, tree, move |world| {
         let places: Vec<DVec3> = balls.iter().map(|ball| place(world, ball.body)).collect();
         let between = places
@@ -458,7 +235,7 @@ fn penalty(
     })
 }
 
-fn penalty_walls(omega: f64, damping: Damping) -> Scene {
+pub(super) fn penalty_walls(omega: f64, damping: Damping) -> Scene {
     let mut world = empty();
     let ball = ball(&mut world, 1.0, vector(0.013, 0.0, 0.0), Vector::X);
     let places = [-0.6, 0.6];
@@ -467,7 +244,7 @@ fn penalty_walls(omega: f64, damping: Damping) -> Scene {
     penalty(world, vec![ball], law, Some(places))
 }
 
-fn penalty_pair(omega: f64, ratio: f64, damping: Damping) -> Scene {
+pub(super) fn penalty_pair(omega: f64, ratio: f64, damping: Damping) -> Scene {
     let mut world = empty();
     let still = ball(&mut world, ratio, Vector::X * -0.5, Vector::ZERO);
     let start = vector(0.613, 0.05, 0.0);
@@ -480,7 +257,7 @@ fn penalty_pair(omega: f64, ratio: f64, damping: Damping) -> Scene {
 }
 
 /// Each overlaps by 0.02, and is off by a quarter of that at most; energy counts from where they rest.
-fn penalty_row(omega: f64, damping: Damping) -> Scene {
+pub(super) fn penalty_row(omega: f64, damping: Damping) -> Scene {
     let mut world = empty();
     let balls = OFF[..5].iter().enumerate().map(|(number, [along, _])| {
         let start = vector(0.98 * number as f64 + 0.1 * along, 0.0, 0.0);
@@ -509,7 +286,7 @@ fn overlap_stiffness() -> f64 {
     4.0 * (156.0 * r.powi(-14) - 42.0 * r.powi(-8))
 }
 
-fn overlap_fixed(omega: f64) -> Scene {
+pub(super) fn overlap_fixed(omega: f64) -> Scene {
     let mut world = empty();
     let body = ghost(&mut world, 1.0, Vector::X * 0.5, Vector::ZERO).body;
     let depth = omega * omega / overlap_stiffness();
@@ -519,7 +296,7 @@ fn overlap_fixed(omega: f64) -> Scene {
     })
 }
 
-fn overlap_pair(omega: f64) -> Scene {
+pub(super) fn overlap_pair(omega: f64) -> Scene {
     let mut world = empty();
     let half = vector(0.25, 0.0, 0.0);
     let [a, b] = [half, -half].map(|place| ghost(&mut world, 1.0, place, Vector::ZERO).body);
@@ -533,7 +310,7 @@ fn overlap_pair(omega: f64) -> Scene {
 /// From far away on an ellipse of size one, whose nearest point is this far from the centre.
 const NEAREST: f64 = 0.1;
 
-fn comet(omega: f64) -> Scene {
+pub(super) fn comet(omega: f64) -> Scene {
     let mut world = empty();
     let strength = omega * omega * NEAREST.powi(3);
     let farthest = 2.0 - NEAREST;
@@ -565,15 +342,15 @@ fn charge(rate: f64, stiffness: f64) -> Scene {
     scene
 }
 
-fn gyration(omega: f64) -> Scene {
+pub(super) fn gyration(omega: f64) -> Scene {
     charge(omega, 0.0)
 }
 
-fn trap(omega: f64) -> Scene {
+pub(super) fn trap(omega: f64) -> Scene {
     charge(omega, omega * omega)
 }
 
-fn drag(omega: f64, quadratic: bool) -> Scene {
+pub(super) fn drag(omega: f64, quadratic: bool) -> Scene {
     let mut world = empty();
     ghost(&mut world, 1.0, Vector::ZERO, Vector::X * 3.0);
     let tree = match quadratic {
@@ -584,7 +361,7 @@ fn drag(omega: f64, quadratic: bool) -> Scene {
 }
 
 /// On an arm of one, one radian from where the spring pulls it.
-fn pendulum(omega: f64, multibody: bool) -> Scene {
+pub(super) fn pendulum(omega: f64, multibody: bool) -> Scene {
     let mut world = empty();
     let start = vector(1.0_f64.sin(), 1.0_f64.cos(), 0.0);
     let body = ghost(&mut world, 1.0, start, Vector::ZERO).body;
@@ -607,7 +384,7 @@ fn pendulum(omega: f64, multibody: bool) -> Scene {
     })
 }
 
-fn rod(omega: f64) -> Scene {
+pub(super) fn rod(omega: f64) -> Scene {
     let mut world = empty();
     let ends = [0.5, 1.5].map(|x| ghost(&mut world, 1.0, vector(x, 0.0, 0.0), Vector::ZERO).body);
     let joint = FixedJointBuilder::new().local_anchor1(Vector::X * 0.5);

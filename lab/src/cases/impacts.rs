@@ -1,12 +1,13 @@
 //! Pairs of spheres that meet.
 
-use super::super::measure::{Driver, Simulation, quantile, time, weightless};
-use super::super::{Effort, Measured, Method, Metric, PRECISION, Row, Run, StudyError, Table};
+use super::answer::{answered, follow};
 use super::fields;
-use super::{Case, finite_or_infinite, halvings, whole_steps};
+use super::simulation::{Simulation, weightless};
+use super::{About, Case, run};
+use crate::study::{Measured, Method, Metric, Row, Run, StudyError, Table, quantile};
+use fields::ContactLaw;
 use fields::math::{DVec3, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3};
 use fields::rapier::prelude::{ColliderBuilder, RigidBodyBuilder};
-use fields::{ContactLaw, Field, Fields};
 
 /// Two spheres that fly in straight lines, touch once, and part without friction.
 ///
@@ -71,15 +72,15 @@ impl Impacts {
         Ok(Impacts { pairs })
     }
 
-    fn set_up(&self, method: Method, dt: f64) -> Result<Vec<Simulation>, StudyError> {
-        let steps = whole_steps(NAME, DURATION, dt)?;
-        let pairs = self.pairs.iter().enumerate();
-        pairs
-            .map(|(place, pair)| {
-                let phase = (place as f64 * GOLDEN).fract();
-                pair.set_up(method, dt, steps as f64 / 2.0 + phase)
-            })
-            .collect()
+    /// The hundred pairs of the reference.
+    pub fn reference() -> Self {
+        let text = include_str!("../../../tests/data/f_collisions/spheres.csv");
+        Self::from_csv(text).expect("a table that the tests read")
+    }
+
+    /// By how many steps a pair is before its contact at the start.
+    fn lead(place: usize, steps: u64) -> f64 {
+        steps as f64 / 2.0 + (place as f64 * GOLDEN).fract()
     }
 }
 
@@ -129,24 +130,14 @@ impl Impact {
             world.insert(body, ball).1
         });
         let law = match method {
-            Method::ImpulseLaw => ContactLaw::restitution(restitution),
             Method::PaperLaw => ContactLaw::Paper,
-            Method::RapierContacts => {
-                let driver = Driver::Nobody;
-                return Ok(Simulation { world, driver });
-            }
-            _ => {
-                let (case, method) = (NAME, method.name());
-                return Err(StudyError::Method { case, method });
-            }
+            _ => ContactLaw::restitution(restitution),
         };
-        let [first, second] = spheres.map(|sphere| Field::contact(law).at(sphere));
-        let driver = Driver::Fields(Box::new(Fields::new(first.sum_union(second))?));
-        Ok(Simulation { world, driver })
+        answered(NAME, method, world, &spheres, law)
     }
 
     /// Makes the steps of a world of [`Impact::set_up`], and sees how it goes.
-    fn watch(&self, simulation: &mut Simulation, steps: u64, dt: f64, lead: f64) -> Found {
+    fn watch(&self, simulation: &mut Simulation, steps: u64, dt: f64, lead: f64) -> (Found, u64) {
         let velocities = |simulation: &Simulation| -> Vec<Vector> {
             let bodies = &simulation.world.bodies;
             let handles: Vec<RigidBodyHandle> = bodies.iter().map(|(handle, _)| handle).collect();
@@ -156,85 +147,80 @@ impl Impact {
                 .collect()
         };
         let start = velocities(simulation);
-        let mut answered = None;
-        for step in 1..=steps {
-            if simulation.step().is_err() {
-                break;
+        let mut first = None;
+        let (_, warned) = follow(simulation, steps, |step, simulation| {
+            if first.is_none() && velocities(simulation) != start {
+                first = Some(step);
             }
-            if answered.is_none() && velocities(simulation) != start {
-                answered = Some(step);
-            }
-        }
+        });
         let end = velocities(simulation).into_iter().map(to_dvec3);
         let errors = end.zip(self.after).map(|(end, after)| end.distance(after));
         let speeds = self.before.iter().chain(&self.after).map(|v| v.length());
-        let off = errors.map(finite_or_infinite).fold(0.0, f64::max);
-        Found {
+        let off = errors.fold(0.0, |most: f64, it| match it.is_nan() {
+            true => f64::INFINITY,
+            false => most.max(it),
+        });
+        let found = Found {
             velocity: off / speeds.fold(0.0, f64::max),
-            time: answered.map_or(f64::INFINITY, |step| (step as f64 - lead).abs() * dt),
-            missed: answered.is_none(),
-        }
+            time: first.map_or(f64::INFINITY, |step| (step as f64 - lead).abs() * dt),
+            missed: first.is_none(),
+        };
+        (found, warned)
     }
 }
 
 impl Case for Impacts {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn time_unit(&self) -> &'static str {
-        "flight time"
+    fn about(&self) -> About {
+        About {
+            name: NAME.to_owned(),
+            description: "Pairs of spheres that meet head on, off centre, grazing, as bullets, at mass ratios up to 1e6; \
+                          against the exact impact.",
+            time_unit: "flight time",
+            duration: DURATION,
+            longest: 0.5,
+            halvings: 8,
+            views: vec![(Metric::Velocity, 1e-2), (Metric::Velocity95, 0.1)],
+        }
     }
 
     fn methods(&self) -> &'static [Method] {
         &Method::CONTACTS
     }
 
-    /// From half the flight time to 1/256 of it.
-    fn time_steps(&self) -> Vec<f64> {
-        halvings(0.5, 8)
+    fn set_up(&self, method: Method, dt: f64) -> Result<Vec<Simulation>, StudyError> {
+        let steps = self.steps(dt)?;
+        let pairs = self.pairs.iter().enumerate();
+        pairs
+            .map(|(place, pair)| pair.set_up(method, dt, Self::lead(place, steps)))
+            .collect()
     }
 
-    fn run(&self, method: Method, dt: f64, effort: Effort) -> Result<Run, StudyError> {
-        let steps = whole_steps(NAME, DURATION, dt)?;
+    fn run(&self, method: Method, dt: f64) -> Result<Run, StudyError> {
+        let steps = self.steps(dt)?;
+        let mut warned = 0;
         let mut simulations = self.set_up(method, dt)?;
-        let found: Vec<Found> = simulations
-            .iter_mut()
-            .zip(&self.pairs)
-            .enumerate()
-            .map(|(place, (simulation, pair))| {
-                let lead = steps as f64 / 2.0 + (place as f64 * GOLDEN).fract();
-                pair.watch(simulation, steps, dt, lead)
-            })
-            .collect();
+        let all = simulations.iter_mut().zip(&self.pairs).enumerate();
+        let found = all.map(|(place, (simulation, pair))| {
+            let (found, told) = pair.watch(simulation, steps, dt, Self::lead(place, steps));
+            warned += told;
+            found
+        });
+        let found: Vec<Found> = found.collect();
         let sorted = |of: fn(&Found) -> f64| {
             let mut values: Vec<f64> = found.iter().map(of).collect();
             values.sort_unstable_by(f64::total_cmp);
             values
         };
-        let velocity = sorted(|found| found.velocity);
-        let time_error = sorted(|found| found.time);
+        let (velocity, time) = (sorted(|it| it.velocity), sorted(|it| it.time));
         let missed = found.iter().filter(|found| found.missed).count();
-        let errors = [
-            (Metric::Velocity, quantile(&velocity, 0.5)),
-            (Metric::Velocity95, quantile(&velocity, 0.95)),
-            (Metric::VelocityWorst, quantile(&velocity, 1.0)),
-            (Metric::ContactTime, quantile(&time_error, 0.5)),
-            (Metric::Missed, missed as f64 / found.len().max(1) as f64),
+        let errors = vec![
+            Measured::new(Metric::Velocity, quantile(&velocity, 0.5)),
+            Measured::new(Metric::Velocity95, quantile(&velocity, 0.95)),
+            Measured::new(Metric::VelocityWorst, quantile(&velocity, 1.0)),
+            Measured::new(Metric::ContactTime, quantile(&time, 0.5)),
+            Measured::new(Metric::Missed, missed as f64 / found.len().max(1) as f64),
         ];
         let all = steps * self.pairs.len() as u64;
-        Ok(Run {
-            case: NAME.to_owned(),
-            method,
-            precision: PRECISION,
-            dt,
-            steps: all,
-            simulated: all as f64 * dt,
-            evaluations: 0,
-            errors: errors
-                .map(|(metric, value)| Measured { metric, value })
-                .to_vec(),
-            timing: time(effort, steps, || self.set_up(method, dt))?,
-        })
+        Ok(run(&self.about(), (method, dt), (all, warned), 0, errors))
     }
 }

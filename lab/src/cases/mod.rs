@@ -1,0 +1,185 @@
+//! Small worlds of known outcome, to be moved by any [`Method`].
+
+mod about;
+mod answer;
+mod billiard;
+mod impacts;
+mod motion;
+mod rest;
+mod simulation;
+
+pub use about::About;
+pub use billiard::HardSpheres;
+pub use impacts::{Impact, Impacts};
+pub use motion::*;
+pub use rest::{Bounce, Slope, Stack};
+pub use simulation::Simulation;
+
+use super::fields;
+use crate::study::{Measured, Method, Run, StudyError, Timing};
+
+/// Bits of the numbers that worlds of this build compute with: 32 or 64.
+pub const PRECISION: u32 = 8 * size_of::<fields::math::Real>() as u32;
+
+/// A small world of known outcome.
+pub trait Case {
+    /// What it is, and how it is measured.
+    fn about(&self) -> About;
+
+    /// The methods that can move it.
+    fn methods(&self) -> &'static [Method];
+
+    /// The worlds at their start; each is to make [as many steps](Self::steps).
+    ///
+    /// # Errors
+    /// The method is none of [its own](Self::methods), or the step does not divide its time.
+    fn set_up(&self, method: Method, dt: f64) -> Result<Vec<Simulation>, StudyError>;
+
+    /// Moves it, and measures the errors, but takes no time: [`study`] does.
+    ///
+    /// # Errors
+    /// As for [`set_up`](Self::set_up).
+    fn run(&self, method: Method, dt: f64) -> Result<Run, StudyError>;
+
+    /// How many steps of `dt` its time takes.
+    ///
+    /// # Errors
+    /// The step does not divide its time.
+    fn steps(&self, dt: f64) -> Result<u64, StudyError> {
+        let about = self.about();
+        let (case, simulated) = (about.name, about.duration);
+        let steps = (simulated / dt).round();
+        if dt > 0.0 && steps >= 1.0 && (steps * dt / simulated - 1.0).abs() < 1e-9 {
+            return Ok(steps as u64);
+        }
+        Err(StudyError::TimeStep {
+            case,
+            dt,
+            simulated,
+        })
+    }
+}
+
+/// All of this build.
+pub fn all() -> Vec<Box<dyn Case>> {
+    let mut cases: Vec<Box<dyn Case>> = Vec::new();
+    for motion in Motion::all() {
+        cases.push(Box::new(motion));
+    }
+    cases.push(Box::new(Impacts::reference()));
+    for gas in HardSpheres::all() {
+        cases.push(Box::new(gas));
+    }
+    cases.push(Box::new(Bounce::ELASTIC));
+    cases.push(Box::new(Bounce::LOSSY));
+    cases.push(Box::new(Stack));
+    cases.push(Box::new(Slope));
+    cases
+}
+
+/// How much is spent on the clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Rounds at least; in each, every method makes every run once.
+    pub rounds: usize,
+    /// Seconds for all rounds of a case: more rounds are made until they have passed.
+    pub seconds: f64,
+    /// Rounds at most.
+    pub most: usize,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Effort {
+            rounds: 5,
+            seconds: 2.0,
+            most: 50,
+        }
+    }
+}
+
+/// Runs a case by each of `plan`, and times all of them in rounds: what else the machine does in a
+/// round, it does to all methods. `tick` is called after each run that was measured.
+///
+/// # Errors
+/// The first that a run of the plan gives.
+pub fn study(
+    case: &dyn Case,
+    plan: &[(Method, f64)],
+    effort: Effort,
+    mut tick: impl FnMut(),
+) -> Result<Vec<Run>, StudyError> {
+    let mut runs = Vec::new();
+    for (method, dt) in plan {
+        runs.push(case.run(*method, *dt)?);
+        tick();
+    }
+    let mut times = vec![Vec::new(); plan.len()];
+    let mut total = 0.0;
+    for round in 0..effort.most {
+        if round >= effort.rounds && total >= effort.seconds {
+            break;
+        }
+        for turn in 0..plan.len() {
+            let which = (turn + round) % plan.len();
+            let (method, dt) = plan[which];
+            let taken = simulation::seconds(case.set_up(method, dt)?, case.steps(dt)?);
+            times[which].push(taken);
+            total += taken;
+        }
+    }
+    for (run, times) in runs.iter_mut().zip(times) {
+        run.timing = Timing::of(times);
+    }
+    Ok(runs)
+}
+
+/// A run that was measured, not timed.
+fn run(
+    about: &About,
+    (method, dt): (Method, f64),
+    (steps, warned): (u64, u64),
+    evaluations: u64,
+    errors: Vec<Measured>,
+) -> Run {
+    Run {
+        case: about.name.clone(),
+        method,
+        precision: PRECISION,
+        dt,
+        steps,
+        simulated: steps as f64 * dt,
+        evaluations,
+        warned,
+        errors,
+        timing: Timing::default(),
+    }
+}
+
+impl From<fields::BuildError> for StudyError {
+    fn from(error: fields::BuildError) -> Self {
+        StudyError::Fields(error.to_string())
+    }
+}
+
+impl From<fields::PropertyError> for StudyError {
+    fn from(error: fields::PropertyError) -> Self {
+        StudyError::Fields(error.to_string())
+    }
+}
+
+/// The scheme that a method is, if it is one.
+fn scheme(method: Method) -> Option<fields::Scheme> {
+    use fields::{Scheme, Substeps};
+    Some(match method {
+        Method::KickDriftKick | Method::KickDriftKickOnce => Scheme::KickDriftKick,
+        Method::Kick => Scheme::Kick,
+        Method::ExternalForce => Scheme::ExternalForce,
+        Method::Substep4 => Scheme::Substep(Substeps::Fixed(4)),
+        Method::Suzuki4 => Scheme::Suzuki4,
+        Method::LinearlyImplicit => Scheme::LinearlyImplicit,
+        Method::Auto => Scheme::Auto { tolerance: 1e-2 },
+        Method::AutoTight => Scheme::Auto { tolerance: 1e-4 },
+        _ => return None,
+    })
+}

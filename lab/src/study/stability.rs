@@ -1,0 +1,59 @@
+//! Where schemes are stable.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// One run of the stability map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StabilityCell {
+    /// Bits of the numbers.
+    pub precision: u32,
+    /// What swings, turns or slows down.
+    pub kind: String,
+    /// What takes energy.
+    pub damping: String,
+    /// Who moves it.
+    pub scheme: String,
+    /// The time step times the fastest rate there is.
+    pub turn: f64,
+    /// One of the [legend](Self::LEGEND).
+    pub class: char,
+    /// The largest energy, as a share of the first.
+    #[serde(serialize_with = "finite", deserialize_with = "or_infinite")]
+    pub most: f64,
+}
+
+/// JSON knows no infinity.
+fn finite<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+    value.is_finite().then_some(*value).serialize(to)
+}
+
+fn or_infinite<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
+    let value: Option<f64> = Deserialize::deserialize(from)?;
+    Ok(value.unwrap_or(f64::INFINITY))
+}
+
+impl StabilityCell {
+    /// What the classes mean.
+    pub const LEGEND: [(char, &str); 7] = [
+        ('.', "stable"),
+        ('~', "drifting: gains more than a tenth, and less than all"),
+        ('d', "loses more than a tenth, undamped"),
+        ('w', "warned of, and keeps its energy"),
+        ('X', "warned of before it exploded"),
+        ('R', "refused"),
+        ('!', "exploded with no warning before"),
+    ];
+}
+
+/// The largest dt·ω up to which a scheme is stable in all cells of some rows; nothing if it never is.
+pub fn safe_turn<'a>(cells: impl Iterator<Item = &'a StabilityCell>) -> Option<f64> {
+    let (mut stable, mut first_bad) = (Vec::new(), f64::INFINITY);
+    for cell in cells {
+        match cell.class {
+            '.' => stable.push(cell.turn),
+            _ => first_bad = first_bad.min(cell.turn),
+        }
+    }
+    let below = stable.into_iter().filter(|turn| *turn < first_bad);
+    below.reduce(f64::max)
+}
