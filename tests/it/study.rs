@@ -1,6 +1,8 @@
 //! The study: its arithmetic on known numbers, and its cases against what theory says of them.
 
-use crate::lab::cases::{self, Case, Effort, Impacts, Motion, PRECISION, molecules, spring};
+use crate::lab::cases::{
+    self, Case, Effort, Impacts, Motion, PRECISION, molecules_from_csv, spring,
+};
 use rapier3d_fields_lab::study::{
     Job, Machine, Measured, Method, Metric, Outcome, Report, Run, Scene, Shard, Store, StudyError,
     Table, Timing, Work, compare, fit_order, from_csv, time_at_error, to_csv, to_table,
@@ -191,7 +193,7 @@ fn what_does_not_fit_a_case_is_an_error() {
             "dt {dt}: {error}"
         );
     }
-    let error = molecules("dimer", "", (DIMER, 2, 51))
+    let error = molecules_from_csv("dimer", "", (DIMER, 2, 51))
         .err()
         .expect("too few");
     assert_eq!(error.to_string(), "the table has no sample 51");
@@ -260,7 +262,7 @@ fn only_the_kicks_keep_the_energy_of_the_spring() {
 
 #[test]
 fn forces_are_evaluated_once_a_step() {
-    let dimer = molecules("dimer", "", (DIMER, 2, 1)).expect("the file");
+    let dimer = molecules_from_csv("dimer", "", (DIMER, 2, 1)).expect("the file");
     let once = [
         Method::KickDriftKick,
         Method::Kick,
@@ -284,7 +286,7 @@ fn forces_are_evaluated_once_a_step() {
 
 #[test]
 fn the_dimer_follows_its_reference() {
-    let dimer = molecules("dimer", "", (DIMER, 2, 5)).expect("the file");
+    let dimer = molecules_from_csv("dimer", "", (DIMER, 2, 5)).expect("the file");
     let duration = dimer.about().duration;
     assert_close(duration, 0.2, 1e-15, "duration");
     let error = |method| {

@@ -76,7 +76,9 @@ fn what_is_hit_listens() {
     for way in FIELDS {
         let mut scene = stack(STUFF);
         let mut fields = scene.fields(way, None);
-        (0..30).for_each(|_| drop(fields.step(&mut scene.world).expect("a step")));
+        for _ in 0..30 {
+            fields.step(&mut scene.world).expect("a step");
+        }
         let ball = RigidBodyBuilder::dynamic().translation(Vector::Y * 5.0);
         scene.add(ball, ColliderBuilder::ball(0.4));
         let colliders = scene.world.colliders.iter().map(|(handle, _)| handle);

@@ -9,7 +9,7 @@ mod tops;
 mod wells;
 
 pub use charges::{crossed_fields, dipole, helix};
-pub use molecules::{cluster, dimer_bound, dimer_scattering};
+pub use molecules::{cluster, dimer_bound, dimer_scattering, molecules_from_csv};
 pub use orbits::{close_pass, kepler};
 pub use tops::{asymmetric_top, spinning_in_a_spring};
 pub use wells::{drag, fall, spring, spring_under_gravity, stiff_well};

@@ -36,7 +36,7 @@ pub fn cluster() -> Motion {
 
 /// The tables are part of the program, and tests read all of them.
 fn known(name: &str, description: &'static str, table: (&str, usize, usize)) -> Motion {
-    molecules(name, description, table).expect("a table that the tests read")
+    molecules_from_csv(name, description, table).expect("a table that the tests read")
 }
 
 /// From the first sample of a trajectory to another, counted from 0.
@@ -47,7 +47,7 @@ fn known(name: &str, description: &'static str, table: (&str, usize, usize)) -> 
 ///
 /// # Errors
 /// A row or column is not there, or a cell is no number.
-pub fn molecules(
+pub fn molecules_from_csv(
     name: &str,
     description: &'static str,
     (text, count, sample): (&str, usize, usize),
