@@ -3,9 +3,9 @@
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
+use crate::lab::stability::SCHEMES;
 use crate::support::{
-    Row, SCHEMES, Table, assert_at_most, assert_close, build, either, insert_ball, largest,
-    weightless,
+    Row, Table, assert_at_most, assert_close, build, either, insert_ball, largest, weightless,
 };
 
 fn steps(fields: &mut Fields, world: &mut PhysicsWorld, count: usize) {

@@ -7,8 +7,9 @@ use crate::lab::random::Random;
 use rapier3d_fields::math::{DVec3, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
+use crate::lab::stability::SCHEMES;
 use crate::sampling::{cuboid_in_half_space, one, shapes, wrench};
-use crate::support::{SCHEMES, assert_at_most, assert_close, build, either, weightless};
+use crate::support::{assert_at_most, assert_close, build, either, weightless};
 
 /// The wrench on a body alone in fields.
 fn on(tree: impl Into<Tree>, pose: Pose, collider: ColliderBuilder) -> (DVec3, DVec3) {

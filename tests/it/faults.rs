@@ -6,8 +6,9 @@ mod refused;
 use rapier3d_fields::math::{Real, to_f64};
 use rapier3d_fields::prelude::*;
 
+use crate::lab::stability::SCHEMES;
 use crate::support::bits::bits;
-use crate::support::{SCHEMES, assert_at_most, insert_ball, weightless};
+use crate::support::{assert_at_most, insert_ball, weightless};
 
 const GOES_ON: [FaultPolicy; 2] = [FaultPolicy::LeaveOut, FaultPolicy::Quarantine];
 const STEPS: usize = 12;

@@ -4,7 +4,8 @@
 use rapier3d_fields::math::{Real, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::support::{SCHEMES, assert_at_most, assert_close, build, insert_ball, weightless};
+use crate::lab::stability::SCHEMES;
+use crate::support::{assert_at_most, assert_close, build, insert_ball, weightless};
 
 /// Some tens of roundings: for what takes as many operations and is otherwise exact.
 fn rounding() -> f64 {

@@ -7,8 +7,9 @@ use std::sync::mpsc::channel;
 use rapier3d_fields::math::to_f64;
 use rapier3d_fields::prelude::*;
 
+use crate::lab::stability::SCHEMES;
 use crate::support::bits::bits;
-use crate::support::{SCHEMES, weightless};
+use crate::support::weightless;
 
 type Run = (PhysicsWorld, Fields);
 

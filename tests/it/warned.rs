@@ -3,7 +3,7 @@
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::lab::stability::{self, DT, Damping, Kind};
+use crate::lab::stability::{self, DT, Damping, Kind, SCHEMES};
 use crate::support::*;
 
 /// How a spring of so many radians a step fares for ten seconds.

@@ -3,6 +3,7 @@
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
+use crate::lab::stability::SCHEMES;
 use crate::support::*;
 
 /// Steps until energy has grown by a tenth of `scale`, and until there was a warning.

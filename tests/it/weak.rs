@@ -3,6 +3,7 @@
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
+use crate::lab::stability::SCHEMES;
 use crate::support::*;
 
 const DT: Real = 1.0 / 60.0;

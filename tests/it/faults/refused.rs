@@ -4,7 +4,7 @@ use rapier3d_fields::math::Real;
 use rapier3d_fields::prelude::*;
 use serde_json::Value;
 
-use crate::support::SCHEMES;
+use crate::lab::stability::SCHEMES;
 
 /// One of everything, in motion.
 fn world() -> PhysicsWorld {

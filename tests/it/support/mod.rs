@@ -163,8 +163,6 @@ pub fn insert_ball(
     world.insert(body, ColliderBuilder::ball(0.5).mass(mass)).0
 }
 
-pub use crate::lab::stability::SCHEMES;
-
 /// Fields of a tree that is known to be valid.
 pub fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
     let builder = Fields::builder(tree).scheme(scheme);
