@@ -320,9 +320,13 @@ fn impacts_are_answered_late_by_half_a_step_and_else_right() {
 #[cfg(feature = "f64")]
 fn the_equations_of_motion_lead_to_the_references() {
     for motion in Motion::all() {
-        let off = motion.doubt();
-        println!("{}: {off:.1e}", motion.name());
-        assert_at_most(off, 1e-7, motion.name());
+        let (off, change) = motion.doubt();
+        println!(
+            "{}: {off:.1e}, by the last halving {change:.1e}",
+            motion.name()
+        );
+        // At e = 0.99 the steps of the check are too long: there it says little.
+        assert_at_most(off, 1e-7 + 2.0 * change, motion.name());
     }
 }
 

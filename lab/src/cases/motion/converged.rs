@@ -33,9 +33,11 @@ impl Motion {
         }
     }
 
-    /// How far the end that these equations lead to is from the reference, over the scales of the scene.
-    pub fn doubt(&self) -> f64 {
-        self.distance(&self.converged().0, &self.end())
+    /// How far the end that these equations lead to is from the reference, over the scales of the scene;
+    /// and what the last halving of their steps changed.
+    pub fn doubt(&self) -> (f64, f64) {
+        let (end, change) = self.converged();
+        (self.distance(&end, &self.end()), change)
     }
 
     fn distance(&self, a: &[State], b: &[State]) -> f64 {
