@@ -17,6 +17,7 @@ mod support;
 
 use clap::{Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use rapier3d_fields_lab::drawing::work_precision::diagrams;
 use rapier3d_fields_lab::single::stability::Kind;
 use rapier3d_fields_lab::study::{
     Job, Machine, Method, Outcome, Report, Run, Scene, Shard, StabilityCell, Store, Work, to_table,
@@ -133,11 +134,7 @@ impl Options {
         let wanted = |name: &String| {
             self.scene.is_empty() || self.scene.iter().any(|it| name.contains(it.as_str()))
         };
-        let precisions: &[u32] = match self.precision {
-            Precision::F32 => &[32],
-            Precision::F64 => &[64],
-            Precision::Both => &[32, 64],
-        };
+        let precisions = self.bits();
         let (mut jobs, mut scenes) = (Vec::new(), Vec::new());
         for case in single::cases::all() {
             let about = case.about();
@@ -165,6 +162,14 @@ impl Options {
             }));
         }
         (jobs, scenes)
+    }
+
+    fn bits(&self) -> &'static [u32] {
+        match self.precision {
+            Precision::F32 => &[32],
+            Precision::F64 => &[64],
+            Precision::Both => &[32, 64],
+        }
     }
 
     /// The kinds of scene of the stability map.
@@ -293,8 +298,11 @@ impl Options {
             "report.html",
             report.html(&rapier3d_fields_lab::replay::all()?),
         )?;
+        for bits in self.bits() {
+            write(&format!("f{bits}.svg"), diagrams(&report, *bits, &[])?)?;
+        }
         println!(
-            "\nWrote report.html, report.csv and report.json in {}.",
+            "\nWrote report.html, .csv, .json and diagrams in {}.",
             self.out.display()
         );
         Ok(())

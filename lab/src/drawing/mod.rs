@@ -7,3 +7,4 @@ pub mod picture;
 pub mod plot;
 
 pub mod projection;
+pub mod work_precision;
