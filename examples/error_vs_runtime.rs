@@ -65,7 +65,10 @@ enum Precision {
 const INCOMPLETE: u8 = 3;
 
 /// Of the longest time steps of a scene, how many are made in haste.
-const QUICK_STEPS: usize = 6;
+const QUICK_STEPS: usize = 5;
+
+/// Scenes that say the most on one picture.
+const OVERVIEW: [&str; 4] = ["spring", "Kepler 0.9", "bound dimer", "sphere impacts"];
 
 /// Kinds of scene for the stability map, in haste.
 const QUICK_KINDS: [Kind; 6] = [
@@ -245,7 +248,7 @@ impl Options {
                 let effort = match self.quick {
                     true => Effort {
                         rounds: 3,
-                        seconds: 0.5,
+                        seconds: 0.25,
                         most: 15,
                     },
                     false => Effort::default(),
@@ -301,6 +304,10 @@ impl Options {
         for bits in self.bits() {
             write(&format!("f{bits}.svg"), diagrams(&report, *bits, &[])?)?;
         }
+        write(
+            "overview.svg",
+            diagrams(&report, self.bits()[0], &OVERVIEW)?,
+        )?;
         println!(
             "\nWrote report.html, .csv, .json and diagrams in {}.",
             self.out.display()

@@ -139,18 +139,21 @@ fn panel(
 
 /// Blue and green for this crate, red and brown without it.
 fn color(method: Method) -> RGBColor {
-    const OURS: [RGBColor; 6] = [
+    const OURS: [RGBColor; 9] = [
         RGBColor(31, 119, 208),
-        RGBColor(15, 157, 118),
+        RGBColor(122, 190, 245),
         RGBColor(122, 92, 214),
         RGBColor(18, 165, 184),
         RGBColor(92, 158, 28),
-        RGBColor(61, 90, 158),
+        RGBColor(61, 70, 130),
+        RGBColor(160, 91, 181),
+        RGBColor(11, 110, 79),
+        RGBColor(45, 200, 130),
     ];
     const THEIRS: [RGBColor; 3] = [
         RGBColor(214, 69, 44),
         RGBColor(224, 138, 0),
-        RGBColor(181, 101, 29),
+        RGBColor(141, 85, 40),
     ];
     let alike = Method::ALL
         .into_iter()
