@@ -3,7 +3,7 @@
 //! Rapier keeps the contacts of a pair that hardly moves, unless a hook listens on it. What is slow
 //! the [hooks](super::StepHooks) leave to Rapier, with the friction of the law and no restitution.
 //! So where nothing that may touch is fast, and Rapier's own friction is that of the law, a hook
-//! would change nothing, and none is asked for: what rests costs what it costs without fields.
+//! would change nothing, and none is asked for: Rapier's part of the step is what it is without fields.
 
 use super::claims::Claims;
 use super::laws::combined;

@@ -237,7 +237,7 @@ fn sampling_within_bodies_and_stiff_wells() {
         }
     };
     for scheme in [Scheme::KickDriftKick, Scheme::Auto { tolerance: 1e-3 }] {
-        goes_on(&format!("{scheme:?}"), build(scheme), &[3, 9], 14);
+        goes_on(&format!("{scheme:?}"), build(scheme), &[3, 30], 40);
     }
 }
 
