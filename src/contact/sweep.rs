@@ -21,7 +21,7 @@ use super::starts::Starts;
 use super::swept_body::{SweptBodies, SweptBody, near_each_other};
 use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
 use super::touch_record::TouchLog;
-use crate::bridge::Push;
+use crate::bridge::{Hit, Push};
 use crate::compile::Compiled;
 use crate::math::{DPose3, Pose, Rotation, from_dvec3, from_f64};
 use crate::rapier::geometry::Aabb;
@@ -339,7 +339,10 @@ impl Sweep {
                     pose: Some(pose),
                     linvel,
                     angvel,
-                    share: track.hit_at.map(|time| from_f64(time / dt)),
+                    hit: track.hit_at.map(|time| Hit {
+                        share: from_f64(time / dt),
+                        presumed: track.presumed.map(|them| them.map(from_dvec3)),
+                    }),
                 });
             }
         }
