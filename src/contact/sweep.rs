@@ -204,11 +204,14 @@ impl Sweep {
             self.tracks.list[number].prepare(world, dt);
         }
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
+        let bounds = [a, b].map(|track| track.bounds(span[0], span[1]));
         let (mut first, mut end) = (None, span[1]);
         let mut separations = std::mem::take(&mut self.separations);
         for (parts, [one, two]) in self.pairs_of(tracks) {
             let from = span[0].max(self.left_alone_until(parts));
             if from <= end
+                && !one.stands_clear_of(&bounds[1])
+                && !two.stands_clear_of(&bounds[0])
                 && may_touch(one, two, [from, end], &mut separations)
                 && let Some(time) = time_of_impact(one, two, [from, end])
                 && first.is_none_or(|(earliest, _)| time < earliest)

@@ -61,6 +61,8 @@ pub(super) struct Member {
     /// From the centre of mass to the collider's frame, in the body's axes.
     pub arm: DVec3,
     pub shape: Form,
+    /// What holds it, if its body stood still over Rapier's step.
+    pub bounds: Option<Aabb>,
 }
 
 /// What a part is to a swept detection.
@@ -106,42 +108,44 @@ impl SweptBodies {
             }
             let first = self.parts.len();
             let start = starts.of(handle, body);
-            let mut still = start.is_still(body).then(Aabb::new_invalid);
+            let still = start.is_still(body);
             let local_com = to_dvec3(body.local_center_of_mass());
             for collider in body.colliders() {
                 if let Some(found) = world.collider(*collider) {
                     let part = touch.part_of(*collider, found, (Some(handle), body.is_dynamic()));
                     let local = found.position_wrt_parent().copied();
                     let local = local.unwrap_or(Pose::IDENTITY);
-                    self.add_part(part, found, &local, local_com);
-                    if let Some(bounds) = &mut still {
-                        hold(bounds, found, &(*body.position() * local));
-                    }
+                    let pose = still.then(|| *body.position() * local);
+                    self.add_part(part, found, (&local, pose.as_ref()), local_com);
                 }
             }
             if self.parts.len() > first {
                 let track = SweptBody::of_body(start, body, local_com, dt);
-                self.add_track(SweptBody { still, ..track }, first);
+                self.add_track(track, first);
             }
         }
         for (handle, collider) in world.free_colliders() {
             let first = self.parts.len();
             let part = touch.part_of(handle, collider, (None, false));
-            self.add_part(part, collider, collider.position(), DVec3::ZERO);
+            let pose = collider.position();
+            self.add_part(part, collider, (pose, Some(pose)), DVec3::ZERO);
             if self.parts.len() > first {
-                let mut bounds = Aabb::new_invalid();
-                hold(&mut bounds, collider, collider.position());
-                let still = Some(bounds);
-                let track = SweptBody::free();
-                self.add_track(SweptBody { still, ..track }, first);
+                self.add_track(SweptBody::free(), first);
             }
         }
     }
 
-    fn add_part(&mut self, part: Part, collider: &Collider, local: &Pose, local_com: DVec3) {
+    fn add_part(
+        &mut self,
+        part: Part,
+        collider: &Collider,
+        (local, still_at): (&Pose, Option<&Pose>),
+        local_com: DVec3,
+    ) {
         if !collider.is_enabled() || collider.is_sensor() {
             return;
         }
+        let bounds = still_at.map(|pose| bounds_of(collider, pose));
         let pose = to_dpose3(local);
         let solid = || {
             let bounds = collider.shape().compute_local_bounding_sphere();
@@ -168,11 +172,14 @@ impl SweptBodies {
             part,
             arm: pose.translation - local_com,
             shape,
+            bounds,
         });
     }
 
     fn add_track(&mut self, mut track: SweptBody, first: usize) {
         let parts = &self.parts[first..];
+        let bounds = parts.iter().filter_map(|member| member.bounds);
+        track.still = bounds.reduce(|one, two| one.merged(&two));
         track.parts = first..self.parts.len();
         track.detects = parts.iter().any(|member| member.part.law.is_some());
         track.reach = parts
@@ -183,11 +190,11 @@ impl SweptBodies {
     }
 }
 
-/// Makes bounds hold a collider that stands still.
-fn hold(bounds: &mut Aabb, collider: &Collider, pose: &Pose) {
+/// What holds a collider at a pose, and what is not told from touching it.
+fn bounds_of(collider: &Collider, pose: &Pose) -> Aabb {
     let own = collider.shape().compute_aabb(pose);
     let far = own.mins.abs().max(own.maxs.abs()).max_element();
-    bounds.merge(&own.loosened(8.0 * Real::EPSILON * far));
+    own.loosened(64.0 * Real::EPSILON * far)
 }
 
 impl Form {

@@ -7,6 +7,8 @@ use super::swept_body::{Form, Member, Solid, SweptBody};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
 };
+use crate::rapier::geometry::Aabb;
+use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::parry::query::{Contact, Unsupported};
 
 /// Roundings of coordinates in a gap, in 64 bits: less is not told from touching.
@@ -48,6 +50,13 @@ impl MovingShape<'_> {
     /// The place of the collider's frame.
     pub(super) fn place(&self, time: f64) -> DVec3 {
         self.track.path.com(time) + self.arm(time)[0]
+    }
+
+    /// Whether it stands still where something never comes: a wall of a body that has others.
+    pub(super) fn stands_clear_of(&self, bounds: &Aabb) -> bool {
+        let own = self.member.bounds.filter(|_| self.track.is_still());
+        // A half-space has no bounds.
+        own.is_some_and(|own| self.member.shape.reach().is_finite() && !own.intersects(bounds))
     }
 
     fn turns(&self) -> bool {
@@ -156,6 +165,12 @@ fn plane(
     let approach = Approach::new(&a, &b, span);
     let arm = b.member.arm.length();
     let bend = path.bounds().acceleration * arm + approach.pull;
+    // No closer than it can come: most balls are far from most walls.
+    let gap = (b.place(span[0]) - a.place(span[0])).dot(normal) - radius;
+    let duration = span[1] - span[0];
+    if gap > (approach.fastest(duration) + path.bounds().angvel * arm) * duration {
+        return None;
+    }
     let scale = path.com.length() + a.place(span[0]).length() + arm + radius;
     first_touch(span, EXACT * scale, |time| {
         let [at, swing] = b.arm(time);

@@ -158,8 +158,7 @@ fn a_ball_on_a_spring_comes_back_as_far_from_a_wall() {
 }
 
 /// Schemes that move bodies within the step know how forces change up to a hit and after it: at a step that
-/// is four times as long a minute of bounces takes or gives a percent (without, five times as far). Where
-/// they cannot know, they tell.
+/// is four times as long a minute of bounces takes or gives a percent. Where they cannot know, they tell.
 #[test]
 fn hits_within_divided_steps_keep_the_energy_or_are_told() {
     let eight = Scheme::Substep(Substeps::Fixed(8));
