@@ -176,3 +176,49 @@ impl Path {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Velocities are what places and attitudes change by, and accelerations what velocities do.
+    #[test]
+    fn rates_are_those_of_the_path() {
+        let path = Path {
+            from: 0.25,
+            com: DVec3::new(1.0, -2.0, 0.5),
+            linvel: DVec3::new(0.3, 0.7, -1.1),
+            acceleration: DVec3::new(-2.0, 0.4, 3.0),
+            jerk: DVec3::new(5.0, -7.0, 2.0),
+            turn: Turn::Steady {
+                attitude: DQuat::from_rotation_x(0.4),
+                angvel: DVec3::ZERO,
+            },
+            bend: Some(Bend {
+                acceleration: DVec3::new(0.0, 0.6, 0.0),
+                jerk: DVec3::new(0.0, -0.9, 0.0),
+                span: [0.25, 1.25],
+            }),
+        };
+        let h = 1e-4;
+        for time in [0.25 + h, 0.5, 0.9, 1.25 - h] {
+            let rate = |of: &dyn Fn(f64) -> DVec3| (of(time + h) - of(time - h)) / (2.0 * h);
+            let close = |a: DVec3, b: DVec3| (a - b).length() < 1e-6;
+            assert!(close(rate(&|t| path.com(t)), path.velocity(time)));
+            assert!(close(rate(&|t| path.velocity(t)), path.acceleration(time)));
+            let attitude = path.attitude(time);
+            let turned = rate(&|t| (path.attitude(t) * attitude.inverse()).to_scaled_axis());
+            assert!(close(turned, path.angvel(time, attitude)));
+            let bend = path.bend.expect("a bend");
+            let spun = rate(&|t| path.angvel(t, path.attitude(t)));
+            assert!(close(spun, bend.acceleration(time)));
+            let bounds = path.bounds();
+            assert!(path.angvel(time, attitude).length() <= bounds.angvel);
+        }
+        // What bends changes nothing at the ends.
+        for end in [0.25, 1.25] {
+            let unbent = DQuat::from_rotation_x(0.4);
+            assert!(path.attitude(end).angle_between(unbent) < 1e-12);
+        }
+    }
+}
