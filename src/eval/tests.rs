@@ -4,10 +4,12 @@ use super::adaptive::Adaptive;
 use super::constants::Constants;
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::frames::FrameCache;
+use super::one_way::OneWayRadials;
+use super::pairwise::PairwiseRadials;
 use super::programs::Programs;
-use super::radial::{OneWayRadials, PairwiseRadials, Radials};
+use super::radial::Radials;
 use crate::bridge::{View, is_movable};
-use crate::compile::{Compiled, ConstantField, Program, RadialBatch};
+use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::explain;
 use crate::field::{
     ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Sampling, Tree,
@@ -260,8 +262,8 @@ fn all_constants(compiled: &Compiled) -> Vec<(u32, &[ConstantField])> {
     vec![(0, &compiled.constants[..])]
 }
 
-fn all_radials(compiled: &Compiled) -> Vec<(u32, &RadialBatch)> {
-    compiled.radials.iter().collect()
+fn all_radials(compiled: &Compiled) -> Vec<(u32, &Ordered<RadialBatch>)> {
+    vec![(0, &compiled.radials)]
 }
 
 fn all_programs(compiled: &Compiled) -> Vec<(u32, &Program)> {

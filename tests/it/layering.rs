@@ -17,7 +17,7 @@ use source::Source;
 const OUTSIDE: [&str; 6] = [
     "rapier",
     "thiserror",
-    "wide",
+    "fearless_simd",
     "glamx",
     "nalgebra",
     "num_dual",
