@@ -1,7 +1,7 @@
 //! Several scalars at once. Fixed numbers of lanes, whatever registers the machine has, no fused
 //! multiply-add and fixed orders of sums: so every machine gives the same bits.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat};
+use fearless_simd::{Level, Simd, SimdBase, SimdFloat};
 
 use crate::math::Real;
 
@@ -45,4 +45,19 @@ pub(super) fn load<S: Simd>(simd: S, values: &[Real], at: usize) -> Four<S> {
 pub(super) fn total<S: Simd>(lanes: Four<S>) -> Real {
     let [a, b, c, d] = lanes.to_array();
     ((a + b) + c) + d
+}
+
+#[cfg(test)]
+thread_local! {
+    /// What a test wants in place of the best there is.
+    pub(super) static FORCED: std::cell::Cell<Option<Level>> = const { std::cell::Cell::new(None) };
+}
+
+/// The widest instructions that the machine has.
+pub(super) fn level() -> Level {
+    #[cfg(test)]
+    if let Some(level) = FORCED.get() {
+        return level;
+    }
+    Level::new()
 }

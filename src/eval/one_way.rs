@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
 use super::kernel::{Kernel, Law};
-use super::lanes::{Four, WIDTH, load, total};
+use super::lanes::{Four, WIDTH, level, load, total};
 use super::quantity::Quantity;
 use super::sources::Sources;
 use crate::compile::{AnchorId, RadialBatch};
@@ -76,7 +76,7 @@ impl Sources {
             quantity: task.quantity,
         };
         let (law, sums) = (Law::new(&task.batch.law), &mut sums[places]);
-        dispatch!(Level::new(), simd => match law {
+        dispatch!(level(), simd => match law {
             Law::InverseSquare(law) => self.add(simd, law, &probes, sums),
             Law::LennardJones(law) => self.add(simd, law, &probes, sums),
             Law::Other(law) => self.add(simd, law, &probes, sums),

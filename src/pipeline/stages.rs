@@ -172,7 +172,11 @@ impl FieldPipeline {
                 is_movable(body) && !body.is_sleeping() && way.length() <= range
             })
         };
-        if self.compiled.first_moving(&view).is_some_and(awake_in_reach) {
+        if self
+            .compiled
+            .first_moving(&view)
+            .is_some_and(awake_in_reach)
+        {
             return false;
         }
         let Some(reach) = self.reach(world).filter(|it| !detects || it.is_empty()) else {

@@ -1,11 +1,11 @@
 //! Tiles against tiles: all laws of one range on sixteen pairs of sites at once.
 
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdCombine, SimdFloat, SimdSplit, dispatch};
+use fearless_simd::{Select, Simd, SimdBase, SimdCombine, SimdFloat, SimdSplit, dispatch};
 
 use super::near::NearTiles;
 use super::tiles::{Row, Tiles};
 use crate::eval::kernel::{InverseSquare, Kernel, Law, LennardJones};
-use crate::eval::lanes::{Eight, Four, total};
+use crate::eval::lanes::{Eight, Four, level, total};
 use crate::eval::quantity::Quantity;
 use crate::math::Real;
 
@@ -71,7 +71,7 @@ impl Laws {
         let mut sums = std::mem::take(&mut tiles.sums);
         let (known, on) = (&*tiles, &mut sums[..]);
         // The commonest are compiled by themselves.
-        dispatch!(Level::new(), simd => match (quantity, form) {
+        dispatch!(level(), simd => match (quantity, form) {
             (Quantity::Potential, _) => self.meet_all::<_, { ALL | POTENTIAL }>(simd, known, near, on),
             (_, BOTH) => self.meet_all::<_, BOTH>(simd, known, near, on),
             (_, LENNARD_JONES) => self.meet_all::<_, LENNARD_JONES>(simd, known, near, on),
@@ -158,6 +158,11 @@ fn spread<S: Simd>(simd: S, row: &Row, first: usize) -> Eight<S> {
     Four::splat(simd, row[first]).combine(Four::splat(simd, row[first + 1]))
 }
 
+/// Whether any of two sites of four is anything to a law.
+fn is_charged(charges: &[Row; 2], first: usize) -> bool {
+    charges.iter().any(|row| row[first..first + 2] != [0.0; 2])
+}
+
 /// Strengths and weights.
 type Charges<S> = [Eight<S>; 2];
 
@@ -197,6 +202,8 @@ struct Half<'a, S: Simd> {
     simd: S,
     point: [Eight<S>; 3],
     charges: [Charges<S>; 2],
+    /// Whether they are anything to the first two laws: a hydrogen may be nothing to one.
+    charged: [bool; 2],
     rest: &'a [[Row; 2]],
     bodies: Eight<S>,
     first: usize,
@@ -224,6 +231,7 @@ impl<S: Simd> Half<'_, S> {
                     spread(simd, &charges[1][1], first),
                 ],
             ],
+            charged: [is_charged(&charges[0], first), is_charged(&charges[1], first)],
             rest: &charges[2..],
             bodies: spread(simd, &tiles.bodies[tile], first),
             first,
@@ -256,14 +264,14 @@ impl<S: Simd> Half<'_, S> {
         };
         let inverse = Eight::splat(simd, 1.0) / r2.sqrt();
         let inverse2 = inverse * inverse;
-        if FORM & LENNARD_JONES != 0 {
+        if FORM & LENNARD_JONES != 0 && self.charged[0] {
             let value = match FORM & POTENTIAL != 0 {
                 true => laws.lennard_jones.potential(r2, acts),
                 false => laws.lennard_jones.factor_of(inverse, inverse2),
             };
             pull.add(value, self.charges[0], there.charges[0]);
         }
-        if FORM & INVERSE_SQUARE != 0 {
+        if FORM & INVERSE_SQUARE != 0 && self.charged[1] {
             let value = match FORM & POTENTIAL != 0 {
                 true => laws.inverse_square.potential(r2, acts),
                 false => laws.inverse_square.factor_of(inverse, inverse2),

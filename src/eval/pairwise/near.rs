@@ -1,10 +1,10 @@
 //! Which tiles may have sites in range of each other: a list that outlives the step (Verlet, Phys.
 //! Rev. 159 (1967) 98).
 
-use fearless_simd::{Level, Simd, SimdBase, SimdCombine, SimdMask, dispatch};
+use fearless_simd::{Simd, SimdBase, SimdCombine, SimdMask, dispatch};
 
 use super::tiles::{Row, Tiles};
-use crate::eval::lanes::{Eight, Four};
+use crate::eval::lanes::{Eight, Four, level};
 use crate::math::{Real, Vector};
 use crate::neighbors::{FEWEST_FOR_GRID, Grid};
 
@@ -43,14 +43,14 @@ impl NearTiles {
             self.others.extend(known..tiles.len() as u32);
             return;
         };
-        if dispatch!(Level::new(), simd => still_holds(simd, &tiles.points, &self.points, range)) {
+        if dispatch!(level(), simd => still_holds(simd, &tiles.points, &self.points, range)) {
             return;
         }
         self.points.clone_from(&tiles.points);
         let reach = range * (1.0 + SKIN);
         self.search.sort(tiles, reach);
         self.search.pairs.clear();
-        dispatch!(Level::new(), simd => self.search.find(simd, tiles, reach));
+        dispatch!(level(), simd => self.search.find(simd, tiles, reach));
         self.order();
     }
 
