@@ -1,7 +1,7 @@
 //! Several scalars at once. Fixed numbers of lanes, whatever registers the machine has, no fused
 //! multiply-add and fixed orders of sums: so every machine gives the same bits.
 
-use fearless_simd::{Level, Simd, SimdBase, SimdFloat};
+use fearless_simd::{Level, Simd, SimdBase, SimdCombine, SimdFloat};
 
 use crate::math::Real;
 
@@ -45,6 +45,22 @@ pub(super) fn load<S: Simd>(simd: S, values: &[Real], at: usize) -> Four<S> {
 pub(super) fn total<S: Simd>(lanes: Four<S>) -> Real {
     let [a, b, c, d] = lanes.to_array();
     ((a + b) + c) + d
+}
+
+/// A number for each of four sites.
+pub(super) type Row = [Real; 4];
+
+/// Four numbers, twice.
+#[inline(always)]
+pub(super) fn twice<S: Simd>(simd: S, row: &Row) -> Eight<S> {
+    let row = Four::load_array_ref(simd, row);
+    row.combine(row)
+}
+
+/// Two of four numbers, each four times.
+#[inline(always)]
+pub(super) fn spread<S: Simd>(simd: S, row: &Row, first: usize) -> Eight<S> {
+    Four::splat(simd, row[first]).combine(Four::splat(simd, row[first + 1]))
 }
 
 #[cfg(test)]

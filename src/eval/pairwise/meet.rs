@@ -1,11 +1,11 @@
 //! Tiles against tiles: all laws of one range on sixteen pairs of sites at once.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdCombine, SimdFloat, SimdSplit, dispatch};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdSplit, dispatch};
 
 use super::near::NearTiles;
-use super::tiles::{Row, Tiles};
+use super::tiles::Tiles;
 use crate::eval::kernel::{InverseSquare, Kernel, Law, LennardJones};
-use crate::eval::lanes::{Eight, Four, level, total};
+use crate::eval::lanes::{Eight, Four, Row, level, spread, total, twice};
 use crate::eval::quantity::Quantity;
 use crate::math::Real;
 
@@ -145,19 +145,6 @@ fn subtract<S: Simd>(simd: S, sums: &mut [Row; 3], back: [Eight<S>; 3]) {
     }
 }
 
-/// Four numbers, twice.
-#[inline(always)]
-fn twice<S: Simd>(simd: S, row: &Row) -> Eight<S> {
-    let row = Four::load_array_ref(simd, row);
-    row.combine(row)
-}
-
-/// Two of four numbers, each four times.
-#[inline(always)]
-fn spread<S: Simd>(simd: S, row: &Row, first: usize) -> Eight<S> {
-    Four::splat(simd, row[first]).combine(Four::splat(simd, row[first + 1]))
-}
-
 /// Whether any of two sites of four is anything to a law.
 fn is_charged(charges: &[Row; 2], first: usize) -> bool {
     charges.iter().any(|row| row[first..first + 2] != [0.0; 2])
@@ -231,7 +218,10 @@ impl<S: Simd> Half<'_, S> {
                     spread(simd, &charges[1][1], first),
                 ],
             ],
-            charged: [is_charged(&charges[0], first), is_charged(&charges[1], first)],
+            charged: [
+                is_charged(&charges[0], first),
+                is_charged(&charges[1], first),
+            ],
             rest: &charges[2..],
             bodies: spread(simd, &tiles.bodies[tile], first),
             first,

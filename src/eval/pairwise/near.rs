@@ -1,10 +1,10 @@
 //! Which tiles may have sites in range of each other: a list that outlives the step (Verlet, Phys.
 //! Rev. 159 (1967) 98).
 
-use fearless_simd::{Simd, SimdBase, SimdCombine, SimdMask, dispatch};
+use fearless_simd::{Simd, SimdBase, SimdMask, dispatch};
 
-use super::tiles::{Row, Tiles};
-use crate::eval::lanes::{Eight, Four, level};
+use super::tiles::Tiles;
+use crate::eval::lanes::{Eight, Four, Row, level, spread, twice};
 use crate::math::{Real, Vector};
 use crate::neighbors::{FEWEST_FOR_GRID, Grid};
 
@@ -163,7 +163,19 @@ impl Search {
         for (tile, (centre, radius)) in self.centres.iter().zip(&self.radii).enumerate() {
             let [x, y, z] = centre.to_array();
             let ball = [x, y, z, reach + radius, tile as Real];
-            let sites = spread(simd, &tiles.points[tile]);
+            let [px, py, pz] = &tiles.points[tile];
+            let sites = [
+                [
+                    spread(simd, px, 0),
+                    spread(simd, py, 0),
+                    spread(simd, pz, 0),
+                ],
+                [
+                    spread(simd, px, 2),
+                    spread(simd, py, 2),
+                    spread(simd, pz, 2),
+                ],
+            ];
             self.grid.for_each_near(
                 *centre,
                 reach + radius + self.largest,
@@ -206,28 +218,14 @@ fn meets<S: Simd>(
     ((dx * dx + dy * dy + dz * dz).simd_le(reach * reach) & earlier).to_bitmask()
 }
 
-/// Four sites, of which each meets four others: two at a time.
-#[inline(always)]
-fn spread<S: Simd>(simd: S, points: &[Row; 3]) -> [[Eight<S>; 3]; 2] {
-    let pair = |row: &Row, first: usize| {
-        Four::splat(simd, row[first]).combine(Four::splat(simd, row[first + 1]))
-    };
-    let [x, y, z] = points;
-    [
-        [pair(x, 0), pair(y, 0), pair(z, 0)],
-        [pair(x, 2), pair(y, 2), pair(z, 2)],
-    ]
-}
-
 /// Whether any of four sites are within reach of any others.
 #[inline(always)]
 fn within<S: Simd>(simd: S, sites: &[[Eight<S>; 3]; 2], there: &[Row; 3], reach: Real) -> bool {
-    let [x, y, z] = [
-        Four::load_array_ref(simd, &there[0]),
-        Four::load_array_ref(simd, &there[1]),
-        Four::load_array_ref(simd, &there[2]),
-    ];
-    let [x, y, z] = [x.combine(x), y.combine(y), z.combine(z)];
+    let (x, y, z) = (
+        twice(simd, &there[0]),
+        twice(simd, &there[1]),
+        twice(simd, &there[2]),
+    );
     let [a, b] = sites;
     let (ax, ay, az) = (a[0] - x, a[1] - y, a[2] - z);
     let (bx, by, bz) = (b[0] - x, b[1] - y, b[2] - z);

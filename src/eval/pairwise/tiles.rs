@@ -1,10 +1,8 @@
 //! Sites by fours, as registers want them.
 
+use crate::eval::lanes::Row;
 use crate::math::{Real, Vector};
 use crate::sample::{SamplePoint, Samples};
-
-/// A number for each of four sites.
-pub(super) type Row = [Real; 4];
 
 /// Sites in tiles of four: where they are, what they are to the laws, and what acts on them.
 ///
