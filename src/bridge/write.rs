@@ -182,8 +182,18 @@ pub(crate) struct Push {
     pub pose: Option<Pose>,
     pub linvel: Vector,
     pub angvel: Vector,
-    /// Which share of the step was over when it was put on another path, if it was.
-    pub share: Option<Real>,
+    /// If it was put on another path within the step.
+    pub hit: Option<Hit>,
+}
+
+/// When a body was last put on another path within a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hit {
+    /// Which share of the step was over.
+    pub share: Real,
+    /// What fields are taken to have done to it from then on, if it is moved within the step: an
+    /// acceleration and a torque.
+    pub presumed: Option<[Vector; 2]>,
 }
 
 /// Writes where bodies go on from; returns how many. A contact wakes whom it hits, as Rapier's do.

@@ -44,5 +44,5 @@ pub(crate) use hooks::{Heard, Verdicts, is_to_ask};
 pub(crate) use jointed::Joints;
 pub(crate) use resting::HeldPairs;
 pub(crate) use rules::{Pairs, Rules, in_order};
-pub(crate) use starts::{KickShare, Starts};
+pub(crate) use starts::{Arrival, KickShare, Starts};
 pub(crate) use touch_record::{TouchRecord, Way};

@@ -93,7 +93,7 @@ pub(super) fn respond(
                 pose: None,
                 linvel,
                 angvel,
-                share: None,
+                hit: None,
             });
         }
     }

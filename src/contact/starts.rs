@@ -1,9 +1,9 @@
 //! The bodies when Rapier's step begins: how they move, and what presses on them.
 
 use crate::field::ContactLaw;
-use crate::math::{DVec3, Pose, Real, RigidBodyHandle, Vector, to_f64};
+use crate::math::{DVec3, Pose, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, Wrench};
 
 /// A body when Rapier's step began.
 #[derive(Clone, Copy, Debug)]
@@ -16,8 +16,10 @@ pub(super) struct Start {
     pub turn: Option<FreeTurn>,
     /// The acceleration that Rapier spreads over its step: gravity and the user's force.
     pub spread: Vector,
-    /// The acceleration by fields.
+    /// The mean acceleration by fields.
     kicked: Vector,
+    /// By which it grows, of a body that is moved within the step.
+    pub jerk: Vector,
     share: KickShare,
     /// By how much the velocity at the end of the step is behind where the body is: Rapier's, which
     /// moves it in steps within the step, behind the parabola, and that of a whole kick, which is
@@ -32,8 +34,9 @@ pub(super) struct FreeTurn {
     pub momentum: DVec3,
     /// With which it would have turned freely from where it began to about where it ended.
     pub mean: DVec3,
-    /// The torque that bends its way about that.
+    /// The mean torque that bends its way about that, and by which it grows.
     pub torque: DVec3,
+    pub torque_rate: DVec3,
     /// By how much that of a whole kick is behind.
     pub behind: DVec3,
 }
@@ -67,8 +70,17 @@ pub(crate) enum KickShare {
         free: bool,
     },
     Whole,
-    /// It is moved within the step, and is to arrive with a velocity, if anything accelerates it.
-    Within(Option<Vector>),
+    /// It is moved within the step, if anything accelerates it.
+    Within(Option<Arrival>),
+}
+
+/// What is known of a body that is moved within the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Arrival {
+    /// With which it is to arrive.
+    pub linvel: Vector,
+    /// What fields do to it when it starts.
+    pub first: Wrench,
 }
 
 impl FreeTurn {
@@ -77,6 +89,7 @@ impl FreeTurn {
             momentum,
             mean: momentum,
             torque: DVec3::ZERO,
+            torque_rate: DVec3::ZERO,
             behind: DVec3::ZERO,
         };
         match share {
@@ -88,11 +101,16 @@ impl FreeTurn {
                 behind: twist * 0.5,
                 ..free
             },
-            KickShare::Within(_) => FreeTurn {
-                mean: momentum - twist * 0.5,
-                torque: twist / dt,
-                ..free
-            },
+            KickShare::Within(arrival) => {
+                let torque = twist / dt;
+                let first = arrival.map_or(torque, |it| to_dvec3(it.first.torque));
+                FreeTurn {
+                    mean: momentum - twist * 0.5,
+                    torque,
+                    torque_rate: (torque - first) * (2.0 / dt),
+                    ..free
+                }
+            }
         }
     }
 }
@@ -116,6 +134,7 @@ impl Start {
             turn: None,
             spread,
             kicked: Vector::ZERO,
+            jerk: Vector::ZERO,
             share: KickShare::Whole,
             behind: spread * (setting.dt / (2.0 * iterations as Real)),
         }
@@ -131,13 +150,14 @@ impl Start {
             turn: None,
             spread: Vector::ZERO,
             kicked: Vector::ZERO,
+            jerk: Vector::ZERO,
             share: KickShare::Whole,
             behind: Vector::ZERO,
         }
     }
 
     /// Adds what fields have given the body since `before`.
-    fn kick(&mut self, before: Vector, share: KickShare, dt: Real) {
+    fn kick(&mut self, before: Vector, share: KickShare, (dt, inverse_mass): (Real, Vector)) {
         let taken = match share {
             KickShare::Half { free: true } => self.behind,
             _ => Vector::ZERO,
@@ -151,8 +171,9 @@ impl Start {
         match share {
             KickShare::Half { .. } => self.kicked *= 2.0,
             KickShare::Whole => self.behind += change * 0.5,
-            KickShare::Within(Some(arrives)) => {
-                self.kicked = (arrives - before) / dt - self.spread;
+            KickShare::Within(Some(arrival)) => {
+                self.kicked = (arrival.linvel - before) / dt - self.spread;
+                self.jerk = (self.kicked - arrival.first.force * inverse_mass) * (2.0 / dt);
                 self.behind = Vector::ZERO;
             }
             KickShare::Within(None) => {}
@@ -165,12 +186,19 @@ impl Start {
         moves == [Vector::ZERO; 4] && self.pose == *body.position()
     }
 
-    /// All that accelerates the body.
+    /// All that accelerates the body, in the mean.
     pub(super) fn acceleration(&self) -> Vector {
         self.spread + self.kicked
     }
 
-    /// The velocity and the acceleration with which its true way over a step begins, if nothing
+    /// What fields accelerate the body by, of all that does, if it is moved within the step and there is
+    /// no second half of a kick to come.
+    pub(super) fn by_fields(&self, acceleration: DVec3) -> Option<DVec3> {
+        let within = matches!(self.share, KickShare::Within(Some(_)));
+        within.then(|| acceleration - to_dvec3(self.spread))
+    }
+
+    /// The velocity with which its true way over a step begins, and its mean acceleration, if nothing
     /// hits it; and the velocity with which Rapier's step ends.
     pub(super) fn way(&self, dt: Real) -> [Vector; 3] {
         let (half, end) = (self.kicked * (0.5 * dt), self.linvel + self.spread * dt);
@@ -179,9 +207,9 @@ impl Start {
                 let begin = self.linvel + self.behind - half;
                 [begin, self.acceleration(), end]
             }
-            KickShare::Within(Some(arrives)) => {
+            KickShare::Within(Some(Arrival { linvel, .. })) => {
                 let acceleration = self.acceleration();
-                [arrives - acceleration * dt, acceleration, arrives]
+                [linvel - acceleration * dt, acceleration, linvel]
             }
             KickShare::Within(None) => [self.linvel + self.behind, self.spread, end],
             KickShare::Whole => [self.linvel + self.behind - half, self.spread, end],
@@ -235,7 +263,8 @@ impl Starts {
             };
             let before = start.linvel;
             *start = Start::now(start.body, body, &self.setting);
-            start.kick(before, share(start.body), self.setting.dt);
+            let inverse_mass = body.mass_properties().effective_inv_mass;
+            start.kick(before, share(start.body), (self.setting.dt, inverse_mass));
         }
         let dt = to_f64(self.setting.dt);
         for (handle, changes) in momenta.filter(|_| dt > 0.0) {

@@ -21,7 +21,7 @@ use super::starts::Starts;
 use super::swept_body::{SweptBodies, SweptBody, near_each_other};
 use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
 use super::touch_record::TouchLog;
-use crate::bridge::Push;
+use crate::bridge::{Hit, Push};
 use crate::compile::Compiled;
 use crate::math::{DPose3, Pose, Rotation, from_dvec3, from_f64};
 use crate::rapier::geometry::Aabb;
@@ -204,11 +204,14 @@ impl Sweep {
             self.tracks.list[number].prepare(world, dt);
         }
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
+        let bounds = [a, b].map(|track| track.bounds(span[0], span[1]));
         let (mut first, mut end) = (None, span[1]);
         let mut separations = std::mem::take(&mut self.separations);
         for (parts, [one, two]) in self.pairs_of(tracks) {
             let from = span[0].max(self.left_alone_until(parts));
             if from <= end
+                && !one.stands_clear_of(&bounds[1])
+                && !two.stands_clear_of(&bounds[0])
                 && may_touch(one, two, [from, end], &mut separations)
                 && let Some(time) = time_of_impact(one, two, [from, end])
                 && first.is_none_or(|(earliest, _)| time < earliest)
@@ -339,7 +342,10 @@ impl Sweep {
                     pose: Some(pose),
                     linvel,
                     angvel,
-                    share: track.hit_at.map(|time| from_f64(time / dt)),
+                    hit: track.hit_at.map(|time| Hit {
+                        share: from_f64(time / dt),
+                        presumed: track.presumed.map(|them| them.map(from_dvec3)),
+                    }),
                 });
             }
         }

@@ -4,7 +4,7 @@
 use super::discrete::Discrete;
 use super::field_contact::Part;
 use super::solve::{ContactBody, Resistance};
-use super::starts::{Start, Starts};
+use super::starts::{FreeTurn, Start, Starts};
 use super::trajectory::{Bend, Path, Turn};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, SharedShape, from_dvec3, from_f64,
@@ -40,8 +40,12 @@ pub(super) struct SweptBody {
     /// Its angular momentum there, if a torque bends its way.
     end_momentum: Option<DVec3>,
     local_com: DVec3,
-    /// When it was last put on another path.
+    /// When it was last put on another path, and what fields are taken to do to it from then on, if it
+    /// is moved within the step: an acceleration and a torque.
     pub hit_at: Option<f64>,
+    pub presumed: Option<[DVec3; 2]>,
+    /// By how much it moves faster than it is: steps within a step lead elsewhere than their velocities.
+    ahead: DVec3,
     /// The angular velocity with which it goes on, if it was stopped for the rest of the step.
     stopped: Option<DVec3>,
     /// What holds it, if it stood still over Rapier's step.
@@ -57,6 +61,8 @@ pub(super) struct Member {
     /// From the centre of mass to the collider's frame, in the body's axes.
     pub arm: DVec3,
     pub shape: Form,
+    /// What holds it, if its body stood still over Rapier's step.
+    pub bounds: Option<Aabb>,
 }
 
 /// What a part is to a swept detection.
@@ -102,42 +108,44 @@ impl SweptBodies {
             }
             let first = self.parts.len();
             let start = starts.of(handle, body);
-            let mut still = start.is_still(body).then(Aabb::new_invalid);
+            let still = start.is_still(body);
             let local_com = to_dvec3(body.local_center_of_mass());
             for collider in body.colliders() {
                 if let Some(found) = world.collider(*collider) {
                     let part = touch.part_of(*collider, found, (Some(handle), body.is_dynamic()));
                     let local = found.position_wrt_parent().copied();
                     let local = local.unwrap_or(Pose::IDENTITY);
-                    self.add_part(part, found, &local, local_com);
-                    if let Some(bounds) = &mut still {
-                        hold(bounds, found, &(*body.position() * local));
-                    }
+                    let pose = still.then(|| *body.position() * local);
+                    self.add_part(part, found, (&local, pose.as_ref()), local_com);
                 }
             }
             if self.parts.len() > first {
                 let track = SweptBody::of_body(start, body, local_com, dt);
-                self.add_track(SweptBody { still, ..track }, first);
+                self.add_track(track, first);
             }
         }
         for (handle, collider) in world.free_colliders() {
             let first = self.parts.len();
             let part = touch.part_of(handle, collider, (None, false));
-            self.add_part(part, collider, collider.position(), DVec3::ZERO);
+            let pose = collider.position();
+            self.add_part(part, collider, (pose, Some(pose)), DVec3::ZERO);
             if self.parts.len() > first {
-                let mut bounds = Aabb::new_invalid();
-                hold(&mut bounds, collider, collider.position());
-                let still = Some(bounds);
-                let track = SweptBody::free();
-                self.add_track(SweptBody { still, ..track }, first);
+                self.add_track(SweptBody::free(), first);
             }
         }
     }
 
-    fn add_part(&mut self, part: Part, collider: &Collider, local: &Pose, local_com: DVec3) {
+    fn add_part(
+        &mut self,
+        part: Part,
+        collider: &Collider,
+        (local, still_at): (&Pose, Option<&Pose>),
+        local_com: DVec3,
+    ) {
         if !collider.is_enabled() || collider.is_sensor() {
             return;
         }
+        let bounds = still_at.map(|pose| bounds_of(collider, pose));
         let pose = to_dpose3(local);
         let solid = || {
             let bounds = collider.shape().compute_local_bounding_sphere();
@@ -164,11 +172,14 @@ impl SweptBodies {
             part,
             arm: pose.translation - local_com,
             shape,
+            bounds,
         });
     }
 
     fn add_track(&mut self, mut track: SweptBody, first: usize) {
         let parts = &self.parts[first..];
+        let bounds = parts.iter().filter_map(|member| member.bounds);
+        track.still = bounds.reduce(|one, two| one.merged(&two));
         track.parts = first..self.parts.len();
         track.detects = parts.iter().any(|member| member.part.law.is_some());
         track.reach = parts
@@ -179,11 +190,11 @@ impl SweptBodies {
     }
 }
 
-/// Makes bounds hold a collider that stands still.
-fn hold(bounds: &mut Aabb, collider: &Collider, pose: &Pose) {
+/// What holds a collider at a pose, and what is not told from touching it.
+fn bounds_of(collider: &Collider, pose: &Pose) -> Aabb {
     let own = collider.shape().compute_aabb(pose);
     let far = own.mins.abs().max(own.maxs.abs()).max_element();
-    bounds.merge(&own.loosened(8.0 * Real::EPSILON * far));
+    own.loosened(64.0 * Real::EPSILON * far)
 }
 
 impl Form {
@@ -200,7 +211,7 @@ impl SweptBody {
     fn of_body(start: Start, body: &RigidBody, local_com: DVec3, dt: f64) -> Self {
         let (begin, end) = (to_dpose3(&start.pose), to_dpose3(body.position()));
         let [from, to] = [begin, end].map(|pose| pose.transform_point(local_com));
-        let [linvel, acceleration] = way([from, to], &start, body, dt);
+        let [linvel, acceleration, jerk, ahead] = way([from, to], &start, body, dt);
         let turn = Turn::Steady {
             attitude: begin.rotation,
             angvel: DVec3::ZERO,
@@ -213,6 +224,7 @@ impl SweptBody {
                 com: from,
                 linvel,
                 acceleration,
+                jerk,
                 turn,
                 bend: None,
             },
@@ -226,6 +238,8 @@ impl SweptBody {
             end_momentum: None,
             local_com,
             hit_at: None,
+            presumed: None,
+            ahead,
             stopped: None,
             still: None,
             generation: 0,
@@ -246,6 +260,7 @@ impl SweptBody {
                 com: DVec3::ZERO,
                 linvel: DVec3::ZERO,
                 acceleration: DVec3::ZERO,
+                jerk: DVec3::ZERO,
                 turn,
                 bend: None,
             },
@@ -259,6 +274,8 @@ impl SweptBody {
             end_momentum: None,
             local_com: DVec3::ZERO,
             hit_at: None,
+            presumed: None,
+            ahead: DVec3::ZERO,
             stopped: None,
             still: None,
             generation: 0,
@@ -300,10 +317,11 @@ impl SweptBody {
             angvel: steady(begin, self.end.rotation, to_dvec3(self.start.angvel), dt),
         });
         let bent = free.filter(|turn| turn.torque != DVec3::ZERO && rotor.is_free());
-        if let (Some(turn), Turn::Free(_)) = (bent, &self.path.turn) {
+        if let (Some(turn), Turn::Free(top)) = (bent, &self.path.turn) {
             let midway = self.path.attitude(0.5 * dt);
             self.path.bend = Some(Bend {
                 acceleration: rotor.angvel(midway, turn.torque),
+                jerk: rotor.angvel(midway, torque_rate(&turn, top.momentum, dt)),
                 span: [0.0, dt],
             });
             self.end_momentum = Some(turn.momentum);
@@ -317,34 +335,52 @@ impl SweptBody {
             resistance: self.resistance?,
             com: self.path.com(time),
             attitude,
-            linvel: self.path.velocity(time),
+            linvel: self.velocity(time),
             angvel: self.path.angvel(time, attitude),
-            acceleration: self.path.acceleration,
+            acceleration: self.path.acceleration(time),
             pushed: false,
         })
+    }
+
+    /// The velocity of the centre of mass with which it answers.
+    fn velocity(&self, time: f64) -> DVec3 {
+        self.path.velocity(time) - self.ahead
     }
 
     /// Goes on from a moment with other velocities, and what presses it.
     pub(super) fn redirect(&mut self, mover: &ContactBody, free: bool, [time, end]: [f64; 2]) {
         let rotor = mover.resistance.rotor;
         let free = free && mover.resistance.may_turn == DVec3::ONE;
-        // What it is no longer pressed by in the rest of the step it does not gain either.
-        let lost = (mover.acceleration - self.path.acceleration) * (end - time);
+        let left = end - time;
+        let by_fields = self.start.by_fields(self.path.acceleration(time));
+        let spin_up = self.path.bend.map(|bend| bend.acceleration(time));
+        let twisted = spin_up.map(|it| rotor.momentum(mover.attitude, it));
+        self.presumed = by_fields.map(|it| [it, twisted.unwrap_or(DVec3::ZERO)]);
         self.hit_at = Some(time);
-        self.end_linvel += mover.linvel - self.path.velocity(time) + lost;
+        // From now on what presses it is taken not to change.
+        let gain = mover.linvel + mover.acceleration * left;
+        self.end_linvel += gain - self.velocity(end);
+        self.ahead = DVec3::ZERO;
         if let Some(momentum) = &mut self.end_momentum {
             let change = mover.angvel - self.path.angvel(time, mover.attitude);
+            let jerk = self.path.bend.map_or(DVec3::ZERO, |it| it.jerk);
+            let change = change - jerk * (0.5 * left * left);
             *momentum += rotor.momentum(mover.attitude, change);
         }
         let span = [time, end];
         let bend = self.path.bend.filter(|_| free);
-        let bend = bend.map(|bend| Bend { span, ..bend });
+        let bend = bend.map(|bend| Bend {
+            acceleration: bend.acceleration(time),
+            jerk: DVec3::ZERO,
+            span,
+        });
         let unbent = mover.angvel - bend.map_or(DVec3::ZERO, |bend| bend.angvel(time));
         self.path = Path {
             from: time,
             com: mover.com,
             linvel: mover.linvel,
             acceleration: mover.acceleration,
+            jerk: DVec3::ZERO,
             turn: Turn::new(&rotor, mover.attitude, unbent, span, free),
             bend,
         };
@@ -361,6 +397,7 @@ impl SweptBody {
             com: self.path.com(time),
             linvel: DVec3::ZERO,
             acceleration: DVec3::ZERO,
+            jerk: DVec3::ZERO,
             turn: Turn::Steady {
                 attitude,
                 angvel: DVec3::ZERO,
@@ -398,8 +435,10 @@ impl SweptBody {
         }
         let (a, b) = (self.path.com(from), self.path.com(to));
         let rounding = 4.0 * to_f64(Real::EPSILON) * (a.length() + b.length() + self.reach);
-        // A parabola is no farther from its chord than this.
-        let sagitta = self.path.acceleration.abs() * ((to - from) * (to - from) / 8.0);
+        let bent = self.path.acceleration(from).abs();
+        let bent = bent.max(self.path.acceleration(to).abs());
+        // It is no farther from its chord than this.
+        let sagitta = bent * ((to - from) * (to - from) / 8.0);
         let margin = DVec3::splat(self.reach + rounding) + sagitta;
         Aabb {
             mins: from_dvec3(a.min(b) - margin),
@@ -422,7 +461,8 @@ pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> 
     let apart = b.path.com(from) - a.path.com(from);
     let closing = b.path.velocity(from) - a.path.velocity(from);
     // No farther from a straight line than this.
-    let pull = (b.path.acceleration - a.path.acceleration).length();
+    let pull = |time| (b.path.acceleration(time) - a.path.acceleration(time)).length();
+    let pull = f64::max(pull(from), pull(to));
     let off = 0.5 * pull * (to - from) * (to - from);
     // A little early and late, against rounding.
     let reach = reach * (1.0 + 1e-9) + 1e-12 * (a.path.com.length() + b.path.com.length()) + off;
@@ -450,12 +490,14 @@ pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> 
     (span[0] <= span[1]).then_some(span)
 }
 
-/// The velocity and acceleration with which a centre of mass began a step that took it along a way.
-/// Of a body that something else pushed only the chord is known.
-fn way([from, to]: [DVec3; 2], start: &Start, body: &RigidBody, dt: f64) -> [DVec3; 2] {
+/// The velocity, acceleration and jerk with which a centre of mass began a step that took it along a
+/// way, and by how much it moved faster than it was. Of a body that something else pushed only the chord
+/// is known.
+fn way([from, to]: [DVec3; 2], start: &Start, body: &RigidBody, dt: f64) -> [DVec3; 4] {
+    let straight = |linvel| [linvel, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO];
     let [linvel, acceleration, arrival] = start.way(from_f64(dt)).map(to_dvec3);
     if dt <= 0.0 {
-        return [linvel, DVec3::ZERO];
+        return straight(linvel);
     }
     let mean = (to - from) / dt;
     let rounding = ROUNDINGS * 0.5 * to_f64(Real::EPSILON);
@@ -464,13 +506,35 @@ fn way([from, to]: [DVec3; 2], start: &Start, body: &RigidBody, dt: f64) -> [DVe
     let pushed = (to_dvec3(body.linvel()) - arrival).length();
     let scale = to_dvec3(start.linvel).length() + gained.length() + arrival.length();
     if pushed > rounding * scale + damped {
-        return [mean, DVec3::ZERO];
+        return straight(mean);
     }
     let expected = (linvel + acceleration * (0.5 * dt)) * dt;
-    if (from + expected - to).length() <= rounding * (from.length() + to.length()) {
-        [linvel, acceleration]
+    let off = from + expected - to;
+    // A force that changes too much to be a line within the step does not lead where it went.
+    let jerk = to_dvec3(start.jerk);
+    let bent = jerk * (dt * dt * dt / 12.0);
+    if jerk != DVec3::ZERO && (off - bent).length() < off.length() {
+        let ahead = (bent - off) / dt;
+        let first = acceleration - jerk * (0.5 * dt);
+        return [linvel + ahead, first, jerk, ahead];
+    }
+    let begin = if off.length() <= rounding * (from.length() + to.length()) {
+        linvel
     } else {
-        [mean - acceleration * (0.5 * dt), acceleration]
+        mean - acceleration * (0.5 * dt)
+    };
+    [begin, acceleration, DVec3::ZERO, DVec3::ZERO]
+}
+
+/// By which the torque grows that bends the rotation of a body about one of an angular momentum, if
+/// that leads nearer to the angular momentum with which it ended.
+fn torque_rate(turn: &FreeTurn, unbent: DVec3, dt: f64) -> DVec3 {
+    let off = unbent + turn.torque * (0.5 * dt) - turn.momentum;
+    let bent = turn.torque_rate * (dt * dt / 12.0);
+    if (off + bent).length() < off.length() {
+        turn.torque_rate
+    } else {
+        DVec3::ZERO
     }
 }
 

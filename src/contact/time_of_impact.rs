@@ -7,6 +7,8 @@ use super::swept_body::{Form, Member, Solid, SweptBody};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
 };
+use crate::rapier::geometry::Aabb;
+use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::parry::query::{Contact, Unsupported};
 
 /// Roundings of coordinates in a gap, in 64 bits: less is not told from touching.
@@ -50,6 +52,13 @@ impl MovingShape<'_> {
         self.track.path.com(time) + self.arm(time)[0]
     }
 
+    /// Whether it stands still where something never comes: a wall of a body that has others.
+    pub(super) fn stands_clear_of(&self, bounds: &Aabb) -> bool {
+        let own = self.member.bounds.filter(|_| self.track.is_still());
+        // A half-space has no bounds.
+        own.is_some_and(|own| self.member.shape.reach().is_finite() && !own.intersects(bounds))
+    }
+
     fn turns(&self) -> bool {
         self.track.path.bounds().angvel > 0.0
     }
@@ -73,36 +82,50 @@ pub(super) fn time_of_impact(
     }
 }
 
-/// How two centres of mass approach: their relative velocity at the start of a span, and their
-/// relative acceleration.
+/// How two centres of mass approach over a span: their relative velocity at its start, relative
+/// acceleration and jerk; and a bound of the acceleration.
 struct Approach {
+    from: f64,
     velocity: DVec3,
     acceleration: DVec3,
+    jerk: DVec3,
+    pull: f64,
 }
 
 impl Approach {
-    fn new(a: &MovingShape<'_>, b: &MovingShape<'_>, from: f64) -> Self {
+    fn new(a: &MovingShape<'_>, b: &MovingShape<'_>, [from, to]: [f64; 2]) -> Self {
         let (one, two) = (&a.track.path, &b.track.path);
+        let acceleration = two.acceleration(from) - one.acceleration(from);
+        let jerk = two.jerk - one.jerk;
+        let last = acceleration + jerk * (to - from);
         Approach {
+            from,
             velocity: two.velocity(from) - one.velocity(from),
-            acceleration: two.acceleration - one.acceleration,
+            acceleration,
+            jerk,
+            pull: acceleration.length().max(last.length()),
         }
+    }
+
+    fn velocity(&self, time: f64) -> DVec3 {
+        let since = time - self.from;
+        self.velocity + (self.acceleration + self.jerk * (0.5 * since)) * since
     }
 
     /// No faster over a time.
     fn fastest(&self, duration: f64) -> f64 {
-        self.velocity.length() + self.acceleration.length() * duration
+        self.velocity.length() + self.pull * duration
     }
 }
 
 /// Two balls. The value is the difference of squares, which is smooth even where they meet.
 fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
     let (one, two) = (&a.track.path, &b.track.path);
-    let approach = Approach::new(&a, &b, span[0]);
+    let approach = Approach::new(&a, &b, span);
     let (turn_a, turn_b) = (one.bounds(), two.bounds());
     let [arm_a, arm_b] = [a, b].map(|part| part.member.arm.length());
     let swing = turn_a.angvel * arm_a + turn_b.angvel * arm_b;
-    let pull = approach.acceleration.length();
+    let pull = approach.pull;
     let bend = turn_a.acceleration * arm_a + turn_b.acceleration * arm_b + pull;
     // No closer than they can come: most pairs of parts end here.
     let apart = (b.place(span[0]) - a.place(span[0])).length();
@@ -115,7 +138,7 @@ fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> 
     first_touch(span, tolerance, |time| {
         let ([at_a, swing_a], [at_b, swing_b]) = (a.arm(time), b.arm(time));
         let between = (two.com(time) - one.com(time)) + (at_b - at_a);
-        let closing = approach.velocity + approach.acceleration * (time - span[0]);
+        let closing = approach.velocity(time);
         let rate = closing + (swing_b - swing_a);
         let distance = between.length();
         let left = span[1] - time;
@@ -139,16 +162,21 @@ fn plane(
 ) -> Option<f64> {
     let normal = a.track.path.attitude(span[0]) * normal;
     let path = &b.track.path;
-    let approach = Approach::new(&a, &b, span[0]);
+    let approach = Approach::new(&a, &b, span);
     let arm = b.member.arm.length();
-    let bend = path.bounds().acceleration * arm + approach.acceleration.length();
+    let bend = path.bounds().acceleration * arm + approach.pull;
+    // No closer than it can come: most balls are far from most walls.
+    let gap = (b.place(span[0]) - a.place(span[0])).dot(normal) - radius;
+    let duration = span[1] - span[0];
+    if gap > (approach.fastest(duration) + path.bounds().angvel * arm) * duration {
+        return None;
+    }
     let scale = path.com.length() + a.place(span[0]).length() + arm + radius;
     first_touch(span, EXACT * scale, |time| {
         let [at, swing] = b.arm(time);
-        let closing = approach.velocity + approach.acceleration * (time - span[0]);
         GapBound {
             value: (path.com(time) + at - a.place(time)).dot(normal) - radius,
-            slope: (closing + swing).dot(normal),
+            slope: (approach.velocity(time) + swing).dot(normal),
             curvature: bend,
         }
     })
@@ -231,7 +259,7 @@ fn most_approach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> f64 
         let reach = part.member.arm.length() + finite_reach(&part.member.shape);
         part.track.path.bounds().angvel * reach
     };
-    let approach = Approach::new(&a, &b, span[0]);
+    let approach = Approach::new(&a, &b, span);
     approach.fastest(span[1] - span[0]) + swing(a) + swing(b)
 }
 

@@ -29,7 +29,8 @@ pub(crate) struct Way {
     pub start: DPose3,
     /// The collider's frame at the end of the step, had nothing been answered.
     pub end: DPose3,
-    /// The centre of mass of its body at the start, and how it moves.
+    /// The centre of mass of its body at the start, how it moves, and the most that accelerates it along
+    /// any axis.
     pub centre: DVec3,
     pub linvel: DVec3,
     pub acceleration: DVec3,
@@ -109,7 +110,10 @@ impl Way {
             end: frame(dt),
             centre: path.com(from),
             linvel: path.velocity(from),
-            acceleration: path.acceleration,
+            acceleration: path
+                .acceleration(from)
+                .abs()
+                .max(path.acceleration(dt).abs()),
             angvel,
         }
     }

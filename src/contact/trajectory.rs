@@ -3,8 +3,9 @@
 use crate::math::{DQuat, DVec3};
 use crate::rigid::{Rotor, Top};
 
-/// The motion of a body from some moment of a step to its end: its centre of mass on a parabola,
-/// its rotation free or steady. Times are since the step began.
+/// The motion of a body from some moment of a step to its end: its centre of mass on a parabola, or on
+/// a cubic where its acceleration is known to change, its rotation free or steady. Times are since the
+/// step began.
 #[derive(Clone, Debug)]
 pub(super) struct Path {
     pub from: f64,
@@ -12,17 +13,21 @@ pub(super) struct Path {
     pub com: DVec3,
     /// At `from`.
     pub linvel: DVec3,
+    /// At `from`.
     pub acceleration: DVec3,
+    pub jerk: DVec3,
     pub turn: Turn,
     /// What a torque adds to that.
     pub bend: Option<Bend>,
 }
 
-/// By how much a constant angular acceleration bends a rotation that has the same ends without it: as
-/// a parabola stands above its chord.
+/// By how much an angular acceleration bends a rotation that has the same ends without it: as a
+/// parabola, or a cubic, stands above its chord.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bend {
+    /// In the middle of the span.
     pub acceleration: DVec3,
+    pub jerk: DVec3,
     pub span: [f64; 2],
 }
 
@@ -46,14 +51,26 @@ pub(super) struct Bounds {
 }
 
 impl Bend {
+    /// A time since the middle of the span, and half its length.
+    fn since_middle(&self, time: f64) -> [f64; 2] {
+        let [from, to] = self.span;
+        [time - 0.5 * (from + to), 0.5 * (to - from)]
+    }
+
     fn rotation(&self, time: f64) -> DQuat {
         let [from, to] = self.span;
-        DQuat::from_scaled_axis(self.acceleration * (0.5 * (time - from) * (time - to)))
+        let [since, _] = self.since_middle(time);
+        let bent = self.acceleration * 0.5 + self.jerk * (since / 6.0);
+        DQuat::from_scaled_axis(bent * ((time - from) * (time - to)))
     }
 
     pub(super) fn angvel(&self, time: f64) -> DVec3 {
-        let [from, to] = self.span;
-        self.acceleration * (time - 0.5 * (from + to))
+        let [since, half] = self.since_middle(time);
+        self.acceleration * since + self.jerk * (0.5 * since * since - half * half / 6.0)
+    }
+
+    pub(super) fn acceleration(&self, time: f64) -> DVec3 {
+        self.acceleration + self.jerk * self.since_middle(time)[0]
     }
 }
 
@@ -89,12 +106,19 @@ impl Turn {
 impl Path {
     pub(super) fn com(&self, time: f64) -> DVec3 {
         let since = time - self.from;
-        self.com + (self.linvel + self.acceleration * (0.5 * since)) * since
+        let bent = self.acceleration * 0.5 + self.jerk * (since / 6.0);
+        self.com + (self.linvel + bent * since) * since
     }
 
     /// The velocity of the centre of mass.
     pub(super) fn velocity(&self, time: f64) -> DVec3 {
-        self.linvel + self.acceleration * (time - self.from)
+        let since = time - self.from;
+        self.linvel + (self.acceleration + self.jerk * (0.5 * since)) * since
+    }
+
+    /// The acceleration of the centre of mass.
+    pub(super) fn acceleration(&self, time: f64) -> DVec3 {
+        self.acceleration + self.jerk * (time - self.from)
     }
 
     /// The rotation from body to world.
@@ -130,14 +154,20 @@ impl Path {
             Turn::Steady { angvel, .. } => [angvel.length(), 0.0],
             Turn::Free(top) => top.bounds(),
         };
-        let Some(Bend { acceleration, span }) = self.bend else {
+        let Some(Bend {
+            acceleration,
+            jerk,
+            span,
+        }) = self.bend
+        else {
             return Bounds {
                 angvel,
                 acceleration: angvel * angvel + spin_up,
             };
         };
-        let torque = acceleration.length();
-        let added = 0.5 * torque * (span[1] - span[0]);
+        let half = 0.5 * (span[1] - span[0]);
+        let torque = acceleration.length() + jerk.length() * half;
+        let added = torque * half;
         let whole = angvel + added;
         // The unbent angular velocity is turned with the bend.
         Bounds {

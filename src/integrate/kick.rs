@@ -26,6 +26,9 @@ pub(crate) enum Half {
     Second,
 }
 
+/// From which error on a hit within a step is told of, under schemes without a tolerance.
+const HIT: f64 = 0.01;
+
 /// What is done with a body in one half of a step.
 #[derive(Clone, Copy)]
 enum Duty {
@@ -37,36 +40,80 @@ enum Duty {
     ByForce,
 }
 
+/// A body that something has put on another path within the step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Deflection {
+    pub body: RigidBodyHandle,
+    /// Which share of the step was over.
+    pub share: Real,
+    /// The acceleration and the torque by fields that it goes on with, if it is moved within the step.
+    pub presumed: Option<[Vector; 2]>,
+}
+
 /// The bodies that something has put on another path within the step.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Redirected<'a> {
     /// The wrenches on all bodies when the step began, and those that read velocities.
     pub before: &'a [Wrench],
     pub coupled: &'a [Option<Coupling>],
-    /// Who, in the order of handles, and which share of the step was over.
-    pub shares: &'a [(RigidBodyHandle, Real)],
+    /// Who, in the order of handles.
+    pub hits: &'a [Deflection],
     /// Whether nobody has seen the ways of the others, so that they may still be changed.
     pub may_redo: bool,
 }
 
 impl Redirected<'_> {
     pub(super) fn has(&self, body: RigidBodyHandle) -> bool {
-        self.share(body).is_some()
+        self.hit(body).is_some()
     }
 
-    fn share(&self, body: RigidBodyHandle) -> Option<Real> {
-        let place = find_by(self.shares, body, |(body, _)| *body)?;
-        Some(self.shares[place].1)
+    fn hit(&self, body: RigidBodyHandle) -> Option<&Deflection> {
+        let place = find_by(self.hits, body, |hit| hit.body)?;
+        Some(&self.hits[place])
     }
 
     /// By how much the wrench of the second half of a kick is off: up to a hit the first wrench is to
     /// act, and the second from then on. The map of a step is the same backwards, so hits in a field
     /// that changes neither add nor take energy in the mean.
     fn correction(&self, place: usize, body: RigidBodyHandle, wrench: Wrench) -> Option<Wrench> {
-        let (share, before) = (self.share(body)?, self.before.get(place)?);
-        let later = 1.0 - 2.0 * share;
+        let (hit, before) = (self.hit(body)?, self.before.get(place)?);
+        let later = 1.0 - 2.0 * hit.share;
         Some(wrench.plus(before.times(-1.0)).times(later))
     }
+
+    /// What a body that was moved within the step still gets, of what acts on it where it has come: from
+    /// its hit on it was to go on as it was pushed there, and in truth goes on with the mean of both. And
+    /// by which share its speed may be off then.
+    fn rest(&self, body: &Body, wrench: Wrench, dt: Real) -> Option<(VelocityUpdate, f64)> {
+        let hit = self.hit(body.handle)?;
+        let [acceleration, torque] = hit.presumed?;
+        let duration = 0.5 * (1.0 - hit.share) * dt;
+        let change = Wrench {
+            force: wrench.force,
+            torque: wrench.torque - torque,
+        };
+        let mut update = kicked(body, change, duration);
+        update.linvel -= acceleration * duration;
+        Some((update, error_of_rest(body, &update)))
+    }
+}
+
+/// By which share of it the speed of a body is off whose velocities change so by the mean of a force that
+/// changes along its way. On a spring it is (ω t)³/12 of the speed over a time t (the trapezoidal rule), and
+/// the change of the force over all of it adds (ω t)².
+fn error_of_rest(body: &Body, update: &VelocityUpdate) -> f64 {
+    let inertia = body.inertia();
+    let energy = |linvel: Vector, angvel: Vector| {
+        let (attitude, angvel) = (to_dquat(body.pose.rotation), to_dvec3(angvel));
+        let momentum = inertia.map_or(DVec3::ZERO, |it| it.angular_momentum(attitude, angvel));
+        to_f64(body.mass) * to_dvec3(linvel).length_squared() + angvel.dot(momentum)
+    };
+    let whole = energy(update.linvel, update.angvel);
+    let change = energy(update.linvel - body.linvel, update.angvel - body.angvel);
+    if change == 0.0 {
+        return 0.0;
+    }
+    (2.0 * (change / whole).sqrt()).powf(1.5) / 12.0
 }
 
 /// Whether a wrench acts on a body, and whether it is to be woken, or kept from falling asleep.
@@ -102,7 +149,13 @@ impl Integrator {
     ) -> Result<(), Fault> {
         motions.clear();
         let rest = (Half::Second, Some(first), redirected);
-        self.kick((context, evaluation), rest, acts, motions)
+        self.kick((context, evaluation), rest, acts, motions)?;
+        let told = context.choice().map_or(HIT, |choice| choice.tolerance);
+        if let Some((_, error)) = motions.worst_hit {
+            self.reached = self.reached.max(error);
+            motions.worst_hit = motions.worst_hit.filter(|_| error > told || error.is_nan());
+        }
+        Ok(())
     }
 
     /// Works out what is done with each body, and who is to be moved within the step.
@@ -125,6 +178,12 @@ impl Integrator {
                 if let Some(first) = first.filter(|first| first.has_slope(body.handle)) {
                     let update = end_of_load(context, evaluation, (place, redirected), first);
                     motions.updates.extend(update);
+                } else {
+                    let wrench = evaluation.wrenches[place];
+                    if let Some((update, error)) = redirected.rest(body, wrench, context.dt) {
+                        motions.updates.push(update);
+                        motions.note_hit(body.handle, error);
+                    }
                 }
                 continue;
             };
@@ -224,7 +283,8 @@ fn duty(
     let (dt, body) = (context.dt, context.bodies[place].handle);
     if half == Half::Second {
         let redone = || evaluation.missed.binary_search(&place).is_ok();
-        if (!settled.is_empty() && find(settled, body).is_some()) || redone() {
+        let once = !context.rules.scheme.kicks_twice();
+        if once || (!settled.is_empty() && find(settled, body).is_some()) || redone() {
             return None;
         }
         return Some(match evaluation.treatment(place) {

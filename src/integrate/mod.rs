@@ -34,7 +34,7 @@ pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use evaluation::Evaluation;
 pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
-pub(crate) use kick::Redirected;
+pub(crate) use kick::{Deflection, Redirected};
 pub(crate) use load::{Before, complete};
 pub(crate) use motion::{
     FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate, kicked,

@@ -30,6 +30,9 @@ pub(crate) struct Motions {
     pub ahead: Vec<RigidBodyHandle>,
     /// Whether any force that reads velocities has changed much by the kicks.
     pub outdated: bool,
+    /// Of the bodies that were hit within the step and moved within it, whose speed is off the most, and by
+    /// which share of it.
+    pub worst_hit: Option<(RigidBodyHandle, f64)>,
     /// What could not be given to Rapier, and is in none of this.
     pub faults: Vec<Fault>,
     /// Bodies that are to be moved within the step.
@@ -197,6 +200,7 @@ impl Motions {
         self.free.clear();
         self.ahead.clear();
         self.outdated = false;
+        self.worst_hit = None;
         self.faults.clear();
         self.inner.clear();
         self.resolved.clear();
@@ -262,6 +266,13 @@ impl Motions {
             angvel,
             spins: true,
             ..update
+        }
+    }
+
+    /// Takes note of how well it is known how a body goes on from a hit.
+    pub(super) fn note_hit(&mut self, body: RigidBodyHandle, error: f64) {
+        if self.worst_hit.is_none_or(|(_, worst)| !(error <= worst)) {
+            self.worst_hit = Some((body, error));
         }
     }
 

@@ -66,6 +66,18 @@ pub enum StepWarning {
         /// What was asked for.
         tolerance: Real,
     },
+    /// A body that is moved within the step was hit in it, in fields that change much over what was left of
+    /// it: its speed is off by as much as this. Schemes with a tolerance tell from there on, the others from a
+    /// percent on. See [`Scheme`](crate::Scheme).
+    #[error(
+        "{body:?} was hit in fields that are stiff for the step: its speed is off by {error} of it"
+    )]
+    HitInStiffField {
+        /// The body.
+        body: RigidBodyHandle,
+        /// As a share of its speed.
+        error: Real,
+    },
     /// The fields make a body faster than Rapier lets it be
     /// (`IntegrationParameters::normalized_max_linear_velocity`): Rapier will slow it down.
     #[error("{body:?} is given a speed of {speed}, which Rapier cuts down to {limit}")]

@@ -7,10 +7,12 @@ use super::stages::moment;
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
-use crate::contact::{Heard, KickShare, Pairs, is_to_ask};
+use crate::contact::{Arrival, Heard, KickShare, Pairs, is_to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
-use crate::integrate::{Fault, FaultPolicy, Scheme, StepWarning, TurnAfter, warn_of_caps};
+use crate::integrate::{
+    Evaluation, Fault, FaultPolicy, Scheme, StepWarning, TurnAfter, warn_of_caps,
+};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Lookup, find, find_near};
@@ -64,7 +66,7 @@ impl FieldPipeline {
                 .first_half((scheme, policy), dt, world.soft_bodies);
         }
         if !idle || !self.motions.turns.is_empty() {
-            self.note_kicks(fields, &world);
+            self.note_kicks(fields, state.evaluation.as_ref(), &world);
         }
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);
@@ -508,7 +510,12 @@ impl FieldPipeline {
     }
 
     /// And after.
-    fn note_kicks(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
+    fn note_kicks(
+        &mut self,
+        fields: &Definition<'_>,
+        evaluation: Option<&Evaluation>,
+        world: &WorldMut<'_>,
+    ) {
         if self.compiled.detectors.is_empty() {
             return;
         }
@@ -519,8 +526,14 @@ impl FieldPipeline {
             TurnAfter::Velocity(_) => None,
         });
         let whole = fields.settings.scheme.kicks_once();
+        let arrival = |body| {
+            Some(Arrival {
+                linvel: motions.arrival(body)?,
+                first: evaluation?.wrench(body)?,
+            })
+        };
         let share = |body| match find(&motions.settled, body) {
-            Some(_) => KickShare::Within(motions.arrival(body)),
+            Some(_) => KickShare::Within(arrival(body)),
             None if whole => KickShare::Whole,
             None => KickShare::Half {
                 free: find(&motions.free, body).is_some(),

@@ -6,11 +6,13 @@ use super::faults::answering;
 use super::stages::{iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
-use crate::bridge::{self, StepError, View, WakePolicy, WorldMut};
+use crate::bridge::{self, Push, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, report};
 use crate::cross_check::Stepped;
 use crate::diagnose::{blame, sifted};
-use crate::integrate::{Fault, FreeMotion, Motions, Redirected, StepWarning, warn_of_springs};
+use crate::integrate::{
+    Deflection, Fault, FreeMotion, Motions, Redirected, StepWarning, warn_of_springs,
+};
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rigid::{Lookup, Wrench, find};
 
@@ -195,7 +197,8 @@ impl FieldPipeline {
             let pushed = self.push_alike(fields, state, world, Some(&open.motions));
             return Ok(pushed.unwrap_or(0));
         }
-        if !fields.settings.scheme.kicks_twice() {
+        let deflected = |push: &Push| push.hit.is_some_and(|hit| hit.presumed.is_some());
+        if !fields.settings.scheme.kicks_twice() && !self.pushes.iter().any(deflected) {
             self.note_sleepers(fields, state, &open.bodies, world);
             // Kept for how wrenches change from step to step.
             if let Some(evaluation) = &mut state.evaluation {
@@ -229,7 +232,7 @@ impl FieldPipeline {
             last.iter_mut().for_each(|it| it.remove(&self.condemned));
         }
         let (view, exact) = (world.view(), self.exact_turns(fields));
-        let shares = &self.redirected();
+        let hits = &self.redirected();
         let may_redo = self.compiled.detectors.is_empty();
         let sift = |fault: &Fault| sifted(fields.set, fault);
         let rules = Self::rules([&self.links, &self.held], exact, fields, world);
@@ -245,7 +248,7 @@ impl FieldPipeline {
         let redirected = Redirected {
             before,
             coupled,
-            shares,
+            hits,
             may_redo,
         };
         let done = (&open.motions, redirected);
@@ -266,6 +269,14 @@ impl FieldPipeline {
         };
         self.spare = last.unwrap_or_default();
         outcome.map_err(|fault| blame(fields.set, &fault))?;
+        let hit = self
+            .late
+            .worst_hit
+            .map(|(body, error)| StepWarning::HitInStiffField {
+                body,
+                error: from_f64(error),
+            });
+        self.warnings.extend(hit);
         let mut faults = std::mem::take(&mut self.late.faults);
         self.answer_all(fields, &mut faults, Some(&mut evaluation))?;
         self.sampled = self.bodies.len();
@@ -300,14 +311,19 @@ impl FieldPipeline {
         }
     }
 
-    /// Who was put on another path within the step, in the order of handles, and which share of it
-    /// was over.
-    fn redirected(&self) -> Vec<(RigidBodyHandle, Real)> {
-        let shares = self.pushes.iter();
-        let shares = shares.filter_map(|push| Some((push.body, push.share?)));
-        let mut shares: Vec<_> = shares.collect();
-        shares.sort_unstable_by_key(|(body, _)| body.into_raw_parts().0);
-        shares
+    /// Who was put on another path within the step, in the order of handles.
+    fn redirected(&self) -> Vec<Deflection> {
+        let hits = self.pushes.iter().filter_map(|push| {
+            let hit = push.hit?;
+            Some(Deflection {
+                body: push.body,
+                share: hit.share,
+                presumed: hit.presumed,
+            })
+        });
+        let mut hits: Vec<_> = hits.collect();
+        hits.sort_unstable_by_key(|hit| hit.body.into_raw_parts().0);
+        hits
     }
 
     /// Takes note of how the step leaves the bodies.

@@ -36,7 +36,7 @@ pub(crate) struct Rotor {
 pub(crate) struct Top {
     rotor: Rotor,
     /// In the world.
-    momentum: DVec3,
+    pub(crate) momentum: DVec3,
     pieces: Vec<Piece>,
 }
 

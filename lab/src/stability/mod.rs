@@ -264,6 +264,8 @@ pub fn fate(mut scene: Scene, scheme: Scheme) -> Fate {
 fn tells(warning: &StepWarning) -> bool {
     matches!(
         warning,
-        StepWarning::Stiff { .. } | StepWarning::ToleranceMissed { .. }
+        StepWarning::Stiff { .. }
+            | StepWarning::ToleranceMissed { .. }
+            | StepWarning::HitInStiffField { .. }
     )
 }

@@ -369,6 +369,9 @@ impl Table {
 pub fn body_of(warning: &StepWarning) -> Option<RigidBodyHandle> {
     match warning {
         StepWarning::Stiff { body, .. }
+        | StepWarning::ToleranceMissed { body, .. }
+        | StepWarning::HitInStiffField { body, .. }
+        | StepWarning::NotFinite { body }
         | StepWarning::SpeedCapped { body, .. }
         | StepWarning::LeftOut { body, .. }
         | StepWarning::Quarantined { body, .. }
