@@ -7,6 +7,9 @@ mod paired;
 
 use paired::{Variant, alone, balls, compare, variant, with};
 use rapier3d_fields::prelude::*;
+use rapier3d_fields_lab::single::rivals::cell_list::CellList;
+use rapier3d_fields_lab::single::rivals::vectorised::Vectorised;
+use rapier3d_fields_lab::single::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia, interaction};
 
 /// Balls that fly slowly, so that Rapier has no more to do than for those that stand.
 fn flying(count: usize) -> PhysicsWorld {
@@ -169,6 +172,40 @@ fn moving_zones(count: usize) -> Vec<Variant> {
     ]
 }
 
+/// Molecules of ammonia that act on each other: as fields, and by loops written for them.
+fn molecules(count: usize, spacing: Real) -> Vec<Variant> {
+    const CUTOFF: Real = 10.0;
+    let scene = || -> BoxOfAmmonia {
+        let settings = AmmoniaSettings {
+            count,
+            spacing,
+            ..AmmoniaSettings::default()
+        };
+        settings.build().expect("the settings are in range")
+    };
+    let (mut plain, mut listed, mut wide) = (scene(), scene(), scene());
+    let mut loops = CellList::new(&listed, CUTOFF);
+    let mut vectors = Vectorised::new(&wide, CUTOFF);
+    let fields = |name, scheme| {
+        let mut scene = scene();
+        let tree = interaction(scene.molecules.iter().map(|it| it.sites), Some(CUTOFF));
+        let builder = Fields::builder(tree).scheme(scheme);
+        let mut fields = scene.fields(builder).expect("the tree fits the scene");
+        variant(name, move || {
+            fields.step(&mut scene.world).expect("no field is singular");
+        })
+    };
+    vec![
+        variant("Rapier alone", move || plain.world.step()),
+        variant("cell list by hand", move || loops.step(&mut listed.world)),
+        variant("SIMD for ammonia by hand", move || {
+            vectors.step(&mut wide.world);
+        }),
+        fields("field, kick", Scheme::Kick),
+        fields("field, kick-drift-kick", Scheme::KickDriftKick),
+    ]
+}
+
 fn main() {
     compare("drag, 10,000 balls (≤ 2 × by hand)", 10, || {
         drag(10_000, Vector::ZERO, 0.0)
@@ -201,4 +238,7 @@ fn main() {
         5,
         || moving_zones(10_000),
     );
+    compare("liquid, 1,000 molecules", 5, || molecules(1_000, 3.6));
+    compare("liquid, 10,000 molecules", 2, || molecules(10_000, 3.6));
+    compare("gas, 10,000 molecules", 3, || molecules(10_000, 20.0));
 }

@@ -32,7 +32,7 @@ pub(crate) use entries::{
     ConstantField, Detector, FieldMask, RadialBatch, RadialSource, Weighting,
 };
 pub use index_kind::IndexKind;
-pub(crate) use ordered::Key;
+pub(crate) use ordered::{Key, Ordered, unique};
 pub use plan::{Plan, PlanEntry};
 pub(crate) use program::{Program, Step};
 pub(crate) use reach::Reach;

@@ -2,7 +2,7 @@
 
 use super::compiled::Compiled;
 use super::facts::Facts;
-use crate::field::Frames;
+use crate::field::{Frame, Frames};
 use crate::math::Real;
 use crate::rapier::parry::bounding_volume::Aabb;
 
@@ -18,6 +18,17 @@ pub(crate) enum Reach {
 }
 
 impl Compiled {
+    /// Where one of the radial fields that hang on bodies and colliders is, and its radius.
+    pub(crate) fn first_moving(&self, world: &impl Frames) -> Option<(Frame, Real)> {
+        let moves = |anchor: u32| !self.anchors.stands_still(anchor);
+        let batches = self.radials.iter().filter(|(_, batch)| batch.moving > 0);
+        let (batch, source) = batches
+            .flat_map(|(_, batch)| batch.sources.iter().map(move |source| (batch, source)))
+            .find(|(_, source)| moves(source.anchor))?;
+        let frame = world.frame(&self.anchors[source.anchor as usize])?;
+        Some((frame, batch.range.unwrap_or(Real::INFINITY)))
+    }
+
     /// Where any force can be felt, the anchors being where they are in `world`. Looks up only
     /// those that hang on bodies and colliders.
     pub(crate) fn reach(&self, world: &impl Frames) -> Reach {

@@ -1,18 +1,21 @@
 //! Radial laws on several lanes at once.
 
-use super::lanes::Lanes;
+use fearless_simd::{Simd, SimdMask};
+
+use super::lanes::{Lanes, lanes_of};
 use crate::field::{Profile, Radial};
 use crate::math::{Real, from_f64, to_f64};
 
 /// A radial law of strength one on lanes.
 pub(super) trait Kernel: Copy {
-    /// s with F = s d, given r².
-    fn factor(self, r2: Lanes) -> Lanes;
-    /// U, given r².
-    fn potential(self, r2: Lanes) -> Lanes;
+    /// s with F = s d, given r². What it is where the mask is not set does not matter.
+    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V;
+    /// U, given r²; likewise.
+    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V;
 }
 
 /// The laws that have a kernel of their own, and the rest.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Law {
     InverseSquare(InverseSquare),
     LennardJones(LennardJones),
@@ -40,29 +43,57 @@ impl Law {
     }
 }
 
+impl Kernel for Law {
+    #[inline(always)]
+    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+        match self {
+            Law::InverseSquare(law) => law.factor(r2, acts),
+            Law::LennardJones(law) => law.factor(r2, acts),
+            Law::Other(law) => law.factor(r2, acts),
+        }
+    }
+
+    #[inline(always)]
+    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+        match self {
+            Law::InverseSquare(law) => law.potential(r2, acts),
+            Law::LennardJones(law) => law.potential(r2, acts),
+            Law::Other(law) => law.potential(r2, acts),
+        }
+    }
+}
+
 /// s = 1/r³ − shift/r, U = 1/r + shift r − offset.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct InverseSquare {
     shift: Real,
     offset: Real,
 }
 
+impl InverseSquare {
+    /// The factor, given 1/r and 1/r².
+    #[inline(always)]
+    pub(super) fn factor_of<S: Simd, V: Lanes<S>>(self, inverse: V, inverse2: V) -> V {
+        inverse * (inverse2 - self.shift)
+    }
+}
+
 impl Kernel for InverseSquare {
-    #[inline]
-    fn factor(self, r2: Lanes) -> Lanes {
-        let inverse = Lanes::splat(1.0) / r2.sqrt();
-        inverse * (inverse * inverse - Lanes::splat(self.shift))
+    #[inline(always)]
+    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+        let inverse = V::splat(r2.token(), 1.0) / r2.sqrt();
+        self.factor_of(inverse, inverse * inverse)
     }
 
-    #[inline]
-    fn potential(self, r2: Lanes) -> Lanes {
+    #[inline(always)]
+    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
         let r = r2.sqrt();
-        Lanes::splat(1.0) / r + r * Lanes::splat(self.shift) - Lanes::splat(self.offset)
+        V::splat(r2.token(), 1.0) / r + r * self.shift - self.offset
     }
 }
 
 /// s = 24 (2 (σ/r)¹² − (σ/r)⁶)/r² − slope/r, U = 4 ((σ/r)¹² − (σ/r)⁶) + slope r − offset.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LennardJones {
     sigma2: Real,
     slope: Real,
@@ -87,50 +118,67 @@ impl LennardJones {
             offset: from_f64(offset),
         }
     }
+
+    /// The factor, given 1/r and 1/r².
+    #[inline(always)]
+    pub(super) fn factor_of<S: Simd, V: Lanes<S>>(self, inverse: V, inverse2: V) -> V {
+        let s2 = inverse2 * self.sigma2;
+        let s6 = s2 * s2 * s2;
+        inverse2 * 24.0 * s6 * (s6 + s6 - 1.0) - inverse * self.slope
+    }
 }
 
 impl Kernel for LennardJones {
-    #[inline]
-    fn factor(self, r2: Lanes) -> Lanes {
-        let inverse2 = Lanes::splat(1.0) / r2;
-        let s2 = Lanes::splat(self.sigma2) * inverse2;
-        let s6 = s2 * s2 * s2;
-        let plain = Lanes::splat(24.0) * inverse2 * s6 * (s6 + s6 - Lanes::splat(1.0));
-        // One branch for the batch, not for the pair: the compiler hoists it.
-        if self.slope == 0.0 {
-            return plain;
-        }
-        plain - Lanes::splat(self.slope) * inverse2.sqrt()
+    #[inline(always)]
+    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+        let inverse2 = V::splat(r2.token(), 1.0) / r2;
+        self.factor_of(inverse2.sqrt(), inverse2)
     }
 
-    #[inline]
-    fn potential(self, r2: Lanes) -> Lanes {
-        let s2 = Lanes::splat(self.sigma2) / r2;
+    #[inline(always)]
+    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+        let s2 = V::splat(r2.token(), self.sigma2) / r2;
         let s6 = s2 * s2 * s2;
-        let plain = Lanes::splat(4.0) * s6 * (s6 - Lanes::splat(1.0));
-        plain + Lanes::splat(self.slope) * r2.sqrt() - Lanes::splat(self.offset)
+        s6 * 4.0 * (s6 - 1.0) + r2.sqrt() * self.slope - self.offset
     }
 }
 
 /// Any law, one lane after the other, by its definition.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Other {
     law: Radial,
 }
 
 impl Other {
-    fn each(r2: Lanes, value: impl Fn(f64) -> f64) -> Lanes {
-        Lanes::new(r2.to_array().map(|r2| from_f64(value(to_f64(r2)))))
+    // Not inlined: compiled once, so that it is the same whatever instructions the caller may use.
+    #[inline(never)]
+    fn factor_at(&self, r2: Real) -> Real {
+        from_f64(self.law.factor(to_f64(r2)))
+    }
+
+    #[inline(never)]
+    fn potential_at(&self, r2: Real) -> Real {
+        // Laws without a potential are not asked for it.
+        from_f64(self.law.potential_at(to_f64(r2)).unwrap_or(f64::NAN))
     }
 }
 
 impl Kernel for Other {
-    fn factor(self, r2: Lanes) -> Lanes {
-        Self::each(r2, |r2| self.law.factor(r2))
+    #[inline(always)]
+    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+        let mut lanes = V::splat(r2.token(), 0.0);
+        for lane in lanes_of(acts.to_bitmask()) {
+            lanes[lane] = self.factor_at(r2[lane]);
+        }
+        lanes
     }
 
-    fn potential(self, r2: Lanes) -> Lanes {
-        // Laws without a potential are not asked for it.
-        Self::each(r2, |r2| self.law.potential_at(r2).unwrap_or(f64::NAN))
+    #[inline(always)]
+    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+        let mut lanes = V::splat(r2.token(), 0.0);
+        for lane in lanes_of(acts.to_bitmask()) {
+            lanes[lane] = self.potential_at(r2[lane]);
+        }
+        lanes
     }
 }

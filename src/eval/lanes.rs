@@ -1,50 +1,79 @@
-//! Several scalars at once.
+//! Several scalars at once. Fixed numbers of lanes, whatever registers the machine has, no fused
+//! multiply-add and fixed orders of sums: so every machine gives the same bits.
+
+use fearless_simd::{Level, Simd, SimdBase, SimdCombine, SimdFloat};
 
 use crate::math::Real;
 
-// As wide as the registers that the target is known to have: wider lanes are kept in two, of which
-// the pair loop has none to spare.
-#[cfg(all(feature = "f32", not(target_feature = "avx")))]
+#[cfg(feature = "f32")]
 mod width {
-    pub type Lanes = wide::f32x4;
-    pub const WIDTH: usize = 4;
+    pub use fearless_simd::{f32x4 as Four, f32x8 as Eight};
 }
-#[cfg(all(feature = "f32", target_feature = "avx"))]
+#[cfg(feature = "f64")]
 mod width {
-    pub type Lanes = wide::f32x8;
-    pub const WIDTH: usize = 8;
-}
-#[cfg(all(feature = "f64", not(target_feature = "avx")))]
-mod width {
-    pub type Lanes = wide::f64x2;
-    pub const WIDTH: usize = 2;
-}
-#[cfg(all(feature = "f64", target_feature = "avx"))]
-mod width {
-    pub type Lanes = wide::f64x4;
-    pub const WIDTH: usize = 4;
+    pub use fearless_simd::{f64x4 as Four, f64x8 as Eight};
 }
 
-/// Several scalars in one register, and how many.
-pub(super) use width::{Lanes, WIDTH};
+pub(super) use width::{Eight, Four};
+
+/// Any number of scalars.
+pub(super) trait Lanes<S: Simd>: SimdFloat<S, Element = Real> {}
+
+impl<S: Simd, V: SimdFloat<S, Element = Real>> Lanes<S> for V {}
+
+/// The lanes of a bit mask, first to last.
+#[inline(always)]
+pub(super) fn lanes_of(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (lane < 64).then_some(lane)
+    })
+}
+
+/// How many lanes [`Four`] has.
+pub(super) const WIDTH: usize = 4;
 
 /// The lanes that start at `values[at]`. The slice must be padded by [`WIDTH`].
-pub(super) fn load(values: &[Real], at: usize) -> Lanes {
-    Lanes::new(values[at..].first_chunk().copied().unwrap_or_default())
+#[inline(always)]
+pub(super) fn load<S: Simd>(simd: S, values: &[Real], at: usize) -> Four<S> {
+    Four::from_slice(simd, &values[at..at + WIDTH])
 }
 
-/// 0, 1, 2, …
-pub(super) fn counting() -> Lanes {
-    let mut lanes = [0.0; WIDTH];
-    for (lane, value) in lanes.iter_mut().enumerate() {
-        *value = lane as Real;
-    }
-    Lanes::new(lanes)
+/// The sum of four lanes, first to last.
+#[inline(always)]
+pub(super) fn total<S: Simd>(lanes: Four<S>) -> Real {
+    let [a, b, c, d] = lanes.to_array();
+    ((a + b) + c) + d
 }
 
-/// Takes `lanes` off the values that start at `at`; the slice must be padded as for [`load`].
-pub(super) fn subtract(values: &mut [Real], at: usize, lanes: Lanes) {
-    if let Some(place) = values[at..].first_chunk_mut() {
-        *place = (Lanes::new(*place) - lanes).to_array();
+/// A number for each of four sites.
+pub(super) type Row = [Real; 4];
+
+/// Four numbers, twice.
+#[inline(always)]
+pub(super) fn twice<S: Simd>(simd: S, row: &Row) -> Eight<S> {
+    let row = Four::load_array_ref(simd, row);
+    row.combine(row)
+}
+
+/// Two of four numbers, each four times.
+#[inline(always)]
+pub(super) fn spread<S: Simd>(simd: S, row: &Row, first: usize) -> Eight<S> {
+    Four::splat(simd, row[first]).combine(Four::splat(simd, row[first + 1]))
+}
+
+#[cfg(test)]
+thread_local! {
+    /// What a test wants in place of the best there is.
+    pub(super) static FORCED: std::cell::Cell<Option<Level>> = const { std::cell::Cell::new(None) };
+}
+
+/// The widest instructions that the machine has.
+pub(super) fn level() -> Level {
+    #[cfg(test)]
+    if let Some(level) = FORCED.get() {
+        return level;
     }
+    Level::new()
 }

@@ -12,6 +12,7 @@ mod interpreter;
 mod kernel;
 mod lanes;
 mod linearise;
+mod one_way;
 mod pairwise;
 mod programs;
 mod quantity;
@@ -74,9 +75,8 @@ impl Evaluator {
             wrenches,
         };
         Constants.add((0, &compiled.constants), &scene, frames, sums);
-        for batch in compiled.radials.iter() {
-            self.radials.add(batch, &scene, frames, sums);
-        }
+        self.radials
+            .add((0, &compiled.radials), &scene, frames, sums);
         self.adaptive.forget(samples);
         // Cells are sampled all over a body, not at its samples.
         if samples.solids.is_empty() {
@@ -130,16 +130,13 @@ impl Evaluator {
                 energy.total -= to_f64(constant.vector.dot(centre.world_point) * weight);
             }
         }
-        let on = |batch: &RadialBatch| batch.prototype.is_on(moment.time);
-        for batch in compiled.radials.iter().filter(|(_, batch)| on(batch)) {
-            if batch.1.law.has_potential() {
-                let (frames, forces) = (&mut self.frames, &mut self.forces[..]);
-                self.radials
-                    .add_quantity(batch, &scene, frames, forces, Quantity::Potential);
-            } else {
-                energy.without += 1;
-            }
-        }
+        let (frames, forces) = (&mut self.frames, &mut self.forces[..]);
+        let (radials, quantity) = (&compiled.radials, Quantity::Potential);
+        self.radials
+            .add_quantity(radials, &scene, frames, forces, quantity);
+        let lacks =
+            |batch: &RadialBatch| batch.prototype.is_on(moment.time) && !batch.law.has_potential();
+        energy.without += radials.iter().filter(|(_, batch)| lacks(batch)).count();
         energy.total += self.forces.iter().map(|sum| to_f64(sum.x)).sum::<f64>();
         let programs = compiled.programs.iter().map(|(_, program)| program);
         for program in programs.filter(|program| program.has_force) {

@@ -1,304 +1,264 @@
-//! Radial fields of bodies on bodies: every pair of parts once, both ways.
+//! Radial fields of bodies on bodies: every pair of parts once, both ways, and all laws at once.
 //!
 //! Most sources of a many-body scene sit where a sample sits: the field of an atom, sampled at
-//! atoms. Then the law of a pair is worked out once and acts on both. Parts of one body, a cluster,
-//! never act on each other, so pairs are sought between clusters. Each cluster fills whole lanes, so
-//! that it can meet another where it stands; copying neighbours together to save lanes cost more
-//! than it saved.
+//! atoms. Then a pair is worked out once and acts on both. Batches of one range are met in one pass
+//! over pairs of tiles, which are four sites of one body. Parts of one body never act on each
+//! other. Pairs are met in the order of the bodies, so that it does not show when the list of those
+//! that are near was made; copying neighbours together to save lanes cost more than it saved.
 
-use std::ops::Range;
+mod meet;
+mod near;
+mod tiles;
 
-use super::kernel::Kernel;
-use super::lanes::{Lanes, WIDTH, load, subtract};
+use super::kernel::Law;
+use super::one_way::{Task, weigh};
 use super::quantity::Quantity;
-use crate::math::{Real, Vector};
-use crate::neighbors::{Cluster, VerletList};
-use crate::sample::Samples;
+use super::sources::Sources;
+use crate::compile::{AnchorId, RadialBatch, RadialSource};
+use crate::field::{Axis, Coupling, ForceMode, Frame};
+use crate::math::{Real, Vector, to_f64};
+use crate::sample::{Moment, Samples};
+use meet::Laws;
+use near::NearTiles;
+use tiles::Tiles;
 
-/// What is to be evaluated.
-#[derive(Clone, Copy)]
-pub(super) struct Pairs<'a> {
-    pub samples: &'a Samples,
-    /// Of each site as a source.
-    pub strengths: &'a [Real],
-    /// Of each site: what turns the vector of the field into a force.
-    pub weights: &'a [Real],
-    pub range: Option<Real>,
-}
-
-/// Evaluates one batch whose sources are samples; keeps its buffers and neighbours between calls.
+/// Sources that are samples, pair by pair, both ways; the others one way.
 #[derive(Debug, Default)]
-pub(super) struct Pairwise {
-    clusters: Vec<Cluster>,
-    list: VerletList,
-    /// The place of each part, and which sample it is.
-    probe_of: Vec<(u32, u32)>,
-    parts: Columns,
-    /// The parts of the cluster that meets the others.
-    own: Vec<Own>,
+pub(super) struct PairwiseRadials {
+    /// All that the sides and passes were made from.
+    made_for: Vec<u64>,
+    asked: Vec<u64>,
+    /// Of each batch that is met pair by pair; those behind the number are kept for their buffers.
+    sides: Vec<Sides>,
+    batches: usize,
+    passes: Vec<Pass>,
+    ranges: usize,
+    sources: Sources,
 }
 
-impl Pairwise {
-    /// Adds the forces, or potentials, that the samples exert on each other.
-    pub(super) fn run(
-        &mut self,
-        law: impl Kernel,
-        pairs: Pairs<'_>,
-        quantity: Quantity,
-        sums: &mut [Vector],
-    ) {
-        match quantity {
-            Quantity::Force => self.add::<false>(law, pairs, sums),
-            Quantity::Potential => self.add::<true>(law, pairs, sums),
-        }
-    }
+/// A batch, as samples are to it.
+#[derive(Debug)]
+pub(super) struct Sides {
+    number: u32,
+    law: Law,
+    range: Option<Real>,
+    /// Of each site as a source.
+    strengths: Vec<Real>,
+    /// Of each sample: what turns the vector of the field into a force.
+    weights: Vec<Real>,
+    /// Sources that are no samples.
+    apart: Vec<RadialSource>,
+}
 
-    fn add<const POTENTIAL: bool>(
+/// Batches of one range.
+#[derive(Debug, Default)]
+struct Pass {
+    laws: Laws,
+    /// By law, the sides it belongs to.
+    order: Vec<Option<usize>>,
+    tiles: Tiles,
+    near: NearTiles,
+}
+
+impl PairwiseRadials {
+    /// Takes up those of some batches that are wanted, in the order given.
+    pub(super) fn take_up<'a>(
         &mut self,
-        law: impl Kernel,
-        pairs: Pairs<'_>,
-        sums: &mut [Vector],
+        batches: impl Iterator<Item = (u32, &'a RadialBatch)> + Clone,
+        samples: &Samples,
+        moment: Moment,
+        wanted: impl Fn(&Sides, &RadialBatch, usize) -> bool,
     ) {
-        self.collect(&pairs);
-        if let Some(range) = pairs.range {
-            self.list.refresh(&self.clusters, range);
+        self.asked.clear();
+        self.asked.push(samples.stamp);
+        for (number, batch) in batches.clone() {
+            self.asked.extend([u64::from(number), batch.log.stamp]);
+            self.asked.extend(read(batch, moment));
         }
-        for i in 0..self.clusters.len() {
-            match pairs.range {
-                Some(range) => self.meet_near::<POTENTIAL>(law, i, range),
-                None => self.meet_all_later::<POTENTIAL>(law, i),
+        if self.asked == self.made_for {
+            return;
+        }
+        std::mem::swap(&mut self.asked, &mut self.made_for);
+        self.batches = 0;
+        for (number, batch) in batches {
+            if self.sides.len() == self.batches {
+                self.sides.push(Sides::new(batch));
             }
+            let sides = &mut self.sides[self.batches];
+            sides.fill((number, batch), samples, moment);
+            self.batches += usize::from(wanted(sides, batch, samples.sites));
         }
-        for (place, sample) in &self.probe_of {
-            sums[*sample as usize] += self.parts.sum_at(*place as usize);
-        }
+        self.group(samples);
     }
 
-    /// Takes up all samples that act or are acted on, as the parts of clusters.
-    fn collect(&mut self, pairs: &Pairs<'_>) {
-        self.clusters.clear();
-        self.probe_of.clear();
-        self.parts.clear();
-        let mut body = None;
-        let sides = pairs.strengths.iter().zip(pairs.weights);
-        let samples = pairs.samples.list.iter().zip(sides).enumerate();
-        for (number, (sample, (strength, weight))) in samples {
-            if *strength == 0.0 && *weight == 0.0 {
+    /// Whether a batch was taken up.
+    pub(super) fn has(&self, number: u32) -> bool {
+        let sides = &self.sides[..self.batches];
+        sides.iter().any(|sides| sides.number == number)
+    }
+
+    /// Makes a pass of the batches of each range.
+    fn group(&mut self, samples: &Samples) {
+        let sides = &self.sides[..self.batches];
+        self.ranges = 0;
+        for (place, first) in sides.iter().enumerate() {
+            if sides[..place]
+                .iter()
+                .any(|known| known.range == first.range)
+            {
                 continue;
             }
-            if body != Some(sample.body) {
-                body = Some(sample.body);
-                self.close_clump(pairs.range.is_some());
-                self.clusters.push(Cluster {
-                    centre: sample.world_point - sample.arm,
-                    radius: 0.0,
-                    start: self.parts.count as u32,
-                    end: 0,
-                });
+            if self.passes.len() == self.ranges {
+                self.passes.push(Pass::default());
             }
-            if let Some(cluster) = self.clusters.last_mut() {
-                cluster.radius = cluster.radius.max(sample.arm.length());
-            }
-            self.probe_of.push((self.parts.count as u32, number as u32));
-            self.parts.push(sample.world_point, *strength, *weight);
+            self.passes[self.ranges].fill(&sides[place..], samples);
+            self.ranges += 1;
         }
-        self.close_clump(pairs.range.is_some());
-        self.parts.finish();
     }
 
-    /// Ends the last cluster; if clusters are to meet one by one, fills it up to whole lanes with
-    /// parts that neither act nor are acted on.
-    fn close_clump(&mut self, fill: bool) {
-        let Some(cluster) = self.clusters.last_mut() else {
+    /// Adds the forces, or potentials, that the samples exert on each other.
+    pub(super) fn meet(&mut self, samples: &Samples, quantity: Quantity, sums: &mut [Vector]) {
+        for pass in &mut self.passes[..self.ranges] {
+            pass.tiles.place(samples);
+            pass.near.refresh(&pass.tiles);
+            pass.laws.meet(&mut pass.tiles, &pass.near, quantity);
+            pass.tiles.give(sums);
+        }
+    }
+
+    /// Adds what is no pair of sites in a batch that was taken up.
+    pub(super) fn add_others(
+        &mut self,
+        (number, batch): (u32, &RadialBatch),
+        samples: &Samples,
+        quantity: Quantity,
+        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+        sums: &mut [Vector],
+    ) {
+        let known = self.sides[..self.batches].iter();
+        let Some(sides) = known.clone().find(|sides| sides.number == number) else {
             return;
         };
-        let count = self.parts.count - cluster.start as usize;
-        let wanted = if fill {
-            count.next_multiple_of(WIDTH)
-        } else {
-            count
+        let (sites, all) = (samples.sites, samples.list.len());
+        let several = sides.weights[sites..].iter().any(|weight| *weight != 0.0);
+        let task = Task {
+            number,
+            batch,
+            samples,
+            weights: &sides.weights,
+            quantity,
         };
-        (count..wanted).for_each(|_| self.parts.push(Vector::ZERO, 0.0, 0.0));
-        cluster.end = self.parts.count as u32;
-    }
-
-    /// Lets a cluster meet the later ones that are in range.
-    fn meet_near<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize, range: Real) {
-        let cluster = self.clusters[i];
-        self.take_own(&cluster);
-        for j in self.list.later(i) {
-            let other = &self.clusters[*j as usize];
-            if may_reach(&cluster, other, range) {
-                let there = other.start as usize..other.end as usize;
-                self.parts
-                    .meet::<POTENTIAL>(law, &mut self.own, there, range * range);
-            }
+        // What is no site meets all sources one by one.
+        if several {
+            let all_sources = &batch.sources;
+            self.sources
+                .gather(batch, all_sources, &mut frame, quantity);
+            self.sources.add_to(&task, sites..all, sums);
         }
-        self.put_own(&cluster);
-    }
-
-    /// Lets a cluster meet all later ones, which stand side by side already.
-    fn meet_all_later<const POTENTIAL: bool>(&mut self, law: impl Kernel, i: usize) {
-        let cluster = self.clusters[i];
-        self.take_own(&cluster);
-        let later = cluster.end as usize..self.parts.count;
-        self.parts
-            .meet::<POTENTIAL>(law, &mut self.own, later, Real::INFINITY);
-        self.put_own(&cluster);
-    }
-
-    fn take_own(&mut self, cluster: &Cluster) {
-        let places = cluster.start as usize..cluster.end as usize;
-        self.own.clear();
-        self.own.extend(places.map(|place| self.parts.own(place)));
-    }
-
-    fn put_own(&mut self, cluster: &Cluster) {
-        for (own, place) in self.own.iter().zip(cluster.start as usize..) {
-            self.parts.add(place, own.sum());
+        if !sides.apart.is_empty() {
+            self.sources.gather(batch, &sides.apart, frame, quantity);
+            self.sources.add_to(&task, 0..sites, sums);
         }
     }
 }
 
-/// Whether any parts of two clusters can be within range of each other.
-fn may_reach(cluster: &Cluster, other: &Cluster, range: Real) -> bool {
-    // A hair of slack: rounding must not lose parts exactly at the range.
-    let reach = range * 1.0001 + cluster.radius + other.radius;
-    (cluster.centre - other.centre).length_squared() <= reach * reach
+/// What the weights of a batch read of the moment.
+fn read(batch: &RadialBatch, moment: Moment) -> [u64; 2] {
+    let of_time = batch.weighting.coupling == Coupling::Axis(Axis::Time);
+    let of_step = batch.weighting.mode == ForceMode::VelocityChange;
+    let bits = |is_read, x: f64| if is_read { x.to_bits() } else { 0 };
+    [bits(of_time, moment.time), bits(of_step, to_f64(moment.dt))]
 }
 
-/// One part that meets others, the same in every lane, and lane by lane what they do to it.
-#[derive(Clone, Copy, Debug)]
-struct Own {
-    x: Lanes,
-    y: Lanes,
-    z: Lanes,
-    strength: Lanes,
-    weight: Lanes,
-    on: [Lanes; 3],
-}
-
-impl Own {
-    fn sum(&self) -> Vector {
-        let [x, y, z] = self.on;
-        Vector::new(x.reduce_add(), y.reduce_add(), z.reduce_add())
-    }
-}
-
-/// Parts as separate arrays, longer than needed by whole [`Lanes`], with the sums of what acts on
-/// them.
-#[derive(Debug, Default)]
-struct Columns {
-    /// x, y, z, strength, weight.
-    given: [Vec<Real>; 5],
-    sum: [Vec<Real>; 3],
-    count: usize,
-}
-
-const STRENGTH: usize = 3;
-const WEIGHT: usize = 4;
-
-impl Columns {
-    fn clear(&mut self) {
-        self.count = 0;
-    }
-
-    fn push(&mut self, point: Vector, strength: Real, weight: Real) {
-        self.make_room(1);
-        let values = [point.x, point.y, point.z, strength, weight];
-        for (column, value) in self.given.iter_mut().zip(values) {
-            column[self.count] = value;
+impl Sides {
+    fn new(batch: &RadialBatch) -> Self {
+        Sides {
+            number: 0,
+            law: Law::new(&batch.law),
+            range: None,
+            strengths: Vec::new(),
+            weights: Vec::new(),
+            apart: Vec::new(),
         }
-        self.count += 1;
     }
 
-    /// Room for that many more, and for whole lanes behind them.
-    fn make_room(&mut self, more: usize) {
-        let needed = self.count + more + WIDTH;
-        if self.given[0].len() < needed {
-            for column in &mut self.given {
-                column.resize(needed * 2, 0.0);
+    fn fill(&mut self, (number, batch): (u32, &RadialBatch), samples: &Samples, moment: Moment) {
+        self.number = number;
+        self.law = Law::new(&batch.law);
+        self.range = batch.range;
+        weigh(batch, samples, moment, &mut self.weights);
+        self.strengths.clear();
+        self.strengths.resize(samples.sites, 0.0);
+        self.apart.clear();
+        for source in &batch.sources {
+            let number = source
+                .collider
+                .and_then(|collider| samples.of_collider(collider));
+            match number.filter(|number| samples.list[*number].at_origin) {
+                Some(number) => self.strengths[number] += source.strength,
+                None => self.apart.push(*source),
             }
         }
     }
 
-    /// Sums of zero, once all parts are there, and behind them lanes that do not act.
-    fn finish(&mut self) {
-        self.make_room(0);
-        for side in [STRENGTH, WEIGHT] {
-            self.given[side][self.count..self.count + WIDTH].fill(0.0);
-        }
-        for sum in &mut self.sum {
-            sum.clear();
-            sum.resize(self.count + WIDTH, 0.0);
-        }
+    /// Whether there are enough sources among the samples for every pair of samples to be worth a
+    /// look.
+    pub(super) fn are_worth_it(&self, batch: &RadialBatch, sites: usize) -> bool {
+        let weights = self.weights[..sites].iter();
+        let coupled = weights.filter(|weight| **weight != 0.0).count();
+        let matched = batch.sources.len() - self.apart.len();
+        matched * 2 >= coupled && matched > 0
     }
 
-    fn own(&self, place: usize) -> Own {
-        let [x, y, z, strength, weight] = &self.given;
-        Own {
-            x: Lanes::splat(x[place]),
-            y: Lanes::splat(y[place]),
-            z: Lanes::splat(z[place]),
-            strength: Lanes::splat(strength[place]),
-            weight: Lanes::splat(weight[place]),
-            on: [Lanes::splat(0.0); 3],
-        }
+    /// What a site is to the batch.
+    fn of(&self, site: usize) -> [Real; 2] {
+        [self.strengths[site], self.weights[site]]
     }
+}
 
-    fn sum_at(&self, place: usize) -> Vector {
-        let [x, y, z] = &self.sum;
-        Vector::new(x[place], y[place], z[place])
-    }
-
-    fn add(&mut self, place: usize, sum: Vector) {
-        self.sum[0][place] += sum.x;
-        self.sum[1][place] += sum.y;
-        self.sum[2][place] += sum.z;
-    }
-
-    /// Lets some parts meet a range of the columns: adds what either does to the other.
-    fn meet<const POTENTIAL: bool>(
-        &mut self,
-        law: impl Kernel,
-        own: &mut [Own],
-        there: Range<usize>,
-        range2: Real,
-    ) {
-        let [x, y, z, strengths, weights] = &self.given;
-        let [sum_x, sum_y, sum_z] = &mut self.sum;
-        let (range2, zero) = (Lanes::splat(range2), Lanes::splat(0.0));
-        for at in there.step_by(WIDTH) {
-            let (x, y, z) = (load(x, at), load(y, at), load(z, at));
-            let (strength, weight) = (load(strengths, at), load(weights, at));
-            let mut on = [zero; 3];
-            for own in &mut *own {
-                let (dx, dy, dz) = (own.x - x, own.y - y, own.z - z);
-                let r2 = dx * dx + dy * dy + dz * dz;
-                let acts = r2.simd_le(range2);
-                let on_own = strength * own.weight;
-                let on_others = own.strength * weight;
-                // Masked bit by bit: what does not act, or is not coupled, may be infinite.
-                if POTENTIAL {
-                    let both = (on_own + on_others) * Lanes::splat(0.5);
-                    own.on[0] += acts & both.simd_ne(zero) & (both * law.potential(r2));
-                    continue;
-                }
-                let factor = acts & law.factor(r2);
-                let to_own = on_own.simd_ne(zero) & (factor * on_own);
-                let to_others = on_others.simd_ne(zero) & (factor * on_others);
-                own.on[0] += to_own * dx;
-                own.on[1] += to_own * dy;
-                own.on[2] += to_own * dz;
-                on[0] += to_others * dx;
-                on[1] += to_others * dy;
-                on[2] += to_others * dz;
-            }
-            if !POTENTIAL {
-                subtract(sum_x, at, on[0]);
-                subtract(sum_y, at, on[1]);
-                subtract(sum_z, at, on[2]);
+impl Pass {
+    /// Takes up the batches of the range of the first.
+    fn fill(&mut self, sides: &[Sides], samples: &Samples) {
+        let Some(range) = sides.first().map(|first| first.range) else {
+            return;
+        };
+        let laws = &mut self.laws;
+        laws.clear(range);
+        self.order.clear();
+        self.order.extend([None, None]);
+        let like = sides.iter().enumerate();
+        for (place, sides) in like.filter(|(_, sides)| sides.range == range) {
+            match laws.put(sides.law) {
+                Some(slot) => self.order[slot] = Some(place),
+                None => self.order.push(Some(place)),
             }
         }
+        self.tiles.clear(self.order.len());
+        for (site, sample) in samples.list[..samples.sites].iter().enumerate() {
+            let of = |place: &Option<usize>| place.map_or([0.0; 2], |place| sides[place].of(site));
+            let charges = self.order.iter().map(of);
+            if charges.clone().any(|charges| charges != [0.0; 2]) {
+                self.tiles.push((site, sample), range.is_none(), charges);
+            }
+        }
+        laws.mutual = (0..self.order.len()).all(|law| is_mutual(self.tiles.sides(law)));
+        self.near.keep_if_of(range, &self.tiles);
     }
+}
+
+/// Whether strengths are to each other as weights are, so that what acts on one of a pair acts on the
+/// other, too. Products that were rounded differ by two roundings of either side.
+fn is_mutual(sides: impl Iterator<Item = [Real; 2]> + Clone) -> bool {
+    let size = |[_, weight]: &[Real; 2]| weight.abs();
+    let largest = sides
+        .clone()
+        .max_by(|a, b| Real::total_cmp(&size(a), &size(b)));
+    let ratio = largest.map_or(0.0, |[strength, weight]| match weight == 0.0 {
+        true => 0.0,
+        false => strength / weight,
+    });
+    let mut sides = sides;
+    sides.all(|[strength, weight]| {
+        (strength - ratio * weight).abs() <= 2.0 * Real::EPSILON * strength.abs()
+    })
 }

@@ -12,7 +12,7 @@ use crate::neighbors::{FEWEST_FOR_GRID, Grid};
 use crate::sample::owner;
 
 /// Sources in separate arrays, sorted by the cells of a grid if there are many, and in a cell by
-/// their terms. Behind each row of cells [`Lanes`](super::lanes::Lanes) can be read.
+/// their terms. Behind each row of cells [`Four`](super::lanes::Four) can be read.
 #[derive(Debug, Default)]
 pub(super) struct Sources {
     points: Vec<Vector>,
@@ -134,6 +134,7 @@ impl Sources {
     }
 
     /// Visits ranges of places that hold all sources within range of a point, and some others.
+    #[inline(always)]
     pub(super) fn for_each_near(
         &self,
         point: Vector,

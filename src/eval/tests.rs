@@ -1,13 +1,18 @@
 //! One suite, stamped on every evaluator: see [`BatchEvaluator`].
 
+use fearless_simd::Level;
+
 use super::adaptive::Adaptive;
 use super::constants::Constants;
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::frames::FrameCache;
+use super::lanes::FORCED;
+use super::one_way::OneWayRadials;
+use super::pairwise::PairwiseRadials;
 use super::programs::Programs;
-use super::radial::{OneWayRadials, PairwiseRadials, Radials};
+use super::radial::Radials;
 use crate::bridge::{View, is_movable};
-use crate::compile::{Compiled, ConstantField, Program, RadialBatch};
+use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::explain;
 use crate::field::{
     ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Sampling, Tree,
@@ -51,18 +56,26 @@ fn world() -> PhysicsWorld {
         ColliderBuilder::cuboid(0.5, 0.25, 0.125).mass(3.0),
         Some(body),
     );
+    weigh(&mut world);
+    world
+}
+
+/// Works out the masses, which Rapier would in its first step.
+fn weigh(world: &mut PhysicsWorld) {
     let PhysicsWorld {
         bodies, colliders, ..
-    } = &mut world;
+    } = world;
     for (_, body) in bodies.iter_mut() {
         body.recompute_mass_properties_from_colliders(colliders);
     }
-    world
 }
 
 impl Stage {
     fn new(fields: fn(&PhysicsWorld) -> Vec<Tree>) -> Self {
-        let world = world();
+        Stage::of(world(), fields)
+    }
+
+    fn of(world: PhysicsWorld, fields: fn(&PhysicsWorld) -> Vec<Tree>) -> Self {
         let mut set = FieldSet::new();
         for (number, (collider, _)) in world.colliders.iter().enumerate() {
             let charge = ColliderProperties::new().charge(number as Real - 2.0);
@@ -260,8 +273,8 @@ fn all_constants(compiled: &Compiled) -> Vec<(u32, &[ConstantField])> {
     vec![(0, &compiled.constants[..])]
 }
 
-fn all_radials(compiled: &Compiled) -> Vec<(u32, &RadialBatch)> {
-    compiled.radials.iter().collect()
+fn all_radials(compiled: &Compiled) -> Vec<(u32, &Ordered<RadialBatch>)> {
+    vec![(0, &compiled.radials)]
 }
 
 fn all_programs(compiled: &Compiled) -> Vec<(u32, &Program)> {
@@ -355,4 +368,74 @@ keeps_the_contract! {
     radials_in_the_better_way: Radials::default(), radials, all_radials;
     programs_by_the_interpreter: Programs::default(), programs, all_programs;
     programs_on_cells: adaptive(), cells, all_programs;
+}
+
+/// The instruction sets of this machine.
+fn levels() -> Vec<Level> {
+    let best = Level::new();
+    let mut all = vec![best];
+    #[cfg(target_arch = "x86_64")]
+    {
+        all.extend(best.as_sse2().map(Level::Sse2));
+        all.extend(best.as_sse4_2().map(Level::Sse4_2));
+        all.extend(best.as_avx2().map(Level::Avx2));
+        all.extend(best.as_avx512().map(Level::Avx512));
+    }
+    all
+}
+
+/// Many bodies of one to six parts, with laws of all kinds.
+fn many(world: &PhysicsWorld) -> Vec<Tree> {
+    let mut all = Vec::new();
+    for (number, (collider, _)) in world.colliders.iter().enumerate() {
+        let charge = number as Real % 5.0 - 1.5;
+        all.push(
+            Field::coulomb(1.0, charge)
+                .shifted_to_zero_at(4.0)
+                .at(collider),
+        );
+        let law = Field::lennard_jones(0.5, 1.0).shifted_to_zero_at(4.0);
+        all.push(law.at(collider));
+        all.push(Field::point_gravity(0.5).softened(0.5).at(collider));
+        all.push(
+            Field::radial(0.1, -1.0)
+                .within(Region::ball(4.0))
+                .at(collider),
+        );
+    }
+    all.push(Field::radial(1.0, -2.0).at(Vector::new(-9.0, 1.0, 2.0)));
+    all.into_iter().map(Tree::from).collect()
+}
+
+fn crowd() -> Stage {
+    let mut world = PhysicsWorld::new();
+    for number in 0..90 {
+        let cell = [number % 5, number / 5 % 5, number / 25].map(|n| n as Real * 2.25);
+        let body = RigidBodyBuilder::dynamic().translation(Vector::from_array(cell));
+        let body = world.insert_body(body);
+        for part in 0..=number % 6 {
+            let way = Vector::new(0.25 * part as Real, 0.125 * (part % 2) as Real, 0.0);
+            let ball = ColliderBuilder::ball(0.1).translation(way).mass(1.0);
+            world.insert_collider(ball, Some(body));
+        }
+    }
+    weigh(&mut world);
+    Stage::of(world, many)
+}
+
+/// Whatever instructions there are, every bit is the same, and right.
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    let stage = crowd();
+    let want = stage.reference();
+    let mut first = None;
+    for level in levels() {
+        FORCED.set(Some(level));
+        let found = stage.evaluate(&mut Radials::default(), all_radials, 0.0);
+        agree(&found, &want, size(&want));
+        let one_way = stage.evaluate(&mut OneWayRadials::default(), all_radials, 0.0);
+        let found = (bits(&found), bits(&one_way));
+        assert_eq!(*first.get_or_insert(found.clone()), found, "{level:?}");
+    }
+    FORCED.set(None);
 }

@@ -140,6 +140,8 @@ impl Grid {
     }
 
     /// Visits ranges of places that hold every point within `reach` of `centre`, and some others.
+    // Always inlined: a visitor that uses wide registers must be, and cannot be without it.
+    #[inline(always)]
     pub(crate) fn for_each_near(
         &self,
         centre: Vector,

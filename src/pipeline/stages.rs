@@ -4,7 +4,7 @@ use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
 use crate::compile::{Compiled, Prepared, Reach as Box};
 use crate::contact::Detection;
-use crate::field::FieldSet;
+use crate::field::{FieldSet, Frame};
 use crate::integrate::{FASTEST, MotionRules, StepContext, StepWarning, kicked};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
@@ -163,10 +163,25 @@ impl FieldPipeline {
         if watched || masked || !world.soft_bodies.is_empty() || !self.links.is_empty() {
             return false;
         }
+        let view = world.view();
+        // One body that carries a field and is awake in its range spares a look at all the others.
+        let awake_in_reach = |(frame, range): (Frame, Real)| {
+            let body = frame.body.and_then(|handle| view.body(handle));
+            body.is_some_and(|body| {
+                let way = body.center_of_mass() - frame.pose.translation;
+                is_movable(body) && !body.is_sleeping() && way.length() <= range
+            })
+        };
+        if self
+            .compiled
+            .first_moving(&view)
+            .is_some_and(awake_in_reach)
+        {
+            return false;
+        }
         let Some(reach) = self.reach(world).filter(|it| !detects || it.is_empty()) else {
             return false;
         };
-        let view = world.view();
         let exact = self.exact_turns(fields);
         let (gatherer, parts) = (&mut self.gatherer, self.compiled.requirements.parts);
         let turns = self.compiled.torque_possible || exact;

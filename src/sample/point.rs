@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::cells::Solid;
 use super::part_shape::{Attitude, PartShape};
-use crate::compile::Weighting;
+use crate::compile::{Weighting, unique};
 use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
 use crate::math::{
     ColliderHandle, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, Vector, from_f64,
@@ -116,6 +116,8 @@ pub(crate) struct Samples {
     pub user: Vec<UserValues>,
     /// Whether they were put anywhere since they were made.
     pub placed: bool,
+    /// Another whenever they were made anew: between, all but places and velocities stays.
+    pub stamp: u64,
     /// By the index of a collider: the number of its sample.
     by_collider: Vec<u32>,
 }
@@ -144,6 +146,7 @@ impl Clone for Samples {
     fn clone_from(&mut self, from: &Self) {
         self.sites = from.sites;
         self.placed = from.placed;
+        self.stamp = from.stamp;
         self.list.clone_from(&from.list);
         self.solids.clone_from(&from.solids);
         self.attitudes.clone_from(&from.attitudes);
@@ -226,6 +229,7 @@ impl Samples {
 
     /// Numbers the sites by their colliders, once all are there.
     pub(crate) fn number(&mut self) {
+        self.stamp = unique();
         self.by_collider.clear();
         for (number, sample) in self.list[..self.sites].iter().enumerate() {
             let Some(collider) = sample.collider else {

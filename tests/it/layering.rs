@@ -17,7 +17,7 @@ use source::Source;
 const OUTSIDE: [&str; 6] = [
     "rapier",
     "thiserror",
-    "wide",
+    "fearless_simd",
     "glamx",
     "nalgebra",
     "num_dual",
@@ -277,11 +277,11 @@ fn passing_a_name_on_is_no_circle() {
 /// A table that allowed everything would prove nothing.
 #[test]
 fn the_check_notices_a_forbidden_import() {
-    let text = "use crate::{eval::Grid, math::{Real, Vector}}; use wide::f32x8;\n\
+    let text = "use crate::{eval::Grid, math::{Real, Vector}}; use fearless_simd::f32x8;\n\
                 fn f() { super::super::field::Tree::new() }";
     let sources = small(&[("here/deep.rs", text)]);
     let expected = ["eval", "field", "math"];
     assert_eq!(rooms_named(&sources.files[0]), expected.into());
-    assert_eq!(outside(&sources.files[0]), ["wide"].into());
+    assert_eq!(outside(&sources.files[0]), ["fearless_simd"].into());
     assert!(!table()["reference"][0].contains("eval"));
 }

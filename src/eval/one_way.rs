@@ -1,0 +1,257 @@
+//! Batches of radial fields: every sample against every source in range, several at a time.
+
+use std::ops::Range;
+
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
+
+use super::kernel::{Kernel, Law};
+use super::lanes::{Four, WIDTH, level, load, total};
+use super::quantity::Quantity;
+use super::sources::Sources;
+use crate::compile::{AnchorId, RadialBatch};
+use crate::field::Frame;
+use crate::math::{Real, Vector};
+use crate::sample::{Moment, SamplePoint, Samples};
+
+/// Every source against every sample in range.
+#[derive(Debug, Default)]
+pub(super) struct OneWayRadials {
+    sources: Sources,
+    /// By batch: sources that all stand still.
+    still: Vec<Sources>,
+}
+
+/// A batch with all that it is evaluated on.
+pub(super) struct Task<'a> {
+    pub number: u32,
+    pub batch: &'a RadialBatch,
+    pub samples: &'a Samples,
+    /// Of each sample of the list: what turns the vector of the fields into a force.
+    pub weights: &'a [Real],
+    pub quantity: Quantity,
+}
+
+/// What turns the vector of a batch into a force on each sample; zero where it is not sampled.
+pub(super) fn weigh(
+    batch: &RadialBatch,
+    samples: &Samples,
+    moment: Moment,
+    weights: &mut Vec<Real>,
+) {
+    let weight = |sample| match samples.takes(batch.how, sample) {
+        true => samples.weight(sample, &batch.weighting, moment),
+        false => 0.0,
+    };
+    weights.clear();
+    weights.extend(samples.list.iter().map(weight));
+}
+
+impl OneWayRadials {
+    pub(super) fn run(
+        &mut self,
+        task: &Task<'_>,
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
+        sums: &mut [Vector],
+    ) {
+        let (batch, number) = (task.batch, task.number as usize);
+        let mut sources = &mut self.sources;
+        if batch.moving == 0 {
+            if self.still.len() <= number {
+                self.still.resize_with(number + 1, Sources::default);
+            }
+            sources = &mut self.still[number];
+        }
+        sources.refresh(batch, frame, task.quantity);
+        sources.add_to(task, 0..task.samples.list.len(), sums);
+    }
+}
+
+impl Sources {
+    /// Adds what the gathered sources give on some samples of the list.
+    pub(super) fn add_to(&self, task: &Task<'_>, places: Range<usize>, sums: &mut [Vector]) {
+        let probes = Probes {
+            samples: &task.samples.list[places.clone()],
+            weights: &task.weights[places.clone()],
+            range: task.batch.range,
+            quantity: task.quantity,
+        };
+        let (law, sums) = (Law::new(&task.batch.law), &mut sums[places]);
+        dispatch!(level(), simd => match law {
+            Law::InverseSquare(law) => self.add(simd, law, &probes, sums),
+            Law::LennardJones(law) => self.add(simd, law, &probes, sums),
+            Law::Other(law) => self.add(simd, law, &probes, sums),
+        });
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(&self, simd: S, law: impl Kernel, probes: &Probes<'_>, sums: &mut [Vector]) {
+        if let Some(few) = self.few() {
+            return self.add_across(simd, law, few, probes, sums);
+        }
+        let each = probes.samples.iter().zip(probes.weights).zip(sums);
+        for ((sample, weight), sum) in each {
+            // Samples that are not coupled are left out; so is what they would cost.
+            if *weight == 0.0 {
+                continue;
+            }
+            let mut seen = Accumulator::new(simd, sample.world_point, sample.owner, probes);
+            self.for_each_near(
+                sample.world_point,
+                probes.range,
+                #[inline(always)]
+                |run| seen.add(simd, self, law, run.start, run.end),
+            );
+            *sum += seen.total() * *weight;
+        }
+    }
+
+    /// The same for sources that would not fill the lanes: several samples at once, and in each lane the
+    /// sum over the sources in their order, which is that of [`Accumulator::total`].
+    #[inline(always)]
+    fn add_across<S: Simd>(
+        &self,
+        simd: S,
+        law: impl Kernel,
+        few: Range<usize>,
+        probes: &Probes<'_>,
+        sums: &mut [Vector],
+    ) {
+        let everywhere = counting(simd).simd_ge(0.0);
+        let chunks = probes
+            .samples
+            .chunks(WIDTH)
+            .zip(probes.weights.chunks(WIDTH));
+        for ((samples, weights), sums) in chunks.zip(sums.chunks_mut(WIDTH)) {
+            if weights.iter().all(|weight| *weight == 0.0) {
+                continue;
+            }
+            let mut seen = Accumulator::of_several(simd, samples, probes);
+            for at in few.clone() {
+                let point = [self.x[at], self.y[at], self.z[at]];
+                let point = splat(simd, point);
+                let [strength, owner, _] = splat(simd, [self.strength[at], self.owner[at], 0.0]);
+                seen.meet(law, point, [strength, owner], everywhere);
+            }
+            for (lane, (weight, sum)) in weights.iter().zip(sums).enumerate() {
+                if *weight != 0.0 {
+                    let [x, y, z] = &seen.sum;
+                    *sum += Vector::new(x[lane], y[lane], z[lane]) * *weight;
+                }
+            }
+        }
+    }
+}
+
+/// 0, 1, 2, …
+#[inline(always)]
+fn counting<S: Simd>(simd: S) -> Four<S> {
+    Four::load_array(simd, [0.0, 1.0, 2.0, 3.0])
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, [x, y, z]: [Real; 3]) -> [Four<S>; 3] {
+    [
+        Four::splat(simd, x),
+        Four::splat(simd, y),
+        Four::splat(simd, z),
+    ]
+}
+
+/// Samples that meet sources, and how.
+struct Probes<'a> {
+    samples: &'a [SamplePoint],
+    weights: &'a [Real],
+    range: Option<Real>,
+    quantity: Quantity,
+}
+
+/// The sum over sources at one sample, or at several, one per lane.
+struct Accumulator<S: Simd> {
+    point: [Four<S>; 3],
+    owner: Four<S>,
+    range2: Real,
+    quantity: Quantity,
+    sum: [Four<S>; 3],
+}
+
+impl<S: Simd> Accumulator<S> {
+    #[inline(always)]
+    fn new(simd: S, point: Vector, owner: Real, probes: &Probes<'_>) -> Self {
+        let range = probes.range.unwrap_or(Real::INFINITY);
+        Accumulator {
+            point: splat(simd, point.to_array()),
+            owner: Four::splat(simd, owner),
+            range2: range * range,
+            quantity: probes.quantity,
+            sum: splat(simd, [0.0; 3]),
+        }
+    }
+
+    /// For no more samples than lanes; what is in the others is never looked at.
+    #[inline(always)]
+    fn of_several(simd: S, samples: &[SamplePoint], probes: &Probes<'_>) -> Self {
+        let mut seen = Accumulator::new(simd, Vector::ZERO, 0.0, probes);
+        for (lane, sample) in samples.iter().enumerate() {
+            for (axis, x) in sample.world_point.to_array().into_iter().enumerate() {
+                seen.point[axis][lane] = x;
+            }
+            seen.owner[lane] = sample.owner;
+        }
+        seen
+    }
+
+    /// Adds the sources at places `start..end`.
+    #[inline(always)]
+    fn add(&mut self, simd: S, sources: &Sources, law: impl Kernel, start: usize, end: usize) {
+        for at in (start..end).step_by(WIDTH) {
+            let point = [
+                load(simd, &sources.x, at),
+                load(simd, &sources.y, at),
+                load(simd, &sources.z, at),
+            ];
+            let kept = [
+                load(simd, &sources.strength, at),
+                load(simd, &sources.owner, at),
+            ];
+            let left = (end - at) as Real;
+            self.meet(law, point, kept, counting(simd).simd_lt(left));
+        }
+    }
+
+    /// Adds a source per lane, given by its point, strength and owner, where it is `there`.
+    #[inline(always)]
+    fn meet(
+        &mut self,
+        law: impl Kernel,
+        point: [Four<S>; 3],
+        [strength, owner]: [Four<S>; 2],
+        there: <Four<S> as SimdBase<S>>::Mask,
+    ) {
+        let dx = self.point[0] - point[0];
+        let dy = self.point[1] - point[1];
+        let dz = self.point[2] - point[2];
+        let r2 = dx * dx + dy * dy + dz * dz;
+        let acts = r2.simd_le(self.range2) & !owner.simd_eq(self.owner) & there;
+        if acts.all_false() {
+            return;
+        }
+        // Selected: what does not act may be infinite or NaN.
+        let zero = Four::splat(owner.simd, 0.0);
+        match self.quantity {
+            Quantity::Force => {
+                let factor = acts.select(strength * law.factor(r2, acts), zero);
+                self.sum[0] += factor * acts.select(dx, zero);
+                self.sum[1] += factor * acts.select(dy, zero);
+                self.sum[2] += factor * acts.select(dz, zero);
+            }
+            Quantity::Potential => {
+                self.sum[0] += acts.select(strength * law.potential(r2, acts), zero);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn total(&self) -> Vector {
+        Vector::new(total(self.sum[0]), total(self.sum[1]), total(self.sum[2]))
+    }
+}

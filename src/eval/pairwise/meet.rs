@@ -1,0 +1,323 @@
+//! Tiles against tiles: all laws of one range on sixteen pairs of sites at once.
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdSplit, dispatch};
+
+use super::near::NearTiles;
+use super::tiles::Tiles;
+use crate::eval::kernel::{InverseSquare, Kernel, Law, LennardJones};
+use crate::eval::lanes::{Eight, Four, Row, level, spread, total, twice};
+use crate::eval::quantity::Quantity;
+use crate::math::Real;
+
+/// The laws that act within one range. Tiles know the charges of the first Lennard-Jones law, then
+/// those of the first inverse square, which share their roots, and then those of the rest.
+#[derive(Debug, Default)]
+pub(super) struct Laws {
+    range: Option<Real>,
+    lennard_jones: LennardJones,
+    inverse_square: InverseSquare,
+    rest: Vec<Law>,
+    /// What there is of [`LENNARD_JONES`], [`INVERSE_SQUARE`] and [`REST`].
+    there: u32,
+    /// Whether what acts on one of a pair acts on the other, too, in every law.
+    pub mutual: bool,
+}
+
+/// What a loop over pairs is compiled for.
+const LENNARD_JONES: u32 = 1;
+const INVERSE_SQUARE: u32 = 2;
+const REST: u32 = 4;
+/// What acts on one of a pair may not act on the other.
+const ONE_SIDED: u32 = 8;
+/// Tiles may share bodies.
+const SHARED: u32 = 16;
+const ALL: u32 = 31;
+const POTENTIAL: u32 = 32;
+
+impl Laws {
+    pub(super) fn clear(&mut self, range: Option<Real>) {
+        self.range = range;
+        self.rest.clear();
+        self.there = 0;
+    }
+
+    /// Adds a law: which of the first two it is, or that it is the last of the rest.
+    pub(super) fn put(&mut self, law: Law) -> Option<usize> {
+        let (slot, kind) = match law {
+            Law::LennardJones(law) if self.there & LENNARD_JONES == 0 => {
+                self.lennard_jones = law;
+                (Some(0), LENNARD_JONES)
+            }
+            Law::InverseSquare(law) if self.there & INVERSE_SQUARE == 0 => {
+                self.inverse_square = law;
+                (Some(1), INVERSE_SQUARE)
+            }
+            law => {
+                self.rest.push(law);
+                (None, REST)
+            }
+        };
+        self.there |= kind;
+        slot
+    }
+
+    /// Adds what all pairs of sites do to each other to the sums of the tiles.
+    pub(super) fn meet(&self, tiles: &mut Tiles, near: &NearTiles, quantity: Quantity) {
+        const BOTH: u32 = LENNARD_JONES | INVERSE_SQUARE;
+        const GRAVITY: u32 = INVERSE_SQUARE | SHARED;
+        let mut form = self.there;
+        form |= if self.mutual { 0 } else { ONE_SIDED };
+        form |= if self.range.is_some() { 0 } else { SHARED };
+        let mut sums = std::mem::take(&mut tiles.sums);
+        let (known, on) = (&*tiles, &mut sums[..]);
+        // The commonest are compiled by themselves.
+        dispatch!(level(), simd => match (quantity, form) {
+            (Quantity::Potential, _) => self.meet_all::<_, { ALL | POTENTIAL }>(simd, known, near, on),
+            (_, BOTH) => self.meet_all::<_, BOTH>(simd, known, near, on),
+            (_, LENNARD_JONES) => self.meet_all::<_, LENNARD_JONES>(simd, known, near, on),
+            (_, INVERSE_SQUARE) => self.meet_all::<_, INVERSE_SQUARE>(simd, known, near, on),
+            (_, GRAVITY) => self.meet_all::<_, GRAVITY>(simd, known, near, on),
+            _ => self.meet_all::<_, ALL>(simd, known, near, on),
+        });
+        tiles.sums = sums;
+    }
+
+    #[inline(always)]
+    fn meet_all<S: Simd, const FORM: u32>(
+        &self,
+        simd: S,
+        tiles: &Tiles,
+        near: &NearTiles,
+        sums: &mut [[Row; 3]],
+    ) {
+        let zero = Eight::splat(simd, 0.0);
+        let range = self.range.unwrap_or(Real::INFINITY);
+        let laws = Constants {
+            range2: Eight::splat(simd, range * range),
+            lennard_jones: self.lennard_jones,
+            inverse_square: self.inverse_square,
+            rest: &self.rest,
+        };
+        for tile in 0..tiles.len() {
+            let [mut on, mut on_later] = [[zero; 3]; 2];
+            let half = Half::new(simd, tiles, tile, 0);
+            let later_half = Half::new(simd, tiles, tile, 2);
+            let both = tiles.counts[tile] > 2;
+            for other in near.of(tile, tiles.len()) {
+                let other = *other as usize;
+                let there = There::new(simd, tiles, tile, other);
+                let mut back = half.meet::<FORM>(&laws, &there, &mut on);
+                if both {
+                    let more = later_half.meet::<FORM>(&laws, &there, &mut on_later);
+                    for (back, more) in back.iter_mut().zip(more) {
+                        *back += more;
+                    }
+                }
+                // Of a tile with itself each pair is met from both sides.
+                if FORM & POTENTIAL == 0 && tile != other {
+                    subtract(simd, &mut sums[other], back);
+                }
+            }
+            for axis in 0..3 {
+                let [(a, b), (c, d)] = [on[axis].split(), on_later[axis].split()];
+                for (lane, row) in [a, b, c, d].into_iter().enumerate() {
+                    sums[tile][axis][lane] += total(row);
+                }
+            }
+        }
+    }
+}
+
+/// The laws where nothing that is written can change them: so they stay in registers.
+struct Constants<'a, S: Simd> {
+    range2: Eight<S>,
+    lennard_jones: LennardJones,
+    inverse_square: InverseSquare,
+    rest: &'a [Law],
+}
+
+/// Takes what came of two of four sites, and of the other two, off the sums.
+#[inline(always)]
+fn subtract<S: Simd>(simd: S, sums: &mut [Row; 3], back: [Eight<S>; 3]) {
+    for (sum, back) in sums.iter_mut().zip(back) {
+        let (a, b) = back.split();
+        *sum = (Four::load_array(simd, *sum) - (a + b)).to_array();
+    }
+}
+
+/// Whether any of two sites of four is anything to a law.
+fn is_charged(charges: &[Row; 2], first: usize) -> bool {
+    charges.iter().any(|row| row[first..first + 2] != [0.0; 2])
+}
+
+/// Strengths and weights.
+type Charges<S> = [Eight<S>; 2];
+
+/// The tile that is met.
+struct There<'a, S: Simd> {
+    point: [Eight<S>; 3],
+    charges: [Charges<S>; 2],
+    rest: &'a [[Row; 2]],
+    bodies: Eight<S>,
+    /// Whether it may share a body with the other tile.
+    may_share: bool,
+    /// By how much each pair counts: a half of a tile with itself, which meets each pair twice.
+    share: Real,
+}
+
+impl<'a, S: Simd> There<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, tiles: &'a Tiles, tile: usize, other: usize) -> Self {
+        let [x, y, z] = &tiles.points[other];
+        let charges = tiles.charges(other);
+        There {
+            point: [twice(simd, x), twice(simd, y), twice(simd, z)],
+            charges: [
+                [twice(simd, &charges[0][0]), twice(simd, &charges[0][1])],
+                [twice(simd, &charges[1][0]), twice(simd, &charges[1][1])],
+            ],
+            rest: &charges[2..],
+            bodies: twice(simd, &tiles.bodies[other]),
+            may_share: tiles.bodies[tile][3] >= tiles.bodies[other][0],
+            share: if tile == other { 0.5 } else { 1.0 },
+        }
+    }
+}
+
+/// Two sites of the tile that meets others.
+struct Half<'a, S: Simd> {
+    simd: S,
+    point: [Eight<S>; 3],
+    charges: [Charges<S>; 2],
+    /// Whether they are anything to the first two laws: a hydrogen may be nothing to one.
+    charged: [bool; 2],
+    rest: &'a [[Row; 2]],
+    bodies: Eight<S>,
+    first: usize,
+}
+
+impl<S: Simd> Half<'_, S> {
+    #[inline(always)]
+    fn new(simd: S, tiles: &Tiles, tile: usize, first: usize) -> Half<'_, S> {
+        let [x, y, z] = &tiles.points[tile];
+        let charges = tiles.charges(tile);
+        Half {
+            simd,
+            point: [
+                spread(simd, x, first),
+                spread(simd, y, first),
+                spread(simd, z, first),
+            ],
+            charges: [
+                [
+                    spread(simd, &charges[0][0], first),
+                    spread(simd, &charges[0][1], first),
+                ],
+                [
+                    spread(simd, &charges[1][0], first),
+                    spread(simd, &charges[1][1], first),
+                ],
+            ],
+            charged: [
+                is_charged(&charges[0], first),
+                is_charged(&charges[1], first),
+            ],
+            rest: &charges[2..],
+            bodies: spread(simd, &tiles.bodies[tile], first),
+            first,
+        }
+    }
+
+    /// Adds what sites of the other tile do to it, and returns what it does to them, the other way
+    /// round.
+    #[inline(always)]
+    fn meet<const FORM: u32>(
+        &self,
+        laws: &Constants<'_, S>,
+        there: &There<'_, S>,
+        on: &mut [Eight<S>; 3],
+    ) -> [Eight<S>; 3] {
+        let simd = self.simd;
+        let dx = self.point[0] - there.point[0];
+        let dy = self.point[1] - there.point[1];
+        let dz = self.point[2] - there.point[2];
+        let r2 = dx * dx + dy * dy + dz * dz;
+        let mut acts = r2.simd_le(laws.range2);
+        if FORM & SHARED != 0 && there.may_share {
+            acts &= !there.bodies.simd_eq(self.bodies);
+        }
+        let zero = Eight::splat(simd, 0.0);
+        let mut pull = Pull::<S, FORM> {
+            own: zero,
+            other: zero,
+            share: there.share,
+        };
+        let inverse = Eight::splat(simd, 1.0) / r2.sqrt();
+        let inverse2 = inverse * inverse;
+        if FORM & LENNARD_JONES != 0 && self.charged[0] {
+            let value = match FORM & POTENTIAL != 0 {
+                true => laws.lennard_jones.potential(r2, acts),
+                false => laws.lennard_jones.factor_of(inverse, inverse2),
+            };
+            pull.add(value, self.charges[0], there.charges[0]);
+        }
+        if FORM & INVERSE_SQUARE != 0 && self.charged[1] {
+            let value = match FORM & POTENTIAL != 0 {
+                true => laws.inverse_square.potential(r2, acts),
+                false => laws.inverse_square.factor_of(inverse, inverse2),
+            };
+            pull.add(value, self.charges[1], there.charges[1]);
+        }
+        if FORM & REST != 0 {
+            for (law, (own, other)) in laws.rest.iter().zip(self.rest.iter().zip(there.rest)) {
+                let value = match FORM & POTENTIAL != 0 {
+                    true => law.potential(r2, acts),
+                    false => law.factor(r2, acts),
+                };
+                let own = [
+                    spread(simd, &own[0], self.first),
+                    spread(simd, &own[1], self.first),
+                ];
+                pull.add(value, own, [twice(simd, &other[0]), twice(simd, &other[1])]);
+            }
+        }
+        let own = acts.select(pull.own, zero);
+        if FORM & POTENTIAL != 0 {
+            on[0] += own;
+            return [zero; 3];
+        }
+        let other = match FORM & ONE_SIDED != 0 {
+            true => acts.select(pull.other, zero),
+            false => own,
+        };
+        on[0] += own * dx;
+        on[1] += own * dy;
+        on[2] += own * dz;
+        [other * dx, other * dy, other * dz]
+    }
+}
+
+/// The sum over laws of what acts on either side of a pair, over the way from one to the other.
+struct Pull<S: Simd, const FORM: u32> {
+    own: Eight<S>,
+    other: Eight<S>,
+    share: Real,
+}
+
+impl<S: Simd, const FORM: u32> Pull<S, FORM> {
+    /// Adds the value of a law. Selected: where it is not coupled it may be infinite.
+    #[inline(always)]
+    fn add(&mut self, value: Eight<S>, own: Charges<S>, other: Charges<S>) {
+        let zero = Eight::splat(value.simd, 0.0);
+        let ([strength, weight], [their_strength, their_weight]) = (own, other);
+        let mut on_own = weight * their_strength;
+        if FORM & POTENTIAL != 0 {
+            on_own = (on_own + strength * their_weight) * (0.5 * self.share);
+        }
+        self.own += on_own.simd_eq(zero).select(zero, value * on_own);
+        if FORM & ONE_SIDED != 0 && FORM & POTENTIAL == 0 {
+            let on_other = strength * their_weight;
+            self.other += on_other.simd_eq(zero).select(zero, value * on_other);
+        }
+    }
+}

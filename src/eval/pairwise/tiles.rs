@@ -1,0 +1,104 @@
+//! Sites by fours, as registers want them.
+
+use crate::eval::lanes::Row;
+use crate::math::{Real, Vector};
+use crate::sample::{SamplePoint, Samples};
+
+/// Sites in tiles of four: where they are, what they are to the laws, and what acts on them.
+///
+/// Where a tile is not full, sites without charges stand in the place of the last one.
+#[derive(Debug, Default)]
+pub(super) struct Tiles {
+    pub points: Vec<[Row; 3]>,
+    pub sums: Vec<[Row; 3]>,
+    /// Tile by tile and law by law, the strength and the weight of each site.
+    charges: Vec<[Row; 2]>,
+    laws: usize,
+    /// Which body each site is of.
+    pub bodies: Vec<Row>,
+    /// How many sites each tile has.
+    pub counts: Vec<u8>,
+    /// Which sample each site is, four to a tile.
+    samples: Vec<u32>,
+}
+
+impl Tiles {
+    pub(super) fn clear(&mut self, laws: usize) {
+        self.points.clear();
+        self.charges.clear();
+        self.laws = laws;
+        self.bodies.clear();
+        self.counts.clear();
+        self.samples.clear();
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.counts.len()
+    }
+
+    /// Adds a site: to the last tile, if that has room and is of the same body or `mixed`.
+    pub(super) fn push(
+        &mut self,
+        (number, sample): (usize, &SamplePoint),
+        mixed: bool,
+        charges: impl Iterator<Item = [Real; 2]>,
+    ) {
+        let body = sample.body as Real;
+        let joins = |count: &u8, bodies: &Row| *count < 4 && (mixed || bodies[0] == body);
+        let room = self.counts.last().zip(self.bodies.last());
+        if !room.is_some_and(|(count, bodies)| joins(count, bodies)) {
+            self.counts.push(0);
+            self.bodies.push([body; 4]);
+            self.points.push([[0.0; 4]; 3]);
+            self.samples.extend([number as u32; 4]);
+            let laws = self.charges.len() + self.laws;
+            self.charges.resize(laws, [[0.0; 4]; 2]);
+        }
+        let tile = self.counts.len() - 1;
+        let lane = self.counts[tile] as usize;
+        self.counts[tile] += 1;
+        self.bodies[tile][lane..].fill(body);
+        self.samples[4 * tile + lane..].fill(number as u32);
+        for (law, [strength, weight]) in charges.enumerate() {
+            let known = &mut self.charges[tile * self.laws + law];
+            (known[0][lane], known[1][lane]) = (strength, weight);
+        }
+    }
+
+    /// Takes up where the sites are, and that nothing acts on them yet.
+    pub(super) fn place(&mut self, samples: &Samples) {
+        let numbers = self.samples.chunks_exact(4);
+        for (points, numbers) in self.points.iter_mut().zip(numbers) {
+            for (lane, number) in numbers.iter().enumerate() {
+                let point = samples.list[*number as usize].world_point;
+                for (row, x) in points.iter_mut().zip(point.to_array()) {
+                    row[lane] = x;
+                }
+            }
+        }
+        self.sums.clear();
+        self.sums.resize(self.len(), [[0.0; 4]; 3]);
+    }
+
+    /// Adds what acts on the sites to the sums of their samples.
+    pub(super) fn give(&self, sums: &mut [Vector]) {
+        for (tile, [x, y, z]) in self.sums.iter().enumerate() {
+            for lane in 0..self.counts[tile] as usize {
+                let sample = self.samples[4 * tile + lane];
+                sums[sample as usize] += Vector::new(x[lane], y[lane], z[lane]);
+            }
+        }
+    }
+
+    /// Of each law, the strengths and weights of a tile.
+    #[inline(always)]
+    pub(super) fn charges(&self, tile: usize) -> &[[Row; 2]] {
+        &self.charges[tile * self.laws..(tile + 1) * self.laws]
+    }
+
+    /// The strength and weight of every site in one law.
+    pub(super) fn sides(&self, law: usize) -> impl Iterator<Item = [Real; 2]> + Clone {
+        let tiles = self.charges.iter().skip(law).step_by(self.laws.max(1));
+        tiles.flat_map(|[strengths, weights]| (0..4).map(|lane| [strengths[lane], weights[lane]]))
+    }
+}
