@@ -271,7 +271,8 @@ impl Motions {
 
     /// Takes note of how well it is known how a body goes on from a hit.
     pub(super) fn note_hit(&mut self, body: RigidBodyHandle, error: f64) {
-        if self.worst_hit.is_none_or(|(_, worst)| !(error <= worst)) {
+        let worse = |(_, worst): (_, f64)| error.is_nan() || error > worst;
+        if self.worst_hit.is_none_or(worse) {
             self.worst_hit = Some((body, error));
         }
     }
