@@ -6,5 +6,7 @@ pub mod picture;
 
 pub mod plot;
 
+pub mod png;
+
 pub mod projection;
 pub mod work_precision;
