@@ -71,6 +71,10 @@ git archive "${now:-HEAD}" | tar -x -C "$clean"
 step "the main job, briefly"
 cargo run --release --example ammonia -- --steps 500
 
+step "a study in parts, of which one is made again"
+cargo build --release --quiet --example error_vs_runtime
+tests/shards.sh "$CARGO_TARGET_DIR/release/examples/error_vs_runtime"
+
 step "a scene file, and the columns of its tables"
 simulate() { cargo run --release --quiet --example simulate -- "$@"; }
 tables=$clean/tables

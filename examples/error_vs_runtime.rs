@@ -8,6 +8,15 @@
 //! Each scene in each precision is a file in `out/error_vs_runtime/runs/`, there when it is complete: a
 //! study that was stopped goes on where it was. `--shard 2/8` makes one of eight parts, on as many
 //! machines as there are; `--merge` puts them together, and ends with exit code 3 if some are missing.
+//! On the cores of one machine, with GNU parallel, which makes a part that fails once more
+//! (`tests/shards.sh` does it with one that dies):
+//!
+//! ```text
+//! parallel --retries 2 error_vs_runtime --shard {}/8 ::: $(seq 8) && error_vs_runtime --merge
+//! ```
+//!
+//! `--file scene.json` studies a scene of your own, against its own run in f64 at steps so short that shorter
+//! ones change little; how little is printed first.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,10 +26,11 @@ mod support;
 
 use clap::{Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use rapier3d_fields_lab::drawing::work_precision::diagrams;
+use rapier3d_fields_lab::drawing::{pixels, work_precision::diagrams};
 use rapier3d_fields_lab::single::stability::Kind;
 use rapier3d_fields_lab::study::{
-    Job, Machine, Method, Outcome, Report, Run, Scene, Shard, StabilityCell, Store, Work, to_table,
+    Ablation, Job, Machine, Method, Outcome, Report, Run, Scene, Shard, StabilityCell, Store, Work,
+    to_table,
 };
 use rapier3d_fields_lab::{double, single};
 use support::AnyError;
@@ -34,6 +44,15 @@ struct Options {
     /// Only scenes whose names hold this.
     #[arg(long, value_name = "NAME")]
     scene: Vec<String>,
+    /// A scene file of your own: in place of all others, against its own run in f64 at the smallest step.
+    #[arg(long, value_name = "SCENE.json", conflicts_with = "scene")]
+    file: Option<PathBuf>,
+    /// Its name and its text.
+    #[arg(skip)]
+    own: Option<(String, String)>,
+    /// How long that scene is simulated, in its unit of time (600 of its steps).
+    #[arg(long, value_name = "T", requires = "file")]
+    duration: Option<f64>,
     /// Only methods whose names hold this.
     #[arg(long, value_name = "NAME")]
     methods: Vec<String>,
@@ -80,9 +99,36 @@ const QUICK_KINDS: [Kind; 6] = [
     Kind::Gyration,
 ];
 
+/// Scenes of which is shown what they leave out; the first also in haste.
+const LEAVING_OUT: [&str; 6] = [
+    "cluster of 8",
+    "spring",
+    "Kepler 0.5",
+    "dipole",
+    "ammonia gas",
+    "flock",
+];
+
+/// The cases of a precision, or the scene of one's own.
+macro_rules! cases {
+    ($options:expr, $lab:ident) => {
+        match &$options.own {
+            Some((name, text)) => $lab::cases::Filed::new(name, text, $options.duration)
+                .map(|it| vec![Box::new(it) as Box<dyn $lab::cases::Case>]),
+            None => Ok($lab::cases::all()),
+        }
+    };
+}
+
+/// A number by which a text is known again (FNV-1a).
+fn fingerprint(text: &str) -> u64 {
+    let mix = |sum: u64, byte: u8| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, mix)
+}
+
 fn main() -> ExitCode {
-    let options = Options::parse();
-    match run(&options) {
+    let mut options = Options::parse();
+    match run(&mut options) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error}");
@@ -91,8 +137,9 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(options: &Options) -> Result<ExitCode, AnyError> {
-    let (jobs, scenes) = options.jobs();
+fn run(options: &mut Options) -> Result<ExitCode, AnyError> {
+    options.read_file()?;
+    let (jobs, scenes) = options.jobs()?;
     if jobs.is_empty() {
         return Err("no scene has such a name".into());
     }
@@ -122,7 +169,31 @@ impl Options {
     fn plan(&self) -> String {
         let methods = self.chosen(&Method::ALL).map(Method::name);
         let haste = if self.quick { "quick" } else { "full" };
-        format!("{haste}; {}", methods.collect::<Vec<_>>().join(", "))
+        let own = self.own.iter().map(|(_, text)| {
+            let duration = self.duration.map_or(String::new(), |it| format!(", {it}"));
+            format!("; file {:x}{duration}", fingerprint(text))
+        });
+        let own: String = own.collect();
+        format!("{haste}; {}{own}", methods.collect::<Vec<_>>().join(", "))
+    }
+
+    /// The scene of one's own, if there is one.
+    fn read_file(&mut self) -> Result<(), AnyError> {
+        let Some(path) = &self.file else {
+            return Ok(());
+        };
+        let told = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+        let text = std::fs::read_to_string(path).map_err(|error| told(&error))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        // Tables are cut at commas.
+        let name = name.replace(',', " ");
+        let scene = single::cases::Filed::new(&name, &text, self.duration);
+        let doubt = scene.map_err(|error| told(&error))?.doubt();
+        println!(
+            "{name}: the last halving of the step moved the reference by {doubt:.1e}; errors below say nothing."
+        );
+        self.own = Some((name, text));
+        Ok(())
     }
 
     fn chosen<'a>(&'a self, methods: &'a [Method]) -> impl Iterator<Item = Method> + 'a {
@@ -133,15 +204,18 @@ impl Options {
     }
 
     /// What is to be done, and what it is about.
-    fn jobs(&self) -> (Vec<Job>, Vec<Scene>) {
+    fn jobs(&self) -> Result<(Vec<Job>, Vec<Scene>), AnyError> {
         let wanted = |name: &String| {
             self.scene.is_empty() || self.scene.iter().any(|it| name.contains(it.as_str()))
         };
         let precisions = self.bits();
         let (mut jobs, mut scenes) = (Vec::new(), Vec::new());
-        for case in single::cases::all() {
+        for case in cases!(self, single)? {
             let about = case.about();
-            if !wanted(&about.name) {
+            // By name also what takes too long for haste.
+            let named = !self.scene.is_empty() || self.own.is_some();
+            let hasty = !self.quick || case.is_quick() || named;
+            if !wanted(&about.name) || !hasty {
                 continue;
             }
             jobs.extend(precisions.iter().map(|precision| Job {
@@ -155,16 +229,31 @@ impl Options {
                 views: about.views,
             });
         }
-        for kind in self
-            .kinds()
-            .filter(|kind| wanted(&format!("stability of {kind:?}")))
-        {
-            jobs.extend(precisions.iter().map(|precision| Job {
+        for work in self.other_work() {
+            let all = precisions.iter().map(|precision| Job {
                 precision: *precision,
-                work: Work::Stability(format!("{kind:?}")),
-            }));
+                work: work.clone(),
+            });
+            jobs.extend(all.filter(|job| wanted(&job.to_string())));
         }
-        (jobs, scenes)
+        Ok((jobs, scenes))
+    }
+
+    /// Besides cases: the stability map, what scenes leave out, how many bodies keep pace.
+    fn other_work(&self) -> Vec<Work> {
+        if self.own.is_some() {
+            return Vec::new();
+        }
+        let kinds = self
+            .kinds()
+            .map(|kind| Work::Stability(format!("{kind:?}")));
+        let few = if self.quick { 1 } else { LEAVING_OUT.len() };
+        let leave_out = LEAVING_OUT[..few].iter();
+        let leave_out = leave_out.map(|it| Work::LeaveOut((*it).to_owned()));
+        let paced = !self.quick || self.scene.iter().any(|it| it.contains("real time"));
+        let scenes = single::cases::SCENES.iter().filter(|_| paced);
+        let real_time = scenes.map(|it| Work::RealTime((*it).to_owned()));
+        kinds.chain(leave_out).chain(real_time).collect()
     }
 
     fn bits(&self) -> &'static [u32] {
@@ -194,6 +283,16 @@ impl Options {
                         outcome.runs = self.study(name, job.precision, &progress)?
                     }
                     Work::Stability(kind) => outcome.cells = self.map(kind, job.precision),
+                    Work::LeaveOut(name) => {
+                        outcome.ablations = self.leave_out(name, job.precision)?
+                    }
+                    Work::RealTime(scene) => {
+                        let found = match job.precision {
+                            32 => single::cases::ceiling(scene)?,
+                            _ => double::cases::ceiling(scene)?,
+                        };
+                        outcome.ceilings = found.into_iter().collect();
+                    }
                 }
                 store.save(&job, &outcome)?;
             }
@@ -241,8 +340,8 @@ impl Options {
         /// The same for both precisions.
         macro_rules! study {
             ($lab:ident) => {{
-                use $lab::cases::{Effort, all, study};
-                let mut cases = all().into_iter();
+                use $lab::cases::{Effort, study};
+                let mut cases = cases!(self, $lab)?.into_iter();
                 let case = cases.find(|it| it.about().name == name);
                 let case = case.ok_or("no such case")?;
                 let effort = match self.quick {
@@ -268,15 +367,58 @@ impl Options {
         }
     }
 
+    /// What a case leaves out.
+    fn leave_out(&self, name: &str, precision: u32) -> Result<Vec<Ablation>, AnyError> {
+        let rounds = if self.quick { 7 } else { 31 };
+        macro_rules! leave_out {
+            ($lab:ident) => {{
+                let mut cases = $lab::cases::all().into_iter();
+                let case = cases.find(|it| it.about().name == name);
+                Ok($lab::cases::leave_out(
+                    case.ok_or("no such case")?.as_ref(),
+                    rounds,
+                )?)
+            }};
+        }
+        match precision {
+            32 => leave_out!(single),
+            _ => leave_out!(double),
+        }
+    }
+
     fn report(&self, scenes: Vec<Scene>, outcome: Outcome) -> Result<(), AnyError> {
         let report = Report {
             machine: Machine::here(),
             scenes,
             runs: outcome.runs,
             cells: outcome.cells,
+            ablations: outcome.ablations,
+            ceilings: outcome.ceilings,
         };
         if self.table {
             println!("{}", to_table(&report.runs));
+        }
+        for it in &report.ablations {
+            println!(
+                "f{} {}: with {} a step takes {:.2} ({:.2} to {:.2}) times {:.1} µs; bodies end {:.0e} elsewhere",
+                it.precision,
+                it.case,
+                it.switch,
+                it.ratios[1],
+                it.ratios[0],
+                it.ratios[2],
+                1e6 * it.step,
+                it.change
+            );
+        }
+        for it in &report.ceilings {
+            println!(
+                "f{} {}: {} bodies at 60 Hz, {:.1} ms a step",
+                it.precision,
+                it.scene,
+                it.count,
+                1e3 * it.step
+            );
         }
         for advice in report.advice() {
             println!("f{} {}", advice.precision, advice.sentence);
@@ -301,13 +443,17 @@ impl Options {
             "report.html",
             report.html(&rapier3d_fields_lab::replay::all()?),
         )?;
+        let draw = |name: &str, bits: u32, scenes: &[&str]| -> Result<(), AnyError> {
+            let picture = diagrams(&report, bits, scenes)?;
+            if let Some(pixels) = pixels(&picture)? {
+                std::fs::write(self.out.join(format!("{name}.png")), pixels)?;
+            }
+            Ok(write(&format!("{name}.svg"), picture)?)
+        };
         for bits in self.bits() {
-            write(&format!("f{bits}.svg"), diagrams(&report, *bits, &[])?)?;
+            draw(&format!("f{bits}"), *bits, &[])?;
         }
-        write(
-            "overview.svg",
-            diagrams(&report, self.bits()[0], &OVERVIEW)?,
-        )?;
+        draw("overview", self.bits()[0], &OVERVIEW)?;
         println!(
             "\nWrote report.html, .csv, .json and diagrams in {}.",
             self.out.display()

@@ -1,9 +1,11 @@
 //! The façade: everything a world needs to have fields.
 
 mod builder;
+mod estimate;
 mod questions;
 
 pub use builder::FieldsBuilder;
+pub use estimate::ErrorEstimate;
 
 use std::ops::{Index, IndexMut};
 use std::sync::mpsc::Sender;

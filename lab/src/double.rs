@@ -5,6 +5,8 @@ pub use rapier3d_fields_f64 as fields;
 
 pub use crate::random;
 
+use rapier3d_fields_scene::double as files;
+
 #[path = "scenes/mod.rs"]
 pub mod scenes;
 

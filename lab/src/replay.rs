@@ -1,13 +1,14 @@
 //! Scenes as they went, for the page of the study: bodies frame by frame, contacts as both detections see
 //! them, and fields as arrows.
 
-use rapier3d_fields::math::{SharedShape, to_f64};
+use rapier3d_fields::math::to_f64;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::{Difference, Disagreement};
 use serde_json::{Value, json};
 
 use crate::AnyError;
 use crate::single::scenes::ammonia::AmmoniaSettings;
+use crate::single::scenes::level;
 use crate::single::scenes::spheres::SpheresSettings;
 
 /// Numbers of the page are to this share of a scene's size.
@@ -87,37 +88,10 @@ fn spheres() -> Result<Scene, AnyError> {
     })
 }
 
-/// Crates on a floor under Rapier's gravity; wind over a half of it, a pool, and a magnet above.
+/// Crates on a floor under Rapier's gravity; wind over a half of it, a pool, a planet.
 fn level() -> Result<Scene, AnyError> {
-    let mut world = PhysicsWorld::new();
-    let ground = ColliderBuilder::cuboid(8.0, 0.5, 8.0).translation(Vector::Y * -2.5);
-    world.colliders.insert(ground);
-    for number in 0..24 {
-        let place = |k: i32| (k - 2) as Real * 2.2;
-        let at = Vector::new(
-            place(number % 5),
-            2.0 + (number / 5) as Real,
-            place(number / 5),
-        );
-        let body = RigidBodyBuilder::dynamic().translation(at);
-        let shape = match number % 3 {
-            0 => SharedShape::ball(0.45),
-            1 => SharedShape::cuboid(0.4, 0.4, 0.4),
-            _ => SharedShape::cuboid(0.6, 0.3, 0.4),
-        };
-        let density = if number % 2 == 0 { 300.0 } else { 600.0 };
-        world.insert(body, ColliderBuilder::new(shape).density(density));
-    }
-    let over = |x: Real| Region::cuboid(Vector::new(3.0, 4.0, 8.0)).at(Vector::X * x);
-    let wind = Field::wind_zone(Vector::Z * 9.0, 60.0, 0.0, over(-4.5));
-    let pool = Tree::pool(
-        Vector::new(4.5, -1.5, 0.0),
-        Vector::new(3.0, 0.8, 8.0),
-        1000.0,
-        9.81,
-        1.5,
-    );
-    let fields = Fields::new(pool + wind)?;
+    let (world, tree) = level::build();
+    let fields = Fields::new(tree)?;
     let mut from = Vec::new();
     for x in -7..0 {
         for z in -3..4 {
@@ -127,7 +101,7 @@ fn level() -> Result<Scene, AnyError> {
     Ok(Scene {
         name: "a level with wind and water",
         description: "Crates and balls fall under Rapier's gravity; wind blows over the left half, a pool carries what \
-                      floats on the right.",
+                      floats on the right, a moon goes around its planet.",
         time_unit: "s",
         radius: 9.0,
         steps: 720,

@@ -4,6 +4,8 @@ pub use rapier3d_fields as fields;
 
 pub use crate::random;
 
+use rapier3d_fields_scene::single as files;
+
 #[path = "scenes/mod.rs"]
 pub mod scenes;
 

@@ -16,7 +16,7 @@ const USAGE: &str = "\
 usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detection D]
                 [--steps N | --duration T] [--every K] [--strict]
                 [--trajectory FILE] [--wrenches FILE] [--contacts FILE]
-                [--energies FILE] [--warnings FILE]
+                [--energies FILE] [--warnings FILE] [--estimate N]
   --precision   of all numbers (f32)
   --dt          the time step, in place of the file's
   --scheme      how forces become motion, in place of the file's: a name such as kick, or JSON
@@ -26,6 +26,8 @@ usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detect
   --duration    how long to simulate, in seconds, to the nearest step
   --every       write trajectory, wrenches and energies after every K-th step (1); contacts and
                 warnings of every step
+  --estimate    before anything moves, say how far off bodies would be after N steps: by a copy of
+                the world in steps of half the length
   --strict      end with an error if there was a warning; if the two sides of the cross-check
                 disagree, a run always does
   --trajectory  where bodies are: step, time, body, centre of mass, quaternion from body to world
@@ -42,7 +44,7 @@ usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detect
   --warnings    of each step, with the body
 Bodies are numbered from 0, in the order of the file.";
 
-const VALUES: [&str; 12] = [
+const VALUES: [&str; 13] = [
     "precision",
     "dt",
     "scheme",
@@ -55,6 +57,7 @@ const VALUES: [&str; 12] = [
     "contacts",
     "energies",
     "warnings",
+    "estimate",
 ];
 
 /// Where tables are written; an empty path is a table that was not asked for.
@@ -75,6 +78,8 @@ pub(crate) struct Options {
     pub duration: Option<f64>,
     pub every: usize,
     pub strict: bool,
+    /// Over how many steps errors are estimated, if they are.
+    pub estimate: Option<usize>,
     pub tables: Paths,
 }
 
@@ -184,6 +189,7 @@ impl Args {
             duration,
             every,
             strict: self.strict,
+            estimate: self.get("estimate")?,
             tables: Paths {
                 trajectory: path("trajectory")?,
                 wrenches: path("wrenches")?,

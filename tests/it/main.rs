@@ -30,6 +30,7 @@ mod cut_samples;
 mod damped;
 mod derivatives;
 mod detection;
+mod estimates;
 mod evaluators_agree;
 mod explain;
 mod expressions;

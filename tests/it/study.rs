@@ -1,11 +1,12 @@
 //! The study: its arithmetic on known numbers, and its cases against what theory says of them.
 
 use crate::lab::cases::{
-    self, Case, Effort, Impacts, Motion, PRECISION, molecules_from_csv, spring,
+    self, Case, Effort, Filed, Galperin, Impacts, LongGas, Motion, PRECISION, leave_out,
+    molecules_from_csv, spring,
 };
 use rapier3d_fields_lab::study::{
-    Job, Machine, Measured, Method, Metric, Outcome, Report, Run, Scene, Shard, Store, StudyError,
-    Table, Timing, Work, compare, fit_order, from_csv, time_at_error, to_csv, to_table,
+    Ceiling, Job, Machine, Measured, Method, Metric, Outcome, Report, Run, Scene, Shard, Store,
+    StudyError, Table, Timing, Work, compare, fit_order, from_csv, time_at_error, to_csv, to_table,
 };
 
 use crate::support::{assert_at_most, assert_close, either, scientific};
@@ -350,7 +351,18 @@ fn by_hand_and_by_fields_is_the_same_motion() {
 
 #[test]
 fn every_case_is_moved_by_each_of_its_methods() {
-    for case in cases::all() {
+    all_methods(|case| case.is_quick());
+}
+
+/// `cargo test --release --test it long_cases -- --ignored`: a minute, most of it for their references.
+#[test]
+#[ignore = "long"]
+fn long_cases_are_moved_by_each_of_their_methods() {
+    all_methods(|case| !case.is_quick());
+}
+
+fn all_methods(wanted: impl Fn(&dyn Case) -> bool) {
+    for case in cases::all().into_iter().filter(|it| wanted(it.as_ref())) {
         let about = case.about();
         assert!(!about.name.contains(','), "tables are cut at commas");
         for method in case.methods() {
@@ -358,6 +370,91 @@ fn every_case_is_moved_by_each_of_its_methods() {
             assert_eq!(run.errors[0].metric, about.views[0].0, "{}", about.name);
             assert!(run.errors.iter().all(|it| !it.value.is_nan()));
         }
+    }
+}
+
+fn error(run: &Run, metric: Metric) -> f64 {
+    run.error(metric).expect("its metric")
+}
+
+#[test]
+fn swept_fields_count_the_digits_of_pi() {
+    let swept = run(&Galperin, Method::FieldsSwept, 0.125);
+    assert_eq!(error(&swept, Metric::Count), 0.0);
+    assert_at_most(
+        error(&swept, Metric::Velocity),
+        either(1e-4, 1e-9),
+        "velocities",
+    );
+    let rapier = run(&Galperin, Method::Rapier, 0.125);
+    assert!(error(&rapier, Metric::Count) > 0.3, "{:?}", rapier.errors);
+}
+
+#[test]
+fn near_misses_are_not_answered() {
+    let impacts = Impacts::reference();
+    assert_eq!(impacts.misses.len(), 18);
+    let swept = run(&impacts, Method::FieldsSwept, 0.125);
+    assert_eq!(error(&swept, Metric::Invented), 0.0);
+    assert_eq!(error(&swept, Metric::Missed), 0.0);
+}
+
+/// Of 800 speeds 99.9 % are within 0.07.
+#[test]
+fn a_long_gas_is_that_of_statistical_mechanics() {
+    let gas = LongGas::dense();
+    let swept = run(&gas, Method::FieldsSwept, 1.0 / 60.0);
+    println!("{:?}", swept.errors);
+    assert_at_most(error(&swept, Metric::Speeds), 0.07, "speeds");
+    assert_at_most(error(&swept, Metric::Energy), either(2e-4, 1e-11), "energy");
+}
+
+#[test]
+fn a_scene_of_a_file_converges_to_itself() {
+    let text = include_str!("../../examples/scenes/planet.json");
+    let planet = Filed::new("planet", text, Some(1.0)).expect("a scene");
+    let dt = planet.about().longest;
+    assert!(planet.doubt() < 1e-5, "{}", planet.doubt());
+    let [coarse, fine] = [dt, 0.25 * dt].map(|dt| {
+        let run = run(&planet, Method::KickDriftKick, dt);
+        error(&run, Metric::OwnPosition)
+    });
+    assert!(
+        coarse < 1e-2 && fine < either(0.5, 0.1) * coarse,
+        "{coarse:e}, {fine:e}"
+    );
+    for (name, text, duration) in [("a, b", text, 1.0), ("a", "{}", 1.0), ("a", text, 0.0)] {
+        assert!(Filed::new(name, text, Some(duration)).is_err());
+    }
+}
+
+/// 7, 14, 28, 56, 112 are too many or not; then halves of what is between.
+#[test]
+fn the_most_bodies_are_found_by_doubling_and_bisection() {
+    let find = |frame: f64, most: usize| {
+        let mut tried = Vec::new();
+        let found = Ceiling::find((7, most), frame, |count| {
+            tried.push(count);
+            Some(count as f64)
+        });
+        (found, tried)
+    };
+    let (found, tried) = find(80.0, 1000);
+    assert_eq!(tried, [7, 14, 28, 56, 112, 84, 70, 77]);
+    assert_eq!(found, Some((77, 77.0, Some((84, 84.0)))));
+    assert_eq!(find(80.0, 50).0, Some((50, 50.0, None)));
+    assert_eq!(find(3.0, 50).0, None);
+}
+
+#[test]
+fn what_is_left_out_changes_nothing() {
+    let table = leave_out(&spring(), 3).expect("a case of the fields");
+    assert!(table.len() > 3);
+    for it in &table {
+        println!("{it:?}");
+        assert!(it.step > 0.0 && it.ratios[0] <= it.ratios[2]);
+        // Rounding, where samples of a volume stand for its centre.
+        assert_at_most(it.change, either(1e-4, 1e-12), &it.switch);
     }
 }
 
@@ -378,7 +475,7 @@ fn a_study_in_parts_is_that_study() {
             case: job.to_string().replace(',', ""),
             ..made_up(Method::Kick, 0.1, 0.2, 0.3)
         }],
-        cells: Vec::new(),
+        ..Outcome::default()
     };
     let halves = ["1/2", "2/2"].map(|it| it.parse::<Shard>().expect("a part").share(jobs.clone()));
     assert_eq!(halves.concat().len(), jobs.len());
@@ -434,6 +531,8 @@ fn the_page_has_the_numbers_of_the_table() {
         }],
         runs,
         cells: Vec::new(),
+        ablations: Vec::new(),
+        ceilings: Vec::new(),
     };
     let page = report.html(&[]);
     let start = page.find("id=\"data\">").expect("the data") + "id=\"data\">".len();

@@ -40,8 +40,10 @@ pub struct Impact {
 /// with it and within 0.01 without.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impacts {
-    /// The pairs.
+    /// The pairs that touch.
     pub pairs: Vec<Impact>,
+    /// Pairs that pass each other, as their `time`s say, without touching.
+    pub misses: Vec<Impact>,
 }
 
 /// Simulated time per pair, in flight times.
@@ -53,29 +55,44 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 const NAME: &str = "sphere impacts";
 
 impl Impacts {
-    /// The pairs of a table that meet (`hit` is 1).
+    /// The pairs of a table: those that meet (`hit` is 1), and those that pass.
     ///
     /// Columns, for each of two spheres: `m`, `r`, `x y z`, `vx vy vz` before and `vxp vyp vzp`
     /// after, each with the number of the sphere after the axis or letter (`m1`, `x1`, `vx1`;
-    /// but `v1px` after); and `e`, the restitution, and `toi`, the time of contact.
+    /// but `v1px` after); and `e`, the restitution, and `toi`, the time of contact, or `tca`, of the closest
+    /// approach.
     ///
     /// # Errors
     /// A column is not there, or a cell is no number.
     pub fn from_csv(text: &str) -> Result<Self, StudyError> {
         let table = Table::parse(text)?;
-        let mut pairs = Vec::new();
+        let (mut pairs, mut misses) = (Vec::new(), Vec::new());
         for row in table.rows() {
             if row.number("hit")? == 1.0 {
-                pairs.push(Impact::read(&row)?);
+                pairs.push(Impact::read(&row, "toi")?);
+            } else {
+                misses.push(Impact::read(&row, "tca")?);
             }
         }
-        Ok(Impacts { pairs })
+        Ok(Impacts { pairs, misses })
     }
 
     /// The hundred pairs of the reference.
     pub fn reference() -> Self {
         let text = include_str!("../../../tests/data/f_collisions/spheres.csv");
         Self::from_csv(text).expect("a table that the tests read")
+    }
+
+    /// The share of near misses that are answered.
+    fn invented(&self, method: Method, dt: f64, steps: u64) -> Result<f64, StudyError> {
+        let mut invented = 0;
+        for (place, pair) in self.misses.iter().enumerate() {
+            let lead = Self::lead(place, steps);
+            let mut simulation = pair.set_up(method, dt, lead)?;
+            let (found, _) = pair.watch(&mut simulation, steps, dt, lead);
+            invented += usize::from(!found.missed);
+        }
+        Ok(invented as f64 / self.misses.len().max(1) as f64)
     }
 
     /// By how many steps a pair is before its contact at the start.
@@ -94,14 +111,14 @@ struct Found {
 }
 
 impl Impact {
-    fn read(row: &Row<'_>) -> Result<Self, StudyError> {
+    fn read(row: &Row<'_>, time: &str) -> Result<Self, StudyError> {
         Ok(Impact {
             masses: [row.number("m1")?, row.number("m2")?],
             radii: [row.number("r1")?, row.number("r2")?],
             positions: [row.vector("", "1")?, row.vector("", "2")?],
             before: [row.vector("v", "1")?, row.vector("v", "2")?],
             restitution: row.number("e")?,
-            time: row.number("toi")?,
+            time: row.number(time)?,
             after: [row.vector("v1p", "")?, row.vector("v2p", "")?],
         })
     }
@@ -219,6 +236,7 @@ impl Case for Impacts {
             Measured::new(Metric::VelocityWorst, quantile(&velocity, 1.0)),
             Measured::new(Metric::ContactTime, quantile(&time, 0.5)),
             Measured::new(Metric::Missed, missed as f64 / found.len().max(1) as f64),
+            Measured::new(Metric::Invented, self.invented(method, dt, steps)?),
         ];
         let all = steps * self.pairs.len() as u64;
         Ok(run(&self.about(), (method, dt), (all, warned), 0, errors))

@@ -3,19 +3,29 @@
 mod about;
 mod answer;
 mod billiard;
+mod digits;
+mod file;
+mod heap;
 mod impacts;
+mod leave_out;
 mod motion;
+mod real_time;
 mod rest;
 mod simulation;
 
 pub use about::About;
-pub use billiard::HardSpheres;
+pub use billiard::{HardSpheres, LongGas};
+pub use digits::Galperin;
+pub use file::Filed;
+pub use heap::Heap;
 pub use impacts::{Impact, Impacts};
+pub use leave_out::leave_out;
 pub use motion::*;
+pub use real_time::{SCENES, ceiling};
 pub use rest::{Bounce, Slope, Stack};
 pub use simulation::Simulation;
 
-use super::fields;
+use super::{fields, files};
 use crate::study::{Measured, Method, Run, StudyError, Timing};
 
 /// Bits of the numbers that worlds of this build compute with: 32 or 64.
@@ -28,6 +38,11 @@ pub trait Case {
 
     /// The methods that can move it.
     fn methods(&self) -> &'static [Method];
+
+    /// Whether it is cheap enough for a study in haste.
+    fn is_quick(&self) -> bool {
+        true
+    }
 
     /// The worlds at their start; each is to make [as many steps](Self::steps).
     ///
@@ -74,6 +89,15 @@ pub fn all() -> Vec<Box<dyn Case>> {
     cases.push(Box::new(Bounce::LOSSY));
     cases.push(Box::new(Stack));
     cases.push(Box::new(Slope));
+    cases.push(Box::new(Galperin));
+    cases.push(Box::new(Heap));
+    cases.push(Box::new(LongGas::dense()));
+    for scene in Filed::all() {
+        cases.push(Box::new(scene));
+    }
+    for crowd in Crowd::all() {
+        cases.push(Box::new(crowd));
+    }
     cases
 }
 
@@ -158,6 +182,12 @@ fn run(
 
 impl From<fields::BuildError> for StudyError {
     fn from(error: fields::BuildError) -> Self {
+        StudyError::Fields(error.to_string())
+    }
+}
+
+impl From<files::FileError> for StudyError {
+    fn from(error: files::FileError) -> Self {
         StudyError::Fields(error.to_string())
     }
 }

@@ -54,7 +54,7 @@ impl Bounce {
     }
 }
 
-fn floor(world: &mut PhysicsWorld, normal: Vector, law: [f64; 2]) -> ColliderHandle {
+pub(super) fn floor(world: &mut PhysicsWorld, normal: Vector, law: [f64; 2]) -> ColliderHandle {
     let [restitution, friction] = law.map(from_f64);
     let floor = ColliderBuilder::new(SharedShape::halfspace(normal))
         .restitution(restitution)
@@ -62,7 +62,7 @@ fn floor(world: &mut PhysicsWorld, normal: Vector, law: [f64; 2]) -> ColliderHan
     world.colliders.insert(floor)
 }
 
-fn heavy(dt: f64) -> PhysicsWorld {
+pub(super) fn heavy(dt: f64) -> PhysicsWorld {
     let mut world = weightless(from_f64(dt));
     world.gravity = Vector::Y * -from_f64(GRAVITY);
     world

@@ -16,6 +16,8 @@ pub mod hard_spheres;
 
 pub mod head_on;
 
+pub mod level;
+
 pub mod spheres;
 
 pub mod unification;

@@ -30,13 +30,37 @@ pub enum Metric {
     Overlap,
     /// How far what rests has moved.
     Slip,
+    /// Share of near misses that were answered.
+    Invented,
+    /// Of the number of collisions.
+    Count,
+    /// How far the speeds are from those of an ideal gas.
+    Speeds,
+    /// How fast the energy drifts.
+    EnergyDrift,
+    /// Of the angular momentum.
+    AngularMomentum,
+    /// Of the temperature.
+    Temperature,
+    /// How unequally motion and rotation share the energy.
+    Equipartition,
+    /// Of the distribution of distances.
+    PairDistances,
+    /// How fast what should rest still moves.
+    Unrest,
+    /// When a heap has come to rest.
+    Settling,
+    /// Of positions at the end, against the scene's own converged run.
+    OwnPosition,
+    /// Of attitudes at the end, against the scene's own converged run.
+    OwnAttitude,
 }
 
 use Metric::*;
 
 impl Metric {
     /// All metrics.
-    pub const ALL: [Metric; 13] = [
+    pub const ALL: [Metric; 25] = [
         FinalState,
         Attitude,
         Energy,
@@ -50,6 +74,18 @@ impl Metric {
         Apex,
         Overlap,
         Slip,
+        Invented,
+        Count,
+        Speeds,
+        EnergyDrift,
+        AngularMomentum,
+        Temperature,
+        Equipartition,
+        PairDistances,
+        Unrest,
+        Settling,
+        OwnPosition,
+        OwnAttitude,
     ];
 
     /// The name in tables and files.
@@ -68,6 +104,18 @@ impl Metric {
             Apex => "apex",
             Overlap => "overlap at rest",
             Slip => "slip",
+            Invented => "invented",
+            Count => "number of collisions",
+            Speeds => "speeds",
+            EnergyDrift => "energy drift rate",
+            AngularMomentum => "angular momentum",
+            Temperature => "temperature",
+            Equipartition => "equipartition",
+            PairDistances => "g(r)",
+            Unrest => "unrest",
+            Settling => "settling time",
+            OwnPosition => "own position",
+            OwnAttitude => "own attitude",
         }
     }
 
@@ -79,9 +127,12 @@ impl Metric {
     /// The unit; 1 if it is a ratio.
     pub fn unit(self) -> &'static str {
         match self {
-            Attitude => "rad",
+            Attitude | OwnAttitude => "rad",
             AtomPosition => "Å",
             ContactTime => "flight times",
+            EnergyDrift => "1/time unit",
+            Unrest => "m/s",
+            Settling => "s",
             _ => "1",
         }
     }
@@ -121,6 +172,38 @@ impl Metric {
             Apex => "largest |height of an apex / height of the exact one - 1|",
             Overlap => "deepest overlap of two neighbours at the end / their size",
             Slip => "farthest that a body moved sideways / its size",
+            Invented => "share of pairs that pass without touching whose velocities changed",
+            Count => "|collisions / those of the exact run - 1|",
+            Speeds => {
+                "largest distance (Kolmogorov-Smirnov) of the distribution of v^2 / sum v^2 from Beta(3/2, 3(N-1)/2), \
+                 sampled every 5 mean free times"
+            }
+            EnergyDrift => {
+                "|slope of the straight line through E(t)| / kinetic energy at the start, per unit of time"
+            }
+            AngularMomentum => {
+                "largest |L - L(0)| about the centre / sum of |m x cross v| + |I w| at the start"
+            }
+            Temperature => {
+                "|mean kinetic energy over the second half / that of the run in f64 at the smallest step - 1|"
+            }
+            Equipartition => {
+                "|kinetic energy of translation / of rotation, means over the second half, / that of the run in f64 at the \
+                 smallest step - 1|"
+            }
+            PairDistances => {
+                "half the sum of |differences| of the histograms (bins of 0.25 Å, mean over the second half) from \
+                 that of the run in f64 at the smallest step"
+            }
+            Unrest => "largest speed of a body in the last second",
+            Settling => "when the last body was faster than 0.1 m/s",
+            OwnPosition => {
+                "root mean square distance of the bodies at the end from the run in f64 at the smallest step / root mean \
+                 square way that they go in it"
+            }
+            OwnAttitude => {
+                "largest angle between an attitude at the end and the run in f64 at the smallest step"
+            }
         }
     }
 
@@ -139,6 +222,19 @@ impl Metric {
             EventOrder => "the billiard is chaotic: the order of its events is what survives",
             Apex => "a bounce that gains or loses is seen by everyone",
             Overlap | Slip => "what rests should lie on its ground, and stay there",
+            Invented => "a contact that is not there stops what should pass",
+            Count => "it is a digit string of pi: one impact too few, and all after it are wrong",
+            Speeds => {
+                "the exact law for hard spheres at constant energy, however chaotic their paths"
+            }
+            EnergyDrift => "what heats or cools a long run, apart from what swings and comes back",
+            AngularMomentum => "kept by all forces of the scene: errors of torques show here first",
+            Temperature | PairDistances => {
+                "means that survive chaos, and what such runs are made for"
+            }
+            Equipartition => "shows rotation that is damped or heated apart from motion",
+            Unrest | Settling => "a heap should come to rest, soon, and stay so",
+            OwnPosition | OwnAttitude => "nothing else is known of a scene of one's own",
         }
     }
 }

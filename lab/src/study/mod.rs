@@ -15,6 +15,7 @@
 //! ```
 
 mod compare;
+mod cost;
 mod csv;
 mod error;
 mod machine;
@@ -29,6 +30,7 @@ mod store;
 mod table;
 
 pub use compare::{OrderFit, Verdict, compare, fit_order, time_at_error};
+pub use cost::{Ablation, Ceiling};
 pub use csv::{from_csv, to_csv, to_table};
 pub use error::StudyError;
 pub use machine::Machine;

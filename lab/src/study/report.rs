@@ -2,7 +2,10 @@
 
 use serde::Serialize;
 
-use super::{Machine, Method, Metric, Run, StabilityCell, Verdict, compare, safe_turn, to_csv};
+use super::{
+    Ablation, Ceiling, Machine, Method, Metric, Run, StabilityCell, Verdict, compare, safe_turn,
+    to_csv,
+};
 
 /// What a reader needs to know of a case.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,6 +32,10 @@ pub struct Report {
     pub runs: Vec<Run>,
     /// Cells of the stability map.
     pub cells: Vec<StabilityCell>,
+    /// What cases leave out.
+    pub ablations: Vec<Ablation>,
+    /// How many bodies keep pace.
+    pub ceilings: Vec<Ceiling>,
 }
 
 /// What to use for a case, at one error, in one precision.
@@ -225,6 +232,8 @@ impl Report {
             "stability": self.cells,
             "legend": StabilityCell::LEGEND,
             "safe": self.safe_turns(),
+            "leaves_out": self.ablations,
+            "real_time": self.ceilings,
             "runs": self.runs.iter().map(run).collect::<Vec<_>>(),
         })
     }

@@ -5,7 +5,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::{Run, StabilityCell, from_csv, to_csv};
+use super::{Ablation, Ceiling, Run, StabilityCell, from_csv, to_csv};
 use crate::AnyError;
 
 /// What is studied as a whole, in one precision.
@@ -24,6 +24,10 @@ pub enum Work {
     Case(String),
     /// The stability map of a kind of scene.
     Stability(String),
+    /// What the case of that name leaves out.
+    LeaveOut(String),
+    /// How many bodies of a scene keep pace.
+    RealTime(String),
 }
 
 /// What came of it.
@@ -33,6 +37,10 @@ pub struct Outcome {
     pub runs: Vec<Run>,
     /// Cells of the stability map.
     pub cells: Vec<StabilityCell>,
+    /// What cases leave out.
+    pub ablations: Vec<Ablation>,
+    /// How many bodies keep pace.
+    pub ceilings: Vec<Ceiling>,
 }
 
 impl fmt::Display for Job {
@@ -40,6 +48,8 @@ impl fmt::Display for Job {
         match &self.work {
             Work::Case(name) => write!(f, "{name} in f{}", self.precision),
             Work::Stability(kind) => write!(f, "stability of {kind} in f{}", self.precision),
+            Work::LeaveOut(name) => write!(f, "what {name} leaves out in f{}", self.precision),
+            Work::RealTime(name) => write!(f, "real time of {name} in f{}", self.precision),
         }
     }
 }
@@ -126,6 +136,8 @@ impl Store {
             match job.work {
                 Work::Case(_) => outcome.runs = from_csv(rest)?,
                 Work::Stability(_) => outcome.cells = serde_json::from_str(rest)?,
+                Work::LeaveOut(_) => outcome.ablations = serde_json::from_str(rest)?,
+                Work::RealTime(_) => outcome.ceilings = serde_json::from_str(rest)?,
             }
             Ok(outcome)
         };
@@ -143,6 +155,8 @@ impl Store {
         let body = match job.work {
             Work::Case(_) => to_csv(&outcome.runs),
             Work::Stability(_) => serde_json::to_string(&outcome.cells)?,
+            Work::LeaveOut(_) => serde_json::to_string(&outcome.ablations)?,
+            Work::RealTime(_) => serde_json::to_string(&outcome.ceilings)?,
         };
         let write = |to: &Path| {
             fs::create_dir_all(&self.folder)?;
@@ -163,6 +177,8 @@ impl Store {
                 Some(found) => {
                     all.runs.extend(found.runs);
                     all.cells.extend(found.cells);
+                    all.ablations.extend(found.ablations);
+                    all.ceilings.extend(found.ceilings);
                 }
                 None => missing.push(job.clone()),
             }

@@ -39,6 +39,9 @@ pub(crate) fn run(text: &str, options: &Options) -> Result<(), AnyError> {
     let mut tables = Tables::create(&options.tables)?;
     println!("{} bodies\n{}", scene.bodies.len(), scene.fields.plan());
 
+    if let Some(steps) = options.estimate {
+        println!("{}", estimate(&scene, steps)?);
+    }
     let mut told = Told::default();
     let began = Instant::now();
     told.simulate(&mut scene, &mut tables, steps, options.every)?;
@@ -58,6 +61,26 @@ pub(crate) fn run(text: &str, options: &Options) -> Result<(), AnyError> {
         warnings if options.strict => Err(format!("{warnings} warnings").into()),
         _ => Ok(()),
     }
+}
+
+/// The largest errors of all bodies after some steps, as they are estimated.
+fn estimate(scene: &Scene, steps: usize) -> Result<String, AnyError> {
+    let errors = scene.fields.estimate_error(&scene.world, steps)?;
+    let largest = |of: fn(&fields::ErrorEstimate) -> fields::math::Real| {
+        let worst = errors.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
+        worst.map_or("none".to_owned(), |it| {
+            let number = scene.bodies.iter().position(|body| *body == it.body);
+            let number = number.map_or(String::new(), |it| format!(" (body {it})"));
+            format!("{:.1e}{number}", of(it))
+        })
+    };
+    Ok(format!(
+        "estimated errors after {steps} steps: position {}, attitude {} rad, velocity {}, angular velocity {} rad/time",
+        largest(|it| it.position),
+        largest(|it| it.rotation),
+        largest(|it| it.velocity),
+        largest(|it| it.angular_velocity),
+    ))
 }
 
 /// A choice on the command line: a name, or JSON.

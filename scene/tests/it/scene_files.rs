@@ -8,6 +8,7 @@ use crate::lab::scenes::ammonia::AmmoniaSettings;
 use crate::lab::scenes::figures::{Figure3Settings, Figure4Settings};
 use crate::lab::scenes::flock::FlockSettings;
 use crate::lab::scenes::head_on::{HeadOnSettings, Meeting};
+use crate::lab::scenes::level;
 use crate::lab::scenes::spheres::SpheresSettings;
 use rapier3d_fields::prelude::*;
 
@@ -165,6 +166,13 @@ fn planet() -> Built {
     }
 }
 
+fn level() -> Built {
+    let (world, tree) = level::build();
+    let about = "A level of a game: crates and balls that fall, a wind over the left half, a pool on the right, \
+                 crates that sleep, and a planet with its moon.";
+    Built::new("level", about, world, fields(tree))
+}
+
 fn all() -> Vec<Built> {
     let pair = "Two bodies driven towards each other's places: a repulsion, and its cross product \
                 with the vertical, by which each passes on its right. In code a \
@@ -179,6 +187,7 @@ fn all() -> Vec<Built> {
         head_on("head_on", pair, Meeting::Pair),
         head_on("crossing", crossing, Meeting::Crossing),
         planet(),
+        level(),
     ]
 }
 

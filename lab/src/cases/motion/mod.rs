@@ -3,12 +3,14 @@
 mod by_hand;
 mod charges;
 mod converged;
+mod crowd;
 mod molecules;
 mod orbits;
 mod tops;
 mod wells;
 
 pub use charges::{crossed_fields, dipole, helix};
+pub use crowd::Crowd;
 pub use molecules::{cluster, dimer_bound, dimer_scattering, molecules_from_csv};
 pub use orbits::{close_pass, kepler};
 pub use tops::{asymmetric_top, spinning_in_a_spring};
@@ -314,6 +316,14 @@ impl Motion {
         (squares.sum::<f64>() / sites as f64).sqrt()
     }
 
+    /// How often a run evaluates the forces on all bodies.
+    fn evaluations(&self, method: Method, dt: f64) -> Result<u64, StudyError> {
+        let (steps, counter) = (self.steps(dt)?, Counter::default());
+        let (mut simulation, _) = self.simulation(method, dt, Some(&counter))?;
+        simulation.advance(steps);
+        Ok(counter.counted() / self.samples())
+    }
+
     fn samples(&self) -> u64 {
         self.tops.iter().map(|top| top.sites.len() as u64).sum()
     }
@@ -385,11 +395,7 @@ impl Case for Motion {
         if made < steps {
             errors.iter_mut().for_each(|it| it.value = f64::INFINITY);
         }
-        let counter = Counter::default();
-        self.simulation(method, dt, Some(&counter))?
-            .0
-            .advance(steps);
-        let evaluations = counter.counted() / self.samples();
+        let evaluations = self.evaluations(method, dt)?;
         Ok(run(
             &self.about,
             (method, dt),

@@ -14,7 +14,7 @@ const BOUND: &str = include_str!("../../../../tests/data/c_trajectories/dimer_bo
 const SCATTERING: &str = include_str!("../../../../tests/data/c_trajectories/dimer_scatter.csv");
 const CLUSTER: &str = include_str!("../../../../tests/data/c_trajectories/cluster8.csv");
 
-const ATOMS: usize = SITES.len();
+pub(super) const ATOMS: usize = SITES.len();
 
 /// Two bound molecules for 0.4 ps, in which an error made at the start grows by 3.7.
 pub fn dimer_bound() -> Motion {
@@ -106,7 +106,7 @@ fn state(row: &Row<'_>) -> Result<State, StudyError> {
 }
 
 /// What one writes without fields: all pairs of atoms, both sides at once.
-fn forces() -> Forces {
+pub(super) fn forces() -> Forces {
     let coulomb: Real = from_f64(COULOMB);
     Arc::new(move |sites, forces| {
         forces.fill(Vector::ZERO);
@@ -134,7 +134,7 @@ fn lennard_jones(inverse: Real) -> Real {
     24.0 * epsilon * (2.0 * s6 * s6 - s6) * inverse
 }
 
-fn potential() -> Potential {
+pub(super) fn potential() -> Potential {
     Arc::new(|sites: &[Site]| {
         let mut energy = 0.0;
         for i in 0..sites.len() {

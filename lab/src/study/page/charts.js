@@ -163,6 +163,7 @@ function show() {
   const own = data.overall.filter((it) => it.startsWith(`f${precision}`));
   document.getElementById("overall").replaceChildren(...own.map((it) => make("li", {}, it)));
   showStability();
+  showCosts();
   for (const button of document.querySelectorAll("#precisions button"))
     button.setAttribute("aria-pressed", String(Number(button.dataset.bits) === precision));
 }
@@ -199,6 +200,19 @@ function showStability() {
     }
     maps.append(details);
   }
+}
+
+function showCosts() {
+  const spared = data.leaves_out.filter((it) => it.precision === precision);
+  document.getElementById("leaves-out").hidden = !spared.length;
+  document.getElementById("spared").replaceChildren(...table([["scene", "with", "step, µs", "times as long", "middle half", "change"],
+    ...spared.map((it) => [it.case, it.switch, short(1e6 * it.step), it.ratios[1].toFixed(2),
+      `${it.ratios[0].toFixed(2)} to ${it.ratios[2].toFixed(2)}`, short(it.change)])], [2, 3, 4, 5]));
+  const paced = data.real_time.filter((it) => it.precision === precision);
+  document.getElementById("real-time").hidden = !paced.length;
+  document.getElementById("paced").replaceChildren(...table([["scene", "bodies", "step, ms", "too many", "step, ms"],
+    ...paced.map((it) => [it.scene, String(it.count), short(1e3 * it.step), it.beyond ? String(it.beyond[0]) : "not reached",
+      it.beyond ? short(1e3 * it.beyond[1]) : ""])], [1, 2, 3, 4]));
 }
 
 {
