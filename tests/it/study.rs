@@ -441,8 +441,8 @@ fn the_most_bodies_are_found_by_doubling_and_bisection() {
     };
     let (found, tried) = find(80.0, 1000);
     assert_eq!(tried, [7, 14, 28, 56, 112, 84, 70, 77]);
-    assert_eq!(found, Some((77, 77.0, Some((84, 84.0)))));
-    assert_eq!(find(80.0, 50).0, Some((50, 50.0, None)));
+    assert_eq!(found, Some(((77, 77.0), Some((84, 84.0)))));
+    assert_eq!(find(80.0, 50).0, Some(((50, 50.0), None)));
     assert_eq!(find(3.0, 50).0, None);
 }
 

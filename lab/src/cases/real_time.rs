@@ -50,7 +50,7 @@ pub fn ceiling(scene: &str) -> Result<Option<Ceiling>, AnyError> {
     if let Some(error) = failed {
         return Err(error);
     }
-    Ok(found.map(|(count, step, beyond)| Ceiling {
+    Ok(found.map(|((count, step), beyond)| Ceiling {
         precision: PRECISION,
         scene: scene.to_owned(),
         count,

@@ -33,12 +33,15 @@ pub struct Ceiling {
     /// Its median step, seconds.
     pub step: f64,
     /// The smallest number that did not, and its median step, if there is one.
-    pub beyond: Option<(usize, f64)>,
+    pub beyond: Option<Paced>,
     /// Seconds of a frame.
     pub frame: f64,
     /// Seconds on the clock that steps of a probe may take.
     pub limit: f64,
 }
+
+/// A number of bodies, and the median of their step in seconds.
+pub type Paced = (usize, f64);
 
 impl Ceiling {
     /// The largest count whose step, as `probe` measures it, takes no longer than a frame: by doubling
@@ -48,10 +51,10 @@ impl Ceiling {
         (least, most): (usize, usize),
         frame: f64,
         mut probe: impl FnMut(usize) -> Option<f64>,
-    ) -> Option<(usize, f64, Option<(usize, f64)>)> {
+    ) -> Option<(Paced, Option<Paced>)> {
         let mut pace = |count: usize| probe(count).filter(|it| it.is_finite());
-        let mut good = (least, pace(least).filter(|it| *it <= frame)?);
-        let mut bad: Option<(usize, f64)> = None;
+        let mut good: Paced = (least, pace(least).filter(|it| *it <= frame)?);
+        let mut bad: Option<Paced> = None;
         loop {
             let next = match bad {
                 Some((count, _)) if count * 10 <= good.0 * 11 || count <= good.0 + 1 => break,
@@ -64,6 +67,6 @@ impl Ceiling {
                 step => bad = Some((next, step.unwrap_or(f64::MAX))),
             }
         }
-        Some((good.0, good.1, bad))
+        Some((good, bad))
     }
 }
