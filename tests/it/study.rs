@@ -399,19 +399,24 @@ fn near_misses_are_not_answered() {
     assert_eq!(error(&swept, Metric::Missed), 0.0);
 }
 
-/// Of 800 speeds 99.9 % are within 0.07.
+/// Of 800 speeds 99.9 % are within 0.07; of 1,940 collisions the statistical error is 0.023.
 #[test]
 fn a_long_gas_is_that_of_statistical_mechanics() {
     let gas = LongGas::dense();
     let swept = run(&gas, Method::FieldsSwept, 1.0 / 60.0);
     println!("{:?}", swept.errors);
     assert_at_most(error(&swept, Metric::Speeds), 0.07, "speeds");
+    assert_at_most(error(&swept, Metric::CollisionRate), 0.07, "collisions");
     assert_at_most(error(&swept, Metric::Energy), either(2e-4, 1e-11), "energy");
 }
 
 #[test]
 fn a_scene_of_a_file_converges_to_itself() {
     let text = include_str!("../../examples/scenes/planet.json");
+    // A user's own force is Rapier's, which is of first order.
+    let without_force = text.replace(r#""force": [0.0, 0.0, 2.0],"#, "");
+    assert_ne!(text, without_force);
+    let text = without_force.as_str();
     let planet = Filed::new("planet", text, Some(1.0)).expect("a scene");
     let dt = planet.about().longest;
     assert!(planet.doubt() < 1e-5, "{}", planet.doubt());
