@@ -32,7 +32,8 @@ impl Facts {
     const CELLS: u32 = 13;
     const DISPLACED: u32 = 14;
     const PIECES: u32 = 15;
-    const COUNT: usize = 16;
+    const POINTS: u32 = 16;
+    const COUNT: usize = 17;
 
     pub(super) fn set(&mut self, fact: u32) {
         self.0 |= 1 << fact;
@@ -58,6 +59,7 @@ impl Facts {
         self.set_if(Self::CELLS, wanted.cells);
         self.set_if(Self::DISPLACED, wanted.displaced);
         self.set_if(Self::PIECES, wanted.pieces);
+        self.set_if(Self::POINTS, wanted.points);
     }
 
     /// What the nodes of a term read and hang on.
@@ -118,6 +120,7 @@ impl Tally {
             cells: self.any(Facts::CELLS),
             displaced: self.any(Facts::DISPLACED),
             pieces: self.any(Facts::PIECES),
+            points: self.any(Facts::POINTS),
         }
     }
 }

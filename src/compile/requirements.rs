@@ -12,6 +12,8 @@ pub(crate) struct SamplingRequirements {
     /// Samples of volumes and surfaces.
     pub volume: PartSampling,
     pub surface: PartSampling,
+    /// Whether those are asked for one by one.
+    pub points: bool,
     /// Whether colliders are to be cut into cells.
     pub cells: bool,
     /// Whether bodies are to be cut where borders pass through them.
@@ -40,6 +42,7 @@ impl SamplingRequirements {
         let mut wanted = SamplingRequirements::default();
         if program.has_force {
             wanted.add(program.how);
+            wanted.points = wanted.has_many();
             wanted.parts |= reads_parts(program);
             let mut formulas = program.leaves.iter().map(|leaf| &leaf.formula);
             wanted.displaced |= formulas.any(|formula| formula.reads_volume());
@@ -64,6 +67,11 @@ impl SamplingRequirements {
             }
             Sampling::Auto | Sampling::Centre | Sampling::Parts => {}
         }
+    }
+
+    /// Whether any part is sampled at many points.
+    pub(crate) fn has_many(&self) -> bool {
+        [self.volume, self.surface] != [PartSampling::None; 2]
     }
 
     /// What a body wants that asks for a sampling of its own.

@@ -12,10 +12,8 @@ pub(super) fn near(
     (samples, moment, body): (&Samples, Moment, u32),
 ) -> Vec<Border> {
     let centre = &samples.centres[body as usize];
-    let extent = samples
-        .attitudes
-        .get(body as usize)
-        .map_or(0.0, |a| a.extent);
+    let bulk = samples.bulks.get(body as usize);
+    let extent = bulk.map_or(0.0, |bulk| bulk.extent);
     let mut found = Found {
         nodes: set.nodes(),
         frames,

@@ -32,12 +32,12 @@ impl BodyCuts {
         mut ask: impl FnMut(usize, Asked<'_>),
     ) {
         let how = program.how;
-        let Some(attitude) = samples.cut(how, body) else {
+        let Some(bulk) = samples.cut(how, body) else {
             return;
         };
         let centre = &samples.centres[body as usize];
         let query = samples.query(centre, moment);
-        let at = (to_dvec3(centre.world_point), attitude.extent);
+        let at = (to_dvec3(centre.world_point), bulk.extent);
         for instance in instances {
             self.borders.clear();
             for (number, field) in program.leaves.iter().enumerate() {

@@ -47,6 +47,13 @@ pub(super) fn total<S: Simd>(lanes: Four<S>) -> Real {
     ((a + b) + c) + d
 }
 
+/// The sum of eight lanes, first to last.
+#[inline(always)]
+pub(super) fn sum_of<S: Simd>(lanes: Eight<S>) -> Real {
+    let [a, b, c, d, e, f, g, h] = lanes.to_array();
+    ((((((a + b) + c) + d) + e) + f) + g) + h
+}
+
 /// A number for each of four sites.
 pub(super) type Row = [Real; 4];
 

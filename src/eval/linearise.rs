@@ -100,15 +100,10 @@ impl Lineariser {
         body: usize,
         mut visit: impl FnMut(&SamplePoint, &Linearised),
     ) {
-        let list = samples
-            .of(body)
-            .into_iter()
-            .flat_map(|range| &samples.list[range]);
-        let whole = (&samples.centres[body], true);
-        for (sample, whole) in [whole]
-            .into_iter()
-            .chain(list.map(|sample| (sample, false)))
-        {
+        let list = samples.of(body).into_iter().flatten();
+        let list = list.map(|number| (samples.at(number), false));
+        for (sample, whole) in [(samples.centres[body], true)].into_iter().chain(list) {
+            let sample = &sample;
             let wanted = |how: SamplingRule| {
                 let at_centre = how.sampling == Sampling::Centre && sample.kind == Kind::Centre;
                 at_centre == whole && samples.takes(how, sample)

@@ -1,6 +1,7 @@
 //! Evaluate: batches × samples → forces.
 
 mod adaptive;
+mod clouds;
 mod constants;
 mod contract;
 mod cut;
@@ -89,7 +90,7 @@ impl Evaluator {
                 self.adaptive.add(batch, &scene, frames, sums);
             }
         }
-        for (sample, force) in samples.list.iter().zip(&self.forces) {
+        for (sample, force) in samples.placed().iter().zip(&self.forces) {
             let wrench = &mut wrenches[sample.body as usize];
             wrench.force += *force;
             wrench.torque += sample.arm.cross(*force);
@@ -99,7 +100,8 @@ impl Evaluator {
     fn start(&mut self, scene: &Scene<'_, impl Frames>) {
         self.frames.clear(scene.compiled);
         self.forces.clear();
-        self.forces.resize(scene.samples.list.len(), Vector::ZERO);
+        let count = scene.samples.placed().len();
+        self.forces.resize(count, Vector::ZERO);
     }
 
     /// The bound of the error of the last wrench on a body, by its number.
@@ -130,14 +132,20 @@ impl Evaluator {
                 energy.total -= to_f64(constant.vector.dot(centre.world_point) * weight);
             }
         }
-        let (frames, forces) = (&mut self.frames, &mut self.forces[..]);
+        let mut of_bodies = vec![Wrench::ZERO; samples.bodies.len()];
+        let sums = &mut Sums {
+            forces: &mut self.forces,
+            wrenches: &mut of_bodies,
+        };
         let (radials, quantity) = (&compiled.radials, Quantity::Potential);
         self.radials
-            .add_quantity(radials, &scene, frames, forces, quantity);
+            .add_quantity(radials, &scene, &mut self.frames, sums, quantity);
         let lacks =
             |batch: &RadialBatch| batch.prototype.is_on(moment.time) && !batch.law.has_potential();
         energy.without += radials.iter().filter(|(_, batch)| lacks(batch)).count();
-        energy.total += self.forces.iter().map(|sum| to_f64(sum.x)).sum::<f64>();
+        let of_bodies = of_bodies.iter().map(|sum| &sum.force);
+        let sums = self.forces.iter().chain(of_bodies);
+        energy.total += sums.map(|sum| to_f64(sum.x)).sum::<f64>();
         let programs = compiled.programs.iter().map(|(_, program)| program);
         for program in programs.filter(|program| program.has_force) {
             self.frames.fill(compiled, world, program);

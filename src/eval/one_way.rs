@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
+use super::contract::Sums;
 use super::kernel::{Kernel, Law};
 use super::lanes::{Four, WIDTH, level, load, total};
 use super::quantity::Quantity;
@@ -26,12 +27,12 @@ pub(super) struct Task<'a> {
     pub number: u32,
     pub batch: &'a RadialBatch,
     pub samples: &'a Samples,
-    /// Of each sample of the list: what turns the vector of the fields into a force.
+    /// Of each site: what turns the vector of the fields into a force.
     pub weights: &'a [Real],
     pub quantity: Quantity,
 }
 
-/// What turns the vector of a batch into a force on each sample; zero where it is not sampled.
+/// What turns the vector of a batch into a force on each site; zero where it is not sampled.
 pub(super) fn weigh(
     batch: &RadialBatch,
     samples: &Samples,
@@ -43,7 +44,7 @@ pub(super) fn weigh(
         false => 0.0,
     };
     weights.clear();
-    weights.extend(samples.list.iter().map(weight));
+    weights.extend(samples.list[..samples.sites].iter().map(weight));
 }
 
 impl OneWayRadials {
@@ -51,7 +52,8 @@ impl OneWayRadials {
         &mut self,
         task: &Task<'_>,
         frame: impl FnMut(AnchorId) -> Option<Frame>,
-        sums: &mut [Vector],
+        moment: Moment,
+        sums: &mut Sums<'_>,
     ) {
         let (batch, number) = (task.batch, task.number as usize);
         let mut sources = &mut self.sources;
@@ -62,20 +64,21 @@ impl OneWayRadials {
             sources = &mut self.still[number];
         }
         sources.refresh(batch, frame, task.quantity);
-        sources.add_to(task, 0..task.samples.list.len(), sums);
+        sources.add_to(task, sums.forces);
+        sources.add_to_clouds(task, moment, sums.wrenches);
     }
 }
 
 impl Sources {
-    /// Adds what the gathered sources give on some samples of the list.
-    pub(super) fn add_to(&self, task: &Task<'_>, places: Range<usize>, sums: &mut [Vector]) {
+    /// Adds what the gathered sources give on all sites.
+    pub(super) fn add_to(&self, task: &Task<'_>, sums: &mut [Vector]) {
         let probes = Probes {
-            samples: &task.samples.list[places.clone()],
-            weights: &task.weights[places.clone()],
+            samples: &task.samples.list[..task.samples.sites],
+            weights: task.weights,
             range: task.batch.range,
             quantity: task.quantity,
         };
-        let (law, sums) = (Law::new(&task.batch.law), &mut sums[places]);
+        let law = Law::new(&task.batch.law);
         dispatch!(level(), simd => match law {
             Law::InverseSquare(law) => self.add(simd, law, &probes, sums),
             Law::LennardJones(law) => self.add(simd, law, &probes, sums),
@@ -94,7 +97,8 @@ impl Sources {
             if *weight == 0.0 {
                 continue;
             }
-            let mut seen = Accumulator::new(simd, sample.world_point, sample.owner, probes);
+            let met = (probes.range, probes.quantity);
+            let mut seen = Accumulator::new(simd, sample.world_point, sample.owner, met);
             self.for_each_near(
                 sample.world_point,
                 probes.range,
@@ -166,7 +170,7 @@ struct Probes<'a> {
 }
 
 /// The sum over sources at one sample, or at several, one per lane.
-struct Accumulator<S: Simd> {
+pub(super) struct Accumulator<S: Simd> {
     point: [Four<S>; 3],
     owner: Four<S>,
     range2: Real,
@@ -176,13 +180,18 @@ struct Accumulator<S: Simd> {
 
 impl<S: Simd> Accumulator<S> {
     #[inline(always)]
-    fn new(simd: S, point: Vector, owner: Real, probes: &Probes<'_>) -> Self {
-        let range = probes.range.unwrap_or(Real::INFINITY);
+    pub(super) fn new(
+        simd: S,
+        point: Vector,
+        owner: Real,
+        (range, quantity): (Option<Real>, Quantity),
+    ) -> Self {
+        let range = range.unwrap_or(Real::INFINITY);
         Accumulator {
             point: splat(simd, point.to_array()),
             owner: Four::splat(simd, owner),
             range2: range * range,
-            quantity: probes.quantity,
+            quantity,
             sum: splat(simd, [0.0; 3]),
         }
     }
@@ -190,7 +199,8 @@ impl<S: Simd> Accumulator<S> {
     /// For no more samples than lanes; what is in the others is never looked at.
     #[inline(always)]
     fn of_several(simd: S, samples: &[SamplePoint], probes: &Probes<'_>) -> Self {
-        let mut seen = Accumulator::new(simd, Vector::ZERO, 0.0, probes);
+        let met = (probes.range, probes.quantity);
+        let mut seen = Accumulator::new(simd, Vector::ZERO, 0.0, met);
         for (lane, sample) in samples.iter().enumerate() {
             for (axis, x) in sample.world_point.to_array().into_iter().enumerate() {
                 seen.point[axis][lane] = x;
@@ -202,7 +212,14 @@ impl<S: Simd> Accumulator<S> {
 
     /// Adds the sources at places `start..end`.
     #[inline(always)]
-    fn add(&mut self, simd: S, sources: &Sources, law: impl Kernel, start: usize, end: usize) {
+    pub(super) fn add(
+        &mut self,
+        simd: S,
+        sources: &Sources,
+        law: impl Kernel,
+        start: usize,
+        end: usize,
+    ) {
         for at in (start..end).step_by(WIDTH) {
             let point = [
                 load(simd, &sources.x, at),
@@ -251,7 +268,7 @@ impl<S: Simd> Accumulator<S> {
     }
 
     #[inline(always)]
-    fn total(&self) -> Vector {
+    pub(super) fn total(&self) -> Vector {
         Vector::new(total(self.sum[0]), total(self.sum[1]), total(self.sum[2]))
     }
 }

@@ -10,6 +10,7 @@ mod meet;
 mod near;
 mod tiles;
 
+use super::contract::Sums;
 use super::kernel::Law;
 use super::one_way::{Task, weigh};
 use super::quantity::Quantity;
@@ -67,7 +68,7 @@ impl PairwiseRadials {
         batches: impl Iterator<Item = (u32, &'a RadialBatch)> + Clone,
         samples: &Samples,
         moment: Moment,
-        wanted: impl Fn(&Sides, &RadialBatch, usize) -> bool,
+        wanted: impl Fn(&Sides, &RadialBatch) -> bool,
     ) {
         self.asked.clear();
         self.asked.push(samples.stamp);
@@ -86,7 +87,7 @@ impl PairwiseRadials {
             }
             let sides = &mut self.sides[self.batches];
             sides.fill((number, batch), samples, moment);
-            self.batches += usize::from(wanted(sides, batch, samples.sites));
+            self.batches += usize::from(wanted(sides, batch));
         }
         self.group(samples);
     }
@@ -130,17 +131,15 @@ impl PairwiseRadials {
     pub(super) fn add_others(
         &mut self,
         (number, batch): (u32, &RadialBatch),
-        samples: &Samples,
+        (samples, moment): (&Samples, Moment),
         quantity: Quantity,
         mut frame: impl FnMut(AnchorId) -> Option<Frame>,
-        sums: &mut [Vector],
+        sums: &mut Sums<'_>,
     ) {
         let known = self.sides[..self.batches].iter();
         let Some(sides) = known.clone().find(|sides| sides.number == number) else {
             return;
         };
-        let (sites, all) = (samples.sites, samples.list.len());
-        let several = sides.weights[sites..].iter().any(|weight| *weight != 0.0);
         let task = Task {
             number,
             batch,
@@ -149,15 +148,15 @@ impl PairwiseRadials {
             quantity,
         };
         // What is no site meets all sources one by one.
-        if several {
+        if samples.any_cloud(batch.how) {
             let all_sources = &batch.sources;
             self.sources
                 .gather(batch, all_sources, &mut frame, quantity);
-            self.sources.add_to(&task, sites..all, sums);
+            self.sources.add_to_clouds(&task, moment, sums.wrenches);
         }
         if !sides.apart.is_empty() {
             self.sources.gather(batch, &sides.apart, frame, quantity);
-            self.sources.add_to(&task, 0..sites, sums);
+            self.sources.add_to(&task, sums.forces);
         }
     }
 }
@@ -203,8 +202,8 @@ impl Sides {
 
     /// Whether there are enough sources among the samples for every pair of samples to be worth a
     /// look.
-    pub(super) fn are_worth_it(&self, batch: &RadialBatch, sites: usize) -> bool {
-        let weights = self.weights[..sites].iter();
+    pub(super) fn are_worth_it(&self, batch: &RadialBatch) -> bool {
+        let weights = self.weights.iter();
         let coupled = weights.filter(|weight| **weight != 0.0).count();
         let matched = batch.sources.len() - self.apart.len();
         matched * 2 >= coupled && matched > 0

@@ -92,20 +92,20 @@ impl Programs {
                 sample,
             }));
         };
-        let all = samples.centres.iter().chain(&samples.list);
+        let all = samples.centres.iter().chain(samples.placed());
         for (place, sample) in all.enumerate() {
             self.index
                 .bounded_at(sample.world_point, |number| add(number, place as u32));
         }
         // Bodies are cut by what reaches any of them.
-        for (place, (centre, body)) in samples.centres.iter().zip(&samples.attitudes).enumerate() {
+        for (place, (centre, bulk)) in samples.centres.iter().zip(&samples.bulks).enumerate() {
             let cut_by = |number: u32| {
                 let program = compiled.programs.get(number);
                 if program.is_some_and(|program| program.how.cuts != Cuts::Never) {
                     add(number, place as u32);
                 }
             };
-            let near = (centre.world_point, from_f64(body.extent));
+            let near = (centre.world_point, from_f64(bulk.extent));
             self.index.bounded_near(near, cut_by);
         }
         for number in compiled.roster.unbounded() {
@@ -187,11 +187,11 @@ impl Programs {
         frames: &mut FrameCache,
         (sums, body): (&mut Sums<'_>, u32),
     ) -> bool {
-        let Some(attitude) = scene.samples.cut(program.how, body) else {
+        let Some(bulk) = scene.samples.cut(program.how, body) else {
             return false;
         };
         // Rounded up, not to lose what only just reaches.
-        let extent = from_f64(attitude.extent) * (1.0 + Real::EPSILON * 4.0);
+        let extent = from_f64(bulk.extent) * (1.0 + Real::EPSILON * 4.0);
         let point = scene.samples.centres[body as usize].world_point;
         let reach = self.index.reach(number);
         reach.around(program, (point, extent), &mut self.near);

@@ -7,7 +7,7 @@ use super::pairwise::{PairwiseRadials, Sides};
 use super::quantity::Quantity;
 use crate::compile::{Ordered, RadialBatch};
 use crate::field::Frames;
-use crate::math::{Real, Vector};
+use crate::math::Real;
 
 /// Evaluates radial batches, each in the way that suits it; keeps its buffers between calls.
 #[derive(Debug, Default)]
@@ -25,18 +25,19 @@ impl BatchEvaluator<Ordered<RadialBatch>> for Radials {
         frames: &mut FrameCache,
         sums: &mut Sums<'_>,
     ) {
-        self.add_quantity(batches, scene, frames, sums.forces, Quantity::Force);
+        self.add_quantity(batches, scene, frames, sums, Quantity::Force);
     }
 }
 
 impl Radials {
-    /// Adds the forces on every sample, or the potentials of those that have one.
+    /// Adds the forces on every sample, or in place of their first components the potentials of those
+    /// that have one.
     pub(super) fn add_quantity(
         &mut self,
         batches: &Ordered<RadialBatch>,
         scene: &Scene<'_, impl Frames>,
         frames: &mut FrameCache,
-        sums: &mut [Vector],
+        sums: &mut Sums<'_>,
         quantity: Quantity,
     ) {
         let (samples, moment) = (scene.samples, scene.moment);
@@ -51,7 +52,7 @@ impl Radials {
             if self.pairwise.has(number) {
                 let batch = (number, batch);
                 self.pairwise
-                    .add_others(batch, samples, quantity, frame, sums);
+                    .add_others(batch, (samples, moment), quantity, frame, sums);
                 continue;
             }
             weigh(batch, samples, moment, &mut self.weights);
@@ -62,9 +63,9 @@ impl Radials {
                 weights: &self.weights,
                 quantity,
             };
-            self.one_way.run(&task, frame, sums);
+            self.one_way.run(&task, frame, moment, sums);
         }
-        self.pairwise.meet(samples, quantity, sums);
+        self.pairwise.meet(samples, quantity, sums.forces);
     }
 }
 
@@ -94,7 +95,7 @@ mod by_themselves {
                     quantity: Quantity::Force,
                 };
                 let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
-                self.run(&task, frame, sums.forces);
+                self.run(&task, frame, scene.moment, sums);
             }
         }
     }
@@ -110,10 +111,10 @@ mod by_themselves {
             let (samples, force) = (scene.samples, Quantity::Force);
             let is_on = |batch: &RadialBatch| batch.prototype.is_on(scene.moment.time);
             let batches = batches.iter().filter(|(_, batch)| is_on(batch));
-            self.take_up(batches.clone(), samples, scene.moment, |_, _, _| true);
+            self.take_up(batches.clone(), samples, scene.moment, |_, _| true);
             for batch in batches {
                 let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
-                self.add_others(batch, samples, force, frame, sums.forces);
+                self.add_others(batch, (samples, scene.moment), force, frame, sums);
             }
             self.meet(samples, force, sums.forces);
         }

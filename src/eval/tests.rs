@@ -50,7 +50,9 @@ fn world() -> PhysicsWorld {
             world.insert_collider(ball, Some(body));
         }
     }
-    let body = RigidBodyBuilder::dynamic().translation(Vector::new(1.0, -2.0, 0.5));
+    let body = RigidBodyBuilder::dynamic()
+        .translation(Vector::new(1.0, -2.0, 0.5))
+        .rotation(Vector::new(0.3, -0.5, 0.2));
     let body = world.insert_body(body);
     world.insert_collider(
         ColliderBuilder::cuboid(0.5, 0.25, 0.125).mass(3.0),
@@ -164,7 +166,8 @@ impl Stage {
     }
 
     fn reference(&self) -> Vec<Wrench> {
-        let samples = self.samples();
+        let mut samples = self.samples();
+        samples.place_all();
         let view = View::new(&self.world.bodies, &self.world.colliders);
         let bodies = 0..samples.bodies.len() as u32;
         let explained = bodies.map(|b| explain(&self.set, &view, &samples, self.moment(), b));

@@ -141,11 +141,13 @@ impl Fault {
         (samples, places): (&Samples, Vec<usize>),
         moment: Moment,
     ) -> Self {
+        let mut samples = samples.clone();
+        samples.place_all();
         Fault {
             kind,
             places,
             scene: Box::new(FaultScene {
-                samples: samples.clone(),
+                samples,
                 frames: KnownFrames::of(compiled, frames),
                 moment,
             }),

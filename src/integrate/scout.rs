@@ -60,7 +60,8 @@ impl Scout {
         let samples = &mut self.samples;
         samples.clone_from(context.samples);
         samples.solids.clear();
-        for sample in &mut samples.list {
+        let placed = samples.placed().len();
+        for sample in &mut samples.list[..placed] {
             let way = &self.ways[sample.body as usize];
             let turned = sample.arm + way.angvel.cross(sample.arm) * part;
             sample.world_point += way.linvel * part + turned - sample.arm;

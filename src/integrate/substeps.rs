@@ -432,12 +432,14 @@ impl Group {
         }
         let moved = |sample: &SamplePoint| SamplePoint { body, ..*sample };
         own.attitudes.extend(all.attitudes.get(place));
+        own.bulks.extend(all.bulks.get(place));
         if let Some(shapes) = all.shapes.get(sites.clone()) {
             own.shapes.extend_from_slice(shapes);
         }
         own.sites += sites.len();
         own.list.extend(all.list[sites].iter().map(moved));
-        self.several.extend(all.list[several].iter().map(moved));
+        self.several
+            .extend(several.map(|number| moved(&all.at(number))));
         own.centres.push(moved(&all.centres[place]));
         own.overrides.extend(all.overrides.get(place));
         own.bodies.push(handle);

@@ -262,7 +262,7 @@ impl FieldPipeline {
         let anew = remade || first || self.is_stale(state, &world.view(), dt);
         let scheme = fields.settings.scheme;
         // Of other schemes the last step has not put them where they are.
-        let there = self.samples.placed && scheme == Scheme::KickDriftKick;
+        let there = self.samples.are_placed && scheme == Scheme::KickDriftKick;
         if anew || self.compiled.reads_velocity || !there {
             self.place();
         }

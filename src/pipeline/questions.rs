@@ -13,7 +13,7 @@ use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepCon
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 use crate::reference::{Fate, Reference};
 use crate::rigid::{Body, Wrench};
-use crate::sample::{Kind, Properties, SamplePoint, Samples, owner};
+use crate::sample::{Attitude, Kind, Properties, SamplePoint, Samples, owner};
 
 /// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
 #[derive(Clone, Debug)]
@@ -352,6 +352,7 @@ fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
             ..sample
         });
         samples.bodies.push(RigidBodyHandle::invalid());
+        samples.attitudes.push(Attitude::default());
     }
     samples.sites = samples.list.len();
     for kind in [Kind::Volume, Kind::Surface] {

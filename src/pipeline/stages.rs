@@ -285,6 +285,7 @@ impl FieldPipeline {
             view,
         );
         samples.place(&bodies, None);
+        samples.place_all();
         (bodies, samples)
     }
 

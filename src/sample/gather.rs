@@ -1,7 +1,7 @@
 //! Samples from bodies and their colliders: what stays of them is made once, and again when
 //! something they were made from changed; where they are is taken up at every evaluation.
 
-use super::part_shape::{Attitude, PartShape, PartSolid};
+use super::part_shape::{Attitude, Bulk, PartShape, PartSolid};
 use super::properties::Properties;
 use super::shapes::Shapes;
 use super::{Kind, SamplePoint, Samples, Solid, owner};
@@ -186,6 +186,7 @@ impl Gatherer {
         }
         samples.sites = samples.list.len();
         samples.list.append(&mut self.several);
+        samples.only_sites = !requirements.points && !properties.any_sampling();
         samples.number();
     }
 }
@@ -239,6 +240,12 @@ impl Making<'_> {
         if self.requirements.pieces {
             self.shape_parts(first, body, world);
         }
+        if self.requirements.pieces || self.requires_many() {
+            self.samples.attitudes.push(Attitude {
+                rotation: to_dquat(body.pose.rotation),
+                angvel: body.angvel,
+            });
+        }
         let wanted = self.requirements.with(own);
         if own == Some(Sampling::Centre) {
             self.several.push(centre);
@@ -250,6 +257,11 @@ impl Making<'_> {
         }
         self.samples.centres.push(centre);
         self.samples.bodies.push(body.handle);
+    }
+
+    /// Whether any part may be sampled at many points.
+    fn requires_many(&self) -> bool {
+        self.requirements.has_many() || self.properties.any_sampling()
     }
 
     /// Adds the site of a collider, and what it brings to the body as a whole.
@@ -327,12 +339,7 @@ impl Making<'_> {
             middle += centre * to_f64(site.share);
             samples.shapes.push(shape);
         }
-        samples.attitudes.push(Attitude {
-            rotation: to_dquat(body.pose.rotation),
-            angvel: body.angvel,
-            extent,
-            middle,
-        });
+        samples.bulks.push(Bulk { extent, middle });
     }
 
     /// Adds the samples of a part other than its site.

@@ -3,6 +3,7 @@
 mod cap;
 mod cells;
 mod clip;
+mod cloud;
 mod gather;
 mod part_shape;
 mod pieces;
@@ -11,7 +12,9 @@ mod properties;
 mod shapes;
 
 pub(crate) use cells::{Cell, Solid};
+pub(crate) use cloud::CloudRun;
 pub(crate) use gather::Gatherer;
+pub(crate) use part_shape::Attitude;
 pub(crate) use pieces::Cutter;
 pub(crate) use point::{Kind, Moment, SamplePoint, Samples, owner};
 pub(crate) use properties::Properties;

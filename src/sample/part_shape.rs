@@ -5,12 +5,17 @@ use std::sync::Arc;
 use super::clip::Triangle;
 use crate::math::{DPose3, DQuat, DVec3, Vector};
 
-/// How a body stands, and how far it reaches.
-#[derive(Clone, Copy, Debug)]
+/// How a body stands and turns.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Attitude {
     pub rotation: DQuat,
     pub angvel: Vector,
-    /// From the centre of mass.
+}
+
+/// Where the parts of a body are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bulk {
+    /// How far they reach from the centre of mass.
     pub extent: f64,
     /// From the centre of mass to the centre of its parts, weighted by their masses, in the body's
     /// axes: zero, but for bodies with mass of their own.

@@ -7,7 +7,7 @@
 
 use super::cap;
 use super::clip::{Plane, Triangle, content, extent, halving};
-use super::part_shape::{Attitude, PartSolid};
+use super::part_shape::{Bulk, PartSolid};
 use super::point::{Moment, SamplePoint, Samples};
 use crate::field::{Border, Cuts, Face, POINT, Query, SamplingRule};
 use crate::math::{DPose3, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
@@ -43,14 +43,14 @@ pub(crate) struct Piece {
 }
 
 impl Samples {
-    /// How a body stands that terms like this cut; `None` if they do not.
-    pub(crate) fn cut(&self, how: SamplingRule, body: u32) -> Option<&Attitude> {
+    /// Where the parts are of a body that terms like this cut; `None` if they do not.
+    pub(crate) fn cut(&self, how: SamplingRule, body: u32) -> Option<&Bulk> {
         if how.cuts == Cuts::Never {
             return None;
         }
         let own = self.overrides.get(body as usize).copied().flatten();
-        let attitude = self.attitudes.get(body as usize);
-        attitude.filter(|_| own.is_none())
+        let bulk = self.bulks.get(body as usize);
+        bulk.filter(|_| own.is_none())
     }
 
     /// A piece as terms like this see it; the weight of their force there; and its lever arm.
@@ -65,7 +65,7 @@ impl Samples {
         let arm = piece.world_point - to_dvec3(centre.world_point);
         let (whole, weight, middle) = match how.cuts {
             // What is shared out by mass acts on a whole body at its centre of mass.
-            Cuts::Bodies => (centre, to_f64(site.share), attitude.middle),
+            Cuts::Bodies => (centre, to_f64(site.share), self.bulks[body as usize].middle),
             _ => (site, 1.0, DVec3::ZERO),
         };
         let query = Query {
@@ -119,11 +119,11 @@ impl Cutter {
     /// The pieces that borders make of a body, given by its number.
     pub(crate) fn body(&mut self, samples: &Samples, body: u32, borders: &[Border]) -> &[Piece] {
         self.pieces.clear();
-        let Some(attitude) = samples.attitudes.get(body as usize) else {
+        let Some(bulk) = samples.bulks.get(body as usize) else {
             return &[];
         };
         let com = to_dvec3(samples.centres[body as usize].world_point);
-        let pose = DPose3::from_parts(com, attitude.rotation);
+        let pose = DPose3::from_parts(com, samples.attitudes[body as usize].rotation);
         let [sites, _] = samples.of(body as usize);
         for site in sites {
             let Some(shape) = samples.shapes.get(site) else {
@@ -134,7 +134,7 @@ impl Cutter {
                 pose: pose * shape.local_pose,
                 site,
                 volume: 0.0,
-                extent: attitude.extent,
+                extent: bulk.extent,
             };
             self.part(cutting, &shape.solid);
         }

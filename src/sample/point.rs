@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use super::cells::Solid;
-use super::part_shape::{Attitude, PartShape};
+use super::cloud::Clouds;
+use super::part_shape::{Attitude, Bulk, PartShape};
 use crate::compile::{Weighting, unique};
 use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
 use crate::math::{
-    ColliderHandle, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, Vector, from_f64,
-    to_dpose3, to_dvec3, to_f64,
+    ColliderHandle, DMat3, InteractionGroups, Pose, Real, RigidBodyHandle, Vector, from_dvec3,
+    from_f64, to_dpose3, to_dvec3, to_f64,
 };
 use crate::rigid::{Body, to_dquat};
 
@@ -92,14 +93,18 @@ pub(crate) enum Kind {
 #[derive(Debug, Default)]
 pub(crate) struct Samples {
     /// First the sites, one per part; then what parts are sampled at otherwise. Of either, those
-    /// of one body stand together.
+    /// of one body stand together. See [`Samples::placed`].
     pub list: Vec<SamplePoint>,
+    /// The others once more.
+    pub clouds: Clouds,
     /// How many of the list are sites.
     pub sites: usize,
     /// Parts that are to be cut into cells where a border passes through them.
     pub solids: Vec<Solid>,
-    /// By body, how it stands; empty if none is ever cut.
+    /// By body, how it stands; empty if none is ever cut or sampled at many points.
     pub attitudes: Vec<Attitude>,
+    /// By body, where its parts are; empty if none is ever cut.
+    pub bulks: Vec<Bulk>,
     /// By site, what is cut.
     pub shapes: Vec<PartShape>,
     /// By body, what it asks for in place of [`Sampling::Auto`]; empty if none does.
@@ -115,7 +120,11 @@ pub(crate) struct Samples {
     pub bodies: Vec<RigidBodyHandle>,
     pub user: Vec<UserValues>,
     /// Whether they were put anywhere since they were made.
-    pub placed: bool,
+    pub are_placed: bool,
+    /// Whether nobody asks for single samples but for sites.
+    pub only_sites: bool,
+    /// Whether the others have been left where they were.
+    left: bool,
     /// Another whenever they were made anew: between, all but places and velocities stays.
     pub stamp: u64,
     /// By the index of a collider: the number of its sample.
@@ -145,11 +154,15 @@ impl Clone for Samples {
     /// In the buffers it has.
     fn clone_from(&mut self, from: &Self) {
         self.sites = from.sites;
-        self.placed = from.placed;
+        self.are_placed = from.are_placed;
+        self.only_sites = from.only_sites;
+        self.left = from.left;
         self.stamp = from.stamp;
         self.list.clone_from(&from.list);
         self.solids.clone_from(&from.solids);
+        self.clouds.clone_from(&from.clouds);
         self.attitudes.clone_from(&from.attitudes);
+        self.bulks.clone_from(&from.bulks);
         self.shapes.clone_from(&from.shapes);
         self.overrides.clone_from(&from.overrides);
         self.spreads.clone_from(&from.spreads);
@@ -165,14 +178,18 @@ impl Samples {
     pub(crate) fn clear(&mut self) {
         self.list.clear();
         self.solids.clear();
+        self.clouds.clear();
         self.attitudes.clear();
+        self.bulks.clear();
         self.shapes.clear();
         self.overrides.clear();
         self.spreads.clear();
         self.spreads.push(DMat3::ZERO);
         self.local_spreads.clear();
         self.sites = 0;
-        self.placed = false;
+        self.are_placed = false;
+        self.only_sites = false;
+        self.left = false;
         self.centres.clear();
         self.bodies.clear();
         self.user.clear();
@@ -185,10 +202,11 @@ impl Samples {
         self.spreads.len() as u32 - 1
     }
 
-    /// Moves all samples to where their bodies are, with velocities (linear and angular) of their
-    /// own or those given.
+    /// Moves the samples that are asked for one by one to where their bodies are, with velocities
+    /// (linear and angular) of their own or those given.
     pub(crate) fn place(&mut self, bodies: &[Body], velocities: Option<&[(Vector, Vector)]>) {
-        self.placed = true;
+        self.are_placed = true;
+        self.left = self.only_sites && self.list.len() > self.sites;
         let velocity = |body: usize| match velocities {
             Some(velocities) => velocities[body],
             None => (bodies[body].linvel, bodies[body].angvel),
@@ -197,7 +215,8 @@ impl Samples {
             centre.world_point = body.world_com();
             centre.velocity = velocity(number).0;
         }
-        for sample in &mut self.list {
+        let placed = self.placed().len();
+        for sample in &mut self.list[..placed] {
             let number = sample.body as usize;
             let (linvel, angvel) = velocity(number);
             if sample.kind == Kind::Centre {
@@ -227,9 +246,48 @@ impl Samples {
         }
     }
 
-    /// Numbers the sites by their colliders, once all are there.
+    /// The samples of the list that are where their bodies are: of others [`Samples::at`] tells.
+    pub(crate) fn placed(&self) -> &[SamplePoint] {
+        match self.left {
+            true => &self.list[..self.sites],
+            false => &self.list,
+        }
+    }
+
+    /// A sample, by its number, where its body is.
+    pub(crate) fn at(&self, number: usize) -> SamplePoint {
+        let sample = self.list[number];
+        if number < self.placed().len() {
+            return sample;
+        }
+        let (centre, attitude) = (
+            &self.centres[sample.body as usize],
+            &self.attitudes[sample.body as usize],
+        );
+        let arm = match sample.kind {
+            Kind::Centre => sample.arm,
+            _ => from_dvec3(attitude.rotation * to_dvec3(sample.local_arm)),
+        };
+        SamplePoint {
+            arm,
+            world_point: centre.world_point + arm,
+            velocity: centre.velocity + attitude.angvel.cross(arm),
+            ..sample
+        }
+    }
+
+    /// Moves those samples that were left to where their bodies are.
+    pub(crate) fn place_all(&mut self) {
+        for number in self.placed().len()..self.list.len() {
+            self.list[number] = self.at(number);
+        }
+        self.left = false;
+    }
+
+    /// Numbers the sites by their colliders, and puts what is no site in columns, once all are there.
     pub(crate) fn number(&mut self) {
         self.stamp = unique();
+        self.clouds.fill(self.sites, &self.list[self.sites..]);
         self.by_collider.clear();
         for (number, sample) in self.list[..self.sites].iter().enumerate() {
             let Some(collider) = sample.collider else {
@@ -288,6 +346,12 @@ impl Samples {
         kind == sample.kind
     }
 
+    /// Whether a term that is sampled like this takes any samples but sites.
+    pub(crate) fn any_cloud(&self, how: SamplingRule) -> bool {
+        let mut runs = self.clouds.runs.iter();
+        runs.any(|run| self.takes(how, &self.list[run.first as usize]))
+    }
+
     /// The bodies as a whole that a program takes.
     pub(crate) fn centres_for(&self, how: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
         let centres = match how.sampling {
@@ -305,7 +369,7 @@ impl Samples {
         let at_centre = how.sampling == Sampling::Centre;
         let list = match at_centre && self.overrides.is_empty() {
             true => &[],
-            false => &self.list[..],
+            false => self.placed(),
         };
         // The centres in the list are for terms of which other bodies have more samples.
         list.iter().enumerate().filter(move |(_, sample)| {

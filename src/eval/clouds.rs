@@ -1,0 +1,197 @@
+//! Batches of radial fields on parts that are sampled at many points: where those are is worked out from
+//! how the body stands, and only the wrench they sum up to is kept.
+
+use std::ops::Range;
+
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
+
+use super::kernel::{Kernel, Law};
+use super::lanes::{Eight, level, sum_of};
+use super::one_way::{Accumulator, Task};
+use super::quantity::Quantity;
+use super::sources::Sources;
+use crate::math::{DMat3, Real, Vector, from_dvec3};
+use crate::rigid::Wrench;
+use crate::sample::{CloudRun, Moment, SamplePoint, Samples};
+
+/// Lanes.
+const WIDTH: usize = 8;
+
+/// The samples of a part, and how its body stands.
+struct Cloud<'a> {
+    local_arms: [&'a [Real]; 3],
+    fractions: &'a [Real],
+    centre: Vector,
+    /// Of the body, in the world.
+    axes: [Vector; 3],
+    owner: Real,
+    range: Option<Real>,
+    quantity: Quantity,
+}
+
+impl<'a> Cloud<'a> {
+    fn new(samples: &'a Samples, run: &CloudRun, task: &Task<'_>) -> Self {
+        let sample = &samples.list[run.first as usize];
+        let (body, places) = (sample.body as usize, run.places());
+        let turned = DMat3::from_quat(samples.attitudes[body].rotation);
+        let columns = samples.clouds.local_arms.each_ref();
+        Cloud {
+            local_arms: columns.map(|column| &column[places.clone()]),
+            fractions: &samples.clouds.fractions[places],
+            centre: samples.centres[body].world_point,
+            axes: [turned.x_axis, turned.y_axis, turned.z_axis].map(from_dvec3),
+            owner: sample.owner,
+            range: task.batch.range,
+            quantity: task.quantity,
+        }
+    }
+}
+
+impl Sources {
+    /// Adds what the gathered sources give on the samples that are no sites; of a potential, in place of
+    /// the first component of the force.
+    pub(super) fn add_to_clouds(&self, task: &Task<'_>, moment: Moment, sums: &mut [Wrench]) {
+        let (samples, batch, level) = (task.samples, task.batch, level());
+        let law = Law::new(&batch.law);
+        for run in &samples.clouds.runs {
+            let sample = &samples.list[run.first as usize];
+            if !samples.takes(batch.how, sample) {
+                continue;
+            }
+            let whole = SamplePoint {
+                fraction: 1.0,
+                ..*sample
+            };
+            let weight = samples.weight(&whole, &batch.weighting, moment);
+            if weight == 0.0 {
+                continue;
+            }
+            let cloud = Cloud::new(samples, run, task);
+            let wrench = dispatch!(level, simd => match law {
+                Law::InverseSquare(law) => self.on_cloud(simd, law, &cloud),
+                Law::LennardJones(law) => self.on_cloud(simd, law, &cloud),
+                Law::Other(law) => self.on_cloud(simd, law, &cloud),
+            });
+            let sum = &mut sums[sample.body as usize];
+            *sum = sum.plus(wrench.times(weight));
+        }
+    }
+
+    #[inline(always)]
+    fn on_cloud<S: Simd>(&self, simd: S, law: impl Kernel, cloud: &Cloud<'_>) -> Wrench {
+        match self.few() {
+            Some(few) => self.across(simd, law, few, cloud),
+            None => self.one_by_one(simd, law, cloud),
+        }
+    }
+
+    /// Several samples at once.
+    #[inline(always)]
+    fn across<S: Simd>(
+        &self,
+        simd: S,
+        law: impl Kernel,
+        few: Range<usize>,
+        cloud: &Cloud<'_>,
+    ) -> Wrench {
+        let zero = Eight::splat(simd, 0.0);
+        let range = cloud.range.unwrap_or(Real::INFINITY);
+        let (mut force, mut torque) = ([zero; 3], [zero; 3]);
+        for at in (0..cloud.fractions.len()).step_by(WIDTH) {
+            let [x, y, z] = cloud.local_arms;
+            let local = [load(simd, x, at), load(simd, y, at), load(simd, z, at)];
+            let fraction = load(simd, cloud.fractions, at);
+            let counts = !fraction.simd_eq(0.0);
+            let arm = turned(cloud.axes, local);
+            let mut sum = [zero; 3];
+            for source in few.clone() {
+                if self.owner[source] == cloud.owner {
+                    continue;
+                }
+                let dx = arm[0] + cloud.centre.x - self.x[source];
+                let dy = arm[1] + cloud.centre.y - self.y[source];
+                let dz = arm[2] + cloud.centre.z - self.z[source];
+                let r2 = dx * dx + dy * dy + dz * dz;
+                let acts = r2.simd_le(range * range) & counts;
+                if acts.all_false() {
+                    continue;
+                }
+                // Selected: what does not act may be infinite or NaN.
+                let strength = self.strength[source];
+                match cloud.quantity {
+                    Quantity::Force => {
+                        let factor = acts.select(law.factor(r2, acts) * strength, zero);
+                        sum[0] += factor * acts.select(dx, zero);
+                        sum[1] += factor * acts.select(dy, zero);
+                        sum[2] += factor * acts.select(dz, zero);
+                    }
+                    Quantity::Potential => {
+                        sum[0] += acts.select(law.potential(r2, acts) * strength, zero);
+                    }
+                }
+            }
+            let [x, y, z] = [sum[0] * fraction, sum[1] * fraction, sum[2] * fraction];
+            force = [force[0] + x, force[1] + y, force[2] + z];
+            torque = [
+                torque[0] + (arm[1] * z - arm[2] * y),
+                torque[1] + (arm[2] * x - arm[0] * z),
+                torque[2] + (arm[0] * y - arm[1] * x),
+            ];
+        }
+        Wrench {
+            force: vector(force),
+            torque: vector(torque),
+        }
+    }
+
+    /// Several sources at once.
+    #[inline(always)]
+    fn one_by_one<S: Simd>(&self, simd: S, law: impl Kernel, cloud: &Cloud<'_>) -> Wrench {
+        let mut wrench = Wrench::ZERO;
+        for (place, fraction) in cloud.fractions.iter().enumerate() {
+            if *fraction == 0.0 {
+                continue;
+            }
+            let local = cloud.local_arms.map(|column| column[place]);
+            let arm = Vector::from_array(turned(cloud.axes, local));
+            let point = cloud.centre + arm;
+            let met = (cloud.range, cloud.quantity);
+            let mut seen = Accumulator::new(simd, point, cloud.owner, met);
+            self.for_each_near(
+                point,
+                cloud.range,
+                #[inline(always)]
+                |run| seen.add(simd, self, law, run.start, run.end),
+            );
+            let force = seen.total() * *fraction;
+            wrench.force += force;
+            wrench.torque += arm.cross(force);
+        }
+        wrench
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, column: &[Real], at: usize) -> Eight<S> {
+    Eight::from_slice(simd, &column[at..at + WIDTH])
+}
+
+/// The sum of all lanes.
+#[inline(always)]
+fn vector<S: Simd>([x, y, z]: [Eight<S>; 3]) -> Vector {
+    Vector::new(sum_of(x), sum_of(y), sum_of(z))
+}
+
+/// Arms in the axes of a body, in the world.
+#[inline(always)]
+fn turned<V>(axes: [Vector; 3], [x, y, z]: [V; 3]) -> [V; 3]
+where
+    V: Copy + std::ops::Mul<Real, Output = V> + std::ops::Add<Output = V>,
+{
+    let [a, b, c] = axes;
+    [
+        x * a.x + y * b.x + z * c.x,
+        x * a.y + y * b.y + z * c.y,
+        x * a.z + y * b.z + z * c.z,
+    ]
+}
