@@ -49,7 +49,7 @@ pub(crate) struct Compiled {
     pub(super) terms: HashMap<Key, TermRecord, BuildHasherDefault<Fingerprint>>,
     pub(super) tally: Tally,
     pub(super) radial_ids: HashMap<RadialKey, u32>,
-    /// Programs of one field, by its likeness.
+    /// Programs by their likeness.
     pub(super) alike: HashMap<u64, Vec<u32>, BuildHasherDefault<Fingerprint>>,
     pub(super) extent: Extent,
     pub(super) masks_moved: bool,

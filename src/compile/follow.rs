@@ -172,11 +172,10 @@ impl Compiled {
 
     /// The program that instances of another are to join, if there is one.
     fn home_of(&self, program: &Program) -> Option<u32> {
-        let numbers = self.alike.get(&program.likeness?)?;
-        let field = program.leaves.first()?;
+        let numbers = self.alike.get(&program.likeness)?;
         let like = |number: &&u32| {
             let known = self.programs.get(**number);
-            known.is_some_and(|known| known.leaves.first().is_some_and(|leaf| leaf.is_like(field)))
+            known.is_some_and(|known| known.is_like(program))
         };
         numbers.iter().find(like).copied()
     }
@@ -195,9 +194,7 @@ impl Compiled {
         }
         let likeness = program.likeness;
         let number = self.programs.add(program);
-        if let Some(likeness) = likeness {
-            self.alike.entry(likeness).or_default().push(number);
-        }
+        self.alike.entry(likeness).or_default().push(number);
         self.roster.note(number, serial, self.programs.get(number));
         number
     }
@@ -210,19 +207,18 @@ impl Compiled {
             program.instances.moving -= old.moves(program.stride(), anchors);
             old.anchors().for_each(|anchor| anchors.release(anchor));
             // What is alike may differ in the sign of a zero: the first instance decides.
-            if let ([leaf], Some(place)) =
-                (&mut program.leaves[..], program.instances.places.first())
-                && let Some(field) = set.field(*place).filter(|field| field.is_like(leaf))
-            {
-                *leaf = field.clone();
+            for (leaf, place) in program.leaves.iter_mut().zip(&program.instances.places) {
+                if let Some(field) = set.field(*place).filter(|field| field.is_like(leaf)) {
+                    let anchor = leaf.anchor;
+                    *leaf = field.clone();
+                    leaf.anchor = anchor;
+                }
             }
             program.instances.is_empty().then_some(program.likeness)
         });
         if let Some(Some(likeness)) = emptied {
             self.programs.remove(number);
-            if let Some(likeness) = likeness
-                && let Some(numbers) = self.alike.get_mut(&likeness)
-            {
+            if let Some(numbers) = self.alike.get_mut(&likeness) {
                 numbers.retain(|known| *known != number);
                 if numbers.is_empty() {
                     self.alike.remove(&likeness);

@@ -49,9 +49,9 @@ impl Lowering<'_> {
                         self.leaf(*prototype, field, anchor);
                     }
                 }
-                _ => self.composite(*prototype, anchors),
+                _ => self.composite(*prototype, Some(anchors)),
             },
-            _ => self.composite(root, &[Anchor::WORLD]),
+            _ => self.composite(root, None),
         }
         self.finish()
     }
@@ -198,26 +198,30 @@ impl Lowering<'_> {
     fn instance_of_leaf(&mut self, place: u32, field: &Field, anchor: &Anchor) {
         let nodes = self.nodes;
         let program = self.lowered.program.get_or_insert_with(|| {
-            let (mut program, _) = Program::lower(nodes, place);
-            program.reach = field.region.bounding_radius();
-            program.likeness = Some(field.likeness());
-            program
+            let (program, _) = Program::lower(nodes, place);
+            program.about(None, nodes, place)
         });
         program.instances.strengths.push(field.strength);
         self.instance(anchor, &[(place, Some(*anchor))]);
     }
 
-    fn composite(&mut self, node: u32, instances: &[Anchor]) {
+    /// A composite by itself, or `instances` of one. By itself it is an instance that is where its first
+    /// field is: so those that are alike but for their places become instances of one program.
+    fn composite(&mut self, node: u32, instances: Option<&[Anchor]>) {
         let (program, places) = Program::lower(self.nodes, node);
+        let centre = instances.map(|_| Anchor::WORLD);
+        let program = program.about(centre, self.nodes, node);
+        let first = program.leaves.first().map(|leaf| leaf.anchor);
+        let centre = centre.or(first).unwrap_or_default();
         let of_leaves = program.leaves.iter().map(|leaf| Some(leaf.anchor));
         let of_modifiers = program.modifiers.iter().map(Modifier::anchor);
         let local: Vec<Option<Anchor>> = of_leaves.chain(of_modifiers).collect();
         self.lowered.program = Some(program);
-        for instance in instances {
+        for instance in instances.unwrap_or(&[Anchor::WORLD]) {
             let within = |anchor: &Option<Anchor>| anchor.map(|anchor| anchor.within(instance));
             let anchors = local.iter().map(within);
             let anchored: Vec<_> = places.iter().copied().zip(anchors).collect();
-            self.instance(instance, &anchored);
+            self.instance(&centre.within(instance), &anchored);
         }
     }
 

@@ -1,9 +1,12 @@
 //! A term of the tree as a postfix program.
 
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use crate::field::{Anchor, Field, Frame, Modifier, Node, Nodes, Operator, Override, SamplingRule};
-use crate::math::Real;
+use crate::field::{
+    Anchor, Field, Fingerprint, Frame, Modifier, Node, Nodes, Operator, Override, SamplingRule,
+};
+use crate::math::{Real, to_f64};
 
 use super::anchors::NO_ANCHOR;
 use super::instances::Instances;
@@ -16,8 +19,8 @@ pub(crate) struct Program {
     pub modes: Vec<Arc<[Override]>>,
     pub modifiers: Vec<Modifier>,
     pub instances: Instances,
-    /// Of a program of one field, which fields like it may join.
-    pub likeness: Option<u64>,
+    /// The same number for programs that are alike, and mostly another for those that are not.
+    pub likeness: u64,
     /// No instance acts farther than this from its anchor.
     pub reach: Option<Real>,
     pub how: SamplingRule,
@@ -27,7 +30,7 @@ pub(crate) struct Program {
     pub has_force: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Step {
     /// Push what is not defined anywhere.
     Nowhere,
@@ -81,8 +84,8 @@ impl Program {
             modifiers: Vec::new(),
             modes: Vec::new(),
             instances: Instances::default(),
-            likeness: None,
-            reach: reach(nodes, root, true),
+            likeness: 0,
+            reach: None,
             how: nodes.how(root),
             has_force: false,
             reacts: false,
@@ -96,6 +99,54 @@ impl Program {
             .any(|leaf| leaf.enabled && !leaf.is_contact());
         places.leaves.extend(places.modifiers);
         (program, places.leaves)
+    }
+
+    /// The same, with its reach about the anchors of the instances, which have the part of `centre`
+    /// there: without one, that of the first field.
+    pub(crate) fn about(mut self, centre: Option<Anchor>, nodes: Nodes<'_>, root: u32) -> Self {
+        let first = self.leaves.first().map(|leaf| leaf.anchor);
+        let centre = centre.or(first).unwrap_or_default();
+        self.reach = reach(nodes, root, &centre).map(rounded_up);
+        self.likeness = self.print();
+        self
+    }
+
+    /// Whether it is one field, and nothing changes its vector.
+    fn is_one_field(&self) -> bool {
+        matches!(self.steps[..], [Step::Leaf(_)])
+    }
+
+    /// Whether instances of either may be those of the other: both differ in names, anchors, and the
+    /// strength of a single field at most.
+    pub(super) fn is_like(&self, other: &Program) -> bool {
+        let alone = self.is_one_field();
+        let like = |(a, b): (&Field, &Field)| {
+            let same = a.strength == b.strength && a.enabled == b.enabled;
+            (alone || same) && a.is_like(b)
+        };
+        let changes = |(a, b): (&Modifier, &Modifier)| a.is_like(b);
+        self.steps == other.steps
+            && self.leaves.len() == other.leaves.len()
+            && self.modifiers.len() == other.modifiers.len()
+            && self.how == other.how
+            && self.reach == other.reach
+            && self.modes == other.modes
+            && self.leaves.iter().zip(&other.leaves).all(like)
+            && self.modifiers.iter().zip(&other.modifiers).all(changes)
+    }
+
+    fn print(&self) -> u64 {
+        let mut print = Fingerprint::default();
+        let alone = self.is_one_field();
+        self.steps.hash(&mut print);
+        for leaf in &self.leaves {
+            print.write_u64(leaf.likeness());
+            if !alone {
+                print.write_u64(to_f64(leaf.strength + 0.0).to_bits());
+            }
+        }
+        print.write_u64(to_f64(self.reach.unwrap_or(-1.0)).to_bits());
+        print.finish()
     }
 
     /// The depth of a tree is limited, so recursion is safe.
@@ -145,22 +196,27 @@ impl Program {
     }
 }
 
-/// How far from the instance's anchor the subtree can act, if that is bounded.
+/// A little more, so that what differs in rounding only is the same.
+fn rounded_up(reach: Real) -> Real {
+    const DIGITS: Real = 1024.0;
+    let more = reach * (1.0 + 0.5 / DIGITS);
+    let step = more.log2().floor().exp2() / DIGITS;
+    let rounded = (more / step).ceil() * step;
+    if rounded >= reach { rounded } else { reach }
+}
+
+/// How far from the centre the subtree can act, if that is bounded.
 ///
-/// Fields anchored elsewhere than to the instance (`relative` says whether world anchors mean
-/// the instance) make it unbounded.
-fn reach(nodes: Nodes<'_>, node: u32, relative: bool) -> Option<Real> {
+/// Fields anchored to anything else than the centre is make it unbounded.
+fn reach(nodes: Nodes<'_>, node: u32, centre: &Anchor) -> Option<Real> {
     match nodes.get(node) {
-        Node::Leaf(field) => match field.anchor {
-            Anchor::World { local_pose } if relative => {
-                let radius = field.region.bounding_radius()?;
-                Some(local_pose.translation.length() + radius)
-            }
-            _ => None,
-        },
+        Node::Leaf(field) => {
+            let distance = centre.distance_to(&field.anchor)?;
+            Some(distance + field.region.bounding_radius()?)
+        }
         Node::Vacant => Some(0.0),
         Node::Operation { operator, operands } => {
-            let mut reaches = operands.iter().map(|o| reach(nodes, *o, relative));
+            let mut reaches = operands.iter().map(|o| reach(nodes, *o, centre));
             match operator {
                 Operator::Difference => reaches.next().flatten(),
                 _ if operator.is_intersection() => reaches.flatten().reduce(Real::min),
@@ -169,18 +225,15 @@ fn reach(nodes: Nodes<'_>, node: u32, relative: bool) -> Option<Real> {
         }
         Node::Modified { .. } | Node::Layers { .. } => {
             let operands = nodes.get(node).operands();
-            most(operands.iter().map(|o| reach(nodes, *o, relative)))
+            most(operands.iter().map(|o| reach(nodes, *o, centre)))
         }
         Node::Instances { prototype, anchors } => {
-            let below = reach(nodes, *prototype, relative)?;
-            anchors
-                .iter()
-                .try_fold(0.0, |most: Real, anchor| match anchor {
-                    Anchor::World { local_pose } => {
-                        Some(most.max(local_pose.translation.length() + below))
-                    }
-                    _ => None,
-                })
+            let below = reach(nodes, *prototype, &Anchor::WORLD)?;
+            most(
+                anchors
+                    .iter()
+                    .map(|anchor| Some(centre.distance_to(anchor)? + below)),
+            )
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The frames fields are anchored to.
 
-use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
+use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 
 /// What a field moves with.
 ///
@@ -57,6 +57,13 @@ impl Anchor {
             | Anchor::Collider { local_pose, .. } => *local_pose = pose,
         }
         self
+    }
+
+    /// How far apart two frames are that hang on the same; `None` if they do not.
+    pub(crate) fn distance_to(&self, other: &Anchor) -> Option<Real> {
+        let from = *self.local_pose();
+        let here = other.with_local_pose(from);
+        (here == *self).then(|| (other.local_pose().translation - from.translation).length())
     }
 
     /// The anchor of a field of an instance, given the anchor of the instance.

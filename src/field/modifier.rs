@@ -30,6 +30,15 @@ impl Modifier {
         }
     }
 
+    /// Whether two differ in their anchors at most.
+    pub(crate) fn is_like(&self, other: &Modifier) -> bool {
+        match (self, other) {
+            (Modifier::Scale { scale, .. }, Modifier::Scale { scale: known, .. }) => scale == known,
+            (Modifier::Limit(length), Modifier::Limit(known)) => length == known,
+            _ => false,
+        }
+    }
+
     /// The changed vector. `local` is the sample in the frame of the anchor; where that is not (or
     /// no longer) there, a scale leaves the vector as it is.
     pub(crate) fn apply<T: Number>(

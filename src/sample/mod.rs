@@ -9,6 +9,7 @@ mod part_shape;
 mod pieces;
 mod point;
 mod properties;
+mod samples;
 mod shapes;
 
 pub(crate) use cells::{Cell, Solid};
@@ -16,5 +17,6 @@ pub(crate) use cloud::CloudRun;
 pub(crate) use gather::Gatherer;
 pub(crate) use part_shape::Attitude;
 pub(crate) use pieces::Cutter;
-pub(crate) use point::{Kind, Moment, SamplePoint, Samples, owner};
+pub(crate) use point::{Kind, Moment, SamplePoint, owner};
 pub(crate) use properties::Properties;
+pub(crate) use samples::Samples;

@@ -8,7 +8,8 @@
 use super::cap;
 use super::clip::{Plane, Triangle, content, extent, halving};
 use super::part_shape::{Bulk, PartSolid};
-use super::point::{Moment, SamplePoint, Samples};
+use super::point::{Moment, SamplePoint};
+use super::samples::Samples;
 use crate::field::{Border, Cuts, Face, POINT, Query, SamplingRule};
 use crate::math::{DPose3, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 

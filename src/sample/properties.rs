@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::point::{Samples, UserValues};
+use super::point::UserValues;
+use super::samples::Samples;
 use crate::field::{Change, ColliderProperties, FieldSet, Sampling};
 use crate::math::{ColliderHandle, RigidBodyHandle, to_f64};
 

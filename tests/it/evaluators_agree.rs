@@ -303,6 +303,31 @@ fn plans_use_the_index_they_should() {
     let shells = (0..16).map(|i| Vector::X * i as Real);
     let shells = Tree::instances(Field::uniform(Vector::X).within(shell), shells);
     assert_eq!(index(shells), [IndexKind::Bvh]);
+    // Composites that are written out one by one, each where it is, are instances of one all the same.
+    let pull = Field::radial(-1.0, 0.0).within(Region::ball(2.0));
+    let push = Field::radial(2.0, 0.0).within(Region::ball(1.0));
+    let pair = |place: Vector, push: Field| {
+        let push = push.at(place + Vector::new(0.1, 0.7, -0.3));
+        let both = pull.clone().at(place).replace_union(push);
+        both.scaled_by(0.5).limited_to(3.0)
+    };
+    let places = (0..300).map(|i| Vector::X * (i as Real * 0.317));
+    let pairs = places.clone().map(|place| pair(place, push.clone()));
+    let pairs = Tree::fold(Operator::SumUnion, pairs);
+    assert_eq!(index(pairs.clone()), [IndexKind::Bvh]);
+    let count = |tree: Tree| -> Vec<usize> {
+        let plan = world.fields(&tree).plan();
+        plan.entries.iter().map(|entry| entry.count).collect()
+    };
+    assert_eq!(count(pairs.clone()), [300]);
+    let other = pair(Vector::ZERO, push.clone().strength(0.5));
+    assert_eq!(count(pairs.sum_union(other)), [300, 1]);
+    // So are those that hang on colliders and bodies.
+    let body = world.bodies[0];
+    let on_body = |_| pull.clone().at(body).difference(push.clone().at(body));
+    let all = Tree::fold(Operator::SumUnion, (0..20).map(on_body));
+    assert_eq!(index(all.clone()), [IndexKind::Bvh]);
+    assert_eq!(count(all), [20]);
 }
 
 /// Lanes that must not act are poisoned: a body's own source right at its sample (1/0), and the
