@@ -50,6 +50,8 @@ pub(crate) struct Samples {
     left: bool,
     /// Another whenever they were made anew: between, all but places and velocities stays.
     pub stamp: u64,
+    /// By body, where its sites begin in the list, and its other samples; and where the last ones end.
+    starts: [Vec<u32>; 2],
     /// By the index of a collider: the number of its sample.
     by_collider: Vec<u32>,
 }
@@ -80,6 +82,7 @@ impl Clone for Samples {
         self.centres.clone_from(&from.centres);
         self.bodies.clone_from(&from.bodies);
         self.user.clone_from(&from.user);
+        self.starts.clone_from(&from.starts);
         self.by_collider.clone_from(&from.by_collider);
     }
 }
@@ -198,6 +201,11 @@ impl Samples {
     pub(crate) fn number(&mut self) {
         self.stamp = unique();
         self.clouds.fill(self.sites, &self.list[self.sites..]);
+        let [sites, others] = &mut self.starts;
+        let count = self.bodies.len();
+        let (first, last) = self.list.split_at(self.sites);
+        note_starts(sites, (0, first), count);
+        note_starts(others, (self.sites, last), count);
         self.by_collider.clear();
         for (number, sample) in self.list[..self.sites].iter().enumerate() {
             let Some(collider) = sample.collider else {
@@ -224,13 +232,8 @@ impl Samples {
 
     /// The samples of a body in the list: its sites, and the others.
     pub(crate) fn of(&self, body: usize) -> [std::ops::Range<usize>; 2] {
-        let number = body as u32;
-        [0..self.sites, self.sites..self.list.len()].map(|range| {
-            let list = &self.list[range.clone()];
-            let first = list.partition_point(|sample| sample.body < number);
-            let past = list.partition_point(|sample| sample.body <= number);
-            range.start + first..range.start + past
-        })
+        let starts = self.starts.each_ref();
+        starts.map(|starts| starts[body] as usize..starts[body + 1] as usize)
     }
 
     /// The sampling that a body has in terms like this, and whether nobody asked for it.
@@ -356,4 +359,15 @@ impl Samples {
             _ => Real::NAN,
         }
     }
+}
+
+/// Notes where the samples of each body begin, of samples whose numbers begin with `start`; and where
+/// the last ones end.
+fn note_starts(starts: &mut Vec<u32>, (start, samples): (usize, &[SamplePoint]), bodies: usize) {
+    starts.clear();
+    for (number, sample) in samples.iter().enumerate() {
+        let first = (start + number) as u32;
+        starts.resize(starts.len().max(sample.body as usize + 1), first);
+    }
+    starts.resize(bodies + 1, (start + samples.len()) as u32);
 }
