@@ -207,7 +207,7 @@ fn rounded_up(reach: Real) -> Real {
 
 /// How far from the centre the subtree can act, if that is bounded.
 ///
-/// Fields anchored to anything else than the centre is make it unbounded.
+/// Fields that hang on something else than the centre does make it unbounded.
 fn reach(nodes: Nodes<'_>, node: u32, centre: &Anchor) -> Option<Real> {
     match nodes.get(node) {
         Node::Leaf(field) => {
