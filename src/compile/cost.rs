@@ -2,7 +2,8 @@
 //!
 //! Nanoseconds, measured once on one core of a common x86-64 machine in `f32`, the difference
 //! between many and few of a kind on balls in their reach. Other machines differ by a factor; what
-//! is ten times dearer here is so there. `f64` costs twice as much on lanes, and the same elsewhere.
+//! is ten times dearer here is so there. `f64` costs twice as much in the lanes of radial batches, and
+//! the same elsewhere.
 
 use super::entries::RadialBatch;
 use super::index_kind::IndexKind;
@@ -18,40 +19,64 @@ const KERNEL: f64 = 1.5;
 /// A source of any other radial law, one lane after the other.
 const OTHER_LAW: f64 = 45.0;
 
-/// An instance of a program on a sample, whatever is in it: the query, and the outcome.
-const INSTANCE: f64 = 60.0;
+/// What a program costs on a sample.
+struct Rates {
+    /// An instance, whatever is in it: the query, and the outcome.
+    instance: f64,
+    /// A field within it: the sample seen in its frame, and a cheap formula.
+    field: f64,
+    /// A solid, interval or function of a region.
+    border: f64,
+    /// A scale, of a field or of a composite.
+    scale: f64,
+    /// A radial law, beyond a cheap formula.
+    law: f64,
+}
 
-/// A field within it: the sample seen in its frame, and a cheap formula.
-const FIELD: f64 = 45.0;
+/// One sample after the other.
+const SINGLE: Rates = Rates {
+    instance: 60.0,
+    field: 45.0,
+    border: 40.0,
+    scale: 60.0,
+    law: 60.0,
+};
 
-/// A solid, interval or function of a region.
-const BORDER: f64 = 40.0;
-
-/// A scale, of a field or of a composite.
-const SCALE: f64 = 60.0;
+/// Eight samples at once.
+const IN_LANES: Rates = Rates {
+    instance: 40.0,
+    field: 20.0,
+    border: 10.0,
+    scale: 20.0,
+    law: 20.0,
+};
 
 /// What a formula costs beyond a cheap one.
-fn formula(formula: &Formula) -> f64 {
+fn formula(formula: &Formula, rates: &Rates) -> f64 {
     match formula {
         Formula::Uniform(_) | Formula::Magnetic(_) | Formula::Closure(_) => 0.0,
-        Formula::Radial(_) => 60.0,
+        Formula::Radial(_) => rates.law,
         Formula::Nearest(_) | Formula::Path(_) => 90.0,
         Formula::Turbulence(_) => 1300.0,
         #[cfg(feature = "expression")]
         Formula::Expression(_) => 90.0,
-        Formula::Wind(wind) => 30.0 + self::formula(&wind.flow),
+        Formula::Wind(wind) => rates.field * 0.5 + self::formula(&wind.flow, rates),
         Formula::Contact(_) => 0.0,
-        _ => 25.0,
+        _ => rates.field * 0.5,
     }
 }
 
-fn field(field: &Field) -> f64 {
+fn field(field: &Field, rates: &Rates) -> f64 {
     let borders = match field.region.is_everywhere() {
         true => 0,
         false => field.region.steps.len(),
     };
-    let scale = if field.scale.is_some() { SCALE } else { 0.0 };
-    FIELD + formula(&field.formula) + scale + BORDER * borders as f64
+    let scale = if field.scale.is_some() {
+        rates.scale
+    } else {
+        0.0
+    };
+    rates.field + formula(&field.formula, rates) + scale + rates.border * borders as f64
 }
 
 /// The sources of a batch on one sample: one that reaches it, if they are indexed; else all.
@@ -77,12 +102,16 @@ pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
 
 /// The instances of a program on one sample: one that reaches it, if they are bounded; else all.
 pub(super) fn of_program(program: &Program) -> f64 {
-    let fields: f64 = program.leaves.iter().map(field).sum();
+    let rates = match program.in_lanes {
+        true => &IN_LANES,
+        false => &SINGLE,
+    };
+    let fields: f64 = program.leaves.iter().map(|leaf| field(leaf, rates)).sum();
     let scales = program.steps.iter();
     let scales = scales
         .filter(|step| matches!(step, Step::Modify(_)))
         .count();
-    let one = INSTANCE + fields + SCALE * scales as f64;
+    let one = rates.instance + fields + rates.scale * scales as f64;
     match program.reach {
         None => one * program.instances.len() as f64,
         Some(_) => one,

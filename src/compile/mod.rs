@@ -18,6 +18,7 @@ mod facts;
 mod follow;
 mod index_kind;
 mod instances;
+mod lane_forms;
 mod lower;
 mod ordered;
 mod plan;
@@ -32,6 +33,7 @@ pub(crate) use entries::{
     ConstantField, Detector, FieldMask, RadialBatch, RadialSource, Weighting,
 };
 pub use index_kind::IndexKind;
+pub(crate) use lane_forms::DEPTH;
 pub(crate) use ordered::{Key, Ordered, unique};
 pub use plan::{Plan, PlanEntry};
 pub(crate) use program::{Program, Step};

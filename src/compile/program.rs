@@ -28,6 +28,8 @@ pub(crate) struct Program {
     pub reacts: bool,
     /// Whether any leaf can give a force; otherwise the program only masks detection fields.
     pub has_force: bool,
+    /// Whether it has a form for several samples at once.
+    pub in_lanes: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -89,6 +91,7 @@ impl Program {
             how: nodes.how(root),
             has_force: false,
             reacts: false,
+            in_lanes: false,
         };
         let mut places = Places::default();
         program.push(nodes, root, &Anchor::WORLD, &mut places);
@@ -97,6 +100,7 @@ impl Program {
             .leaves
             .iter()
             .any(|leaf| leaf.enabled && !leaf.is_contact());
+        program.in_lanes = program.may_run_in_lanes();
         places.leaves.extend(places.modifiers);
         (program, places.leaves)
     }

@@ -21,6 +21,7 @@ mod radial;
 mod sources;
 #[cfg(test)]
 mod tests;
+mod wide;
 
 use crate::compile::{Compiled, RadialBatch, Weighting};
 use crate::field::Frames;

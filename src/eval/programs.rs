@@ -1,4 +1,6 @@
-//! Programs by the interpreter, at one sample after the other.
+//! Programs: on several samples at once where they can, else by the interpreter, one after the other.
+
+use fearless_simd::dispatch;
 
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::cut::{Asked, BodyCuts};
@@ -6,6 +8,8 @@ use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::instances::Reach;
 use super::interpreter::Interpreter;
+use super::lanes::{lanes_of, level};
+use super::wide::{Asked as Wide, WIDTH};
 use crate::compile::{Compiled, Key, Program};
 use crate::field::{Cuts, Frames, Motion, Sampling, SamplingRule, real};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64};
@@ -20,6 +24,17 @@ pub(super) struct Programs {
     reactions: Vec<(usize, Vector, Vector)>,
     cuts: BodyCuts,
     near: Vec<u32>,
+    /// The places of the samples that a program is asked about.
+    asked: Vec<u32>,
+    /// Which instance is asked about which of them.
+    pairs: Vec<(u32, u32)>,
+}
+
+/// The sample at a place among the centres and then the list.
+fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
+    let (place, count) = (place as usize, samples.centres.len());
+    let centre = samples.centres.get(place);
+    centre.unwrap_or_else(|| &samples.list[place - count])
 }
 
 /// One program on one sample.
@@ -136,19 +151,19 @@ impl Programs {
                 self.cut((number, program), scene, frames, (sums, body));
             }
         }
+        self.asked.clear();
         for centre in samples.centres_for(how) {
-            if self.cut((number, program), scene, frames, (sums, centre.body)) {
-                continue;
-            }
-            let force = self.force_at((number, program), scene, frames, centre);
-            sums.wrenches[centre.body as usize].force += force;
-        }
-        for (place, sample) in samples.samples_for(how) {
-            if wanted(sample.body) && samples.cut(how, sample.body).is_none() {
-                sums.forces[place] += self.force_at((number, program), scene, frames, sample);
+            if !self.cut((number, program), scene, frames, (sums, centre.body)) {
+                self.asked.push(centre.body);
             }
         }
-        self.react(samples, sums);
+        let count = samples.centres.len();
+        let asked = samples
+            .samples_for(how)
+            .filter(|(_, sample)| wanted(sample.body) && samples.cut(how, sample.body).is_none());
+        self.asked
+            .extend(asked.map(|(place, _)| (count + place) as u32));
+        self.add_asked((number, program), scene, frames, sums);
     }
 
     /// Adds what a program gives on some samples.
@@ -161,22 +176,112 @@ impl Programs {
     ) {
         let (samples, how) = (scene.samples, program.how);
         let count = samples.centres.len();
-        for place in jobs.iter().map(|job| job.sample as usize) {
-            if let Some(centre) = samples.centres.get(place) {
-                if self.cut((number, program), scene, frames, (sums, centre.body)) {
-                    continue;
+        self.asked.clear();
+        for place in jobs.iter().map(|job| job.sample) {
+            let is_asked = match samples.centres.get(place as usize) {
+                Some(centre) => {
+                    !self.cut((number, program), scene, frames, (sums, centre.body))
+                        && how.sampling == Sampling::Centre
+                        && samples.takes(how, centre)
                 }
-                if how.sampling == Sampling::Centre && samples.takes(how, centre) {
-                    let force = self.force_at((number, program), scene, frames, centre);
-                    sums.wrenches[centre.body as usize].force += force;
-                }
-            } else if takes(samples, how, &samples.list[place - count]) {
-                let sample = &samples.list[place - count];
-                let force = self.force_at((number, program), scene, frames, sample);
-                sums.forces[place - count] += force;
+                None => takes(samples, how, &samples.list[place as usize - count]),
+            };
+            if is_asked {
+                self.asked.push(place);
             }
         }
+        self.add_asked((number, program), scene, frames, sums);
+    }
+
+    /// Adds what a program gives on the samples that were asked about.
+    fn add_asked(
+        &mut self,
+        (number, program): (u32, &Program),
+        scene: &Scene<'_, impl Frames>,
+        frames: &mut FrameCache,
+        sums: &mut Sums<'_>,
+    ) {
+        let samples = scene.samples;
+        let reach = self.index.reach(number);
+        self.pairs.clear();
+        for place in &self.asked {
+            let point = sample_at(samples, *place).world_point;
+            let instances = reach.at(program, point);
+            let pairs = instances.iter().map(|instance| (*instance, *place));
+            self.pairs.extend(pairs);
+        }
+        if program.instances.len() > 1 {
+            self.pairs.sort_unstable();
+        }
+        let pairs = std::mem::take(&mut self.pairs);
+        for run in pairs.chunk_by(|a, b| a.0 == b.0) {
+            frames.fill_instance(scene.compiled, scene.world, program, run[0].0);
+            let asked = Wide {
+                program,
+                instance: run[0].0 as usize,
+                frames: frames.all(),
+                samples,
+                moment: scene.moment,
+            };
+            match program.in_lanes {
+                true => self.add_in_lanes(&asked, run, sums),
+                false => run
+                    .iter()
+                    .for_each(|(_, place)| self.add_one(&asked, *place, sums)),
+            }
+        }
+        self.pairs = pairs;
         self.react(samples, sums);
+    }
+
+    /// Adds what an instance gives on several samples.
+    fn add_in_lanes(&mut self, asked: &Wide<'_>, run: &[(u32, u32)], sums: &mut Sums<'_>) {
+        let level = level();
+        for run in run.chunks(WIDTH) {
+            let first = sample_at(asked.samples, run[0].1);
+            let mut several = [first; WIDTH];
+            for (sample, (_, place)) in several.iter_mut().zip(run) {
+                *sample = sample_at(asked.samples, *place);
+            }
+            let several = &several[..run.len()];
+            let found = dispatch!(level, simd => asked.on(simd, several));
+            for lane in lanes_of(found.defined) {
+                self.add_force(asked, run[lane].1, found.force(lane), sums);
+            }
+            for lane in lanes_of(found.doubtful) {
+                self.add_one(asked, run[lane].1, sums);
+            }
+        }
+    }
+
+    /// Adds what an instance gives on one sample.
+    fn add_one(&mut self, asked: &Wide<'_>, place: u32, sums: &mut Sums<'_>) {
+        let query = asked
+            .samples
+            .query(sample_at(asked.samples, place), asked.moment);
+        let motion = Motion::of(&query);
+        let (program, instance) = (asked.program, asked.instance);
+        let machine = &mut self.machine;
+        let outcome = machine.run(program, instance, asked.frames, &query, &motion);
+        if let Some(outcome) = outcome {
+            self.add_force(asked, place, from_dvec3(real(&outcome.force)), sums);
+        }
+    }
+
+    /// Adds a force on one sample; takes note of its reaction.
+    fn add_force(&mut self, asked: &Wide<'_>, place: u32, force: Vector, sums: &mut Sums<'_>) {
+        let (samples, count) = (asked.samples, asked.samples.centres.len());
+        match (place as usize).checked_sub(count) {
+            Some(place) => sums.forces[place] += force,
+            None => sums.wrenches[place as usize].force += force,
+        }
+        if asked.program.reacts {
+            let frame = asked.program.frame(asked.instance, 0, asked.frames);
+            let carrier = frame.and_then(|frame| frame.body);
+            let body = carrier.and_then(|carrier| samples.of_body(carrier));
+            let point = sample_at(samples, place).world_point;
+            self.reactions.extend(body.map(|body| (body, force, point)));
+        }
     }
 
     /// Adds what a program gives on a body that it cuts; whether it does.
@@ -229,38 +334,6 @@ impl Programs {
         wrench.force += whole + from_dvec3(sum);
         wrench.torque += from_dvec3(turn);
         true
-    }
-
-    /// The force of a program on one sample; takes note of reactions.
-    fn force_at(
-        &mut self,
-        (number, program): (u32, &Program),
-        scene: &Scene<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sample: &SamplePoint,
-    ) -> Vector {
-        let instances = self.index.reach(number).at(program, sample.world_point);
-        if instances.is_empty() {
-            return Vector::ZERO;
-        }
-        let query = scene.samples.query(sample, scene.moment);
-        let motion = Motion::of(&query);
-        let mut force = Vector::ZERO;
-        for instance in instances {
-            frames.fill_instance(scene.compiled, scene.world, program, *instance);
-            let (instance, frames) = (*instance as usize, frames.all());
-            let outcome = self.machine.run(program, instance, frames, &query, &motion);
-            let Some(outcome) = outcome else { continue };
-            let one = from_dvec3(real(&outcome.force));
-            force += one;
-            if program.reacts {
-                let carrier = program.frame(instance, 0, frames).and_then(|f| f.body);
-                let place = carrier.and_then(|carrier| scene.samples.of_body(carrier));
-                let reaction = place.map(|place| (place, one, sample.world_point));
-                self.reactions.extend(reaction);
-            }
-        }
-        force
     }
 
     /// Adds the opposite forces on the bodies that carry the fields.

@@ -369,7 +369,7 @@ keeps_the_contract! {
     radials_one_way: OneWayRadials::default(), radials, all_radials;
     radials_pair_by_pair: PairwiseRadials::default(), radials, all_radials;
     radials_in_the_better_way: Radials::default(), radials, all_radials;
-    programs_by_the_interpreter: Programs::default(), programs, all_programs;
+    programs_in_lanes_and_by_the_interpreter: Programs::default(), programs, all_programs;
     programs_on_cells: adaptive(), cells, all_programs;
 }
 
@@ -431,13 +431,15 @@ fn crowd() -> Stage {
 fn every_instruction_set_gives_the_same_bits() {
     let stage = crowd();
     let want = stage.reference();
+    let composites = Stage::new(programs);
     let mut first = None;
     for level in levels() {
         FORCED.set(Some(level));
         let found = stage.evaluate(&mut Radials::default(), all_radials, 0.0);
         agree(&found, &want, size(&want));
         let one_way = stage.evaluate(&mut OneWayRadials::default(), all_radials, 0.0);
-        let found = (bits(&found), bits(&one_way));
+        let several = composites.evaluate(&mut Programs::default(), all_programs, 0.0);
+        let found = (bits(&found), bits(&one_way), bits(&several));
         assert_eq!(*first.get_or_insert(found.clone()), found, "{level:?}");
     }
     FORCED.set(None);

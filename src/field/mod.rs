@@ -81,5 +81,8 @@ pub(crate) use nodes::{Node, Nodes};
 pub(crate) use number::{Dual, Number, Vec3, constant, real};
 pub(crate) use priority::Override;
 pub(crate) use query::{LocalQuery, Motion, POINT};
+pub(crate) use region::Step as RegionStep;
 pub(crate) use sampling::{Cuts, SamplingRule};
+pub(crate) use scalar::{Curve, Step as ScalarStep};
 pub(crate) use set::{Change, Term};
+pub(crate) use solid::Solid;

@@ -297,7 +297,7 @@ impl From<Real> for Scalar {
 }
 
 impl Curve {
-    fn at<T: Number>(&self, x: T) -> T {
+    pub(crate) fn at<T: Number>(&self, x: T) -> T {
         match self {
             Curve::Ramp { from, to, smooth } => {
                 let (from, to) = (to_f64(*from), to_f64(*to));

@@ -199,7 +199,7 @@ impl Tree {
         self
     }
 
-    fn combine(mut left: Tree, operator: Operator, mut right: Tree) -> Tree {
+    pub(crate) fn combine(mut left: Tree, operator: Operator, mut right: Tree) -> Tree {
         match (left.nodes.is_empty(), right.nodes.is_empty()) {
             (false, false) => {}
             // E ∩ ∅ = ∅ and ∅ − G = ∅; otherwise the operand that is there remains.
