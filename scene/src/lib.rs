@@ -101,6 +101,7 @@
 //! | `lennard-jones`, `yukawa`, `morse` | `epsilon`, `sigma`; `strength`, `screening`; `depth`, `stiffness`, `rest-length` |
 //! | `gaussian`, `hertz` | `height`, `width`; `stiffness`, `diameter` |
 //! | all radial ones above | `shifted-to-zero-at`, `no-nearer-than`, `limited-to` |
+//! | `radial`, `point-gravity`, `coulomb` | `opening-angle`, if they are none of these |
 //! | `around` | `shape`, `formula`: a radial one, from the nearest point of the shape |
 //! | `spring`, `drag` | `stiffness`, `damping`, `rest-length`; `linear`, `quadratic` |
 //! | `wind` | `flow` (a formula), `linear`, `quadratic`, `speed-cap` |

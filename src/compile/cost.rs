@@ -81,14 +81,7 @@ fn field(field: &Field, rates: &Rates) -> f64 {
 
 /// The sources of a batch on one sample: one that reaches it, if they are indexed; else all.
 pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
-    let power = matches!(
-        batch.law.profile,
-        Profile::Power {
-            power: -2.0,
-            softening: 0.0,
-            ..
-        }
-    );
+    let power = matches!(batch.law.profile, Profile::Power { power: -2.0, .. });
     let kernel = power || matches!(batch.law.profile, Profile::LennardJones { .. });
     let one = match kernel && batch.law.is_plain() {
         true => KERNEL,

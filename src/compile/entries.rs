@@ -8,7 +8,7 @@ use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
 /// What sources of one batch have in common.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct RadialKey {
-    pub law: [u64; 6],
+    pub law: [u64; 7],
     pub range: u64,
     pub weighting: Weighting,
     pub how: (u8, u64, bool, bool),

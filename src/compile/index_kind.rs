@@ -9,6 +9,9 @@ use crate::neighbors::FEWEST_FOR_GRID;
 /// Bounded programs of fewer instances are each tested against every sample.
 const FEWEST_FOR_TREE: usize = 16;
 
+/// Fewer sources are each tried, whatever the opening angle.
+const FEWEST_FOR_CELLS: usize = 512;
+
 /// How samples find the fields that reach them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -22,11 +25,19 @@ pub enum IndexKind {
     Neighbours,
     /// A bounding volume hierarchy over the bounds of the instances.
     Bvh,
+    /// Cells within cells, of which those that are far act as a whole; see
+    /// [`Field::opening_angle`](crate::Field::opening_angle).
+    Cells,
 }
 
 impl RadialBatch {
     pub(crate) fn index_kind(&self) -> IndexKind {
-        if self.on_colliders * 2 > self.sources.len() {
+        if self.law.opening_angle.is_some()
+            && self.range.is_none()
+            && self.sources.len() >= FEWEST_FOR_CELLS
+        {
+            IndexKind::Cells
+        } else if self.on_colliders * 2 > self.sources.len() {
             IndexKind::Neighbours
         } else if self.range.is_some() && self.sources.len() >= FEWEST_FOR_GRID {
             IndexKind::Grid
@@ -53,6 +64,7 @@ impl fmt::Display for IndexKind {
             IndexKind::Grid => "grid",
             IndexKind::Neighbours => "neighbour list",
             IndexKind::Bvh => "bounding volume hierarchy",
+            IndexKind::Cells => "cells within cells",
         })
     }
 }

@@ -69,6 +69,7 @@ impl Sources {
             let cloud = Cloud::new(samples, run, task);
             let wrench = dispatch!(level, simd => match law {
                 Law::InverseSquare(law) => self.on_cloud(simd, law, &cloud),
+                Law::Softened(law) => self.on_cloud(simd, law, &cloud),
                 Law::LennardJones(law) => self.on_cloud(simd, law, &cloud),
                 Law::Other(law) => self.on_cloud(simd, law, &cloud),
             });

@@ -18,6 +18,7 @@ pub(super) trait Kernel: Copy {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Law {
     InverseSquare(InverseSquare),
+    Softened(Softened),
     LennardJones(LennardJones),
     Other(Other),
 }
@@ -37,6 +38,15 @@ impl Law {
                     offset: inverse * 2.0,
                 })
             }
+            Profile::Power {
+                power: -2.0,
+                softening,
+                ..
+            } if law.shifted_at.is_none() && Softened::is_sound(softening) => {
+                Law::Softened(Softened {
+                    softening2: softening * softening,
+                })
+            }
             Profile::LennardJones { sigma, .. } => Law::LennardJones(LennardJones::new(law, sigma)),
             _ => Law::Other(Other { law: *law }),
         }
@@ -48,6 +58,7 @@ impl Kernel for Law {
     fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
         match self {
             Law::InverseSquare(law) => law.factor(r2, acts),
+            Law::Softened(law) => law.factor(r2, acts),
             Law::LennardJones(law) => law.factor(r2, acts),
             Law::Other(law) => law.factor(r2, acts),
         }
@@ -57,6 +68,7 @@ impl Kernel for Law {
     fn potential<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
         match self {
             Law::InverseSquare(law) => law.potential(r2, acts),
+            Law::Softened(law) => law.potential(r2, acts),
             Law::LennardJones(law) => law.potential(r2, acts),
             Law::Other(law) => law.potential(r2, acts),
         }
@@ -89,6 +101,33 @@ impl Kernel for InverseSquare {
     fn potential<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
         let r = r2.sqrt();
         V::splat(r2.token(), 1.0) / r + r * self.shift - self.offset
+    }
+}
+
+/// s = 1/ρ³, U = 1/ρ, with ρ² = r² + ε².
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Softened {
+    softening2: Real,
+}
+
+impl Softened {
+    /// Whether s is finite everywhere.
+    fn is_sound(softening: Real) -> bool {
+        let inverse = softening.recip();
+        (inverse * inverse * inverse).is_finite() && (softening * softening).is_normal()
+    }
+}
+
+impl Kernel for Softened {
+    #[inline(always)]
+    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+        let inverse = self.potential(r2, acts);
+        inverse * inverse * inverse
+    }
+
+    #[inline(always)]
+    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+        V::splat(r2.token(), 1.0) / (r2 + self.softening2).sqrt()
     }
 }
 

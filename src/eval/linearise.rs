@@ -3,6 +3,7 @@
 use std::cell::LazyCell;
 use std::ops::Deref;
 
+use super::far::{FarRadials, is_far};
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
@@ -76,6 +77,7 @@ pub(crate) struct Lineariser {
     found: Vec<(Key, u32)>,
     /// By batch: its sources, and whether they are those of the world that was prepared.
     sources: Vec<(Sources, bool)>,
+    far: FarRadials,
 }
 
 impl Lineariser {
@@ -115,9 +117,13 @@ impl Lineariser {
                 let weight = to_f64(samples.weight(sample, &batch.weighting, moment));
                 if weight != 0.0 && batch.prototype.is_on(moment.time) {
                     self.take_up((compiled, world), (number, batch));
-                    let sources = &self.sources[number as usize].0;
-                    let sum = force.get_or_insert_with(Sum::default);
-                    sources.linearise(batch, sample, weight, &mut sum.closed);
+                    let sum = &mut force.get_or_insert_with(Sum::default).closed;
+                    let (batch, sample) = ((number, batch), (sample, weight));
+                    if !is_far(batch.1) || !self.far.linearise(batch, sample, sum) {
+                        self.sources[number as usize]
+                            .0
+                            .linearise(batch.1, sample, sum);
+                    }
                 }
             }
             self.programs_on(
@@ -146,7 +152,12 @@ impl Lineariser {
         let (sources, known) = &mut self.sources[number];
         if !std::mem::replace(known, true) {
             let frames = &mut self.frames;
-            let frame = |anchor| frames.get(compiled, world, anchor);
+            let mut frame = |anchor| frames.get(compiled, world, anchor);
+            if is_far(batch) {
+                self.far
+                    .sort((number as u32, batch), &mut frame, Quantity::Force);
+            }
+            // Also for those in cells: some may stand nowhere.
             sources.refresh(batch, frame, Quantity::Force);
         }
     }
@@ -206,8 +217,7 @@ impl Sources {
     fn linearise(
         &self,
         batch: &RadialBatch,
-        sample: &SamplePoint,
-        weight: f64,
+        (sample, weight): (&SamplePoint, f64),
         sum: &mut Linearised,
     ) {
         let (point, slope) = (to_dvec3(sample.world_point), batch.law.slope());

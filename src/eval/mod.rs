@@ -6,6 +6,7 @@ mod constants;
 mod contract;
 mod cut;
 mod energy;
+mod far;
 mod frames;
 mod index;
 mod instances;

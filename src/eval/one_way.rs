@@ -81,6 +81,7 @@ impl Sources {
         let law = Law::new(&task.batch.law);
         dispatch!(level(), simd => match law {
             Law::InverseSquare(law) => self.add(simd, law, &probes, sums),
+            Law::Softened(law) => self.add(simd, law, &probes, sums),
             Law::LennardJones(law) => self.add(simd, law, &probes, sums),
             Law::Other(law) => self.add(simd, law, &probes, sums),
         });

@@ -1,6 +1,7 @@
 //! Batches of radial fields, each in the way that suits it.
 
 use super::contract::{BatchEvaluator, Scene, Sums};
+use super::far::{FarRadials, is_far};
 use super::frames::FrameCache;
 use super::one_way::{OneWayRadials, Task, weigh};
 use super::pairwise::{PairwiseRadials, Sides};
@@ -14,6 +15,7 @@ use crate::math::Real;
 pub(super) struct Radials {
     one_way: OneWayRadials,
     pairwise: PairwiseRadials,
+    far: FarRadials,
     weights: Vec<Real>,
 }
 
@@ -44,11 +46,12 @@ impl Radials {
         let known = |batch: &RadialBatch| quantity == Quantity::Force || batch.law.has_potential();
         let is_on = |batch: &RadialBatch| batch.prototype.is_on(moment.time) && known(batch);
         let batches = batches.iter().filter(|(_, batch)| is_on(batch));
-        let on_colliders = batches.clone().filter(|(_, batch)| batch.on_colliders > 0);
+        let on_colliders = |batch: &RadialBatch| batch.on_colliders > 0 && !is_far(batch);
+        let on_colliders = batches.clone().filter(|(_, batch)| on_colliders(batch));
         self.pairwise
             .take_up(on_colliders, samples, moment, Sides::are_worth_it);
         for (number, batch) in batches {
-            let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
+            let mut frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
             if self.pairwise.has(number) {
                 let batch = (number, batch);
                 self.pairwise
@@ -63,7 +66,9 @@ impl Radials {
                 weights: &self.weights,
                 quantity,
             };
-            self.one_way.run(&task, frame, moment, sums);
+            if !is_far(batch) || !self.far.add(&task, &mut frame, moment, sums) {
+                self.one_way.run(&task, frame, moment, sums);
+            }
         }
         self.pairwise.meet(samples, quantity, sums.forces);
     }

@@ -15,7 +15,7 @@ use crate::bridge::{View, is_movable};
 use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::explain;
 use crate::field::{
-    ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Sampling, Tree,
+    Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Sampling, Tree,
 };
 use crate::math::{Pose, Real, Vector, to_dvec3, to_f64};
 use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
@@ -233,6 +233,25 @@ fn radials(world: &PhysicsWorld) -> Vec<Tree> {
     all
 }
 
+/// Very many of bodies and of the world, in cells too fine to act as a whole.
+fn far(world: &PhysicsWorld) -> Vec<Tree> {
+    let pull = |k: usize| Field::point_gravity(0.01 * k as Real).opening_angle(1e-6);
+    let still = (0..600).map(|k| {
+        let place = [k % 7, k % 11, k % 13].map(|n| n as Real * 0.37 - 2.0);
+        pull(k).softened(0.25).at(Vector::from_array(place))
+    });
+    let bodies: Vec<RigidBodyHandle> = world.bodies.iter().map(|(handle, _)| handle).collect();
+    let carried = (0..600).map(|k| {
+        let handle = bodies[k % bodies.len()];
+        let way = [k % 5, k % 9, k % 17].map(|n| n as Real * 0.21 - 1.0);
+        let local_pose = Pose::from_translation(Vector::from_array(way));
+        pull(k)
+            .softened(0.5)
+            .at(Anchor::Body { handle, local_pose })
+    });
+    still.chain(carried).map(Tree::from).collect()
+}
+
 /// Composites, instances, fields that react, that are off, and many unlike ones.
 fn programs(world: &PhysicsWorld) -> Vec<Tree> {
     let bodies: Vec<RigidBodyHandle> = world.bodies.iter().map(|(handle, _)| handle).collect();
@@ -369,6 +388,7 @@ keeps_the_contract! {
     radials_one_way: OneWayRadials::default(), radials, all_radials;
     radials_pair_by_pair: PairwiseRadials::default(), radials, all_radials;
     radials_in_the_better_way: Radials::default(), radials, all_radials;
+    radials_in_cells: Radials::default(), far, all_radials;
     programs_in_lanes_and_by_the_interpreter: Programs::default(), programs, all_programs;
     programs_on_cells: adaptive(), cells, all_programs;
 }
@@ -431,7 +451,7 @@ fn crowd() -> Stage {
 fn every_instruction_set_gives_the_same_bits() {
     let stage = crowd();
     let want = stage.reference();
-    let composites = Stage::new(programs);
+    let (composites, far) = (Stage::new(programs), Stage::new(far));
     let mut first = None;
     for level in levels() {
         FORCED.set(Some(level));
@@ -439,7 +459,8 @@ fn every_instruction_set_gives_the_same_bits() {
         agree(&found, &want, size(&want));
         let one_way = stage.evaluate(&mut OneWayRadials::default(), all_radials, 0.0);
         let several = composites.evaluate(&mut Programs::default(), all_programs, 0.0);
-        let found = (bits(&found), bits(&one_way), bits(&several));
+        let in_cells = far.evaluate(&mut Radials::default(), all_radials, 0.0);
+        let found = [found, one_way, several, in_cells].map(|found| bits(&found));
         assert_eq!(*first.get_or_insert(found.clone()), found, "{level:?}");
     }
     FORCED.set(None);

@@ -190,6 +190,41 @@ impl Field {
         self
     }
 
+    /// Lets very many sources of a power law act together where they are far: 100,000 bodies that
+    /// attract each other, without a cutoff, in n log n (Barnes & Hut, Nature 324, 1986).
+    ///
+    /// Sources are cut into cells within cells. A cell of which no source is farther than `angle`
+    /// times its distance from its centre acts by its moments, up to the second; others are opened. A
+    /// smaller angle costs more and errs less: ARCHITECTURE.md has a table. The error is that of an
+    /// approximation, and neither the same on both of a pair nor bounded for each body: momentum is kept as
+    /// well as forces are right.
+    ///
+    /// It counts for 512 or more fields that differ in strength and place only, are summed with
+    /// everything else, and act everywhere; in composites and regions each is evaluated by itself.
+    /// Questions that name single fields ([`Fields::explain`](crate::Fields::explain)) are exact. Derivatives,
+    /// for schemes that need them, take a far cell for a point. Laws that are no power, bounded or cut
+    /// off are refused with the tree, as are angles above 1.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let mut world = PhysicsWorld::new();
+    /// let star = |k: i32| Vector::new((k % 29) as Real, (k % 31) as Real, (k % 37) as Real);
+    /// let stars: Vec<_> = (0..1000)
+    ///     .map(|k| world.insert_body(RigidBodyBuilder::dynamic().translation(star(k))))
+    ///     .collect();
+    /// let pull = |star| Field::point_gravity(1e-3).softened(0.1).opening_angle(0.5).at(star);
+    /// let fields = Fields::new(Tree::fold(Operator::SumUnion, stars.into_iter().map(pull)))?;
+    /// assert!(fields.plan().to_string().contains("cells within cells"));
+    /// # Ok::<(), BuildError>(())
+    /// ```
+    pub fn opening_angle(mut self, angle: Real) -> Self {
+        match &mut self.formula {
+            Formula::Radial(radial) => radial.opening_angle = Some(angle),
+            _ => self.misfit = Some("opening_angle"),
+        }
+        self
+    }
+
     /// Shortens the vector to this length where it is longer, whatever it is
     /// [scaled](Self::scaled_by) by. The length is in the vector's own unit: that of a force, an
     /// acceleration, or a velocity.

@@ -34,6 +34,7 @@ mod estimates;
 mod evaluators_agree;
 mod explain;
 mod expressions;
+mod far_fields;
 mod faults;
 mod force_lifetime;
 mod ground;

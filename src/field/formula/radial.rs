@@ -3,7 +3,7 @@
 use num_dual::Dual64;
 
 use super::Law;
-use crate::field::error::{BuildError, finite, not_negative, positive};
+use crate::field::error::{BuildError, bad, finite, not_negative, positive};
 use crate::field::number::{Number, Vec3, root};
 use crate::field::query::LocalQuery;
 use crate::math::{Real, to_f64};
@@ -29,6 +29,9 @@ pub struct Radial {
     pub nearest: Option<Real>,
     /// Bound of the strength of the force. A bounded force has no potential here.
     pub strongest: Option<Real>,
+    /// What is seen under less than this acts as a whole, if there are very many; see
+    /// [`Field::opening_angle`](crate::Field::opening_angle).
+    pub opening_angle: Option<Real>,
 }
 
 /// A force along the line as a function f of the distance r, positive outward.
@@ -97,6 +100,7 @@ impl Radial {
             shifted_at: None,
             nearest: None,
             strongest: None,
+            opening_angle: None,
         }
     }
 
@@ -177,6 +181,24 @@ impl Radial {
             .map_or(0.0, |cutoff| self.profile.force(to_f64(cutoff)))
     }
 
+    /// Checks that there are moments to expand the force in, and that they come to an end.
+    fn may_be_seen_from_afar(&self, field: &str, angle: Real) -> Result<(), BuildError> {
+        let is_power = matches!(self.profile, Profile::Power { .. });
+        if !is_power || !self.is_plain() || self.shifted_at.is_some() {
+            return Err(BuildError::Misfit {
+                field: field.into(),
+                setter: "opening_angle",
+                formula: "radial (other than a power law, or bounded, or cut off)",
+            });
+        }
+        let sound = angle > 0.0 && angle <= 1.0;
+        let range = "above 0 and at most 1";
+        match sound {
+            true => Ok(()),
+            false => Err(bad(field, "the opening angle", range, to_f64(angle))),
+        }
+    }
+
     /// The potential, given r²; a bounded force is given none.
     pub(crate) fn potential_at<T: Number>(&self, r2: T) -> Option<T> {
         if !self.has_potential() {
@@ -218,7 +240,7 @@ impl Radial {
     }
 
     /// All that tells laws of strength one apart.
-    pub(crate) fn bits(&self) -> [u64; 6] {
+    pub(crate) fn bits(&self) -> [u64; 7] {
         let bits = |x: Real| to_f64(x).to_bits();
         let option_bits = |x: Option<Real>| x.map_or(u64::MAX, bits);
         let (kind, a, b) = match self.profile {
@@ -235,8 +257,14 @@ impl Radial {
             Profile::Gaussian { width, .. } => (4, width, 0.0),
             Profile::Hertz { diameter, .. } => (5, diameter, 0.0),
         };
-        let options = [self.shifted_at, self.nearest, self.strongest].map(option_bits);
-        [kind, bits(a), bits(b), options[0], options[1], options[2]]
+        let [shift, nearest, strongest, angle] = [
+            self.shifted_at,
+            self.nearest,
+            self.strongest,
+            self.opening_angle,
+        ]
+        .map(option_bits);
+        [kind, bits(a), bits(b), shift, nearest, strongest, angle]
     }
 }
 
@@ -262,6 +290,9 @@ impl Law for Radial {
         }
         let strongest = self.strongest.unwrap_or(0.0);
         not_negative(field, "the bound of the force", strongest)?;
+        if let Some(angle) = self.opening_angle {
+            self.may_be_seen_from_afar(field, angle)?;
+        }
         self.profile.validate(field)
     }
 }

@@ -22,6 +22,8 @@ macro_rules! radial {
             no_nearer_than: Option<Num>,
             #[serde(default, skip_serializing_if = "Option::is_none")]
             limited_to: Option<Num>,
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            opening_angle: Option<Num>,
         }
 
         impl $name {
@@ -32,6 +34,7 @@ macro_rules! radial {
                     shifted_to_zero_at: radial.shifted_at.map(Num),
                     no_nearer_than: radial.nearest.map(Num),
                     limited_to: radial.strongest.map(Num),
+                    opening_angle: radial.opening_angle.map(Num),
                 }
             }
 
@@ -42,8 +45,11 @@ macro_rules! radial {
                 if let Some(distance) = self.no_nearer_than {
                     field = field.no_nearer_than(distance.0);
                 }
-                match self.limited_to {
-                    Some(length) => field.limited_to(length.0),
+                if let Some(length) = self.limited_to {
+                    field = field.limited_to(length.0);
+                }
+                match self.opening_angle {
+                    Some(angle) => field.opening_angle(angle.0),
                     None => field,
                 }
             }

@@ -1,0 +1,203 @@
+//! Radial fields of very many sources: what is far is taken together (Barnes & Hut, Nature 324, 1986).
+//!
+//! The sources are cut into cells within cells, each into two of the same number. A cell whose sources are
+//! seen from all of eight neighbouring samples under less than the opening angle acts by its moments, up
+//! to the second, about the centre of its strengths; the others are opened, down to single sources.
+//! Sources of the body that is acted on are always single, and left out.
+
+mod cells;
+mod halves;
+mod walk;
+
+use std::ops::Range;
+
+use super::contract::Sums;
+use super::one_way::Task;
+use super::quantity::Quantity;
+use crate::compile::{AnchorId, IndexKind, RadialBatch};
+use crate::field::{Frame, Linearised};
+use crate::math::{DMat3, DVec3, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::rigid::Wrench;
+use crate::sample::{CloudRun, Moment, SamplePoint, Samples, owner};
+use cells::Cells;
+use walk::{Block, WIDTH, Walk};
+
+/// Whole batches by their cells; keeps its buffers between calls.
+#[derive(Debug, Default)]
+pub(super) struct FarRadials {
+    /// By batch.
+    cells: Vec<Cells>,
+    sources: Vec<Source>,
+    /// The sites that are acted on.
+    order: Vec<u32>,
+    block: Block,
+}
+
+/// A source, as it stands in the world.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    point: DVec3,
+    strength: f64,
+    /// Of the body that carries it.
+    owner: f64,
+}
+
+/// Whether a batch is asked to be evaluated so, and has enough sources.
+pub(super) fn is_far(batch: &RadialBatch) -> bool {
+    batch.index_kind() == IndexKind::Cells
+}
+
+impl FarRadials {
+    /// Adds what a batch gives on all samples; whether that was possible: all sources stand somewhere.
+    pub(super) fn add(
+        &mut self,
+        task: &Task<'_>,
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
+        moment: Moment,
+        sums: &mut Sums<'_>,
+    ) -> bool {
+        self.sort((task.number, task.batch), frame, task.quantity);
+        let cells = &self.cells[task.number as usize];
+        let Some(walk) = Walk::new(cells, &task.batch.law, task.quantity) else {
+            return false;
+        };
+        let block = &mut self.block;
+        add_to_sites(&walk, task, (&mut self.order, block), sums.forces);
+        add_to_clouds(&walk, (task, moment), block, sums.wrenches);
+        true
+    }
+
+    /// Sorts the sources of a batch as they stand now.
+    pub(super) fn sort(
+        &mut self,
+        (number, batch): (u32, &RadialBatch),
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
+        quantity: Quantity,
+    ) {
+        let number = number as usize;
+        if self.cells.len() <= number {
+            self.cells.resize_with(number + 1, Cells::default);
+        }
+        let cells = &mut self.cells[number];
+        // What stands still is sorted once.
+        let stamp = (batch.moving == 0).then_some(batch.log.stamp);
+        if stamp.is_none() || cells.made_for != stamp {
+            gather(batch, frame, quantity, &mut self.sources);
+            cells.made_for = stamp;
+            cells.sort(&self.sources);
+        }
+    }
+
+    /// Adds the force on a sample, and its derivatives, of a batch that was sorted; whether that was possible.
+    pub(super) fn linearise(
+        &self,
+        (number, batch): (u32, &RadialBatch),
+        (sample, weight): (&SamplePoint, f64),
+        sum: &mut Linearised,
+    ) -> bool {
+        let cells = &self.cells[number as usize];
+        let walk = Walk::new(cells, &batch.law, Quantity::Force);
+        walk.is_some_and(|walk| {
+            walk.linearise(sample, weight, sum);
+            true
+        })
+    }
+}
+
+/// Adds what acts on the sites that are coupled; what comes third are buffers.
+fn add_to_sites(
+    walk: &Walk<'_>,
+    task: &Task<'_>,
+    (order, block): (&mut Vec<u32>, &mut Block),
+    sums: &mut [Vector],
+) {
+    let sites = &task.samples.list[..task.samples.sites];
+    let coupled = |place: &u32| task.weights[*place as usize] != 0.0;
+    order.clear();
+    order.extend((0..sites.len() as u32).filter(coupled));
+    // Neighbours open the same cells.
+    let point = |place: &u32| to_dvec3(sites[*place as usize].world_point);
+    halves::gather(order, WIDTH, &point);
+    for places in order.chunks(WIDTH) {
+        let samples = places.iter().map(|place| &sites[*place as usize]);
+        let points = samples.map(|it| (to_dvec3(it.world_point), to_f64(it.owner)));
+        block.fill(points, walk.cells);
+        for (place, sum) in places.iter().zip(walk.on(block)) {
+            let place = *place as usize;
+            sums[place] += from_dvec3(sum) * task.weights[place];
+        }
+    }
+}
+
+/// Takes the sources whose anchors are there.
+fn gather(
+    batch: &RadialBatch,
+    mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+    quantity: Quantity,
+    sources: &mut Vec<Source>,
+) {
+    sources.clear();
+    for source in &batch.sources {
+        let Some(frame) = frame(source.anchor) else {
+            continue;
+        };
+        let shared = quantity == Quantity::Potential && frame.body.is_some();
+        let share = if shared { 0.5 } else { 1.0 };
+        sources.push(Source {
+            point: to_dvec3(frame.pose.translation),
+            strength: to_f64(source.strength) * share,
+            owner: to_f64(owner(frame.body)),
+        });
+    }
+}
+
+/// Adds what acts on the samples that are no sites.
+fn add_to_clouds(
+    walk: &Walk<'_>,
+    (task, moment): (&Task<'_>, Moment),
+    block: &mut Block,
+    sums: &mut [Wrench],
+) {
+    let (samples, batch) = (task.samples, task.batch);
+    for run in &samples.clouds.runs {
+        let sample = &samples.list[run.first as usize];
+        if !samples.takes(batch.how, sample) {
+            continue;
+        }
+        let whole = SamplePoint {
+            fraction: from_f64(1.0),
+            ..*sample
+        };
+        let weight = samples.weight(&whole, &batch.weighting, moment);
+        if weight != 0.0 {
+            let sum = &mut sums[sample.body as usize];
+            *sum = sum.plus(on_cloud(walk, samples, run, block).times(weight));
+        }
+    }
+}
+
+/// What acts on a part that is sampled at many points.
+fn on_cloud(walk: &Walk<'_>, samples: &Samples, run: &CloudRun, block: &mut Block) -> Wrench {
+    let sample = &samples.list[run.first as usize];
+    let body = sample.body as usize;
+    let turned = DMat3::from_quat(samples.attitudes[body].rotation);
+    let centre = to_dvec3(samples.centres[body].world_point);
+    let [x, y, z] = &samples.clouds.local_arms;
+    let arm = |at: usize| turned * DVec3::new(to_f64(x[at]), to_f64(y[at]), to_f64(z[at]));
+    let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
+    let Range { start, end } = run.places();
+    for first in (start..end).step_by(WIDTH) {
+        let places = first..end.min(first + WIDTH);
+        let point = |at| (centre + arm(at), to_f64(sample.owner));
+        block.fill(places.clone().map(point), walk.cells);
+        for (at, sum) in places.zip(walk.on(block)) {
+            let part = sum * to_f64(samples.clouds.fractions[at]);
+            force += part;
+            torque += arm(at).cross(part);
+        }
+    }
+    Wrench {
+        force: from_dvec3(force),
+        torque: from_dvec3(torque),
+    }
+}

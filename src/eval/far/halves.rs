@@ -1,0 +1,61 @@
+//! Points in halves of halves.
+
+use crate::math::DVec3;
+
+/// Puts `at` points before the others that are no farther along the axis on which all are spread most.
+/// By number, not by place: so one that is very far from the others does not matter to them.
+pub(super) fn part<T>(items: &mut [T], at: usize, point: impl Fn(&T) -> DVec3) {
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let points = items.iter().map(&point);
+    let (low, high) = points.fold(none, |(low, high), it| (low.min(it), high.max(it)));
+    let axis = (high - low).max_position();
+    items.select_nth_unstable_by(at, |a, b| point(a)[axis].total_cmp(&point(b)[axis]));
+}
+
+/// Sorts points so that any `size` that follow each other from a multiple of it on are near each other.
+pub(super) fn gather<T>(items: &mut [T], size: usize, point: &impl Fn(&T) -> DVec3) {
+    if items.len() <= size {
+        return;
+    }
+    let middle = (items.len() / 2)
+        .next_multiple_of(size)
+        .min(items.len() - 1);
+    part(items, middle, point);
+    let (before, after) = items.split_at_mut(middle);
+    gather(before, size, point);
+    gather(after, size, point);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a line with one point very far away, in an order that says nothing.
+    #[test]
+    fn neighbours_come_together() {
+        let place = |number: usize| match number {
+            700 => 1e30,
+            number => (number * 577 % 1009) as f64,
+        };
+        let mut points: Vec<_> = (0..1009).map(|number| DVec3::Y * place(number)).collect();
+        gather(&mut points, 8, &|point| *point);
+        let spread = |points: &[DVec3]| {
+            let ends = points.iter().map(|point| point.y);
+            ends.clone().fold(0.0, f64::max) - ends.fold(f64::INFINITY, f64::min)
+        };
+        let wide = points.chunks(8).filter(|points| spread(points) > 8.0);
+        assert_eq!(wide.count(), 1, "the one with the far point");
+    }
+
+    #[test]
+    fn nothing_is_lost() {
+        for count in [0, 1, 8, 9, 15, 16, 17, 100] {
+            let mut numbers: Vec<usize> = (0..count).collect();
+            gather(&mut numbers, 8, &|n| {
+                DVec3::new((*n % 3) as f64, f64::NAN, 1.0)
+            });
+            numbers.sort_unstable();
+            assert!(numbers.into_iter().eq(0..count));
+        }
+    }
+}
