@@ -9,6 +9,7 @@ use super::entries::RadialBatch;
 use super::index_kind::IndexKind;
 use super::program::{Program, Step};
 use crate::field::{Field, Formula, Profile};
+use crate::math::to_f64;
 
 /// All constants together, on a body.
 pub(super) const CONSTANTS: f64 = 2.0;
@@ -18,6 +19,9 @@ const KERNEL: f64 = 1.5;
 
 /// A source of any other radial law, one lane after the other.
 const OTHER_LAW: f64 = 45.0;
+
+/// The cells within a cell that are seen under the opening angle, of one of 1.
+const CELLS: f64 = 100.0;
 
 /// What a program costs on a sample.
 struct Rates {
@@ -89,6 +93,10 @@ pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
     };
     match batch.index_kind() {
         IndexKind::None => one * batch.sources.len() as f64,
+        IndexKind::Cells => {
+            let angle = batch.law.opening_angle.map_or(1.0, to_f64);
+            CELLS * (batch.sources.len() as f64).log2() / (angle * angle)
+        }
         _ => one,
     }
 }

@@ -35,9 +35,9 @@ mod tests {
     fn neighbours_come_together() {
         let place = |number: usize| match number {
             700 => 1e30,
-            number => (number * 577 % 1009) as f64,
+            number => (number * 577 % 1013) as f64,
         };
-        let mut points: Vec<_> = (0..1009).map(|number| DVec3::Y * place(number)).collect();
+        let mut points: Vec<_> = (0..1013).map(|number| DVec3::Y * place(number)).collect();
         gather(&mut points, 8, &|point| *point);
         let spread = |points: &[DVec3]| {
             let ends = points.iter().map(|point| point.y);
