@@ -20,6 +20,7 @@ use crate::pipeline::{
     Definition, FieldPipeline, FieldSettings, FieldState, OpenStep, StepOutcome,
 };
 use crate::rapier::pipeline::{EventHandler, PhysicsHooks, PhysicsWorld};
+use crate::threads::Pool;
 
 /// Force fields of a Rapier world: what they are, how they act, what outlives a step, and the
 /// machinery, bundled as Rapier's `PhysicsWorld` bundles its sets.
@@ -146,10 +147,11 @@ impl Fields {
         hooks: &dyn PhysicsHooks,
         events: &dyn EventHandler,
     ) -> Result<StepOutcome, StepError> {
-        let mut open = self.begin(WorldMut::from(&mut *world))?;
+        let pool = Pool::of(world);
+        let mut open = pool.run(|| self.begin(WorldMut::from(&mut *world)))?;
         open.alone = true;
         world.step_with_events(&open.hooks(hooks), events);
-        self.finish(open, WorldMut::from(world))
+        pool.run(|| self.finish(open, WorldMut::from(world)))
     }
 
     /// What happens before Rapier's step, around a pipeline of your own: hand the

@@ -148,6 +148,8 @@ pub extern crate rapier3d_f64 as rapier;
 // In the order in which data flows. ARCHITECTURE.md says who may use whom.
 pub mod math;
 
+mod threads;
+
 mod neighbors;
 
 mod rigid;

@@ -19,8 +19,12 @@ use crate::field::{Frame, Linearised};
 use crate::math::{DMat3, DVec3, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rigid::Wrench;
 use crate::sample::{CloudRun, Moment, SamplePoint, Samples, owner};
-use cells::Cells;
+use crate::threads::each_chunk;
+use cells::{Cells, Source};
 use walk::{Block, WIDTH, Walk};
+
+/// Of so many blocks of samples one thread takes care at a time.
+const CHUNK: usize = 8;
 
 /// Whole batches by their cells; keeps its buffers between calls.
 #[derive(Debug, Default)]
@@ -30,16 +34,7 @@ pub(super) struct FarRadials {
     sources: Vec<Source>,
     /// The sites that are acted on.
     order: Vec<u32>,
-    block: Block,
-}
-
-/// A source, as it stands in the world.
-#[derive(Clone, Copy, Debug)]
-struct Source {
-    point: DVec3,
-    strength: f64,
-    /// Of the body that carries it.
-    owner: f64,
+    blocks: Vec<Block>,
 }
 
 /// Whether a batch is asked to be evaluated so, and has enough sources.
@@ -61,9 +56,9 @@ impl FarRadials {
         let Some(walk) = Walk::new(cells, &task.batch.law, task.quantity) else {
             return false;
         };
-        let block = &mut self.block;
-        add_to_sites(&walk, task, (&mut self.order, block), sums.forces);
-        add_to_clouds(&walk, (task, moment), block, sums.wrenches);
+        let blocks = &mut self.blocks;
+        add_to_sites(&walk, task, (&mut self.order, blocks), sums.forces);
+        add_to_clouds(&walk, (task, moment), blocks, sums.wrenches);
         true
     }
 
@@ -108,7 +103,7 @@ impl FarRadials {
 fn add_to_sites(
     walk: &Walk<'_>,
     task: &Task<'_>,
-    (order, block): (&mut Vec<u32>, &mut Block),
+    (order, blocks): (&mut Vec<u32>, &mut Vec<Block>),
     sums: &mut [Vector],
 ) {
     let sites = &task.samples.list[..task.samples.sites];
@@ -118,11 +113,17 @@ fn add_to_sites(
     // Neighbours open the same cells.
     let point = |place: &u32| to_dvec3(sites[*place as usize].world_point);
     halves::gather(order, WIDTH, &point);
-    for places in order.chunks(WIDTH) {
-        let samples = places.iter().map(|place| &sites[*place as usize]);
-        let points = samples.map(|it| (to_dvec3(it.world_point), to_f64(it.owner)));
-        block.fill(points, walk.cells);
-        for (place, sum) in places.iter().zip(walk.on(block)) {
+    let of = |number: usize| order.chunks(WIDTH).skip(number);
+    blocks.resize_with(order.len().div_ceil(WIDTH), Block::default);
+    each_chunk(blocks, CHUNK, |first, blocks| {
+        for (block, places) in blocks.iter_mut().zip(of(first)) {
+            let samples = places.iter().map(|place| &sites[*place as usize]);
+            let points = samples.map(|it| (to_dvec3(it.world_point), to_f64(it.owner)));
+            walk.on(points, block);
+        }
+    });
+    for (block, places) in blocks.iter().zip(of(0)) {
+        for (place, sum) in places.iter().zip(block.sums()) {
             let place = *place as usize;
             sums[place] += from_dvec3(sum) * task.weights[place];
         }
@@ -155,7 +156,7 @@ fn gather(
 fn add_to_clouds(
     walk: &Walk<'_>,
     (task, moment): (&Task<'_>, Moment),
-    block: &mut Block,
+    blocks: &mut Vec<Block>,
     sums: &mut [Wrench],
 ) {
     let (samples, batch) = (task.samples, task.batch);
@@ -171,13 +172,13 @@ fn add_to_clouds(
         let weight = samples.weight(&whole, &batch.weighting, moment);
         if weight != 0.0 {
             let sum = &mut sums[sample.body as usize];
-            *sum = sum.plus(on_cloud(walk, samples, run, block).times(weight));
+            *sum = sum.plus(on_cloud(walk, samples, run, blocks).times(weight));
         }
     }
 }
 
 /// What acts on a part that is sampled at many points.
-fn on_cloud(walk: &Walk<'_>, samples: &Samples, run: &CloudRun, block: &mut Block) -> Wrench {
+fn on_cloud(walk: &Walk<'_>, samples: &Samples, run: &CloudRun, blocks: &mut Vec<Block>) -> Wrench {
     let sample = &samples.list[run.first as usize];
     let body = sample.body as usize;
     let turned = DMat3::from_quat(samples.attitudes[body].rotation);
@@ -186,11 +187,19 @@ fn on_cloud(walk: &Walk<'_>, samples: &Samples, run: &CloudRun, block: &mut Bloc
     let arm = |at: usize| turned * DVec3::new(to_f64(x[at]), to_f64(y[at]), to_f64(z[at]));
     let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
     let Range { start, end } = run.places();
-    for first in (start..end).step_by(WIDTH) {
-        let places = first..end.min(first + WIDTH);
-        let point = |at| (centre + arm(at), to_f64(sample.owner));
-        block.fill(places.clone().map(point), walk.cells);
-        for (at, sum) in places.zip(walk.on(block)) {
+    let of = |number: usize| {
+        let first = start + number * WIDTH;
+        first..end.min(first + WIDTH)
+    };
+    blocks.resize_with((end - start).div_ceil(WIDTH), Block::default);
+    each_chunk(blocks, CHUNK, |first, blocks| {
+        for (number, block) in blocks.iter_mut().enumerate() {
+            let point = |at| (centre + arm(at), to_f64(sample.owner));
+            walk.on(of(first + number).map(point), block);
+        }
+    });
+    for (number, block) in blocks.iter().enumerate() {
+        for (at, sum) in of(number).zip(block.sums()) {
             let part = sum * to_f64(samples.clouds.fractions[at]);
             force += part;
             torque += arm(at).cross(part);

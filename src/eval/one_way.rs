@@ -13,6 +13,10 @@ use crate::compile::{AnchorId, RadialBatch};
 use crate::field::Frame;
 use crate::math::{Real, Vector};
 use crate::sample::{Moment, SamplePoint, Samples};
+use crate::threads::each_chunk;
+
+/// Samples that one thread takes at a time: whole chunks of lanes.
+const CHUNK: usize = 1024;
 
 /// Every source against every sample in range.
 #[derive(Debug, Default)]
@@ -79,11 +83,14 @@ impl Sources {
             quantity: task.quantity,
         };
         let law = Law::new(&task.batch.law);
-        dispatch!(level(), simd => match law {
-            Law::InverseSquare(law) => self.add(simd, law, &probes, sums),
-            Law::Softened(law) => self.add(simd, law, &probes, sums),
-            Law::LennardJones(law) => self.add(simd, law, &probes, sums),
-            Law::Other(law) => self.add(simd, law, &probes, sums),
+        each_chunk(sums, CHUNK, |first, sums| {
+            let probes = probes.from(first);
+            dispatch!(level(), simd => match law {
+                Law::InverseSquare(law) => self.add(simd, law, &probes, sums),
+                Law::Softened(law) => self.add(simd, law, &probes, sums),
+                Law::LennardJones(law) => self.add(simd, law, &probes, sums),
+                Law::Other(law) => self.add(simd, law, &probes, sums),
+            });
         });
     }
 
@@ -168,6 +175,17 @@ struct Probes<'a> {
     weights: &'a [Real],
     range: Option<Real>,
     quantity: Quantity,
+}
+
+impl Probes<'_> {
+    /// Without those before a place.
+    fn from(&self, first: usize) -> Self {
+        Probes {
+            samples: &self.samples[first.min(self.samples.len())..],
+            weights: &self.weights[first.min(self.weights.len())..],
+            ..*self
+        }
+    }
 }
 
 /// The sum over sources at one sample, or at several, one per lane.

@@ -9,11 +9,15 @@ use super::index::ProgramIndex;
 use super::instances::Reach;
 use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
-use super::wide::{Asked as Wide, WIDTH};
+use super::wide::{Asked as Wide, Found, WIDTH};
 use crate::compile::{Compiled, Key, Program};
 use crate::field::{Cuts, Frames, Motion, Sampling, SamplingRule, real};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64};
 use crate::sample::{Kind, SamplePoint, Samples};
+use crate::threads::each_chunk;
+
+/// Of so many lots of samples one thread takes care at a time.
+const CHUNK: usize = 32;
 
 /// Evaluates programs; keeps where they reach between calls.
 #[derive(Debug, Default)]
@@ -28,6 +32,8 @@ pub(super) struct Programs {
     asked: Vec<u32>,
     /// Which instance is asked about which of them.
     pairs: Vec<(u32, u32)>,
+    /// What came of several samples at once.
+    found: Vec<Found>,
 }
 
 /// The sample at a place among the centres and then the list.
@@ -236,15 +242,18 @@ impl Programs {
 
     /// Adds what an instance gives on several samples.
     fn add_in_lanes(&mut self, asked: &Wide<'_>, run: &[(u32, u32)], sums: &mut Sums<'_>) {
-        let level = level();
-        for run in run.chunks(WIDTH) {
-            let first = sample_at(asked.samples, run[0].1);
-            let mut several = [first; WIDTH];
-            for (sample, (_, place)) in several.iter_mut().zip(run) {
-                *sample = sample_at(asked.samples, *place);
-            }
-            let several = &several[..run.len()];
-            let found = dispatch!(level, simd => asked.on(simd, several));
+        let mut all_found = std::mem::take(&mut self.found);
+        all_found.clear();
+        all_found.resize_with(run.len().div_ceil(WIDTH), Found::default);
+        each_chunk(&mut all_found, CHUNK, |first, found| {
+            let runs = run.chunks(WIDTH).skip(first);
+            dispatch!(level(), simd => for (found, run) in found.iter_mut().zip(runs) {
+                let sample = |lane: usize| sample_at(asked.samples, run[lane.min(run.len() - 1)].1);
+                let several: [_; WIDTH] = std::array::from_fn(sample);
+                *found = asked.on(simd, &several[..run.len()]);
+            });
+        });
+        for (found, run) in all_found.iter().zip(run.chunks(WIDTH)) {
             for lane in lanes_of(found.defined) {
                 self.add_force(asked, run[lane].1, found.force(lane), sums);
             }
@@ -252,6 +261,7 @@ impl Programs {
                 self.add_one(asked, run[lane].1, sums);
             }
         }
+        self.found = all_found;
     }
 
     /// Adds what an instance gives on one sample.

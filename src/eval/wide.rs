@@ -23,6 +23,7 @@ pub(super) use chunk::WIDTH;
 use chunk::{Chunk, Mask, Value};
 
 /// What an instance gives to up to eight samples; by bit, where it is defined, and who is in doubt.
+#[derive(Debug, Default)]
 pub(super) struct Found {
     forces: [[f64; WIDTH]; 3],
     pub defined: u64,

@@ -64,6 +64,8 @@ mod stiff;
 mod stiff_closed_forms;
 mod study;
 mod swept;
+#[cfg(feature = "parallel")]
+mod threads;
 mod traces;
 mod warned;
 mod watched;

@@ -251,6 +251,24 @@ fn broken_structure_is_refused_when_it_is_read() {
     }
 }
 
+/// Parry panics where it works out the bounds of such a shape.
+#[test]
+fn round_shapes_need_a_border() {
+    for shape in [
+        SharedShape::round_cuboid(1.0, 1.0, 1.0, 0.25),
+        SharedShape::round_cylinder(1.0, 1.0, 0.25),
+        SharedShape::round_cone(1.0, 1.0, 0.25),
+    ] {
+        let tree = Tree::from(Field::uniform(Vector::X).within(Region::shape(shape)));
+        let text = serde_json::to_string(&tree).expect("a tree");
+        assert!(serde_json::from_str::<Tree>(&text).is_ok());
+        let thin = text.replace("\"border_radius\":0.25", "\"border_radius\":-0.25");
+        let error = serde_json::from_str::<Tree>(&thin).expect_err("less than no border");
+        let expected = "the border of a round shape must not be negative";
+        assert!(error.to_string().starts_with(expected), "{error}");
+    }
+}
+
 /// Winds within winds are the one thing that nests: a short text must not exhaust the stack.
 #[test]
 fn winds_within_winds_have_an_end() {

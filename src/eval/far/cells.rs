@@ -2,12 +2,20 @@
 
 use std::ops::Range;
 
-use super::Source;
 use super::halves::part;
 use crate::math::DVec3;
 
 /// Cells of no more sources are not cut.
 const FEWEST: usize = 8;
+
+/// A source, as it stands in the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    pub point: DVec3,
+    pub strength: f64,
+    /// Of the body that carries it.
+    pub owner: f64,
+}
 
 /// The sources of a batch, in halves of halves.
 #[derive(Debug, Default)]

@@ -20,13 +20,14 @@ pub(super) struct Block {
     low: DVec3,
     high: DVec3,
     count: usize,
+    sums: [[f64; WIDTH]; 3],
     /// The places of the sources of their bodies, sorted.
     own: Vec<u32>,
 }
 
 impl Block {
     /// Takes up samples: their points, and their bodies.
-    pub(super) fn fill(&mut self, samples: impl Iterator<Item = (DVec3, f64)>, cells: &Cells) {
+    fn fill(&mut self, samples: impl Iterator<Item = (DVec3, f64)>, cells: &Cells) {
         self.owners = [f64::NAN; WIDTH];
         (self.low, self.high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.count = 0;
@@ -47,6 +48,12 @@ impl Block {
         self.own.sort_unstable();
     }
 
+    /// What was found on each.
+    pub(super) fn sums(&self) -> impl Iterator<Item = DVec3> {
+        let [x, y, z] = &self.sums;
+        (0..self.count).map(|lane| DVec3::new(x[lane], y[lane], z[lane]))
+    }
+
     /// Whether a cell holds sources of a body that is acted on.
     fn has_own(&self, cell: &Cell) -> bool {
         let next = self.own.partition_point(|place| *place < cell.start);
@@ -62,7 +69,7 @@ impl Block {
 
 /// A law F = s d (d² + ε²)ᵖ of sources in cells.
 pub(super) struct Walk<'a> {
-    pub cells: &'a Cells,
+    cells: &'a Cells,
     law: &'a Radial,
     quantity: Quantity,
     /// p.
@@ -94,12 +101,11 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// The sum over all sources on each sample, in place of whose first component the potential may
-    /// be asked for.
-    pub(super) fn on(&self, block: &Block) -> impl Iterator<Item = DVec3> + use<> {
-        let [x, y, z] = dispatch!(level(), simd => self.sum(simd, block));
-        let count = block.count;
-        (0..count).map(move |lane| DVec3::new(x[lane], y[lane], z[lane]))
+    /// Sums over all sources on each of some samples, given by their points and bodies; in place of the
+    /// first component the potential may be asked for.
+    pub(super) fn on(&self, samples: impl Iterator<Item = (DVec3, f64)>, block: &mut Block) {
+        block.fill(samples, self.cells);
+        block.sums = dispatch!(level(), simd => self.sum(simd, block));
     }
 
     #[inline(always)]

@@ -1,13 +1,16 @@
 //! Tiles against tiles: all laws of one range on sixteen pairs of sites at once.
 
+use std::ops::Range;
+
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdSplit, dispatch};
 
 use super::near::NearTiles;
-use super::tiles::Tiles;
+use super::tiles::{Part, Tiles};
 use crate::eval::kernel::{InverseSquare, Kernel, Law, LennardJones};
 use crate::eval::lanes::{Eight, Four, Row, level, spread, total, twice};
 use crate::eval::quantity::Quantity;
 use crate::math::Real;
+use crate::threads::each_chunk;
 
 /// The laws that act within one range. Tiles know the charges of the first Lennard-Jones law, then
 /// those of the first inverse square, which share their roots, and then those of the rest.
@@ -68,18 +71,23 @@ impl Laws {
         let mut form = self.there;
         form |= if self.mutual { 0 } else { ONE_SIDED };
         form |= if self.range.is_some() { 0 } else { SHARED };
-        let mut sums = std::mem::take(&mut tiles.sums);
-        let (known, on) = (&*tiles, &mut sums[..]);
-        // The commonest are compiled by themselves.
-        dispatch!(level(), simd => match (quantity, form) {
-            (Quantity::Potential, _) => self.meet_all::<_, { ALL | POTENTIAL }>(simd, known, near, on),
-            (_, BOTH) => self.meet_all::<_, BOTH>(simd, known, near, on),
-            (_, LENNARD_JONES) => self.meet_all::<_, LENNARD_JONES>(simd, known, near, on),
-            (_, INVERSE_SQUARE) => self.meet_all::<_, INVERSE_SQUARE>(simd, known, near, on),
-            (_, GRAVITY) => self.meet_all::<_, GRAVITY>(simd, known, near, on),
-            _ => self.meet_all::<_, ALL>(simd, known, near, on),
+        let mut parts = std::mem::take(&mut tiles.parts);
+        let known = &*tiles;
+        each_chunk(&mut parts, 1, |_, parts| {
+            let Some(on) = parts.first_mut() else { return };
+            on.clear(known.len());
+            // The commonest are compiled by themselves.
+            dispatch!(level(), simd => match (quantity, form) {
+                (Quantity::Potential, _) => self.meet_all::<_, { ALL | POTENTIAL }>(simd, known, near, on),
+                (_, BOTH) => self.meet_all::<_, BOTH>(simd, known, near, on),
+                (_, LENNARD_JONES) => self.meet_all::<_, LENNARD_JONES>(simd, known, near, on),
+                (_, INVERSE_SQUARE) => self.meet_all::<_, INVERSE_SQUARE>(simd, known, near, on),
+                (_, GRAVITY) => self.meet_all::<_, GRAVITY>(simd, known, near, on),
+                _ => self.meet_all::<_, ALL>(simd, known, near, on),
+            });
         });
-        tiles.sums = sums;
+        tiles.parts = parts;
+        tiles.join();
     }
 
     #[inline(always)]
@@ -88,7 +96,7 @@ impl Laws {
         simd: S,
         tiles: &Tiles,
         near: &NearTiles,
-        sums: &mut [[Row; 3]],
+        Part { tiles: own, sums }: &mut Part,
     ) {
         let zero = Eight::splat(simd, 0.0);
         let range = self.range.unwrap_or(Real::INFINITY);
@@ -98,7 +106,8 @@ impl Laws {
             inverse_square: self.inverse_square,
             rest: &self.rest,
         };
-        for tile in 0..tiles.len() {
+        let (Range { start, end }, sums) = (own.clone(), &mut sums[..]);
+        for tile in start..end {
             let [mut on, mut on_later] = [[zero; 3]; 2];
             let half = Half::new(simd, tiles, tile, 0);
             let later_half = Half::new(simd, tiles, tile, 2);
@@ -115,13 +124,13 @@ impl Laws {
                 }
                 // Of a tile with itself each pair is met from both sides.
                 if FORM & POTENTIAL == 0 && tile != other {
-                    subtract(simd, &mut sums[other], back);
+                    subtract(simd, &mut sums[other - start], back);
                 }
             }
             for axis in 0..3 {
                 let [(a, b), (c, d)] = [on[axis].split(), on_later[axis].split()];
                 for (lane, row) in [a, b, c, d].into_iter().enumerate() {
-                    sums[tile][axis][lane] += total(row);
+                    sums[tile - start][axis][lane] += total(row);
                 }
             }
         }

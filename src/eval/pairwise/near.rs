@@ -1,16 +1,22 @@
 //! Which tiles may have sites in range of each other: a list that outlives the step (Verlet, Phys.
 //! Rev. 159 (1967) 98).
 
+use std::ops::Range;
+
 use fearless_simd::{Simd, SimdBase, SimdMask, dispatch};
 
 use super::tiles::Tiles;
 use crate::eval::lanes::{Eight, Four, Row, level, spread, twice};
 use crate::math::{Real, Vector};
 use crate::neighbors::{FEWEST_FOR_GRID, Grid};
+use crate::threads::each_chunk;
 
 /// The list reaches farther than the range by this share of it, and so holds until a site has moved by
 /// half of that.
 const SKIN: Real = 0.1;
+
+/// Tiles whose neighbours one thread looks for at a time.
+const CHUNK: usize = 512;
 
 /// For each tile, later ones of other bodies of which a site may be in range of one of its own.
 #[derive(Debug, Default)]
@@ -23,6 +29,8 @@ pub(super) struct NearTiles {
     starts: Vec<u32>,
     others: Vec<u32>,
     search: Search,
+    /// A buffer for where the next other of each tile goes.
+    next: Vec<u32>,
 }
 
 impl NearTiles {
@@ -49,8 +57,7 @@ impl NearTiles {
         self.points.clone_from(&tiles.points);
         let reach = range * (1.0 + SKIN);
         self.search.sort(tiles, reach);
-        self.search.pairs.clear();
-        dispatch!(level(), simd => self.search.find(simd, tiles, reach));
+        self.search.find_all(tiles, reach);
         self.order();
     }
 
@@ -68,17 +75,18 @@ impl NearTiles {
         let count = self.points.len();
         self.starts.clear();
         self.starts.resize(count + 1, 0);
-        for (earlier, _) in &self.search.pairs {
+        let found = || self.search.found.iter().flatten();
+        for (earlier, _) in found() {
             self.starts[*earlier as usize + 1] += 1;
         }
         for tile in 0..count {
             self.starts[tile + 1] += self.starts[tile];
         }
         self.others.clear();
-        self.others.resize(self.search.pairs.len(), 0);
-        let next = &mut self.search.next;
+        self.others.resize(found().count(), 0);
+        let next = &mut self.next;
         next.clone_from(&self.starts);
-        for (earlier, later) in &self.search.pairs {
+        for (earlier, later) in found() {
             let place = &mut next[*earlier as usize];
             self.others[*place as usize] = *later;
             *place += 1;
@@ -117,9 +125,8 @@ struct Search {
     grid: Grid,
     /// The balls in the order of the grid: x, y, z, radius, and which tile it is.
     sorted: [Vec<Real>; 5],
-    /// Earlier tile and later.
-    pairs: Vec<(u32, u32)>,
-    next: Vec<u32>,
+    /// Earlier tile and later, by chunks of the later ones.
+    found: Vec<Vec<(u32, u32)>>,
 }
 
 impl Search {
@@ -157,10 +164,32 @@ impl Search {
     }
 
     /// Lists the pairs of tiles of which any sites are within reach, the later tiles in their order.
+    fn find_all(&mut self, tiles: &Tiles, reach: Real) {
+        let mut found = std::mem::take(&mut self.found);
+        found.resize_with(tiles.len().div_ceil(CHUNK), Vec::new);
+        each_chunk(&mut found, 1, |chunk, found| {
+            let Some(pairs) = found.first_mut() else {
+                return;
+            };
+            pairs.clear();
+            let later = chunk * CHUNK..tiles.len().min((chunk + 1) * CHUNK);
+            dispatch!(level(), simd => self.find(simd, (tiles, later), reach, pairs));
+        });
+        self.found = found;
+    }
+
+    /// Lists the pairs of which the later tile is one of those given.
     #[inline(always)]
-    fn find<S: Simd>(&mut self, simd: S, tiles: &Tiles, reach: Real) {
-        let (order, sorted, pairs) = (self.grid.order(), &self.sorted, &mut self.pairs);
-        for (tile, (centre, radius)) in self.centres.iter().zip(&self.radii).enumerate() {
+    fn find<S: Simd>(
+        &self,
+        simd: S,
+        (tiles, later): (&Tiles, Range<usize>),
+        reach: Real,
+        pairs: &mut Vec<(u32, u32)>,
+    ) {
+        let (order, sorted) = (self.grid.order(), &self.sorted);
+        for tile in later {
+            let (centre, radius) = (&self.centres[tile], &self.radii[tile]);
             let [x, y, z] = centre.to_array();
             let ball = [x, y, z, reach + radius, tile as Real];
             let [px, py, pz] = &tiles.points[tile];

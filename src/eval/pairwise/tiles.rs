@@ -1,8 +1,17 @@
 //! Sites by fours, as registers want them.
 
+use std::ops::Range;
+
 use crate::eval::lanes::Row;
 use crate::math::{Real, Vector};
 use crate::sample::{SamplePoint, Samples};
+use crate::threads::{self, each_chunk};
+
+/// Where there are threads, tiles are shared out to them in parts of at least so many, and no more parts.
+const FEWEST: usize = 128;
+const MOST_PARTS: usize = 8;
+/// Tiles that one thread sums up at a time.
+const CHUNK: usize = 1024;
 
 /// Sites in tiles of four: where they are, what they are to the laws, and what acts on them.
 ///
@@ -10,7 +19,7 @@ use crate::sample::{SamplePoint, Samples};
 #[derive(Debug, Default)]
 pub(super) struct Tiles {
     pub points: Vec<[Row; 3]>,
-    pub sums: Vec<[Row; 3]>,
+    pub parts: Vec<Part>,
     /// Tile by tile and law by law, the strength and the weight of each site.
     charges: Vec<[Row; 2]>,
     laws: usize,
@@ -20,6 +29,22 @@ pub(super) struct Tiles {
     pub counts: Vec<u8>,
     /// Which sample each site is, four to a tile.
     samples: Vec<u32>,
+}
+
+/// What comes of some tiles that meet others, all of which come later.
+#[derive(Debug, Default)]
+pub(super) struct Part {
+    pub tiles: Range<usize>,
+    /// What acts on each tile from the first of them on.
+    pub sums: Vec<[Row; 3]>,
+}
+
+impl Part {
+    /// Nothing acts on the tiles yet; `count`: of all.
+    pub(super) fn clear(&mut self, count: usize) {
+        self.sums.clear();
+        self.sums.resize(count - self.tiles.start, [[0.0; 4]; 3]);
+    }
 }
 
 impl Tiles {
@@ -65,7 +90,7 @@ impl Tiles {
         }
     }
 
-    /// Takes up where the sites are, and that nothing acts on them yet.
+    /// Takes up where the sites are, and shares out the tiles.
     pub(super) fn place(&mut self, samples: &Samples) {
         let numbers = self.samples.chunks_exact(4);
         for (points, numbers) in self.points.iter_mut().zip(numbers) {
@@ -76,13 +101,38 @@ impl Tiles {
                 }
             }
         }
-        self.sums.clear();
-        self.sums.resize(self.len(), [[0.0; 4]; 3]);
+        let count = self.len();
+        let parts = match threads::ARE_MANY {
+            true => (count / FEWEST).clamp(1, MOST_PARTS),
+            false => 1,
+        };
+        self.parts.resize_with(parts, Part::default);
+        for (number, part) in self.parts.iter_mut().enumerate() {
+            part.tiles = count * number / parts..count * (number + 1) / parts;
+        }
+    }
+
+    /// Adds what came of the other parts to that of the first, which is the sum for all tiles then.
+    pub(super) fn join(&mut self) {
+        let Some((whole, others)) = self.parts.split_first_mut() else {
+            return;
+        };
+        each_chunk(&mut whole.sums, CHUNK, |first, sums| {
+            for part in &*others {
+                let start = part.tiles.start.max(first);
+                let later = sums.iter_mut().skip(start - first);
+                let parts = part.sums.iter().skip(start - part.tiles.start);
+                for (sum, part) in later.flatten().flatten().zip(parts.flatten().flatten()) {
+                    *sum += part;
+                }
+            }
+        });
     }
 
     /// Adds what acts on the sites to the sums of their samples.
     pub(super) fn give(&self, sums: &mut [Vector]) {
-        for (tile, [x, y, z]) in self.sums.iter().enumerate() {
+        let joined = self.parts.first().map_or(&[][..], |whole| &whole.sums);
+        for (tile, [x, y, z]) in joined.iter().enumerate() {
             for lane in 0..self.counts[tile] as usize {
                 let sample = self.samples[4 * tile + lane];
                 sums[sample as usize] += Vector::new(x[lane], y[lane], z[lane]);

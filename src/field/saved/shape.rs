@@ -88,9 +88,9 @@ impl Simple {
             Simple::Triangle(shape) => bounded(shape),
             Simple::Cylinder(shape) => bounded(shape),
             Simple::Cone(shape) => bounded(shape),
-            Simple::RoundCuboid(shape) => bounded(shape),
-            Simple::RoundCylinder(shape) => bounded(shape),
-            Simple::RoundCone(shape) => bounded(shape),
+            Simple::RoundCuboid(shape) => round(shape.border_radius, shape),
+            Simple::RoundCylinder(shape) => round(shape.border_radius, shape),
+            Simple::RoundCone(shape) => round(shape.border_radius, shape),
             Simple::HalfSpace(shape) if (shape.normal.length() - 1.0).abs() <= 1e-3 => {
                 Ok(SharedShape::new(shape))
             }
@@ -107,6 +107,14 @@ fn bounded(shape: impl Shape) -> Result<SharedShape, String> {
         return Ok(SharedShape::new(shape));
     }
     Err("a shape must be finite, and its sizes not negative".into())
+}
+
+/// Parry panics at a border that is less than nothing.
+fn round(border: Real, shape: impl Shape) -> Result<SharedShape, String> {
+    match border >= 0.0 {
+        true => bounded(shape),
+        false => Err("the border of a round shape must not be negative".into()),
+    }
 }
 
 fn hull(points: &[Vector]) -> Result<SharedShape, String> {
