@@ -1,23 +1,25 @@
 //! Who is to blame: the field behind a value that cannot be given to Rapier.
 
-use super::{ExplainedField, Explanation, each_trace, explain, reaction};
+use std::collections::HashSet;
+
+use super::{each_trace, is_contact, reaction};
 use crate::bridge::StepError;
 use crate::compile::Prepared;
 use crate::field::{Anchor, FieldSet};
 use crate::integrate::{FASTEST, Fault, FaultKind, FaultPolicy, StepWarning};
-use crate::math::{ColliderHandle, Vector, from_dvec3, to_dvec3};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
+use crate::reference::Fate;
 use crate::rigid::Wrench;
 
 /// The error for a fault, that of its first body. Slow: this only runs when a step has failed.
 pub(crate) fn blame(set: &FieldSet, fault: &Fault) -> StepError {
-    let explanation = explain_one(set, fault, fault.places[0]);
     let Culprit {
         field,
+        body,
         collider,
         world_point,
         force,
-    } = Culprit::of(&explanation);
-    let body = explanation.body;
+    } = Culprit::of(set, fault, fault.places[0]);
     match fault.kind {
         FaultKind::NonFinite => StepError::NonFinite {
             field,
@@ -35,30 +37,37 @@ pub(crate) fn blame(set: &FieldSet, fault: &Fault) -> StepError {
     }
 }
 
-/// The warnings for a fault, of each of its bodies, in a step that goes on; as slow.
+/// The fields are asked one by one about no more bodies than so many fields have in all.
+const ASKED: usize = 1_000_000;
+
+/// The warnings for a fault, of each of its bodies, in a step that goes on. Of very many bodies in very
+/// many fields only the first are looked into.
 pub(crate) fn warn_of(
     set: &FieldSet,
     fault: &Fault,
     policy: FaultPolicy,
     warnings: &mut Vec<StepWarning>,
 ) {
-    for place in &fault.places {
-        let explanation = explain_one(set, fault, *place);
-        let body = explanation.body;
-        let told = |warning: &StepWarning| match warning {
-            StepWarning::LeftOut { body: told, .. } => *told == body,
-            StepWarning::Quarantined { body: told, .. } => *told == body,
-            _ => false,
-        };
-        if warnings.iter().any(told) {
-            continue;
-        }
+    let told = |warning: &StepWarning| match warning {
+        StepWarning::LeftOut { body, .. } | StepWarning::Quarantined { body, .. } => Some(*body),
+        _ => None,
+    };
+    let told: HashSet<_> = warnings.iter().filter_map(told).collect();
+    let most = ASKED / set.nodes().leaves().count().max(1);
+    let samples = &fault.scene.samples;
+    let news = fault.places.iter();
+    let news = news.filter(|place| !told.contains(&samples.bodies[**place]));
+    for (number, place) in news.enumerate() {
         let Culprit {
             field,
+            body,
             collider,
             world_point,
             force,
-        } = Culprit::of(&explanation);
+        } = match number <= most {
+            true => Culprit::of(set, fault, *place),
+            false => Culprit::unknown(fault, *place),
+        };
         warnings.push(match policy {
             FaultPolicy::LeaveOut => StepWarning::LeftOut {
                 field,
@@ -112,29 +121,61 @@ pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
     fault.places.iter().map(of).collect()
 }
 
-fn explain_one(set: &FieldSet, fault: &Fault, place: usize) -> Explanation {
-    let scene = &fault.scene;
-    let (samples, place) = (&scene.samples, place as u32);
-    explain(set, &scene.frames, samples, scene.moment, place)
-}
-
-/// Of all that single fields give a body, the worst.
+/// Of all that single fields give a body, the worst: the largest, or the first that is not finite.
 struct Culprit {
     field: String,
+    body: RigidBodyHandle,
     collider: Option<ColliderHandle>,
     world_point: Vector,
     force: Vector,
 }
 
 impl Culprit {
-    fn of(explanation: &Explanation) -> Self {
-        let worst = explanation.worst();
-        let of = |get: fn(&ExplainedField) -> Vector| worst.map_or(Vector::NAN, get);
+    fn of(set: &FieldSet, fault: &Fault, place: usize) -> Self {
+        let scene = &fault.scene;
+        let (samples, body) = (&scene.samples, place as u32);
+        let mut culprit = Culprit::unknown(fault, place);
+        let (mut worst, mut leaf) = (-1.0, None);
+        each_trace(
+            set,
+            &scene.frames,
+            samples,
+            scene.moment,
+            body,
+            |sample, _, trace| {
+                for given in &trace.contributions {
+                    let acts = given.fate != Fate::OutsideRegion && !is_contact(set, given.place);
+                    let force = given.force.map(from_dvec3);
+                    let size = force.unwrap_or(Vector::ZERO).length();
+                    let badness = if size.is_finite() {
+                        size
+                    } else {
+                        Real::INFINITY
+                    };
+                    if acts && badness > worst {
+                        (worst, leaf) = (badness, Some(given.place));
+                        culprit.collider = sample.collider;
+                        culprit.world_point = sample.world_point;
+                        culprit.force = force.unwrap_or(Vector::NAN);
+                    }
+                }
+            },
+        );
+        if let Some(leaf) = leaf {
+            culprit.field = set.label(leaf);
+        }
+        culprit
+    }
+
+    /// That of a body that is not looked into.
+    fn unknown(fault: &Fault, place: usize) -> Self {
+        let samples = &fault.scene.samples;
         Culprit {
-            field: worst.map_or_else(String::new, |worst| worst.field.clone()),
-            collider: worst.and_then(|worst| worst.collider),
-            world_point: of(|worst| worst.world_point),
-            force: of(|worst| worst.force.unwrap_or(Vector::NAN)),
+            field: "one of the fields".to_owned(),
+            body: samples.bodies[place],
+            collider: None,
+            world_point: samples.centres[place].world_point,
+            force: Vector::NAN,
         }
     }
 }

@@ -4,13 +4,14 @@ mod audit;
 mod blame;
 mod borders;
 
+use std::collections::HashMap;
 use std::fmt;
 
 pub(crate) use audit::Tally;
 pub use audit::{EnergyAudit, FieldEnergy};
 pub(crate) use blame::{blame, missing_anchor, sifted, warn_of};
 
-use crate::field::{Cuts, FieldSet, Frames};
+use crate::field::{Cuts, FieldSet, Frames, Sampling};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
 use crate::reference::{Contribution, Fate, Reference, Trace};
 use crate::rigid::Wrench;
@@ -50,8 +51,6 @@ pub struct FieldTotal {
     pub wrench: Wrench,
     /// At so many samples it counts.
     pub samples: usize,
-    /// Its place in the set: names may be given twice.
-    place: u32,
 }
 
 /// What one field gives at one sample.
@@ -84,6 +83,9 @@ pub(crate) fn each_trace(
     mut visit: impl FnMut(&SamplePoint, u32, Trace),
 ) {
     let mut cutter = Cutter::default();
+    let centre = &samples.centres[body as usize];
+    let listed = samples.placed().iter();
+    let listed: Vec<_> = listed.filter(|sample| sample.body == body).collect();
     for term in set.terms() {
         let (term, how) = (term.root, set.nodes().how(term.root));
         let reference = Reference::of_term(set, term);
@@ -103,9 +105,10 @@ pub(crate) fn each_trace(
                 continue;
             }
         }
-        let list = samples.samples_for(how).map(|(_, sample)| sample);
-        let all = samples.centres_for(how).chain(list);
-        for sample in all.filter(|sample| sample.body == body) {
+        let at_centre = how.sampling == Sampling::Centre && samples.takes(how, centre);
+        let own = listed.iter().copied();
+        let own = own.filter(|sample| samples.takes_of_list(how, sample));
+        for sample in at_centre.then_some(centre).into_iter().chain(own) {
             let query = samples.query(sample, moment);
             visit(sample, term, reference.trace(frames, &query));
         }
@@ -129,6 +132,7 @@ pub(crate) fn explain(
         reaction: reaction(set, frames, samples, moment, body, |_| true),
     };
     explanation.wrench = explanation.reaction;
+    let mut known = HashMap::new();
     each_trace(set, frames, samples, moment, body, |sample, _, trace| {
         if let Some(force) = trace.force {
             explanation.wrench.force += from_dvec3(force);
@@ -140,7 +144,7 @@ pub(crate) fn explain(
             } else if !is_contact(set, contribution.place) {
                 let place = contribution.place;
                 let explained = ExplainedField::new(set, sample, contribution);
-                explanation.add_to_totals(place, &explained, sample);
+                explanation.add_to_totals((place, &mut known), &explained, sample);
                 explanation.contributions.push(explained);
             }
         }
@@ -202,30 +206,24 @@ impl ExplainedField {
             overruled_by,
         }
     }
-
-    /// Larger is worse; infinite and NaN are worst.
-    pub(crate) fn badness(&self) -> crate::math::Real {
-        let size = self.force.unwrap_or(Vector::ZERO).length();
-        if size.is_finite() {
-            size
-        } else {
-            crate::math::Real::INFINITY
-        }
-    }
 }
 
 impl Explanation {
-    fn add_to_totals(&mut self, place: u32, explained: &ExplainedField, sample: &SamplePoint) {
+    /// `known`: the places among the totals, by those in the set.
+    fn add_to_totals(
+        &mut self,
+        (place, known): (u32, &mut HashMap<u32, usize>),
+        explained: &ExplainedField,
+        sample: &SamplePoint,
+    ) {
         let Some(force) = explained.force.filter(|_| explained.fate == Fate::Counts) else {
             return;
         };
-        let known = self.totals.iter().position(|total| total.place == place);
-        let known = known.unwrap_or_else(|| {
+        let known = *known.entry(place).or_insert_with(|| {
             self.totals.push(FieldTotal {
                 field: explained.field.clone(),
                 wrench: Wrench::ZERO,
                 samples: 0,
-                place,
             });
             self.totals.len() - 1
         });
@@ -233,17 +231,6 @@ impl Explanation {
         total.wrench.force += force;
         total.wrench.torque += sample.arm.cross(force);
         total.samples += 1;
-    }
-
-    /// Of everything single fields give, the largest; the first of those that are not finite.
-    pub(crate) fn worst(&self) -> Option<&ExplainedField> {
-        let mut worst: Option<&ExplainedField> = None;
-        for field in &self.contributions {
-            if worst.is_none_or(|worst| field.badness() > worst.badness()) {
-                worst = Some(field);
-            }
-        }
-        worst
     }
 }
 

@@ -11,9 +11,9 @@ use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
 use super::wide::{Asked as Wide, Found, WIDTH};
 use crate::compile::{Compiled, Key, Program};
-use crate::field::{Cuts, Frames, Motion, Sampling, SamplingRule, real};
+use crate::field::{Cuts, Frames, Motion, Sampling, real};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64};
-use crate::sample::{Kind, SamplePoint, Samples};
+use crate::sample::{SamplePoint, Samples};
 use crate::threads::each_chunk;
 
 /// Of so many lots of samples one thread takes care at a time.
@@ -190,7 +190,10 @@ impl Programs {
                         && how.sampling == Sampling::Centre
                         && samples.takes(how, centre)
                 }
-                None => takes(samples, how, &samples.list[place as usize - count]),
+                None => {
+                    let sample = &samples.list[place as usize - count];
+                    samples.takes_of_list(how, sample) && samples.cut(how, sample.body).is_none()
+                }
             };
             if is_asked {
                 self.asked.push(place);
@@ -354,14 +357,4 @@ impl Programs {
             sums.wrenches[place].torque -= arm.cross(force);
         }
     }
-}
-
-/// Whether a program that is sampled like this takes a sample of the list.
-fn takes(samples: &Samples, how: SamplingRule, sample: &SamplePoint) -> bool {
-    let at_centre = how.sampling == Sampling::Centre;
-    let in_list = !(at_centre && samples.overrides.is_empty());
-    in_list
-        && samples.cut(how, sample.body).is_none()
-        && samples.takes(how, sample)
-        && !(at_centre && sample.kind == Kind::Centre)
 }

@@ -1,5 +1,7 @@
 //! What the fields do to some bodies at one moment: the value between EVALUATE and INTEGRATE.
 
+use std::collections::HashSet;
+
 use super::fault::Fault;
 use super::implicit::Coupling;
 use super::predicted::PredictedMotion;
@@ -114,6 +116,7 @@ impl Evaluation {
 
     /// Forgets some bodies.
     pub(crate) fn remove(&mut self, gone: &[RigidBodyHandle]) {
+        let gone: HashSet<_> = gone.iter().collect();
         let mut count = 0;
         let place = |body: &RigidBodyHandle| {
             let stays = !gone.contains(body);

@@ -1,8 +1,10 @@
 //! What fields give that cannot be given to Rapier, and what a step does about it.
 
+use std::collections::{HashMap, HashSet};
+
 use crate::compile::Compiled;
 use crate::field::{Anchor, Frame, Frames};
-use crate::math::{Real, RigidBodyHandle};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle};
 use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
@@ -71,6 +73,7 @@ pub(crate) struct Fault {
     pub kind: FaultKind,
     /// Which bodies, of those sampled, in their order: at least one.
     pub places: Vec<usize>,
+    bodies: HashSet<RigidBodyHandle>,
     pub scene: Box<FaultScene>,
 }
 
@@ -90,29 +93,47 @@ pub(crate) enum FaultKind {
     TooFast { speed: Real },
 }
 
-/// Where the anchors of a tree were at one moment.
+/// Where the anchors of a tree were at one moment, by the bodies and colliders that carry them.
 #[derive(Debug)]
-pub(crate) struct KnownFrames(Vec<(Anchor, Option<Frame>)>);
+pub(crate) struct KnownFrames(HashMap<Carrier, Vec<(Anchor, Option<Frame>)>>);
+
+#[derive(Debug, PartialEq, Eq, Hash)]
+enum Carrier {
+    Body(RigidBodyHandle),
+    Collider(ColliderHandle),
+}
+
+impl Carrier {
+    /// `None` for the world, which is where it is.
+    fn of(anchor: &Anchor) -> Option<Self> {
+        match anchor {
+            Anchor::World { .. } => None,
+            Anchor::Body { handle, .. } => Some(Carrier::Body(*handle)),
+            Anchor::Collider { handle, .. } => Some(Carrier::Collider(*handle)),
+        }
+    }
+}
 
 impl KnownFrames {
     pub(crate) fn of(compiled: &Compiled, frames: &impl Frames) -> Self {
-        let anchors = compiled.anchors.iter();
-        KnownFrames(
-            anchors
-                .map(|anchor| (*anchor, frames.frame(anchor)))
-                .collect(),
-        )
+        let mut known: HashMap<_, Vec<_>> = HashMap::new();
+        for anchor in compiled.anchors.iter() {
+            if let Some(carrier) = Carrier::of(anchor) {
+                let frame = (*anchor, frames.frame(anchor));
+                known.entry(carrier).or_default().push(frame);
+            }
+        }
+        KnownFrames(known)
     }
 }
 
 impl Frames for KnownFrames {
     fn frame(&self, anchor: &Anchor) -> Option<Frame> {
-        let known = self.0.iter().find(|(known, _)| known == anchor);
-        match (known, anchor) {
-            (Some((_, frame)), _) => *frame,
-            (None, Anchor::World { local_pose }) => Some(Frame::at_rest(*local_pose)),
-            (None, _) => None,
+        if let Anchor::World { local_pose } = anchor {
+            return Some(Frame::at_rest(*local_pose));
         }
+        let known = self.0.get(&Carrier::of(anchor)?)?;
+        known.iter().find(|(known, _)| known == anchor)?.1
     }
 }
 
@@ -143,8 +164,10 @@ impl Fault {
     ) -> Self {
         let mut samples = samples.clone();
         samples.place_all();
+        let bodies = places.iter().map(|place| samples.bodies[*place]);
         Fault {
             kind,
+            bodies: bodies.collect(),
             places,
             scene: Box::new(FaultScene {
                 samples,
@@ -161,6 +184,6 @@ impl Fault {
     }
 
     pub(crate) fn is_of(&self, body: RigidBodyHandle) -> bool {
-        self.bodies().any(|bad| bad == body)
+        self.bodies.contains(&body)
     }
 }

@@ -112,7 +112,8 @@ pub enum StepWarning {
     /// would make the body too fast.
     #[error("{field} gives {force} on {body:?} at {world_point} (collider {collider:?}): left out")]
     LeftOut {
-        /// The field that gives the worst.
+        /// The field that gives the worst; "one of the fields" where many bodies at once keep it from being
+        /// looked for.
         field: String,
         /// The body; of a soft body its root.
         body: RigidBodyHandle,
@@ -130,7 +131,8 @@ pub enum StepWarning {
          quarantine"
     )]
     Quarantined {
-        /// The field that gives the worst.
+        /// The field that gives the worst; "one of the fields" where many bodies at once keep it from being
+        /// looked for.
         field: String,
         /// The body; of a soft body its root.
         body: RigidBodyHandle,

@@ -1,5 +1,6 @@
 //! The second half of a step.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::faults::answering;
@@ -227,8 +228,8 @@ impl FieldPipeline {
         self.find_held(fields, world);
         self.evaluate(fields, world, (now, dt), &mut evaluation)?;
         if !self.condemned.is_empty() {
-            open.bodies
-                .retain(|it| !self.condemned.contains(&it.handle));
+            let gone: HashSet<_> = self.condemned.iter().collect();
+            open.bodies.retain(|it| !gone.contains(&it.handle));
             last.iter_mut().for_each(|it| it.remove(&self.condemned));
         }
         let (view, exact) = (world.view(), self.exact_turns(fields));

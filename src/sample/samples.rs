@@ -279,15 +279,24 @@ impl Samples {
         &self,
         how: SamplingRule,
     ) -> impl Iterator<Item = (usize, &SamplePoint)> {
-        let at_centre = how.sampling == Sampling::Centre;
-        let list = match at_centre && self.overrides.is_empty() {
-            true => &[],
-            false => self.placed(),
+        let list = match self.takes_listed(how) {
+            true => self.placed(),
+            false => &[],
         };
+        let list = list.iter().enumerate();
+        list.filter(move |(_, sample)| self.takes_of_list(how, sample))
+    }
+
+    /// Whether a program may take any sample of the list.
+    fn takes_listed(&self, how: SamplingRule) -> bool {
+        how.sampling != Sampling::Centre || !self.overrides.is_empty()
+    }
+
+    /// Whether a program takes a sample of the list.
+    pub(crate) fn takes_of_list(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
         // The centres in the list are for terms of which other bodies have more samples.
-        list.iter().enumerate().filter(move |(_, sample)| {
-            self.takes(how, sample) && !(at_centre && sample.kind == Kind::Centre)
-        })
+        let is_other = how.sampling == Sampling::Centre && sample.kind == Kind::Centre;
+        self.takes_listed(how) && self.takes(how, sample) && !is_other
     }
 
     /// The number of a collider's sample, if it has one.

@@ -558,3 +558,38 @@ fn a_body_of_no_weight_is_no_fault_of_the_short_way() {
         }
     }
 }
+
+/// Two thousand bodies in two thousand fields, each infinite in one: cubic work would not end.
+#[test]
+fn very_many_faults_at_once_are_told() {
+    const COUNT: usize = 2000;
+    for policy in GOES_ON {
+        let mut world = weightless(1.0 / 60.0);
+        let place = |n: usize| Vector::new((n % 50) as Real, (n / 50) as Real, 0.0);
+        let fields = (0..COUNT).map(|n| {
+            let body = RigidBodyBuilder::dynamic().translation(place(n));
+            world.insert_body(body.additional_mass(1.0));
+            let charge = Field::radial(1.0, -2.0).coupled_to(Coupling::Each);
+            charge.at(place(n)).named(&format!("charge {n}"))
+        });
+        let tree = Tree::fold(Operator::SumUnion, fields);
+        let mut fields = self::fields(tree, Scheme::Kick, policy);
+        fields.step(&mut world).expect("it goes on");
+        assert_finite(&world, "after it");
+        let told = fields
+            .warnings()
+            .iter()
+            .filter_map(|warning| match warning {
+                StepWarning::LeftOut { field, .. } if policy == FaultPolicy::LeaveOut => {
+                    Some(field)
+                }
+                StepWarning::Quarantined { field, .. } if policy != FaultPolicy::LeaveOut => {
+                    Some(field)
+                }
+                _ => None,
+            });
+        assert_eq!(told.clone().count(), COUNT, "{policy:?}");
+        let named = told.filter(|field| field.contains("`charge ")).count();
+        assert!((100..COUNT).contains(&named), "{named} were looked into");
+    }
+}

@@ -9,10 +9,12 @@ use crate::support::weightless;
 /// More bodies than one thread takes at a time, in no order of place.
 fn world(count: usize) -> (PhysicsWorld, Vec<RigidBodyHandle>) {
     let mut world = weightless(1e-3);
-    let random =
-        |n: usize, kind: usize| ((n * 577 + kind * 7919 + n * n * 31) % 1009) as f64 / 1009.0;
+    let cells = 16 * 16 * 16;
     let bodies = (0..count).map(|n| {
-        let at = [0, 1, 2].map(|kind| from_f64(40.0 * random(n, kind) + 0.01 * n as f64));
+        let cell = n * 577 % cells;
+        let cell = [cell % 16, cell / 16 % 16, cell / 256];
+        let jitter = |axis: usize| ((n * 7 + axis * 13) % 17) as f64 / 17.0;
+        let at = [0, 1, 2].map(|axis| from_f64(2.5 * cell[axis] as f64 + jitter(axis)));
         let body = RigidBodyBuilder::dynamic().translation(Vector::from_array(at));
         let body = world.insert_body(body.linvel(Vector::new(1.0, 0.5, -0.25)).can_sleep(false));
         let ball = ColliderBuilder::ball(0.1).collision_groups(InteractionGroups::none());
