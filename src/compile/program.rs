@@ -30,6 +30,8 @@ pub(crate) struct Program {
     pub has_force: bool,
     /// Whether it has a form for several samples at once.
     pub in_lanes: bool,
+    /// Whether its forces change with the velocity of what they act on.
+    pub reads_velocity: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -92,6 +94,7 @@ impl Program {
             has_force: false,
             reacts: false,
             in_lanes: false,
+            reads_velocity: false,
         };
         let mut places = Places::default();
         program.push(nodes, root, &Anchor::WORLD, &mut places);
@@ -101,6 +104,8 @@ impl Program {
             .iter()
             .any(|leaf| leaf.enabled && !leaf.is_contact());
         program.in_lanes = program.may_run_in_lanes();
+        program.reads_velocity = program.leaves.iter().any(Field::reads_velocity)
+            || program.modifiers.iter().any(Modifier::reads_velocity);
         places.leaves.extend(places.modifiers);
         (program, places.leaves)
     }

@@ -1,6 +1,6 @@
 //! The forces on bodies with their derivatives.
 
-use std::cell::LazyCell;
+use std::cell::{LazyCell, OnceCell};
 use std::ops::Deref;
 
 use super::far::{FarRadials, is_far};
@@ -12,7 +12,6 @@ use super::sources::Sources;
 use crate::compile::{Compiled, Key, Program, RadialBatch, Step};
 use crate::field::{
     Dual, Frame, Frames, Linearised, LocalQuery, Motion, Query, Sampling, SamplingRule, Vec3,
-    constant,
 };
 use crate::math::{DMat3, DVec3, Vector, to_dvec3, to_f64};
 use crate::sample::{Kind, Moment, SamplePoint, Samples};
@@ -20,23 +19,26 @@ use crate::sample::{Kind, Moment, SamplePoint, Samples};
 /// One sample of a body: what is asked, and how it moves.
 struct Seeded {
     query: Query,
-    motion: Motion<Dual>,
+    motion: OnceCell<Motion<Dual>>,
 }
 
 impl Seeded {
     fn new(samples: &Samples, sample: &SamplePoint, moment: Moment) -> Self {
-        let query = samples.query(sample, moment);
         Seeded {
-            motion: Motion::seeded(&query),
-            query,
+            query: samples.query(sample, moment),
+            motion: OnceCell::new(),
         }
+    }
+
+    fn motion(&self) -> &Motion<Dual> {
+        self.motion.get_or_init(|| Motion::seeded(&self.query))
     }
 }
 
 /// A force with its derivatives, in two parts.
 struct Sum {
     /// Of what carries derivatives along.
-    varying: Vec3<Dual>,
+    varying: Option<Vec3<Dual>>,
     /// Of what has them in closed form.
     closed: Linearised,
 }
@@ -44,7 +46,7 @@ struct Sum {
 impl Default for Sum {
     fn default() -> Self {
         Sum {
-            varying: constant(DVec3::ZERO),
+            varying: None,
             // The default of a matrix is the identity.
             closed: Linearised {
                 force: DVec3::ZERO,
@@ -62,10 +64,26 @@ impl Sum {
         self.closed.by_velocity += closed.by_velocity;
     }
 
+    fn vary(&mut self, force: Vec3<Dual>) {
+        match &mut self.varying {
+            Some(sum) => *sum += force,
+            none => *none = Some(force),
+        }
+    }
+
     fn total(mut self) -> Linearised {
-        self.add(&Linearised::new(&self.varying));
+        if let Some(varying) = &self.varying {
+            self.add(&Linearised::new(varying));
+        }
         self.closed
     }
+}
+
+/// Which terms are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Terms {
+    All,
+    ThatReadVelocities,
 }
 
 /// Evaluates forces with their derivatives; keeps its buffers between calls.
@@ -92,16 +110,17 @@ impl Lineariser {
 
     /// Visits the samples of one body with the force there and its derivatives by the place and
     /// velocity of the sample, in the world as it was [prepared](Self::prepare). Constant
-    /// fields have none and are left out, force and all.
+    /// fields have none and are left out, force and all; so is what is not asked for.
     pub(crate) fn of_body(
         &mut self,
-        compiled: &Compiled,
-        world: &impl Frames,
+        (compiled, world): (&Compiled, &impl Frames),
+        terms: Terms,
         samples: &Samples,
         moment: Moment,
         body: usize,
         mut visit: impl FnMut(&SamplePoint, &Linearised),
     ) {
+        let all = terms == Terms::All;
         let list = samples.of(body).into_iter().flatten();
         let list = list.map(|number| (samples.at(number), false));
         for (sample, whole) in [(samples.centres[body], true)].into_iter().chain(list) {
@@ -113,7 +132,8 @@ impl Lineariser {
             // Most bodies are sampled in one way.
             let seeded = LazyCell::new(|| Seeded::new(samples, sample, moment));
             let mut force = None;
-            for (number, batch) in compiled.radials.iter().filter(|it| wanted(it.1.how)) {
+            let radials = compiled.radials.iter();
+            for (number, batch) in radials.filter(|it| all && wanted(it.1.how)) {
                 let weight = to_f64(samples.weight(sample, &batch.weighting, moment));
                 if weight != 0.0 && batch.prototype.is_on(moment.time) {
                     self.take_up((compiled, world), (number, batch));
@@ -130,7 +150,7 @@ impl Lineariser {
                 (compiled, world),
                 sample,
                 &seeded,
-                |p| wanted(p.how),
+                |program| (all || program.reads_velocity) && wanted(program.how),
                 &mut force,
             );
             if let Some(force) = force {
@@ -179,16 +199,16 @@ impl Lineariser {
             for instance in self.index.reach(*number).at(program, sample.world_point) {
                 self.frames
                     .fill_instance(compiled, world, program, *instance);
-                let Seeded { query, motion } = &**seeded;
+                let query = &seeded.query;
                 let (instance, frames) = (*instance as usize, self.frames.all());
                 let sum = force.get_or_insert_with(Sum::default);
                 if let Some(drag) = drag_on(program, instance, frames, query) {
                     sum.add(&drag);
                     continue;
                 }
-                let machine = &mut self.machine;
+                let (machine, motion) = (&mut self.machine, seeded.motion());
                 if let Some(outcome) = machine.run(program, instance, frames, query, motion) {
-                    sum.varying += outcome.force;
+                    sum.vary(outcome.force);
                 }
             }
         }

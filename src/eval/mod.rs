@@ -31,7 +31,7 @@ use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
 pub(crate) use interpreter::Interpreter;
-pub(crate) use linearise::Lineariser;
+pub(crate) use linearise::{Lineariser, Terms};
 pub use quantity::{PotentialEnergy, WrenchError};
 
 use adaptive::Adaptive;

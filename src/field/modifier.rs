@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::anchor::Anchor;
+use super::axis::Axis;
 use super::number::{Number, Vec3, limited};
 use super::query::LocalQuery;
 use super::scalar::Scalar;
@@ -27,6 +28,13 @@ impl Modifier {
         match self {
             Modifier::Scale { anchor, .. } => Some(*anchor),
             Modifier::Limit(_) => None,
+        }
+    }
+
+    pub(crate) fn reads_velocity(&self) -> bool {
+        match self {
+            Modifier::Scale { scale, .. } => scale.axes().any(Axis::reads_velocity),
+            Modifier::Limit(_) => false,
         }
     }
 

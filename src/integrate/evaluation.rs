@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
+use super::coupling::Coupling;
 use super::fault::Fault;
-use super::implicit::Coupling;
 use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Treatment};
 use super::{Integrator, StepContext};

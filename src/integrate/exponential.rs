@@ -10,7 +10,9 @@ pub(super) fn phi1(x: f64) -> f64 {
 
 /// φ₁(A) x of three components; `None` if it is not finite or beyond [`LARGEST`].
 pub(super) fn mean3(rate: &Matrix3<f64>, x: Vector3<f64>) -> Option<Vector3<f64>> {
-    let mean = if let Some((growth, turn)) = spiral(rate) {
+    let mean = if let Some(growth) = isotropic(rate) {
+        x * phi1(growth)
+    } else if let Some((growth, turn)) = spiral(rate) {
         spiral_mean(growth, turn, x)
     } else if let Some((across, along, axis)) = stretch(rate) {
         let part = axis * axis.dot(&x);
@@ -51,6 +53,13 @@ where
     }
     let mean = both.exp().fixed_view::<N, 1>(0, N) * size;
     mean.iter().all(|x| x.is_finite()).then_some(mean)
+}
+
+/// The rate of growth of a matrix that is that times the identity.
+fn isotropic(rate: &Matrix3<f64>) -> Option<f64> {
+    let growth = rate[(0, 0)];
+    let is_it = *rate == Matrix3::from_diagonal_element(growth);
+    (is_it && growth.is_finite()).then_some(growth)
 }
 
 /// The rates of growth and of turning of a matrix that does nothing else, to rounding: a drag that

@@ -6,8 +6,8 @@
 //! arrives at v + (n − 1)/2n · a dt, damped.
 
 use super::StepContext;
+use super::coupling::Besides;
 use super::exponential::phi1;
-use super::implicit::Besides;
 use super::motion::VelocityUpdate;
 use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;

@@ -1,7 +1,8 @@
 //! How the wrench on a body changes as it moves.
 
+use super::coupling::Slope;
 use crate::compile::Compiled;
-use crate::eval::Lineariser;
+use crate::eval::{Lineariser, Terms};
 use crate::field::Frames;
 use crate::math::{DVec3, Vector, to_dvec3};
 use crate::rapier::glamx::DMat3;
@@ -39,14 +40,14 @@ impl Jacobian {
 /// a × F changes by dθ × a × F besides.
 pub(crate) fn of_body(
     lineariser: &mut Lineariser,
-    (compiled, world): (&Compiled, &impl Frames),
+    world: (&Compiled, &impl Frames),
     samples: &Samples,
     body: usize,
     moment: Moment,
     angvel: DVec3,
 ) -> Jacobian {
     let mut sum = Jacobian::default();
-    lineariser.of_body(compiled, world, samples, moment, body, |sample, slope| {
+    lineariser.of_body(world, Terms::All, samples, moment, body, |sample, slope| {
         let (a, b) = (matrix(slope.by_position), matrix(slope.by_velocity));
         sum.wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
         if sample.arm == Vector::ZERO {
@@ -64,6 +65,45 @@ pub(crate) fn of_body(
         add(&mut sum.by_velocity, [b, -b * arm], arm);
     });
     sum
+}
+
+/// The wrench of those fields that read velocities on one body, and how it changes with these: the part
+/// of what [`of_body`] has that a kick is solved with. All others are not worked out for it.
+pub(crate) fn by_velocity(
+    lineariser: &mut Lineariser,
+    world: (&Compiled, &impl Frames),
+    samples: &Samples,
+    body: usize,
+    moment: Moment,
+) -> (Vector6<f64>, Slope) {
+    let (mut wrench, mut at_centre) = (Vector6::zeros(), matrix(DMat3::ZERO));
+    let mut whole: Option<Matrix6<f64>> = None;
+    lineariser.of_body(
+        world,
+        Terms::ThatReadVelocities,
+        samples,
+        moment,
+        body,
+        |sample, slope| {
+            let b = matrix(slope.by_velocity);
+            wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
+            if sample.arm == Vector::ZERO {
+                match &mut whole {
+                    None => at_centre += b,
+                    Some(whole) => {
+                        let mut force = whole.fixed_view_mut::<3, 3>(0, 0);
+                        force += b;
+                    }
+                }
+                return;
+            }
+            let whole = whole.get_or_insert_with(|| Slope::OfPoint(at_centre).matrix());
+            let arm = cross_matrix(to_dvec3(sample.arm));
+            add(whole, [b, -b * arm], arm);
+        },
+    );
+    let slope = whole.map_or(Slope::OfPoint(at_centre), |whole| Slope::of_body(&whole));
+    (wrench, slope)
 }
 
 /// Adds the derivatives of a force, by translation and rotation, and of its torque.

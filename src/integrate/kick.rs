@@ -1,9 +1,10 @@
 //! The two halves of a step.
 
+use super::coupling::{Besides, Coupling};
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
-use super::implicit::{Besides, Coupling, implicit_change};
+use super::implicit::implicit_change;
 use super::motion::{FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked};
 use super::plan::Plan;
 use super::stiffness::Treatment;
@@ -578,22 +579,22 @@ impl<W: Lookup> Kick<'_, W> {
 
     /// The mean of all that changes the momentum over a kick, if the force reads velocities.
     fn mean(&self, besides: &Besides, duration: Real) -> Option<Wrench> {
-        let (force, torque) = rounded(&self.mean_of(besides, duration)?);
-        Some(Wrench { force, torque })
-    }
-
-    fn mean_of(&self, besides: &Besides, duration: Real) -> Option<Vector6<f64>> {
-        let coupling = self.coupling()?;
+        let (coupling, mobility) = (self.coupling()?, Mobility::of(self.body));
         let here = coupling.at(&velocities(self.body));
-        coupling.mean(&Mobility::of(self.body), &here, besides, to_f64(duration))
+        let mean = coupling.mean(&mobility, &here, besides, to_f64(duration))?;
+        let (force, torque) = rounded(&mean);
+        Some(Wrench { force, torque })
     }
 
     /// A kick that is solved for the velocities, if the force reads them.
     fn solved(&self, free: Option<&FreeMotion>, duration: Real) -> Option<Kicked> {
+        let (coupling, mobility) = (self.coupling()?, Mobility::of(self.body));
         let besides = free.map_or(Besides::default(), |free| free.besides(self.body));
-        let impulse = self.mean_of(&besides, duration)? * to_f64(duration);
-        let change = Mobility::of(self.body).apply(&impulse);
-        let (now, change) = (pair(&velocities(self.body)), pair(&change));
+        let now = velocities(self.body);
+        let (here, duration) = (coupling.at(&now), to_f64(duration));
+        let impulse = coupling.mean(&mobility, &here, &besides, duration)? * duration;
+        let change = mobility.apply(&impulse);
+        let (now, change) = (pair(&now), pair(&change));
         let now = six(stopped(now.0, change.0), stopped(now.1, change.1));
         Some((self.updated(&now), pair(&impulse).1))
     }

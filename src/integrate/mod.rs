@@ -2,6 +2,7 @@
 //! sets.
 
 mod context;
+mod coupling;
 mod evaluation;
 mod exponential;
 mod fault;

@@ -1,7 +1,7 @@
 //! Who is in stiff fields: noticed by how wrenches change along the way, and then looked into.
 
+use super::coupling::{Coupling, Slope};
 use super::evaluation::Evaluation;
-use super::implicit::Coupling;
 use super::jacobian::{self, Jacobian};
 use super::kick::Redirected;
 use super::motion::{Motions, Resolved};
@@ -11,6 +11,7 @@ use super::stability::COUPLED;
 use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
+use crate::rapier::na::Vector6;
 use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
@@ -367,6 +368,18 @@ impl Integrator {
         jacobian::of_body(&mut self.lineariser, world, samples, place, moment, angvel)
     }
 
+    /// The part of it by velocities.
+    fn by_velocity(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        place: usize,
+    ) -> (Vector6<f64>, Slope) {
+        let frames = self.motions.frames(context, &[], 0.0);
+        let world = (context.compiled, &frames);
+        let (samples, moment) = (context.samples, context.moment());
+        jacobian::by_velocity(&mut self.lineariser, world, samples, place, moment)
+    }
+
     /// Takes the derivatives by velocity, since kicks solve for it.
     fn couple(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &mut Evaluation) {
         if !context.compiled.reads_velocity {
@@ -381,16 +394,18 @@ impl Integrator {
             );
             let still = !body.sleeping && [body.linvel, body.angvel] == [Vector::ZERO; 2];
             if (felt || still) && !evaluation.is_left_out(place) {
-                let known = evaluation.estimate(place).map(|estimate| estimate.jacobian);
-                let jacobian = known.unwrap_or_else(|| self.jacobian(context, evaluation, place));
-                let mut entries = jacobian.by_velocity.iter();
-                let usable = entries.all(|entry| entry.is_finite());
+                let (wrench, slope) = match evaluation.estimate(place) {
+                    Some(Estimate { jacobian, .. }) => {
+                        (jacobian.wrench, Slope::of_body(&jacobian.by_velocity))
+                    }
+                    None => self.by_velocity(context, place),
+                };
                 // Drag is felt by what begins at rest, too.
-                let counts = felt || jacobian.by_velocity.iter().any(|entry| *entry != 0.0);
-                let wrench = of_wrench(evaluation.wrenches[place]);
+                let counts = felt || !slope.is_zero();
+                let evaluated = of_wrench(evaluation.wrenches[place]);
                 let sampled_at = evaluation.sampled_at[place];
-                coupling =
-                    (usable && counts).then(|| Coupling::new(&jacobian, &wrench, sampled_at));
+                coupling = (slope.is_finite() && counts)
+                    .then(|| Coupling::new((&wrench, slope), &evaluated, sampled_at));
             }
             evaluation.couplings.push(coupling);
         }

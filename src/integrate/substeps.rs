@@ -6,9 +6,9 @@
 mod bisection;
 
 use super::context::StepContext;
+use super::coupling::{Besides, Coupling, Slope};
 use super::exponential::phi1;
 use super::fault::{Fault, FaultKind, Sift};
-use super::implicit::{Besides, Coupling};
 use super::jacobian::{self, Jacobian};
 use super::motion::{FASTEST, Start};
 use super::pace::{Track, track_all};
@@ -256,7 +256,11 @@ impl<W: Lookup> Run<'_, W> {
             let evaluated = of_wrench(group.wrenches[body]);
             // Samples have velocities in the precision of the world.
             let seen = six(to_dvec3(from_dvec3(state.linvel)), state.angvel);
-            let coupling = Coupling::new(&jacobian, &evaluated, seen);
+            let coupling = Coupling::new(
+                (&jacobian.wrench, Slope::of_body(&jacobian.by_velocity)),
+                &evaluated,
+                seen,
+            );
             let wrench = coupling.at(&velocities);
             let mobility = state.mobility();
             let omega2 = self.wants(&jacobian, &mobility).then(|| {

@@ -15,7 +15,7 @@ use crate::integrate::{
     Deflection, Fault, FreeMotion, Motions, Redirected, StepWarning, warn_of_springs,
 };
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
-use crate::rigid::{Lookup, Wrench, find};
+use crate::rigid::{Body, Lookup, Wrench, find};
 
 impl FieldPipeline {
     /// What happens after Rapier's step. After an error the world is as it was before it began.
@@ -205,7 +205,7 @@ impl FieldPipeline {
             if let Some(evaluation) = &mut state.evaluation {
                 evaluation.outdated = true;
             }
-            state.records.clear();
+            self.record_moved(state, &world.view());
             return Ok(0);
         }
         let dt = open.dt;
@@ -341,13 +341,31 @@ impl FieldPipeline {
         }
     }
 
+    /// Takes note of how Rapier's step leaves bodies to which fields do nothing after it.
+    fn record_moved(&mut self, state: &mut FieldState, view: &View<'_>) {
+        state.records.clear();
+        let Some(evaluation) = &state.evaluation else {
+            return;
+        };
+        let stands = |handle: &RigidBodyHandle| {
+            let body = Body::of(*handle, view.body(*handle)?);
+            Some(BodyRecord::of(&body))
+        };
+        let records = evaluation.bodies.iter().map_while(stands);
+        state.records.extend(records);
+        // One of them is gone.
+        if state.records.len() != evaluation.bodies.len() {
+            state.records.clear();
+        }
+    }
+
     /// Remembers under which wrenches bodies fell asleep in this step: the next evaluation may
     /// see changed fields already.
     fn note_sleepers(
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
-        bodies: &[crate::rigid::Body],
+        bodies: &[Body],
         world: &WorldMut<'_>,
     ) {
         let Some(evaluation) = &state.evaluation else {

@@ -1,6 +1,9 @@
 //! Forces that read velocities, of any strength: nothing explodes, nothing turns back, and what falls
 //! reaches its terminal velocity, under every scheme.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
@@ -192,5 +195,35 @@ fn drag_takes_energy_from_what_joints_hold() {
                 assert_close(ours.last / theirs.last, 1.0, 0.02, &name);
             }
         }
+    }
+}
+
+/// What does not read velocities is asked as often as without a drag beside it.
+#[test]
+fn drag_has_no_other_field_asked_again() {
+    let asked = |scheme: Scheme, drag: bool| {
+        let count = Arc::new(AtomicUsize::new(0));
+        let counted = Arc::clone(&count);
+        let mut tree = Tree::from(Field::closure([], move |sample: &Sample<'_>| {
+            counted.fetch_add(1, Ordering::Relaxed);
+            -sample.local_point
+        }));
+        if drag {
+            tree = tree + Field::drag(0.1, 0.2);
+        }
+        let mut world = weightless(DT);
+        for x in [5.0, 10.0, 15.0] {
+            insert_ball(&mut world, 1.0, Vector::X * x, Vector::Y);
+        }
+        let mut fields = build(tree, scheme);
+        for _ in 0..10 {
+            fields.step(&mut world).expect("a finite step");
+        }
+        count.load(Ordering::Relaxed)
+    };
+    for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
+        let (without, with) = (asked(scheme, false), asked(scheme, true));
+        assert!(without >= 30, "{scheme:?}: asked {without} times");
+        assert_eq!(with, without, "{scheme:?}");
     }
 }

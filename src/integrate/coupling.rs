@@ -1,0 +1,195 @@
+//! Forces that read velocities, linear in them: kicks solve for the velocities they end in.
+
+use super::exponential::{mean3, mean6, phi1};
+use crate::rapier::na::{Matrix3, Matrix6, Vector6};
+use crate::rigid::{Mobility, Wrench, join, rounded};
+
+/// Two evaluations that differ by no more than this part are the same, but for rounding.
+const SAME: f64 = 1e-5;
+
+/// A force that is linear in the velocities, about those it was sampled at.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Coupling {
+    /// There.
+    wrench: Vector6<f64>,
+    pub slope: Slope,
+    pub sampled_at: Vector6<f64>,
+}
+
+/// How a wrench changes with the velocities of a body.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) enum Slope {
+    /// Of a force at the centre of mass: no rotation has a part in it.
+    OfPoint(Matrix3<f64>),
+    OfBody(Matrix6<f64>),
+}
+
+impl Slope {
+    pub(super) fn of_body(slope: &Matrix6<f64>) -> Self {
+        let is_zero = |row, column| {
+            let block = slope.fixed_view::<3, 3>(row, column);
+            block.iter().all(|entry| *entry == 0.0)
+        };
+        match [(0, 3), (3, 0), (3, 3)]
+            .into_iter()
+            .all(|(row, column)| is_zero(row, column))
+        {
+            true => Slope::OfPoint(slope.fixed_view::<3, 3>(0, 0).into_owned()),
+            false => Slope::OfBody(*slope),
+        }
+    }
+
+    fn entries(&self) -> &[f64] {
+        match self {
+            Slope::OfPoint(slope) => slope.as_slice(),
+            Slope::OfBody(slope) => slope.as_slice(),
+        }
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.entries().iter().all(|entry| entry.is_finite())
+    }
+
+    pub(super) fn is_zero(&self) -> bool {
+        self.entries().iter().all(|entry| *entry == 0.0)
+    }
+
+    /// The change of the wrench with a change of the velocities.
+    fn times(&self, change: &Vector6<f64>) -> Vector6<f64> {
+        match self {
+            Slope::OfPoint(slope) => {
+                let mut wrench = Vector6::zeros();
+                let mut force = wrench.fixed_rows_mut::<3>(0);
+                force += slope * change.fixed_rows::<3>(0);
+                wrench
+            }
+            Slope::OfBody(slope) => slope * change,
+        }
+    }
+
+    pub(super) fn matrix(&self) -> Matrix6<f64> {
+        match self {
+            Slope::OfPoint(slope) => {
+                let mut matrix = Matrix6::zeros();
+                matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(slope);
+                matrix
+            }
+            Slope::OfBody(slope) => *slope,
+        }
+    }
+}
+
+/// What changes a momentum beside the force that is coupled to it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Besides {
+    /// Rapier's own pull.
+    pub pull: Vector6<f64>,
+    pub damping: [f64; 2],
+    pub momentum: Vector6<f64>,
+}
+
+impl Besides {
+    pub(super) fn wrench(&self) -> Vector6<f64> {
+        let [linear, angular] = self.damping;
+        let lost = |from: usize, rate: f64| self.momentum.fixed_rows::<3>(from) * rate;
+        self.pull - join(lost(0, linear), lost(3, angular))
+    }
+
+    pub(super) fn as_wrench(&self) -> Wrench {
+        let (force, torque) = rounded(&self.wrench());
+        Wrench { force, torque }
+    }
+
+    /// After a wrench has acted for some time.
+    pub(super) fn after(&self, wrench: &Vector6<f64>, duration: f64) -> Self {
+        Besides {
+            momentum: self.momentum + wrench * duration,
+            ..*self
+        }
+    }
+}
+
+impl Coupling {
+    /// About the velocities at which a wrench was `evaluated`. Its force in full precision is taken
+    /// if it is the same: what is left of a speed after a strong drag is the difference of two
+    /// almost equal numbers.
+    pub(super) fn new(
+        (wrench, slope): (&Vector6<f64>, Slope),
+        evaluated: &Vector6<f64>,
+        sampled_at: Vector6<f64>,
+    ) -> Self {
+        let off = (wrench - evaluated).norm();
+        let same = off <= SAME * evaluated.norm();
+        Coupling {
+            wrench: if same { *wrench } else { *evaluated },
+            slope,
+            sampled_at,
+        }
+    }
+
+    /// The force at these velocities.
+    pub(super) fn at(&self, velocities: &Vector6<f64>) -> Vector6<f64> {
+        self.wrench + self.slope.times(&(velocities - self.sampled_at))
+    }
+
+    /// The mean over a kick of all that changes the momentum, exactly where the force is linear in
+    /// the velocities: drag of any strength stops a body and never turns it back, and a force that
+    /// turns the velocity keeps its length. `here`: the force at the velocities at its start.
+    pub(super) fn mean(
+        &self,
+        mobility: &Mobility,
+        here: &Vector6<f64>,
+        besides: &Besides,
+        duration: f64,
+    ) -> Option<Vector6<f64>> {
+        let [linear, angular] = besides.damping;
+        let all = here + besides.wrench();
+        if let Slope::OfPoint(slope) = &self.slope {
+            let mut rate = slope * duration;
+            for (mut column, inv_mass) in rate.column_iter_mut().zip(mobility.inv_mass.to_array()) {
+                column *= inv_mass;
+            }
+            let rate = rate - Matrix3::identity() * (linear * duration);
+            let pushed = mean3(&rate, all.fixed_rows::<3>(0).into_owned())?;
+            let turned = all.fixed_rows::<3>(3) * phi1(-angular * duration);
+            return Some(join(pushed, turned));
+        }
+        mean6(&(self.rate(mobility, besides.damping) * duration), &all)
+    }
+
+    /// (1 − ½ duration A)⁻¹ of a wrench, for the rate A at which it changes: a round of Newton's
+    /// method for the implicit midpoint rule.
+    pub(super) fn midway(
+        &self,
+        mobility: &Mobility,
+        wrench: &Vector6<f64>,
+        damping: [f64; 2],
+        duration: f64,
+    ) -> Option<Vector6<f64>> {
+        let rate = self.rate(mobility, damping) * (0.5 * duration);
+        (Matrix6::identity() - rate).lu().solve(wrench)
+    }
+
+    /// How a force changes by itself, as a rate.
+    fn rate(&self, mobility: &Mobility, damping: [f64; 2]) -> Matrix6<f64> {
+        let mut rate = self.slope.matrix() * mobility.matrix();
+        for axis in 0..6 {
+            rate[(axis, axis)] -= damping[axis / 3];
+        }
+        rate
+    }
+
+    /// A bound of the rate at which anything is slowed down, if nothing is coupled between axes.
+    pub(super) fn slows(&self, mobility: &Mobility) -> f64 {
+        let diagonal = (self.slope.matrix() * mobility.matrix()).diagonal();
+        -diagonal.min()
+    }
+}
