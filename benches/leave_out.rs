@@ -13,51 +13,6 @@ use rapier3d_fields::rapier::pipeline::PhysicsHooks;
 use rapier3d_fields_lab::single::scenes::spheres::SpheresSettings;
 use std::hint::black_box;
 
-/// One uniform field against the loop that does the same by hand, and against Rapier's gravity.
-fn uniform(count: usize) -> Vec<Variant> {
-    let g = Vector::Y * -9.81;
-    let kick = move |world: &mut PhysicsWorld, part: Real| {
-        let dt = world.integration_parameters.dt * part;
-        for (_, body) in world.bodies.iter_mut() {
-            let impulse = g * (body.mass() * dt);
-            body.apply_impulse(impulse, true);
-        }
-    };
-    let mut looped = balls(count);
-    let by_hand = variant("impulse loop by hand", move || {
-        kick(&mut looped, 1.0);
-        looped.step();
-    });
-    let mut halved = balls(count);
-    let twice = variant("half before, half after by hand", move || {
-        kick(&mut halved, 0.5);
-        halved.step();
-        kick(&mut halved, 0.5);
-    });
-    let mut forced = balls(count);
-    let force = variant("force loop by hand", move || {
-        for (_, body) in forced.bodies.iter_mut() {
-            body.reset_forces(true);
-            let force = g * body.mass();
-            body.add_force(force, true);
-        }
-        forced.step();
-    });
-    let mut own = balls(count);
-    own.gravity = g;
-    let uniform = || Field::uniform(g).force_mode(ForceMode::Acceleration);
-    let kdk = Scheme::KickDriftKick;
-    vec![
-        alone(balls(count)),
-        variant("Rapier's gravity", move || own.step()),
-        by_hand,
-        twice,
-        force,
-        with("field, kick", balls(count), uniform(), Scheme::Kick),
-        with("field, kick-drift-kick", balls(count), uniform(), kdk),
-    ]
-}
-
 /// Fields that reach nobody.
 fn out_of_reach(count: usize) -> Vec<Variant> {
     let far = Field::point_gravity(1.0).within(Region::ball(10.0));
@@ -367,7 +322,6 @@ fn main() {
     }
     compare("contacts, 10,000 balls, dense", 2, || gas(10_000, 14.0));
     compare("contacts, 10,000 balls, thin", 2, || gas(10_000, 22.0));
-    compare("uniform field, 10,000 balls", 20, || uniform(10_000));
     compare("nothing in reach, 10,000 balls", 20, || {
         out_of_reach(10_000)
     });

@@ -1,15 +1,61 @@
 //! Fields beside the loop that does the same by hand.
 //!
 //! `cargo bench --bench rivals [-- NAME]`, measured as `leave_out` is. Compared is what the fields add to
-//! Rapier's step with what the loop adds to it; a scene's name says what is aimed at.
+//! Rapier's step with what the loop adds to it. With `--table` only that is printed, a line for each scene
+//! and scheme, with what is aimed at: the README's table is made of it.
 
 mod paired;
 
-use paired::{Variant, alone, balls, compare, variant, with};
+use paired::{ROUNDS, Variant, alone, balls, compare, is_chosen, measure, variant, with};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields_lab::single::rivals::cell_list::CellList;
 use rapier3d_fields_lab::single::rivals::vectorised::Vectorised;
 use rapier3d_fields_lab::single::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia, interaction};
+
+/// One uniform field against the loop that does the same by hand, and against Rapier's gravity.
+fn uniform(count: usize) -> Vec<Variant> {
+    let g = Vector::Y * -9.81;
+    let kick = move |world: &mut PhysicsWorld, part: Real| {
+        let dt = world.integration_parameters.dt * part;
+        for (_, body) in world.bodies.iter_mut() {
+            let impulse = g * (body.mass() * dt);
+            body.apply_impulse(impulse, true);
+        }
+    };
+    let mut looped = balls(count);
+    let by_hand = variant("impulse loop by hand", move || {
+        kick(&mut looped, 1.0);
+        looped.step();
+    });
+    let mut halved = balls(count);
+    let twice = variant("half before, half after by hand", move || {
+        kick(&mut halved, 0.5);
+        halved.step();
+        kick(&mut halved, 0.5);
+    });
+    let mut forced = balls(count);
+    let force = variant("force loop by hand", move || {
+        for (_, body) in forced.bodies.iter_mut() {
+            body.reset_forces(true);
+            let force = g * body.mass();
+            body.add_force(force, true);
+        }
+        forced.step();
+    });
+    let mut own = balls(count);
+    own.gravity = g;
+    let uniform = || Field::uniform(g).force_mode(ForceMode::Acceleration);
+    let kdk = Scheme::KickDriftKick;
+    vec![
+        alone(balls(count)),
+        variant("Rapier's gravity", move || own.step()),
+        by_hand,
+        twice,
+        force,
+        with("field, kick", balls(count), uniform(), Scheme::Kick),
+        with("field, kick-drift-kick", balls(count), uniform(), kdk),
+    ]
+}
 
 /// Balls that fly slowly, so that Rapier has no more to do than for those that stand.
 fn flying(count: usize) -> PhysicsWorld {
@@ -122,9 +168,9 @@ fn boxes(count: usize) -> Vec<Variant> {
     let kdk = Scheme::KickDriftKick;
     vec![
         alone(world()),
-        with("at the centre", world(), centre(), kdk),
-        with("in the volume, kick", world(), planet(), Scheme::Kick),
-        with("in the volume", world(), planet(), kdk),
+        with("field at the centre", world(), centre(), kdk),
+        with("field, kick", world(), planet(), Scheme::Kick),
+        with("field, kick-drift-kick", world(), planet(), kdk),
     ]
 }
 
@@ -172,6 +218,45 @@ fn moving_zones(count: usize) -> Vec<Variant> {
     ]
 }
 
+/// Balls that all attract each other, in air.
+fn attracted(count: usize) -> Vec<Variant> {
+    const SOFT: Real = 0.5;
+    let mut world = flying(count);
+    let looped = variant("double loop by hand", move || {
+        let dt = world.integration_parameters.dt;
+        let places: Vec<_> = world
+            .bodies
+            .iter()
+            .map(|it| it.1.center_of_mass())
+            .collect();
+        for (place, (_, body)) in world.bodies.iter_mut().enumerate() {
+            let mut force = body.linvel() * -0.1;
+            for (other, at) in places.iter().enumerate() {
+                let way = *at - places[place];
+                let r2 = way.length_squared() + SOFT * SOFT;
+                if other != place {
+                    force += way * (1e-3 / (r2 * r2.sqrt()));
+                }
+            }
+            body.apply_impulse(force * dt, true);
+        }
+        world.step();
+    });
+    let fields = |name, scheme| {
+        let world = flying(count);
+        let pull = |(body, _)| Field::radial(-1e-3, -2.0).softened(SOFT).at(body);
+        let tree = Tree::fold(Operator::SumUnion, world.bodies.iter().map(pull));
+        with(name, world, tree + Field::drag(0.1, 0.0), scheme)
+    };
+    vec![
+        alone(flying(count)),
+        looped,
+        fields("field, kick", Scheme::Kick),
+        fields("field, kick-drift-kick", Scheme::KickDriftKick),
+        fields("field, auto", Scheme::Auto { tolerance: 0.01 }),
+    ]
+}
+
 /// Molecules of ammonia that act on each other: as fields, and by loops written for them.
 fn molecules(count: usize, spacing: Real) -> Vec<Variant> {
     const CUTOFF: Real = 10.0;
@@ -206,39 +291,158 @@ fn molecules(count: usize, spacing: Real) -> Vec<Variant> {
     ]
 }
 
-fn main() {
-    compare("drag, 10,000 balls (≤ 2 × by hand)", 10, || {
-        drag(10_000, Vector::ZERO, 0.0)
-    });
-    compare(
-        "quadratic drag, 10,000 balls (≤ 2 × by hand)",
+/// A scene, and what is aimed at: how much the fields add at most, over what rivals add, for `Kick` and
+/// for the default scheme.
+struct Row {
+    scene: &'static str,
+    stretch: usize,
+    variants: fn() -> Vec<Variant>,
+    rivals: [&'static str; 2],
+    aim: Option<f64>,
+}
+
+const ALONE: &str = "Rapier alone";
+const BY_HAND: [&str; 2] = ["by hand"; 2];
+const LOOP: [&str; 2] = ["double loop by hand"; 2];
+const LIST: [&str; 2] = ["cell list by hand"; 2];
+
+const fn row(
+    scene: &'static str,
+    stretch: usize,
+    variants: fn() -> Vec<Variant>,
+    rivals: [&'static str; 2],
+    aim: Option<f64>,
+) -> Row {
+    Row {
+        scene,
+        stretch,
+        variants,
+        rivals,
+        aim,
+    }
+}
+
+const ROWS: [Row; 12] = [
+    row(
+        "uniform field, 10,000 balls",
         20,
+        || uniform(10_000),
+        ["impulse loop by hand", "half before, half after by hand"],
+        Some(1.1),
+    ),
+    row(
+        "drag, 10,000 balls",
+        10,
+        || drag(10_000, Vector::ZERO, 0.0),
+        BY_HAND,
+        Some(2.0),
+    ),
+    row(
+        "quadratic drag, 10,000 balls",
+        10,
         || drag(10_000, Vector::ZERO, 0.1),
-    );
-    compare("wind, 10,000 balls (≤ 2 × by hand)", 10, || {
-        drag(10_000, Vector::Y * 2.0, 0.1)
-    });
-    compare(
-        "three zones, summed, 10,000 balls (≤ 1 × by hand)",
+        BY_HAND,
+        Some(2.0),
+    ),
+    row(
+        "wind, 10,000 balls",
+        10,
+        || drag(10_000, Vector::Y * 2.0, 0.1),
+        BY_HAND,
+        Some(2.0),
+    ),
+    row(
+        "three zones, summed, 10,000 balls",
         20,
         || zones(10_000, false),
-    );
-    compare(
-        "three zones, replacing, 10,000 balls (≤ 1 × by hand)",
+        BY_HAND,
+        Some(1.0),
+    ),
+    row(
+        "three zones, replacing, 10,000 balls",
         20,
         || zones(10_000, true),
-    );
-    compare(
-        "10,000 boxes, point gravity (added ≤ 0.5 × Rapier)",
+        BY_HAND,
+        Some(1.0),
+    ),
+    row(
+        "point gravity, 10,000 boxes",
         10,
         || boxes(10_000),
-    );
-    compare(
-        "1,000 moving zones, 10,000 balls (≤ 0.05 × by hand)",
+        [ALONE; 2],
+        Some(0.5),
+    ),
+    row(
+        "1,000 moving zones, 10,000 balls",
         5,
         || moving_zones(10_000),
-    );
-    compare("liquid, 1,000 molecules", 5, || molecules(1_000, 3.6));
-    compare("liquid, 10,000 molecules", 2, || molecules(10_000, 3.6));
-    compare("gas, 10,000 molecules", 3, || molecules(10_000, 20.0));
+        LOOP,
+        Some(0.05),
+    ),
+    row(
+        "mutual attraction and drag, 2,000 balls",
+        3,
+        || attracted(2000),
+        LOOP,
+        None,
+    ),
+    row(
+        "liquid, 1,000 molecules",
+        5,
+        || molecules(1_000, 3.6),
+        LIST,
+        None,
+    ),
+    row(
+        "liquid, 10,000 molecules",
+        2,
+        || molecules(10_000, 3.6),
+        LIST,
+        None,
+    ),
+    row(
+        "gas, 10,000 molecules",
+        3,
+        || molecules(10_000, 20.0),
+        [ALONE; 2],
+        Some(0.25),
+    ),
+];
+
+impl Row {
+    /// As lines of a table of all scenes.
+    fn print(&self) {
+        let measured = measure(self.stretch, (self.variants)());
+        for (scheme, rival) in ["kick", "kick-drift-kick"].into_iter().zip(self.rivals) {
+            let [low, median, high] = measured.added(&format!("field, {scheme}"), rival);
+            let aim = match self.aim {
+                Some(aim) if median <= aim => format!("≤ {aim}, met"),
+                Some(aim) => format!("≤ {aim}"),
+                None => "–".to_owned(),
+            };
+            let scene = self.scene;
+            println!(
+                "| {scene} | {scheme} | {median:.2} ({low:.2} to {high:.2}) | {rival} | {aim} |"
+            );
+        }
+    }
+}
+
+fn main() {
+    let as_table = std::env::args().any(|argument| argument == "--table");
+    if as_table {
+        println!(
+            "`cargo bench --bench rivals -- --table`: what fields add to Rapier's step over what a rival adds to"
+        );
+        println!(
+            "it, or over the whole step, if that is Rapier alone. Medians and quartiles of {ROUNDS} paired rounds.\n"
+        );
+        println!("| scene | scheme | ratio | to what is added by | aim |\n|---|---|---|---|---|");
+    }
+    for row in ROWS.iter().filter(|row| is_chosen(row.scene)) {
+        match as_table {
+            true => row.print(),
+            false => compare(row.scene, row.stretch, row.variants),
+        }
+    }
 }

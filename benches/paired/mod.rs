@@ -3,7 +3,7 @@
 use rapier3d_fields::prelude::*;
 use std::time::Instant;
 
-const ROUNDS: usize = 31;
+pub const ROUNDS: usize = 31;
 
 /// A world of its own that goes on from round to round.
 pub struct Variant {
@@ -22,14 +22,14 @@ fn quantile(values: &[f64], part: f64) -> f64 {
     sorted[(part * (sorted.len() - 1) as f64).round() as usize]
 }
 
-/// Makes stretches of `stretch` steps of each of `variants`, and prints what they take.
-pub fn compare(scene: &str, stretch: usize, variants: impl FnOnce() -> Vec<Variant>) {
-    // `cargo bench` adds an option of its own.
-    let chosen = std::env::args().skip(1).find(|a| !a.starts_with("--"));
-    if chosen.is_some_and(|chosen| !scene.contains(&chosen)) {
-        return;
-    }
-    let mut variants = variants();
+/// What some variants took, in µs a step: by variant, and by round.
+pub struct Measured {
+    names: Vec<&'static str>,
+    times: Vec<Vec<f64>>,
+}
+
+/// Makes stretches of `stretch` steps of each variant in each round, in an order that rotates.
+pub fn measure(stretch: usize, mut variants: Vec<Variant>) -> Measured {
     let mut times = vec![Vec::new(); variants.len()];
     for round in 0..=ROUNDS {
         for turn in 0..variants.len() {
@@ -43,40 +43,67 @@ pub fn compare(scene: &str, stretch: usize, variants: impl FnOnce() -> Vec<Varia
             }
         }
     }
-    println!("{scene}");
-    for (variant, own) in variants.iter().zip(&times) {
-        let pairs = own.iter().zip(&times[0]);
-        let ratios: Vec<f64> = pairs.clone().map(|(a, b)| a / b).collect();
-        let added: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        println!(
-            "  {:36} {:10.2} µs a step  {:+10.2} µs  × {:.3} ({:.3} to {:.3})",
-            variant.name,
-            quantile(own, 0.5),
-            quantile(&added, 0.5),
-            quantile(&ratios, 0.5),
-            quantile(&ratios, 0.25),
-            quantile(&ratios, 0.75),
-        );
-    }
-    compare_added(&variants, &times);
+    let names = variants.iter().map(|variant| variant.name).collect();
+    Measured { names, times }
 }
 
-/// What the fields add to Rapier's step, over what the loops by hand add.
-fn compare_added(variants: &[Variant], times: &[Vec<f64>]) {
-    let named = |part| {
-        let all = variants.iter().zip(times);
-        all.filter(move |(variant, _)| variant.name.contains(part))
-    };
-    for (by_hand, rival) in named("by hand") {
-        for (field, own) in named("field") {
-            let rounds = own.iter().zip(rival).zip(&times[0]);
-            let ratios = rounds.map(|((own, rival), alone)| (own - alone) / (rival - alone));
-            let ratios: Vec<f64> = ratios.collect();
-            let [low, median, high] = [0.25, 0.5, 0.75].map(|part| quantile(&ratios, part));
-            let [field, by_hand] = [field.name, by_hand.name];
+/// Whether a scene is asked for: `cargo bench` adds an option of its own.
+pub fn is_chosen(scene: &str) -> bool {
+    let chosen = std::env::args().skip(1).find(|a| !a.starts_with("--"));
+    chosen.is_none_or(|chosen| scene.contains(&chosen))
+}
+
+/// Measures variants, unless others are asked for, and prints what they take.
+pub fn compare(scene: &str, stretch: usize, variants: impl FnOnce() -> Vec<Variant>) {
+    if is_chosen(scene) {
+        println!("{scene}");
+        measure(stretch, variants()).print();
+    }
+}
+
+impl Measured {
+    fn of(&self, name: &str) -> &[f64] {
+        let place = self.names.iter().position(|it| *it == name);
+        &self.times[place.unwrap_or_else(|| panic!("no variant is called {name}"))]
+    }
+
+    /// The quartiles, the middle one second, of what a variant adds to the step of the first, over what
+    /// the rival adds to it; over its whole step, if that is the rival.
+    pub fn added(&self, variant: &str, rival: &str) -> [f64; 3] {
+        let alone = &self.times[0];
+        let of_all = rival == self.names[0];
+        let rounds = self.of(variant).iter().zip(self.of(rival)).zip(alone);
+        let ratios = rounds.map(|((own, rival), alone)| {
+            let whole = if of_all { 0.0 } else { *alone };
+            (own - alone) / (rival - whole)
+        });
+        let ratios: Vec<f64> = ratios.collect();
+        [0.25, 0.5, 0.75].map(|part| quantile(&ratios, part))
+    }
+
+    /// Every variant beside the first, and what fields add over what loops by hand add.
+    pub fn print(&self) {
+        for (name, own) in self.names.iter().zip(&self.times) {
+            let pairs = own.iter().zip(&self.times[0]);
+            let ratios: Vec<f64> = pairs.clone().map(|(a, b)| a / b).collect();
+            let added: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
             println!(
-                "  added by {field} ÷ added by {by_hand}: {median:.2} ({low:.2} to {high:.2})"
+                "  {name:36} {:10.2} µs a step  {:+10.2} µs  × {:.3} ({:.3} to {:.3})",
+                quantile(own, 0.5),
+                quantile(&added, 0.5),
+                quantile(&ratios, 0.5),
+                quantile(&ratios, 0.25),
+                quantile(&ratios, 0.75),
             );
+        }
+        let named = |part| self.names.iter().filter(move |name| name.contains(part));
+        for by_hand in named("by hand") {
+            for field in named("field") {
+                let [low, median, high] = self.added(field, by_hand);
+                println!(
+                    "  added by {field} ÷ added by {by_hand}: {median:.2} ({low:.2} to {high:.2})"
+                );
+            }
         }
     }
 }

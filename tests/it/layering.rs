@@ -24,7 +24,7 @@ const OUTSIDE: [&str; 7] = [
     "rayon",
 ];
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let here = package.join("ARCHITECTURE.md").exists();
     if here {

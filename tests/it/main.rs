@@ -54,6 +54,8 @@ mod modifier_laws;
 mod orders;
 #[cfg(feature = "f64")]
 mod potentials;
+#[cfg(feature = "f32")]
+mod readme;
 mod reference_dimers;
 mod regions_vs_parry;
 mod routes;
