@@ -21,6 +21,10 @@ pub(crate) struct Coupling {
 }
 
 /// How a wrench changes with the velocities of a body.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a box would be an allocation for each body and step"
+)]
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",

@@ -209,7 +209,7 @@ fn drag_has_no_other_field_asked_again() {
             -sample.local_point
         }));
         if drag {
-            tree = tree + Field::drag(0.1, 0.2);
+            tree += Field::drag(0.1, 0.2);
         }
         let mut world = weightless(DT);
         for x in [5.0, 10.0, 15.0] {
