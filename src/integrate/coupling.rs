@@ -58,12 +58,40 @@ impl Slope {
         }
     }
 
+    fn size(&self) -> usize {
+        match self {
+            Slope::OfPoint(_) => 3,
+            Slope::OfBody(_) => 6,
+        }
+    }
+
     pub(super) fn is_finite(&self) -> bool {
         self.entries().iter().all(|entry| entry.is_finite())
     }
 
     pub(super) fn is_zero(&self) -> bool {
         self.entries().iter().all(|entry| *entry == 0.0)
+    }
+
+    /// A bound of the rates at which the velocities are slowed down or turned by it alone.
+    ///
+    /// With D² no less than M⁻¹ they are no more than the norm of D B D, and that no more than the root of
+    /// its greatest sum of a row times its greatest sum of a column.
+    pub(super) fn fastest(&self, mobility: &Mobility) -> f64 {
+        let greatest = |sums: [f64; 6]| sums.into_iter().fold(0.0, f64::max);
+        let inv_mass = mobility.inv_mass.max_element();
+        let rows = mobility.inv_inertia.row_iter();
+        let inv_inertia = rows.map(|row| row.lp_norm(1)).fold(0.0, f64::max);
+        let [linear, angular] = [inv_mass.sqrt(), inv_inertia.sqrt()];
+        let of_axis = |axis: usize| if axis < 3 { linear } else { angular };
+        let (mut rows, mut columns) = ([0.0; 6], [0.0; 6]);
+        for (place, entry) in self.entries().iter().enumerate() {
+            let (row, column) = (place % self.size(), place / self.size());
+            let rate = entry.abs() * of_axis(row) * of_axis(column);
+            rows[row] += rate;
+            columns[column] += rate;
+        }
+        (greatest(rows) * greatest(columns)).sqrt()
     }
 
     /// The change of the wrench with a change of the velocities.

@@ -266,11 +266,16 @@ impl Integrator {
         let Some(choice) = context.choice() else {
             return;
         };
+        self.take_slopes(context, evaluation);
+        let slopes = &self.slopes;
         let bound = (CAUTION * 4.0 * choice.tolerance).powi(2);
-        let reads_velocity = context.compiled.reads_velocity;
+        let quiet = choice.quiet_rate(to_f64(context.dt));
         let is_candidate = |place: &usize| {
-            if reads_velocity && evaluation.wrenches[*place] != Wrench::ZERO {
-                return true;
+            if let Some(Some((_, slope))) = slopes.get(*place) {
+                let rate = slope.fastest(&Mobility::of(&context.bodies[*place]));
+                if !slope.is_finite() || rate > quiet {
+                    return true;
+                }
             }
             let Some(shown) = fourth_power(*place).map(to_f64) else {
                 return false;
@@ -380,35 +385,53 @@ impl Integrator {
         jacobian::by_velocity(&mut self.lineariser, world, samples, place, moment)
     }
 
-    /// Takes the derivatives by velocity, since kicks solve for it.
-    fn couple(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &mut Evaluation) {
+    /// How the wrenches on those who feel one change with their velocities, if any does.
+    fn take_slopes(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) {
+        self.slopes.clear();
         if !context.compiled.reads_velocity {
             return;
         }
         self.prepare(context);
         for place in 0..evaluation.bodies.len() {
-            let mut coupling = None;
             let (felt, body) = (
                 evaluation.wrenches[place] != Wrench::ZERO,
                 &context.bodies[place],
             );
+            // Drag is felt by what begins at rest, too.
             let still = !body.sleeping && [body.linvel, body.angvel] == [Vector::ZERO; 2];
-            if (felt || still) && !evaluation.is_left_out(place) {
-                let (wrench, slope) = match evaluation.estimate(place) {
-                    Some(Estimate { jacobian, .. }) => {
-                        (jacobian.wrench, Slope::of_body(&jacobian.by_velocity))
-                    }
-                    None => self.by_velocity(context, place),
-                };
-                // Drag is felt by what begins at rest, too.
-                let counts = felt || !slope.is_zero();
+            let looked = (felt || still) && !evaluation.is_left_out(place);
+            let slope = looked.then(|| self.by_velocity(context, place));
+            let counts = |slope: &Slope| felt || !slope.is_zero();
+            self.slopes.push(slope.filter(|(_, slope)| counts(slope)));
+        }
+    }
+
+    /// Takes the derivatives by velocity, since kicks solve for it.
+    fn couple(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &mut Evaluation) {
+        if self.slopes.is_empty() {
+            self.take_slopes(context, evaluation);
+        }
+        let slopes = std::mem::take(&mut self.slopes);
+        for (place, slope) in slopes.iter().enumerate() {
+            let known = slope
+                .is_some()
+                .then(|| evaluation.estimate(place))
+                .flatten();
+            let slope = match known {
+                Some(Estimate { jacobian, .. }) => {
+                    Some((jacobian.wrench, Slope::of_body(&jacobian.by_velocity)))
+                }
+                None => *slope,
+            };
+            let slope = slope.filter(|(_, slope)| slope.is_finite());
+            let coupling = slope.map(|(wrench, slope)| {
                 let evaluated = of_wrench(evaluation.wrenches[place]);
-                let sampled_at = evaluation.sampled_at[place];
-                coupling = (slope.is_finite() && counts)
-                    .then(|| Coupling::new((&wrench, slope), &evaluated, sampled_at));
-            }
+                Coupling::new((&wrench, slope), &evaluated, evaluation.sampled_at[place])
+            });
             evaluation.couplings.push(coupling);
         }
+        self.slopes = slopes;
+        self.slopes.clear();
     }
 }
 

@@ -9,6 +9,10 @@ const SUZUKI_STAGES: u32 = 5;
 /// way it need not meet the stiffest direction.
 pub(super) const CAUTION: f64 = 0.25;
 
+/// dt times a rate of drag up to which a body does not follow it within a step: a field that changes along
+/// the way is not made up for by a drag that changes as much.
+const SHOWS: f64 = 0.25;
+
 /// A plan aims at this share of the tolerance: the next step is a little stiffer as often as not.
 const MARGIN: f64 = 0.8;
 
@@ -131,6 +135,12 @@ impl Choice {
     /// Whether whole steps do, with room to spare.
     pub(super) fn is_calm(self, pace: Pace, dt: f64) -> bool {
         self.error(pace, Plan::WHOLE, dt) <= CAUTION * self.tolerance
+    }
+
+    /// The fastest rate, of drag or gyration, that is no reason to look into a body: it is off by little
+    /// itself, and how a wrench changes along the way still shows how stiff the fields are.
+    pub(super) fn quiet_rate(self, dt: f64) -> f64 {
+        (24.0 * CAUTION * self.tolerance).sqrt().min(SHOWS) / dt
     }
 
     /// The cheapest that meets the tolerance at such a pace; the finest if none does.

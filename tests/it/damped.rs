@@ -221,7 +221,8 @@ fn drag_has_no_other_field_asked_again() {
         }
         count.load(Ordering::Relaxed)
     };
-    for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
+    let auto = Scheme::Auto { tolerance: 0.01 };
+    for scheme in [Scheme::Kick, Scheme::KickDriftKick, auto] {
         let (without, with) = (asked(scheme, false), asked(scheme, true));
         assert!(without >= 30, "{scheme:?}: asked {without} times");
         assert_eq!(with, without, "{scheme:?}");

@@ -95,6 +95,11 @@ fn compare(
     let size = 10.0 + plan.size(world, query);
     let force = walk.force(&frames, query).unwrap_or(DVec3::NAN);
     let error = (linearised.force - force).length();
+    let longer = (linearised.force.length() - force.length()).abs();
+    if error > EXACT * size && longer <= EXACT * size && plan.chooses_by_length() {
+        // Of two vectors of one length rounding chooses.
+        return Ok(0);
+    }
     prop_assert!(
         error <= EXACT * size,
         "{}, force alone {force}",

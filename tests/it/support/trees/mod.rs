@@ -392,6 +392,13 @@ impl TermPlan {
         own.is_some_and(|scale| scale.any(is)) || below()
     }
 
+    /// Whether it holds an operator that chooses between two vectors by their lengths.
+    pub fn chooses_by_length(&self) -> bool {
+        use Operator::{Strongest, Weakest};
+        let below = || self.operands().into_iter().any(Self::chooses_by_length);
+        matches!(self, TermPlan::Apply(Strongest | Weakest, ..)) || below()
+    }
+
     /// The sum of the magnitudes of all fields and composites in it, at a sample.
     pub fn size(&self, world: &World, query: &Query) -> f64 {
         self.size_in(world, query, &|tree| tree)
