@@ -52,8 +52,12 @@ fn formula(formula: &Formula) -> bool {
         | Formula::Spring(_)
         | Formula::Drag(_)
         | Formula::Magnetic(_)
-        | Formula::Swirl(_) => true,
-        Formula::Wind(wind) => matches!(*wind.flow, Formula::Uniform(_) | Formula::Swirl(_)),
+        | Formula::Swirl(_)
+        | Formula::Turbulence(_) => true,
+        Formula::Wind(wind) => {
+            use Formula::{Swirl, Turbulence, Uniform};
+            matches!(*wind.flow, Uniform(_) | Swirl(_) | Turbulence(_))
+        }
         _ => false,
     }
 }

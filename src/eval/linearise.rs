@@ -3,17 +3,16 @@
 use std::cell::{LazyCell, OnceCell};
 use std::ops::Deref;
 
+use super::drags::drag_on;
 use super::far::{FarRadials, is_far};
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
-use super::quantity::Quantity;
+use super::quantity::{Quantity, Terms};
 use super::sources::Sources;
-use crate::compile::{Compiled, Key, Program, RadialBatch, Step};
-use crate::field::{
-    Dual, Frame, Frames, Linearised, LocalQuery, Motion, Query, Sampling, SamplingRule, Vec3,
-};
-use crate::math::{DMat3, DVec3, Vector, to_dvec3, to_f64};
+use crate::compile::{Compiled, Key, Program, RadialBatch};
+use crate::field::{Dual, Frames, Linearised, Motion, Query, Sampling, SamplingRule, Vec3};
+use crate::math::{DMat3, DVec3, to_dvec3, to_f64};
 use crate::sample::{Kind, Moment, SamplePoint, Samples};
 
 /// One sample of a body: what is asked, and how it moves.
@@ -36,25 +35,12 @@ impl Seeded {
 }
 
 /// A force with its derivatives, in two parts.
+#[derive(Default)]
 struct Sum {
     /// Of what carries derivatives along.
     varying: Option<Vec3<Dual>>,
     /// Of what has them in closed form.
     closed: Linearised,
-}
-
-impl Default for Sum {
-    fn default() -> Self {
-        Sum {
-            varying: None,
-            // The default of a matrix is the identity.
-            closed: Linearised {
-                force: DVec3::ZERO,
-                by_position: DMat3::ZERO,
-                by_velocity: DMat3::ZERO,
-            },
-        }
-    }
 }
 
 impl Sum {
@@ -77,13 +63,6 @@ impl Sum {
         }
         self.closed
     }
-}
-
-/// Which terms are asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Terms {
-    All,
-    ThatReadVelocities,
 }
 
 /// Evaluates forces with their derivatives; keeps its buffers between calls.
@@ -150,7 +129,7 @@ impl Lineariser {
                 (compiled, world),
                 sample,
                 &seeded,
-                |program| (all || program.reads_velocity) && wanted(program.how),
+                (terms, |program| wanted(program.how)),
                 &mut force,
             );
             if let Some(force) = force {
@@ -187,13 +166,14 @@ impl Lineariser {
         (compiled, world): (&Compiled, &impl Frames),
         sample: &SamplePoint,
         seeded: &impl Deref<Target = Seeded>,
-        wanted: impl Fn(&Program) -> bool,
+        (terms, wanted): (Terms, impl Fn(&Program) -> bool),
         force: &mut Option<Sum>,
     ) {
         self.index.at(compiled, sample.world_point, &mut self.found);
         for (_, number) in &self.found {
             let program = compiled.programs.get(*number);
-            let Some(program) = program.filter(|program| wanted(program)) else {
+            let asked = |program: &&Program| terms == Terms::All || program.reads_velocity;
+            let Some(program) = program.filter(asked).filter(|program| wanted(program)) else {
                 continue;
             };
             for instance in self.index.reach(*number).at(program, sample.world_point) {
@@ -202,7 +182,7 @@ impl Lineariser {
                 let query = &seeded.query;
                 let (instance, frames) = (*instance as usize, self.frames.all());
                 let sum = force.get_or_insert_with(Sum::default);
-                if let Some(drag) = drag_on(program, instance, frames, query) {
+                if let Some(drag) = drag_on(program, instance, frames, query, terms) {
                     sum.add(&drag);
                     continue;
                 }
@@ -213,23 +193,6 @@ impl Lineariser {
             }
         }
     }
-}
-
-/// The force of a program that is one drag, defined everywhere.
-fn drag_on(
-    program: &Program,
-    instance: usize,
-    frames: &[Option<Frame>],
-    query: &Query,
-) -> Option<Linearised> {
-    let leaf = match (&program.steps[..], &program.leaves[..]) {
-        ([Step::Leaf(0)], [leaf]) if leaf.region.is_everywhere() => leaf,
-        _ => return None,
-    };
-    let frame = program.frame(instance, 0, frames)?;
-    let acts = frame.angvel == Vector::ZERO && leaf.acts_on(query, frame);
-    let local = acts.then(|| LocalQuery::new(query, frame))?;
-    leaf.drag_of(program.strength(instance, 0), &local)
 }
 
 impl Sources {

@@ -5,6 +5,7 @@ mod clouds;
 mod constants;
 mod contract;
 mod cut;
+mod drags;
 mod energy;
 mod far;
 mod frames;
@@ -22,6 +23,7 @@ mod radial;
 mod sources;
 #[cfg(test)]
 mod tests;
+mod waves;
 mod wide;
 
 use crate::compile::{Compiled, RadialBatch, Weighting};
@@ -31,7 +33,8 @@ use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
 pub(crate) use interpreter::Interpreter;
-pub(crate) use linearise::{Lineariser, Terms};
+pub(crate) use linearise::Lineariser;
+pub(crate) use quantity::Terms;
 pub use quantity::{PotentialEnergy, WrenchError};
 
 use adaptive::Adaptive;

@@ -36,3 +36,10 @@ pub(super) enum Quantity {
     /// acts on has a field that acts back.
     Potential,
 }
+
+/// Which terms are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Terms {
+    All,
+    ThatReadVelocities,
+}

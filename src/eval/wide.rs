@@ -96,4 +96,4 @@ impl Asked<'_> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

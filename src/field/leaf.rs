@@ -399,18 +399,24 @@ impl Field {
         rotate(local.rotation, &vector) * self.weight(local)
     }
 
-    /// The same force with its derivatives, where they are known in closed form: those of a drag in a
-    /// frame that does not turn.
-    pub(crate) fn drag_of(&self, strength: Real, local: &LocalQuery<'_>) -> Option<Linearised> {
-        let plain =
-            self.scale.is_none() && self.limit.is_none() && self.coupling == Coupling::Share;
-        let slope = plain.then(|| self.formula.drag_slope(local)).flatten()?;
-        let turn = DMat3::from_quat(local.rotation);
-        let weight = to_f64(strength) * self.weight(local);
+    /// The same force with its derivative by velocity in closed form, if it is a drag, in a `flow` that is
+    /// given. The one by place is left at zero.
+    pub(crate) fn drag_of(
+        &self,
+        strength: Real,
+        local: &LocalQuery<'_>,
+        flow: impl FnOnce(&Formula) -> Option<DVec3>,
+    ) -> Option<Linearised> {
+        let plain = self.limit.is_none() && self.coupling == Coupling::Share;
+        let (drag, past) = self.formula.as_drag(local, flow).filter(|_| plain)?;
+        let scale = self.scale.as_ref().map_or(1.0, |scale| scale.at(local));
+        let (turn, weight) = (local.rotation, self.weight(local) * scale);
+        let weight = weight * to_f64(strength);
+        let matrix = DMat3::from_quat(turn);
         Some(Linearised {
-            force: real(&self.force_of(strength, local)),
+            force: turn * (real(&drag.force::<f64>(&constant(past))) * weight),
             by_position: DMat3::ZERO,
-            by_velocity: turn * (slope * weight) * turn.transpose(),
+            by_velocity: matrix * (drag.slope(past) * weight) * matrix.transpose(),
         })
     }
 

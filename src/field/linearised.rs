@@ -4,7 +4,7 @@ use super::number::{Dual, Vec3, real};
 use crate::math::{DMat3, DVec3};
 
 /// A force and its derivatives at a sample, in world axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linearised {
     /// The force.
     pub force: DVec3,
@@ -12,6 +12,17 @@ pub struct Linearised {
     pub by_position: DMat3,
     /// ∂F/∂v: column k is the change of the force with component k of the velocity.
     pub by_velocity: DMat3,
+}
+
+impl Default for Linearised {
+    /// Nothing. (The default of a matrix is the identity.)
+    fn default() -> Self {
+        Linearised {
+            force: DVec3::ZERO,
+            by_position: DMat3::ZERO,
+            by_velocity: DMat3::ZERO,
+        }
+    }
 }
 
 impl Linearised {

@@ -9,11 +9,12 @@ use super::operators::limited;
 use super::region::holds;
 use super::scale;
 use crate::eval::lanes::lanes_of;
+use crate::eval::waves::flow_at;
 use crate::field::{
     Axis, Coupling, Drag, Field, ForceMode, Formula, Frame, Modifier, Profile, Radial, Spring,
-    Swirl,
+    Swirl, Turbulence,
 };
-use crate::math::{to_dvec3, to_f64};
+use crate::math::{DVec3, to_dvec3, to_f64};
 use crate::sample::{Moment, SamplePoint, owner};
 
 impl Asked<'_> {
@@ -122,29 +123,42 @@ fn vector<S: Simd>(
 
 #[inline(always)]
 fn plain<S: Simd>(formula: &Formula, local: &Local<'_, S>) -> Vectors<S> {
-    let splat = |number| local.chunk.splat(number);
     match formula {
-        Formula::Uniform(law) => to_dvec3(law.vector).to_array().map(splat),
         Formula::Spring(law) => spring(law, local),
         Formula::Drag(law) => drag(law, local.velocity),
         Formula::Wind(law) => {
-            let ([u, v, w], flow) = (local.velocity, plain(&law.flow, local));
+            let ([u, v, w], flow) = (local.velocity, flow(&law.flow, local));
             let past = [u - flow[0], v - flow[1], w - flow[2]];
             let cap = to_f64(law.speed_cap);
             if cap == f64::INFINITY {
                 return drag(&law.drag, past);
             }
             let speed = length(past);
-            let factor = speed.simd_le(cap).select(splat(1.0), splat(cap) / speed);
+            let (whole, part) = (local.chunk.splat(1.0), local.chunk.splat(cap) / speed);
+            let factor = speed.simd_le(cap).select(whole, part);
             drag(&law.drag, times(past, factor))
         }
         Formula::Magnetic(law) => {
             let ([u, v, w], [a, b, c]) = (local.velocity, to_dvec3(law.field).to_array());
             [v * c - w * b, w * a - u * c, u * b - v * a]
         }
+        formula => flow(formula, local),
+    }
+}
+
+/// What may blow as a wind. A function of its own, since one that calls itself is not inlined.
+#[inline(always)]
+fn flow<S: Simd>(formula: &Formula, local: &Local<'_, S>) -> Vectors<S> {
+    let chunk = local.chunk;
+    match formula {
+        Formula::Uniform(law) => {
+            let [x, y, z] = to_dvec3(law.vector).to_array();
+            [chunk.splat(x), chunk.splat(y), chunk.splat(z)]
+        }
         Formula::Swirl(law) => swirl(law, local),
+        Formula::Turbulence(law) => turbulence(law, local),
         // None of those that have lanes.
-        _ => [splat(f64::NAN); 3],
+        _ => [chunk.splat(f64::NAN); 3],
     }
 }
 
@@ -222,6 +236,20 @@ fn drag<S: Simd>(law: &Drag, velocity: Vectors<S>) -> Vectors<S> {
         quadratic => -(length(velocity) * quadratic + linear),
     };
     times(velocity, rate)
+}
+
+#[inline(always)]
+fn turbulence<S: Simd>(law: &Turbulence, local: &Local<'_, S>) -> Vectors<S> {
+    let [x, y, z] = local.point.map(|parts| parts.to_array());
+    let (mut flow, simd) = ([[0.0; WIDTH]; 3], local.chunk.simd);
+    for lane in lanes_of(local.chunk.here.to_bitmask()) {
+        let point = DVec3::new(x[lane], y[lane], z[lane]);
+        let here = flow_at(simd, law, point, local.moment.time);
+        for (axis, parts) in flow.iter_mut().enumerate() {
+            parts[lane] = here[axis];
+        }
+    }
+    flow.map(|parts| Eight::load_array(simd, parts))
 }
 
 #[inline(always)]

@@ -11,13 +11,13 @@ use crate::eval::Interpreter;
 use crate::eval::lanes::{lanes_of, level};
 use crate::field::{
     Anchor, Axis, Field, FieldSet, Frame, Frames, Layer, Motion, Operator, Region, Scalar, Tree,
-    real,
+    Turbulence, real,
 };
 use crate::math::{Pose, Real, RigidBodyHandle, to_dvec3, to_f64};
 use crate::sample::{Moment, Samples};
 
 /// Bodies that move and turn.
-struct Moving;
+pub(in crate::eval) struct Moving;
 
 impl Frames for Moving {
     fn frame(&self, anchor: &Anchor) -> Option<Frame> {
@@ -35,7 +35,7 @@ impl Frames for Moving {
     }
 }
 
-fn regions() -> Vec<Region> {
+pub(in crate::eval) fn regions() -> Vec<Region> {
     let turned = Pose::new(Vector::new(0.5, 0.25, -0.5), Vector::new(0.3, -0.2, 0.9));
     let solids = [
         Region::ball(2.0),
@@ -86,6 +86,8 @@ fn formulas() -> Vec<Field> {
         Field::updraft(0.5, 1.5).smoothed(0.25),
         Field::vortex(2.0, 0.5),
         Field::vortex(1.0, -1.0).as_wind(0.5, 0.0),
+        Field::turbulence(Turbulence::new(3, 1.5, 2.0).turnover(0.5)),
+        Field::turbulence(Turbulence::new(4, 1.5, 2.0)).as_wind(0.25, 0.5),
         Field::uniform(push).force_mode(crate::ForceMode::Acceleration),
         Field::uniform(push).force_mode(crate::ForceMode::VelocityChange),
         Field::uniform(push).coupled_to_axis(Axis::Charge),
@@ -155,7 +157,7 @@ fn tree() -> impl Strategy<Value = Tree> {
 }
 
 /// Samples of several bodies, of which the first carries fields.
-fn samples(numbers: &[[f64; 8]]) -> Samples {
+pub(in crate::eval) fn samples(numbers: &[[f64; 8]]) -> Samples {
     let mut samples = Samples::default();
     samples.clear();
     samples.user.push(Arc::new([]));

@@ -37,7 +37,7 @@ use super::contact::ContactLaw;
 use super::error::{BuildError, bad};
 use super::number::{Number, Vec3, constant, length, real};
 use super::query::LocalQuery;
-use crate::math::{DMat3, DVec3, Real, to_f64};
+use crate::math::{DVec3, Real, to_f64};
 
 /// What a field does where it is defined. Made by the constructors of [`Field`](crate::Field).
 ///
@@ -121,15 +121,18 @@ impl Formula {
         with_law!(self, law => law.potential(local))
     }
 
-    /// The derivative by velocity of a drag that is the same everywhere, in closed form: bodies in it ask
-    /// for that at every step.
-    pub(crate) fn drag_slope(&self, local: &LocalQuery<'_>) -> Option<DMat3> {
+    /// A drag, and the velocity past the medium, in a `flow` that is given.
+    pub(crate) fn as_drag(
+        &self,
+        local: &LocalQuery<'_>,
+        flow: impl FnOnce(&Formula) -> Option<DVec3>,
+    ) -> Option<(&Drag, DVec3)> {
         match self {
-            Formula::Drag(drag) => Some(drag.slope(real(&local.velocity))),
-            Formula::Wind(wind) if wind.flow.is_uniform() => {
-                let past = real(&(local.velocity - wind.flow.vector(local)));
+            Formula::Drag(drag) => Some((drag, real(&local.velocity))),
+            Formula::Wind(wind) => {
+                let past = real(&local.velocity) - flow(&wind.flow)?;
                 let within = past.length() <= to_f64(wind.speed_cap);
-                within.then(|| wind.drag.slope(past))
+                within.then_some((&wind.drag, past))
             }
             _ => None,
         }

@@ -290,7 +290,9 @@ fn drags_have_the_derivatives_that_numbers_carry() {
             let motion = Motion::<Dual>::seeded(&query);
             let carried = field.force(&LocalQuery::moving(&query, &motion, &still));
             let carried = Linearised::new(&carried);
-            let closed = field.drag_of(field.strength, &LocalQuery::new(&query, &still));
+            let local = LocalQuery::new(&query, &still);
+            let uniform = |flow: &Formula| Some(real(&flow.vector(&local)));
+            let closed = field.drag_of(field.strength, &local, uniform);
             let Some(closed) = closed else {
                 unknown += 1;
                 continue;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::Law;
 use super::random::Random;
 use crate::field::error::{BuildError, all_finite, bad, positive};
-use crate::field::number::{Number, Vec3, constant};
+use crate::field::number::{Number, Vec3, chain, real};
 use crate::field::query::LocalQuery;
 use crate::math::{DVec3, Real, to_f64};
 
@@ -32,22 +32,36 @@ pub struct Turbulence {
     pub(crate) size: Real,
     pub(crate) detail: Real,
     pub(crate) turnover: Real,
-    waves: Vec<Wave>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Wave {
-    /// kₙ.
-    along: DVec3,
-    /// ωₙ.
-    frequency: f64,
-    /// aₙ and bₙ.
-    cosine: DVec3,
-    sine: DVec3,
+    pub(crate) waves: Waves,
 }
 
 /// Enough for a flow that looks the same in all directions.
 const WAVES: usize = 32;
+
+/// A number of each wave.
+type Each = [f64; WAVES];
+
+/// The waves, number by number, so that several fit into a register.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Waves {
+    /// kₙ.
+    pub along: [Each; 3],
+    /// ωₙ.
+    pub frequency: Each,
+    /// aₙ and bₙ.
+    pub cosine: [Each; 3],
+    pub sine: [Each; 3],
+}
+
+fn set(vectors: &mut [Each; 3], n: usize, vector: DVec3) {
+    for (axis, numbers) in vectors.iter_mut().enumerate() {
+        numbers[n] = vector[axis];
+    }
+}
+
+fn get(vectors: &[Each; 3], n: usize) -> DVec3 {
+    DVec3::from_array(vectors.each_ref().map(|numbers| numbers[n]))
+}
 
 impl Turbulence {
     /// A flow of root mean square `speed` whose largest eddies have the length `size`.
@@ -58,7 +72,7 @@ impl Turbulence {
             size,
             detail: 8.0,
             turnover: 0.0,
-            waves: Vec::new(),
+            waves: Waves::default(),
         }
         .made()
     }
@@ -80,7 +94,6 @@ impl Turbulence {
         let mut random = Random::new(self.seed);
         let largest = TAU / to_f64(self.size);
         let mut energy = 0.0;
-        self.waves.clear();
         for n in 0..WAVES {
             let ratio = to_f64(self.detail).powf(n as f64 / (WAVES - 1) as f64);
             let along = random.unit_vector();
@@ -89,17 +102,15 @@ impl Turbulence {
             let mut across = || along.cross(random.unit_vector()) * amplitude;
             let (cosine, sine) = (across(), across());
             energy += (cosine.length_squared() + sine.length_squared()) / 2.0;
-            self.waves.push(Wave {
-                along: along * (largest * ratio),
-                frequency: TAU * to_f64(self.turnover) * ratio.powf(2.0 / 3.0),
-                cosine,
-                sine,
-            });
+            set(&mut self.waves.along, n, along * (largest * ratio));
+            set(&mut self.waves.cosine, n, cosine);
+            set(&mut self.waves.sine, n, sine);
+            self.waves.frequency[n] = TAU * to_f64(self.turnover) * ratio.powf(2.0 / 3.0);
         }
         let scale = to_f64(self.speed) / energy.sqrt();
-        for wave in &mut self.waves {
-            wave.cosine *= scale;
-            wave.sine *= scale;
+        let [cosine, sine] = [&mut self.waves.cosine, &mut self.waves.sine];
+        for number in cosine.iter_mut().chain(sine).flatten() {
+            *number *= scale;
         }
         self
     }
@@ -134,7 +145,7 @@ impl From<Settings> for Turbulence {
             size: settings.size,
             detail: settings.detail,
             turnover: settings.turnover,
-            waves: Vec::new(),
+            waves: Waves::default(),
         }
         .made()
     }
@@ -159,13 +170,22 @@ impl Law for Turbulence {
     }
 
     fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let mut sum = constant(DVec3::ZERO);
-        for wave in &self.waves {
-            let still = constant::<T>(wave.along).dot(&local.point);
-            let (sin, cos) = (still + wave.frequency * local.query.time).sin_cos();
-            sum += constant::<T>(wave.cosine) * cos + constant::<T>(wave.sine) * sin;
+        let point = real(&local.point);
+        let (mut flow, mut slopes) = (DVec3::ZERO, [DVec3::ZERO; 3]);
+        for n in 0..WAVES {
+            let waves = &self.waves;
+            let (along, frequency) = (get(&waves.along, n), waves.frequency[n]);
+            let (cosine, sine) = (get(&waves.cosine, n), get(&waves.sine, n));
+            let (sin, cos) = (along.dot(point) + frequency * local.query.time).sin_cos();
+            flow += cosine * cos + sine * sin;
+            if T::NDERIV > 0 {
+                let turned = sine * cos - cosine * sin;
+                for (slope, along) in slopes.iter_mut().zip(along.to_array()) {
+                    *slope += turned * along;
+                }
+            }
         }
-        sum
+        chain(flow, local.point.into(), || slopes)
     }
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {

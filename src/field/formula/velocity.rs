@@ -26,13 +26,13 @@ pub struct Drag {
 
 impl Drag {
     /// The force on what moves with `velocity` through the medium.
-    pub(super) fn force<T: Number>(&self, velocity: &Vec3<T>) -> Vec3<T> {
+    pub(crate) fn force<T: Number>(&self, velocity: &Vec3<T>) -> Vec3<T> {
         let rate = length(velocity) * to_f64(self.quadratic) + to_f64(self.linear);
         velocity * -rate
     }
 
     /// The same with its derivative: −(c₁ + c₂ |v|) − c₂ v vᵀ/|v|.
-    pub(super) fn slope(&self, velocity: DVec3) -> DMat3 {
+    pub(crate) fn slope(&self, velocity: DVec3) -> DMat3 {
         let (speed, quadratic) = (velocity.length(), to_f64(self.quadratic));
         let mut slope =
             DMat3::from_diagonal(DVec3::splat(-(quadratic * speed + to_f64(self.linear))));

@@ -1,0 +1,68 @@
+//! Drag and wind in closed form: bodies in them ask for their derivatives at every step.
+
+use fearless_simd::dispatch;
+
+use super::lanes::level;
+use super::quantity::Terms;
+use super::waves::flow_at;
+use crate::compile::{Program, Step};
+use crate::field::{
+    Axis, Formula, Frame, Linearised, LocalQuery, Neighbourhood, Query, Scalar, real,
+};
+use crate::math::{DVec3, Vector};
+
+/// The force of a program that is one drag, in closed form; `None` where that is not known. Its derivative by
+/// place is right only if all terms are asked for.
+pub(super) fn drag_on(
+    program: &Program,
+    instance: usize,
+    frames: &[Option<Frame>],
+    query: &Query,
+    terms: Terms,
+) -> Option<Linearised> {
+    let ([Step::Leaf(0)], [leaf]) = (&program.steps[..], &program.leaves[..]) else {
+        return None;
+    };
+    let frame = program.frame(instance, 0, frames)?;
+    let everywhere = leaf.region.is_everywhere();
+    let still = frame.angvel == Vector::ZERO && everywhere && leaf.scale.is_none();
+    let reads_velocity = |scale: &Scalar| scale.axes().any(Axis::reads_velocity);
+    let known = match terms {
+        Terms::All => still,
+        Terms::ThatReadVelocities => !leaf.scale.as_ref().is_some_and(reads_velocity),
+    };
+    if !known || !leaf.acts_on(query, frame) {
+        return None;
+    }
+    let local = LocalQuery::new(query, frame);
+    if !everywhere {
+        let open = Neighbourhood::open();
+        let defined = leaf.region.pieces(&local, &open).any();
+        if open.met_a_surface() {
+            return None;
+        }
+        if !defined {
+            return Some(Linearised::default());
+        }
+    }
+    let flow = |flow: &Formula| flow_of(flow, &local, terms);
+    leaf.drag_of(program.strength(instance, 0), &local, flow)
+}
+
+/// What blows there, unless its derivatives are wanted that are not zero.
+fn flow_of(flow: &Formula, local: &LocalQuery<'_>, terms: Terms) -> Option<DVec3> {
+    let here = || real(&flow.vector(local));
+    match flow {
+        Formula::Uniform(_) => Some(here()),
+        _ if terms == Terms::All || flow.reads_velocity() => None,
+        Formula::Turbulence(law) => {
+            let (point, time) = (local.local_point(), local.query.time);
+            let found = dispatch!(level(), simd => flow_at(simd, law, point, time));
+            Some(if found.is_nan() { here() } else { found })
+        }
+        _ => Some(here()),
+    }
+}
+
+#[cfg(test)]
+mod tests;
