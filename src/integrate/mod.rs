@@ -45,7 +45,6 @@ pub(crate) use watch::{warn_of_caps, warn_of_springs};
 
 use crate::eval::{Evaluator, Lineariser};
 use crate::math::RigidBodyHandle;
-use crate::rapier::na::Vector6;
 
 /// Buffers of the stage.
 #[derive(Default)]
@@ -60,8 +59,6 @@ pub(crate) struct Integrator {
     others: Vec<VelocityUpdate>,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
-    /// By place: the wrench of fields that read velocities, and how it changes with these. Empty between.
-    slopes: Vec<Option<(Vector6<f64>, coupling::Slope)>>,
     /// Who swings the fastest along its way within the step, and the square of the frequency, if that is
     /// too fast for a scheme that does not choose.
     fastest: Option<(RigidBodyHandle, f64)>,

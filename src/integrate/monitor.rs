@@ -32,6 +32,7 @@ impl Integrator {
         if context.dt == 0.0 {
             return;
         }
+        self.couple(context, evaluation);
         let scheme = context.rules.scheme;
         // Edits of fields show in the next step.
         let joined = all && last.bodies != evaluation.bodies;
@@ -64,7 +65,7 @@ impl Integrator {
         if joined && context.compiled.varies() && !context.rules.links.is_empty() {
             self.watch_new_links(context, evaluation, last, warnings);
         }
-        self.couple(context, evaluation);
+        Self::couple_candidates(evaluation);
     }
 
     /// After the evaluation that follows Rapier's step: the same, by how the wrenches changed since
@@ -82,6 +83,7 @@ impl Integrator {
         if context.dt == 0.0 || !context.compiled.varies() {
             return;
         }
+        self.couple(context, evaluation);
         let fourth = |evaluation: &Evaluation, place: usize| {
             let was = last.map_or(Wrench::ZERO, |last| last.wrenches[place]);
             fourth_power(context, place, evaluation.wrenches[place], was)
@@ -114,7 +116,7 @@ impl Integrator {
             }
             None => {}
         }
-        self.couple(context, evaluation);
+        Self::couple_candidates(evaluation);
     }
 
     /// Looks again at bodies that were given other velocities since.
@@ -266,12 +268,10 @@ impl Integrator {
         let Some(choice) = context.choice() else {
             return;
         };
-        self.take_slopes(context, evaluation);
-        let slopes = &self.slopes;
         let bound = (CAUTION * 4.0 * choice.tolerance).powi(2);
         let quiet = choice.quiet_rate(to_f64(context.dt));
         let is_candidate = |place: &usize| {
-            if let Some(Some((_, slope))) = slopes.get(*place) {
+            if let Some(Some(Coupling { slope, .. })) = evaluation.couplings.get(*place) {
                 let rate = slope.fastest(&Mobility::of(&context.bodies[*place]));
                 if !slope.is_finite() || rate > quiet {
                     return true;
@@ -385,53 +385,59 @@ impl Integrator {
         jacobian::by_velocity(&mut self.lineariser, world, samples, place, moment)
     }
 
-    /// How the wrenches on those who feel one change with their velocities, if any does.
-    fn take_slopes(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) {
-        self.slopes.clear();
+    /// Takes the derivatives by velocity, since kicks solve for it.
+    fn couple(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &mut Evaluation) {
         if !context.compiled.reads_velocity {
             return;
         }
         self.prepare(context);
+        evaluation.couplings.clear();
         for place in 0..evaluation.bodies.len() {
-            let (felt, body) = (
-                evaluation.wrenches[place] != Wrench::ZERO,
-                &context.bodies[place],
-            );
+            let (wrench, body) = (evaluation.wrenches[place], &context.bodies[place]);
+            let felt = wrench != Wrench::ZERO;
             // Drag is felt by what begins at rest, too.
             let still = !body.sleeping && [body.linvel, body.angvel] == [Vector::ZERO; 2];
-            let looked = (felt || still) && !evaluation.is_left_out(place);
-            let slope = looked.then(|| self.by_velocity(context, place));
-            let counts = |slope: &Slope| felt || !slope.is_zero();
-            self.slopes.push(slope.filter(|(_, slope)| counts(slope)));
+            let mut coupling = None;
+            if (felt || still) && !evaluation.is_left_out(place) {
+                let (part, slope) = self.by_velocity(context, place);
+                if felt || !slope.is_zero() {
+                    let sampled_at = evaluation.sampled_at[place];
+                    coupling = Some(Coupling::new(
+                        (&part, slope),
+                        &of_wrench(wrench),
+                        sampled_at,
+                    ));
+                }
+            }
+            evaluation.couplings.push(coupling);
         }
     }
 
-    /// Takes the derivatives by velocity, since kicks solve for it.
-    fn couple(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &mut Evaluation) {
-        if self.slopes.is_empty() {
-            self.take_slopes(context, evaluation);
-        }
-        let slopes = std::mem::take(&mut self.slopes);
-        for (place, slope) in slopes.iter().enumerate() {
-            let known = slope
-                .is_some()
-                .then(|| evaluation.estimate(place))
-                .flatten();
-            let slope = match known {
-                Some(Estimate { jacobian, .. }) => {
-                    Some((jacobian.wrench, Slope::of_body(&jacobian.by_velocity)))
-                }
-                None => *slope,
+    /// Has those who were looked into coupled by what was found.
+    fn couple_candidates(evaluation: &mut Evaluation) {
+        let Evaluation {
+            couplings,
+            estimates,
+            ..
+        } = evaluation;
+        for Estimate {
+            place, jacobian, ..
+        } in estimates
+        {
+            let Some(Some(coupling)) = couplings.get_mut(*place) else {
+                continue;
             };
-            let slope = slope.filter(|(_, slope)| slope.is_finite());
-            let coupling = slope.map(|(wrench, slope)| {
-                let evaluated = of_wrench(evaluation.wrenches[place]);
-                Coupling::new((&wrench, slope), &evaluated, evaluation.sampled_at[place])
-            });
-            evaluation.couplings.push(coupling);
+            let slope = Slope::of_body(&jacobian.by_velocity);
+            let evaluated = of_wrench(evaluation.wrenches[*place]);
+            let part = (&jacobian.wrench, slope);
+            *coupling = Coupling::new(part, &evaluated, coupling.sampled_at);
         }
-        self.slopes = slopes;
-        self.slopes.clear();
+        for coupling in couplings {
+            let finite = |it: &mut Coupling| it.slope.is_finite();
+            if !coupling.as_mut().is_some_and(finite) {
+                *coupling = None;
+            }
+        }
     }
 }
 
