@@ -7,7 +7,9 @@
 mod paired;
 
 use paired::{ROUNDS, Variant, alone, balls, compare, is_chosen, measure, variant, with};
+use rapier3d_fields::field::Turbulence;
 use rapier3d_fields::prelude::*;
+use rapier3d_fields_lab::single::random::Random;
 use rapier3d_fields_lab::single::rivals::cell_list::CellList;
 use rapier3d_fields_lab::single::rivals::vectorised::Vectorised;
 use rapier3d_fields_lab::single::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia, interaction};
@@ -99,6 +101,35 @@ fn drag(count: usize, wind: Vector, quadratic: Real) -> Vec<Variant> {
         by_hand("by hand", flying(count), drag),
         with("field, kick", flying(count), tree(), Scheme::Kick),
         with("field, kick-drift-kick", flying(count), tree(), kdk),
+    ]
+}
+
+/// A random flow as wind: by hand as many waves of the same kind, one after the other.
+fn turbulence(count: usize) -> Vec<Variant> {
+    const WAVES: usize = 32;
+    let k = 0.1;
+    let mut random = Random::new(3);
+    let mut vector = move || {
+        let unit = random.unit_vector().to_array();
+        Vector::from_array(unit.map(|x| x as Real))
+    };
+    let waves: [_; WAVES] = std::array::from_fn(|_| [vector(), vector(), vector()]);
+    let wind = move |body: &RigidBody, dt: Real| {
+        let point = body.center_of_mass();
+        let mut flow = Vector::ZERO;
+        for [along, cosine, sine] in &waves {
+            let (sin, cos) = along.dot(point).sin_cos();
+            flow += cosine * cos + sine * sin;
+        }
+        (flow - body.linvel()) * (k * dt)
+    };
+    let gusts = || Field::turbulence(Turbulence::new(3, 2.0, 6.0)).as_wind(k, 0.0);
+    let kdk = Scheme::KickDriftKick;
+    vec![
+        alone(flying(count)),
+        by_hand("by hand", flying(count), wind),
+        with("field, kick", flying(count), gusts(), Scheme::Kick),
+        with("field, kick-drift-kick", flying(count), gusts(), kdk),
     ]
 }
 
@@ -322,7 +353,7 @@ const fn row(
     }
 }
 
-const ROWS: [Row; 12] = [
+const ROWS: [Row; 13] = [
     row(
         "uniform field, 10,000 balls",
         20,
@@ -350,6 +381,13 @@ const ROWS: [Row; 12] = [
         || drag(10_000, Vector::Y * 2.0, 0.1),
         BY_HAND,
         Some(2.0),
+    ),
+    row(
+        "turbulence as wind, 10,000 balls",
+        5,
+        || turbulence(10_000),
+        BY_HAND,
+        None,
     ),
     row(
         "three zones, summed, 10,000 balls",
