@@ -225,3 +225,54 @@ impl Coupling {
         -diagonal.min()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::integrate::jacobian::Jacobian;
+    use crate::integrate::stiffness::Rates;
+    use crate::math::DVec3;
+
+    /// A matrix of so many of the numbers.
+    fn matrix(numbers: &[f64]) -> Matrix6<f64> {
+        Matrix6::from_fn(|row, column| numbers[6 * row + column])
+    }
+
+    proptest! {
+        #[test]
+        fn no_rate_is_faster_than_the_bound(
+            numbers in prop::collection::vec(-2.0..2.0_f64, 36),
+            scales in prop::array::uniform6(1e-3..1e3_f64),
+            of_point in any::<bool>(),
+        ) {
+            let [x, y, z, a, b, c] = scales;
+            let half = matrix(&numbers).fixed_view::<3, 3>(3, 3).into_owned();
+            let mobility = Mobility {
+                inv_mass: DVec3::new(x, y, z),
+                inv_inertia: half * Matrix3::from_diagonal(&[a, b, c].into()) * half.transpose(),
+            };
+            let mut slope = matrix(&numbers);
+            if of_point {
+                slope = Slope::OfPoint(slope.fixed_view::<3, 3>(0, 0).into_owned()).matrix();
+            }
+            let by_velocity = slope;
+            let rates = Rates::new(&Jacobian { by_velocity, ..Jacobian::default() }, &mobility);
+            let bound = Slope::of_body(&slope).fastest(&mobility);
+            let fastest = rates.damping().max(rates.turns_by(1.0));
+            prop_assert!(fastest <= bound * (1.0 + 1e-9), "{fastest} of {bound}");
+        }
+    }
+
+    /// Nothing is lost where axes do not mix.
+    #[test]
+    fn the_bound_of_a_drag_is_its_rate() {
+        let mobility = Mobility {
+            inv_mass: DVec3::splat(0.5),
+            inv_inertia: Matrix3::zeros(),
+        };
+        let slope = Slope::OfPoint(Matrix3::identity() * -3.0);
+        assert!((slope.fastest(&mobility) - 1.5).abs() < 1e-12);
+    }
+}

@@ -201,6 +201,11 @@ impl Rates {
         self.omega
     }
 
+    #[cfg(test)]
+    pub(super) fn damping(&self) -> f64 {
+        self.damping
+    }
+
     pub(super) fn divergence(&self) -> f64 {
         self.divergence
     }
