@@ -32,7 +32,7 @@ pub struct Turbulence {
     pub(crate) size: Real,
     pub(crate) detail: Real,
     pub(crate) turnover: Real,
-    pub(crate) waves: Waves,
+    pub(crate) waves: Box<Waves>,
 }
 
 /// Enough for a flow that looks the same in all directions.
@@ -72,7 +72,7 @@ impl Turbulence {
             size,
             detail: 8.0,
             turnover: 0.0,
-            waves: Waves::default(),
+            waves: Box::default(),
         }
         .made()
     }
@@ -145,7 +145,7 @@ impl From<Settings> for Turbulence {
             size: settings.size,
             detail: settings.detail,
             turnover: settings.turnover,
-            waves: Waves::default(),
+            waves: Box::default(),
         }
         .made()
     }
