@@ -6,11 +6,14 @@
 
 mod paired;
 
-use paired::{ROUNDS, Variant, alone, balls, compare, is_chosen, measure, variant, with};
+use std::path::{Path, PathBuf};
+
+use paired::{ROUNDS, Variant, alone, balls, compare, is_chosen, measure, stepped, variant, with};
 use rapier3d_fields::field::Turbulence;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields_lab::single::random::Random;
 use rapier3d_fields_lab::single::rivals::cell_list::CellList;
+use rapier3d_fields_lab::single::rivals::lammps;
 use rapier3d_fields_lab::single::rivals::vectorised::Vectorised;
 use rapier3d_fields_lab::single::scenes::ammonia::{AmmoniaSettings, BoxOfAmmonia, interaction};
 
@@ -232,6 +235,34 @@ fn moving_zones(count: usize) -> Vec<Variant> {
         }
         world.step();
     });
+    let mut world = balls(count);
+    let carriers = riders(&world);
+    let asked = variant("Rapier's query by hand", move || {
+        let (zones, dt) = (&carriers, world.integration_parameters.dt);
+        let mut impulses = Vec::new();
+        for carrier in zones {
+            let zone = world.bodies[*carrier].center_of_mass();
+            let reach = Aabb::from_half_extents(zone, Vector::splat(REACH));
+            let filter = QueryFilter::default().exclude_rigid_body(*carrier);
+            let query = world.broad_phase.as_query_pipeline(
+                world.narrow_phase.query_dispatcher(),
+                &world.bodies,
+                &world.colliders,
+                filter,
+            );
+            let near = query.intersect_aabb_conservative(reach);
+            impulses.extend(near.filter_map(|(_, collider)| {
+                let handle = collider.parent()?;
+                let way = zone - world.bodies[handle].center_of_mass();
+                let r2 = way.length_squared();
+                (r2 <= REACH * REACH).then(|| (handle, way / (r2 * r2.sqrt()) * dt))
+            }));
+        }
+        for (handle, impulse) in impulses {
+            world.bodies[handle].apply_impulse(impulse, true);
+        }
+        world.step();
+    });
     let fields = |name, scheme| {
         let world = balls(count);
         let zone = |carrier: RigidBodyHandle| {
@@ -244,6 +275,7 @@ fn moving_zones(count: usize) -> Vec<Variant> {
     vec![
         alone(balls(count)),
         looped,
+        asked,
         fields("field, kick", Scheme::Kick),
         fields("field, kick-drift-kick", Scheme::KickDriftKick),
     ]
@@ -288,28 +320,52 @@ fn attracted(count: usize) -> Vec<Variant> {
     ]
 }
 
-/// Molecules of ammonia that act on each other: as fields, and by loops written for them.
-fn molecules(count: usize, spacing: Real) -> Vec<Variant> {
-    const CUTOFF: Real = 10.0;
-    let scene = || -> BoxOfAmmonia {
-        let settings = AmmoniaSettings {
-            count,
-            spacing,
-            ..AmmoniaSettings::default()
-        };
-        settings.build().expect("the settings are in range")
+const CUTOFF: Real = 10.0;
+
+/// The boxes of ammonia: how many molecules, and how far apart.
+const BOXES: [(&str, usize, Real); 5] = [
+    ("liquid, 1,000 molecules", 1_000, 3.6),
+    ("liquid, 10,000 molecules", 10_000, 3.6),
+    ("gas, 1,000 molecules", 1_000, 20.0),
+    ("gas, 10,000 molecules", 10_000, 20.0),
+    ("gas, 100,000 molecules", 100_000, 20.0),
+];
+
+fn box_of(count: usize, spacing: Real) -> BoxOfAmmonia {
+    let settings = AmmoniaSettings {
+        count,
+        spacing,
+        ..AmmoniaSettings::default()
     };
+    settings.build().expect("the settings are in range")
+}
+
+fn fields_of(scene: &BoxOfAmmonia, scheme: Scheme) -> Fields {
+    let tree = interaction(scene.molecules.iter().map(|it| it.sites), Some(CUTOFF));
+    let builder = Fields::builder(tree).scheme(scheme);
+    scene.fields(builder).expect("the tree fits the scene")
+}
+
+/// Writes the boxes of ammonia for another program, one file each: see `lammps.sh`.
+fn write_states(folder: &Path) {
+    for (name, count, spacing) in BOXES {
+        let scene = box_of(count, spacing);
+        let file = folder.join(name.replace(' ', "_")).with_extension("data");
+        let fields = fields_of(&scene, Scheme::Kick);
+        lammps::write(&scene, &fields, &file).expect("a folder that can be written to");
+    }
+}
+
+/// Molecules of ammonia that act on each other: as fields, and by loops written for them.
+fn molecules(which: usize) -> Vec<Variant> {
+    let (_, count, spacing) = BOXES[which];
+    let scene = || box_of(count, spacing);
     let (mut plain, mut listed, mut wide) = (scene(), scene(), scene());
     let mut loops = CellList::new(&listed, CUTOFF);
     let mut vectors = Vectorised::new(&wide, CUTOFF);
     let fields = |name, scheme| {
-        let mut scene = scene();
-        let tree = interaction(scene.molecules.iter().map(|it| it.sites), Some(CUTOFF));
-        let builder = Fields::builder(tree).scheme(scheme);
-        let mut fields = scene.fields(builder).expect("the tree fits the scene");
-        variant(name, move || {
-            fields.step(&mut scene.world).expect("no field is singular");
-        })
+        let scene = scene();
+        stepped(name, fields_of(&scene, scheme), scene.world)
     };
     vec![
         variant("Rapier alone", move || plain.world.step()),
@@ -336,6 +392,9 @@ const ALONE: &str = "Rapier alone";
 const BY_HAND: [&str; 2] = ["by hand"; 2];
 const LOOP: [&str; 2] = ["double loop by hand"; 2];
 const LIST: [&str; 2] = ["cell list by hand"; 2];
+const QUERY: [&str; 2] = ["Rapier's query by hand"; 2];
+/// The bare kernel, and its list.
+const KERNEL: [&str; 2] = ["SIMD for ammonia by hand"; 2];
 
 const fn row(
     scene: &'static str,
@@ -353,7 +412,7 @@ const fn row(
     }
 }
 
-const ROWS: [Row; 13] = [
+const ROWS: [Row; 18] = [
     row(
         "uniform field, 10,000 balls",
         20,
@@ -418,33 +477,26 @@ const ROWS: [Row; 13] = [
         Some(0.05),
     ),
     row(
+        "1,000 moving zones, 10,000 balls",
+        5,
+        || moving_zones(10_000),
+        QUERY,
+        Some(0.33),
+    ),
+    row(
         "mutual attraction and drag, 2,000 balls",
         3,
         || attracted(2000),
         LOOP,
         None,
     ),
-    row(
-        "liquid, 1,000 molecules",
-        5,
-        || molecules(1_000, 3.6),
-        LIST,
-        None,
-    ),
-    row(
-        "liquid, 10,000 molecules",
-        2,
-        || molecules(10_000, 3.6),
-        LIST,
-        None,
-    ),
-    row(
-        "gas, 10,000 molecules",
-        3,
-        || molecules(10_000, 20.0),
-        [ALONE; 2],
-        Some(0.25),
-    ),
+    row(BOXES[0].0, 5, || molecules(0), LIST, None),
+    row(BOXES[0].0, 5, || molecules(0), KERNEL, Some(1.6)),
+    row(BOXES[1].0, 2, || molecules(1), LIST, None),
+    row(BOXES[1].0, 2, || molecules(1), KERNEL, Some(1.6)),
+    row(BOXES[2].0, 20, || molecules(2), [ALONE; 2], Some(0.25)),
+    row(BOXES[3].0, 3, || molecules(3), [ALONE; 2], Some(0.25)),
+    row(BOXES[4].0, 1, || molecules(4), [ALONE; 2], Some(0.25)),
 ];
 
 impl Row {
@@ -452,30 +504,41 @@ impl Row {
     fn print(&self) {
         let measured = measure(self.stretch, (self.variants)());
         for (scheme, rival) in ["kick", "kick-drift-kick"].into_iter().zip(self.rivals) {
-            let [low, median, high] = measured.added(&format!("field, {scheme}"), rival);
+            let variant = format!("field, {scheme}");
+            let [low, median, high] = measured.added(&variant, rival);
             let aim = match self.aim {
                 Some(aim) if median <= aim => format!("≤ {aim}, met"),
                 Some(aim) => format!("≤ {aim}"),
                 None => "–".to_owned(),
             };
             let scene = self.scene;
+            let error = measured.error(&variant);
             println!(
-                "| {scene} | {scheme} | {median:.2} ({low:.2} to {high:.2}) | {rival} | {aim} |"
+                "| {scene} | {scheme} | {median:.2} ({low:.2} to {high:.2}) | {rival} | {aim} | {error} |"
             );
         }
     }
 }
 
 fn main() {
+    let states = std::env::args().find_map(|it| it.strip_prefix("--states=").map(PathBuf::from));
+    if let Some(folder) = states {
+        write_states(&folder);
+    }
     let as_table = std::env::args().any(|argument| argument == "--table");
     if as_table {
         println!(
             "`cargo bench --bench rivals -- --table`: what fields add to Rapier's step over what a rival adds to"
         );
         println!(
-            "it, or over the whole step, if that is Rapier alone. Medians and quartiles of {ROUNDS} paired rounds.\n"
+            "it, or over the whole step, if that is Rapier alone. Medians and quartiles of {ROUNDS} paired rounds."
         );
-        println!("| scene | scheme | ratio | to what is added by | aim |\n|---|---|---|---|---|");
+        println!(
+            "The error is that of forces in the end, by the sum of their terms, at worst of fifty bodies.\n"
+        );
+        println!(
+            "| scene | scheme | ratio | to what is added by | aim | error |\n|---|---|---|---|---|---|"
+        );
     }
     for row in ROWS.iter().filter(|row| is_chosen(row.scene)) {
         match as_table {

@@ -1,5 +1,6 @@
 //! Variants of a scene, measured in paired rounds.
 
+use rapier3d_fields::math::to_dvec3;
 use rapier3d_fields::prelude::*;
 use std::time::Instant;
 
@@ -8,12 +9,61 @@ pub const ROUNDS: usize = 31;
 /// A world of its own that goes on from round to round.
 pub struct Variant {
     pub name: &'static str,
-    step: Box<dyn FnMut()>,
+    work: Work,
+}
+
+enum Work {
+    Loop(Box<dyn FnMut()>),
+    Fields(Box<(Fields, PhysicsWorld)>),
+}
+
+impl Work {
+    fn step(&mut self) {
+        match self {
+            Work::Loop(step) => step(),
+            Work::Fields(both) => {
+                let (fields, world) = &mut **both;
+                fields.step(world).expect("finite fields");
+            }
+        }
+    }
 }
 
 pub fn variant(name: &'static str, step: impl FnMut() + 'static) -> Variant {
-    let step = Box::new(step);
-    Variant { name, step }
+    let work = Work::Loop(Box::new(step));
+    Variant { name, work }
+}
+
+/// A variant that steps a world with fields.
+pub fn stepped(name: &'static str, fields: Fields, world: PhysicsWorld) -> Variant {
+    let work = Work::Fields(Box::new((fields, world)));
+    Variant { name, work }
+}
+
+impl Work {
+    /// How far the forces of fields on some bodies are from the reference, at worst, by the sum of what
+    /// single fields give there; nothing for a loop, or where no field acts.
+    fn worst_error(&self) -> Option<f64> {
+        const BODIES: usize = 50;
+        let Work::Fields(both) = self else {
+            return None;
+        };
+        let (fields, world) = &**both;
+        let (bodies, colliders) = (&world.bodies, &world.colliders);
+        let dt = world.integration_parameters.dt;
+        let wrenches = fields.sample_all(dt, bodies, colliders);
+        let wrenches = wrenches.expect("finite fields");
+        let some = wrenches.iter().step_by(wrenches.len().div_ceil(BODIES));
+        let errors = some.filter_map(|(body, found)| {
+            let why = fields.explain(*body, bodies, colliders);
+            let why = why.expect("a body that fields move");
+            let terms = why.contributions.iter().filter_map(|it| it.force);
+            let size: f64 = terms.map(|force| to_dvec3(force).length()).sum();
+            let off = to_dvec3(found.force) - to_dvec3(why.wrench.force);
+            (size > 0.0).then(|| off.length() / size)
+        });
+        errors.reduce(f64::max)
+    }
 }
 
 fn quantile(values: &[f64], part: f64) -> f64 {
@@ -25,6 +75,7 @@ fn quantile(values: &[f64], part: f64) -> f64 {
 /// What some variants took, in µs a step: by variant, and by round.
 pub struct Measured {
     names: Vec<&'static str>,
+    errors: Vec<Option<f64>>,
     times: Vec<Vec<f64>>,
 }
 
@@ -35,7 +86,7 @@ pub fn measure(stretch: usize, mut variants: Vec<Variant>) -> Measured {
         for turn in 0..variants.len() {
             let which = (turn + round) % variants.len();
             let start = Instant::now();
-            (0..stretch).for_each(|_| (variants[which].step)());
+            (0..stretch).for_each(|_| variants[which].work.step());
             let micros = 1e6 * start.elapsed().as_secs_f64() / stretch as f64;
             // The first round warms up.
             if round > 0 {
@@ -43,8 +94,11 @@ pub fn measure(stretch: usize, mut variants: Vec<Variant>) -> Measured {
             }
         }
     }
-    let names = variants.iter().map(|variant| variant.name).collect();
-    Measured { names, times }
+    Measured {
+        names: variants.iter().map(|variant| variant.name).collect(),
+        errors: variants.iter().map(|it| it.work.worst_error()).collect(),
+        times,
+    }
 }
 
 /// Whether a scene is asked for: `cargo bench` adds an option of its own.
@@ -62,9 +116,19 @@ pub fn compare(scene: &str, stretch: usize, variants: impl FnOnce() -> Vec<Varia
 }
 
 impl Measured {
-    fn of(&self, name: &str) -> &[f64] {
+    fn place(&self, name: &str) -> usize {
         let place = self.names.iter().position(|it| *it == name);
-        &self.times[place.unwrap_or_else(|| panic!("no variant is called {name}"))]
+        place.unwrap_or_else(|| panic!("no variant is called {name}"))
+    }
+
+    fn of(&self, name: &str) -> &[f64] {
+        &self.times[self.place(name)]
+    }
+
+    /// How far a variant is from the reference in the end, in words.
+    pub fn error(&self, name: &str) -> String {
+        let error = self.errors[self.place(name)];
+        error.map_or_else(|| "–".to_owned(), |error| format!("{error:.1e}"))
     }
 
     /// The quartiles, the middle one second, of what a variant adds to the step of the first, over what
@@ -88,12 +152,13 @@ impl Measured {
             let ratios: Vec<f64> = pairs.clone().map(|(a, b)| a / b).collect();
             let added: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
             println!(
-                "  {name:36} {:10.2} µs a step  {:+10.2} µs  × {:.3} ({:.3} to {:.3})",
+                "  {name:36} {:10.2} µs a step  {:+10.2} µs  × {:.3} ({:.3} to {:.3})  error {}",
                 quantile(own, 0.5),
                 quantile(&added, 0.5),
                 quantile(&ratios, 0.5),
                 quantile(&ratios, 0.25),
                 quantile(&ratios, 0.75),
+                self.error(name),
             );
         }
         let named = |part| self.names.iter().filter(move |name| name.contains(part));
@@ -136,9 +201,5 @@ pub fn with(
     scheme: Scheme,
 ) -> Variant {
     let fields = Fields::builder(tree).scheme(scheme).build();
-    let mut fields = fields.expect("a sound tree");
-    let mut world = world;
-    variant(name, move || {
-        fields.step(&mut world).expect("finite fields");
-    })
+    stepped(name, fields.expect("a sound tree"), world)
 }

@@ -2,6 +2,8 @@
 
 pub mod cell_list;
 
+pub mod lammps;
+
 mod model;
 
 pub mod vectorised;
