@@ -74,6 +74,12 @@ cargo run --release --example ammonia -- --steps 500
 step "a study in parts, of which one is made again"
 cargo build --release --quiet --example error_vs_runtime
 tests/shards.sh "$CARGO_TARGET_DIR/release/examples/error_vs_runtime"
+tests/slurm.sh "$CARGO_TARGET_DIR/release/examples/error_vs_runtime"
+
+step "the page of a study, in a browser"
+"$CARGO_TARGET_DIR/release/examples/error_vs_runtime" --quick --scene spring --precision f32 \
+    --out "$clean/study" > "$clean/study.txt"
+tests/page.sh "$clean/study/report.html"
 
 step "a scene file, and the columns of its tables"
 simulate() { cargo run --release --quiet --example simulate -- "$@"; }

@@ -15,6 +15,15 @@
 //! parallel --retries 2 error_vs_runtime --shard {}/8 ::: $(seq 8) && error_vs_runtime --merge
 //! ```
 //!
+//! As a job array of Slurm, where the same line again makes what failed (`tests/slurm.sh` does it, with a Slurm
+//! of one node):
+//!
+//! ```text
+//! sbatch --wait --array=1-8 --wrap 'error_vs_runtime --shard $SLURM_ARRAY_TASK_ID/8' && error_vs_runtime --merge
+//! ```
+//!
+//! What a sweep of a million runs takes is in `lab/sweep.md`.
+//!
 //! `--file scene.json` studies a scene of your own, against its own run in f64 at steps so short that shorter
 //! ones change little; how little is printed first.
 
@@ -26,7 +35,10 @@ mod support;
 
 use clap::{Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use rapier3d_fields_lab::drawing::{pixels, work_precision::diagrams};
+use rapier3d_fields_lab::drawing::{
+    pixels,
+    work_precision::{OVERVIEW, diagrams},
+};
 use rapier3d_fields_lab::single::stability::Kind;
 use rapier3d_fields_lab::study::{
     Ablation, Job, Machine, Method, Outcome, Report, Run, Scene, Shard, StabilityCell, Store, Work,
@@ -85,9 +97,6 @@ const INCOMPLETE: u8 = 3;
 
 /// Of the longest time steps of a scene, how many are made in haste.
 const QUICK_STEPS: usize = 5;
-
-/// Scenes that say the most on one picture.
-const OVERVIEW: [&str; 4] = ["spring", "Kepler 0.9", "bound dimer", "sphere impacts"];
 
 /// Kinds of scene for the stability map, in haste.
 const QUICK_KINDS: [Kind; 6] = [
@@ -222,12 +231,7 @@ impl Options {
                 precision: *precision,
                 work: Work::Case(about.name.clone()),
             }));
-            scenes.push(Scene {
-                name: about.name,
-                description: about.description.to_owned(),
-                time_unit: about.time_unit.to_owned(),
-                views: about.views,
-            });
+            scenes.push(about.scene());
         }
         for work in self.other_work() {
             let all = precisions.iter().map(|precision| Job {

@@ -529,10 +529,8 @@ fn the_page_has_the_numbers_of_the_table() {
     let report = Report {
         machine: Machine::here(),
         scenes: vec![Scene {
-            name: about.name.clone(),
             description: "ends in </script>".to_owned(),
-            time_unit: about.time_unit.to_owned(),
-            views: about.views.clone(),
+            ..about.scene()
         }],
         runs,
         cells: Vec::new(),

@@ -1,6 +1,6 @@
 //! What a case is.
 
-use crate::study::Metric;
+use crate::study::{Metric, Scene};
 
 /// What a case is, and how it is measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,5 +28,15 @@ impl About {
         std::iter::successors(Some(self.longest), next)
             .take(self.halvings)
             .collect()
+    }
+
+    /// What a report says of it.
+    pub fn scene(self) -> Scene {
+        Scene {
+            name: self.name,
+            description: self.description.to_owned(),
+            time_unit: self.time_unit.to_owned(),
+            views: self.views,
+        }
     }
 }

@@ -11,6 +11,9 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 const INK: RGBColor = RGBColor(38, 50, 70);
 const FAINT: RGBColor = RGBColor(222, 228, 236);
 
+/// Scenes that say the most on one picture.
+pub const OVERVIEW: [&str; 4] = ["spring", "Kepler 0.9", "bound dimer", "sphere impacts"];
+
 /// Draws a panel for each of some scenes of a report, by the first of its views, in one precision;
 /// returns an SVG document. Scenes without runs are left out.
 pub fn diagrams(report: &Report, precision: u32, scenes: &[&str]) -> Result<String, AnyError> {

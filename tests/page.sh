@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# The page of a study, opened in a headless browser: as wide as a desk and as narrow as a phone, light and dark.
+# usage: tests/page.sh report.html
+set -euo pipefail
+page=$1
+browser=$(command -v chromium || command -v google-chrome || true)
+if [[ -z $browser ]]; then
+    echo "skipped: no browser is installed"
+    exit 0
+fi
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+# Looks at the page from within, and tells the page around it.
+cat > "$folder/probe" << 'END'
+<script>
+const faults = [];
+addEventListener("error", (event) => faults.push(event.message));
+addEventListener("load", () => {
+  const count = (what) => document.querySelectorAll(what).length;
+  const behind = () => getComputedStyle(document.body).backgroundColor;
+  const [wide, narrow] = [document.documentElement.scrollWidth, innerWidth];
+  const found = { faults, beyond: Math.max(0, wide - narrow), charts: count("#scenes svg"),
+    advice: count("#advice tr"), replays: count("#replays canvas"), said: count("#overall li"), was: behind() };
+  document.getElementById("theme").click();
+  found.is = behind();
+  const inked = [...document.querySelectorAll("#replays canvas")].filter((canvas) => {
+    const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+    return new Set(new Uint32Array(pixels.buffer)).size > 3;
+  });
+  found.inked = inked.length;
+  parent.postMessage(JSON.stringify(found), "*");
+});
+</script>
+END
+sed "/<head>/r $folder/probe" "$page" > "$folder/page.html"
+
+look() { # WIDTH, THEME (0 dark, 1 light)
+    cat > "$folder/around.html" << END
+<pre id="found"></pre><iframe src="page.html" width="$1" height="800"></iframe>
+<script>addEventListener("message", (event) => document.getElementById("found").textContent = event.data);</script>
+END
+    timeout 120 "$browser" --headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
+        --disable-background-networking --disable-component-update --disable-sync \
+        --user-data-dir="$folder/profile" --window-size=1300,900 --virtual-time-budget=5000 \
+        "--blink-settings=preferredColorScheme=$2" --dump-dom "file://$folder/around.html" 2> /dev/null |
+        sed -n 's/.*<pre id="found">\(.*\)<\/pre>.*/\1/p'
+}
+
+for width in 1100 390; do
+    for theme in 1 0; do
+        found=$(look "$width" "$theme")
+        echo "$width pixels, theme $theme: $found"
+        [[ $found == '{"faults":[],"beyond":0,'* ]]
+        for something in charts advice replays inked; do
+            grep -Eq "\"$something\":[1-9]" <<< "$found"
+        done
+        light='"was":"rgb(251, 252, 254)"' dark='"was":"rgb(16, 21, 29)"'
+        [[ $found == *"$([[ $theme == 1 ]] && echo "$light" || echo "$dark")"* ]]
+        # The button turns one into the other.
+        [[ $found =~ \"was\":(.*),\"is\":(.*),\"inked\" && ${BASH_REMATCH[1]} != "${BASH_REMATCH[2]}" ]]
+    done
+done
+echo "the page stands in a browser"
