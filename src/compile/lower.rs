@@ -209,6 +209,11 @@ impl Lowering<'_> {
     /// field is: so those that are alike but for their places become instances of one program.
     fn composite(&mut self, node: u32, instances: Option<&[Anchor]>) {
         let (program, places) = Program::lower(self.nodes, node);
+        // All its fields are off, or zero.
+        if program.leaves.is_empty() {
+            self.lowered.facts.set(Facts::LEFT_OUT);
+            return;
+        }
         let centre = instances.map(|_| Anchor::WORLD);
         let program = program.about(centre, self.nodes, node);
         let first = program.leaves.first().map(|leaf| leaf.anchor);

@@ -129,7 +129,13 @@ pub(super) fn first_touch_of_distance(
         looks += 1;
         let step = seen.max(tolerance * 0.5) / speed;
         let patient = looks <= DEAR_ITERATIONS && seen > tolerance;
-        time += if patient { step } else { step.max(floor) };
+        let next = time + if patient { step } else { step.max(floor) };
+        // A step may be less than the next moment that can be told.
+        let next = if next > time { next } else { time + floor };
+        if next <= time {
+            return None;
+        }
+        time = next;
     }
     None
 }
@@ -219,5 +225,7 @@ mod tests {
         assert!((found - 1.0).abs() < 1e-9, "{found}");
         assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, |_| None).is_none());
         assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 1.0, |t| Some(t - 0.1)).is_none());
+        let still = |span| first_touch_of_distance(span, 1e-9, f64::INFINITY, |_| Some(0.1));
+        assert!(still([0.0, 0.0]).is_none() && still([1.0, 2.0]).is_none());
     }
 }

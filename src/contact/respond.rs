@@ -87,15 +87,13 @@ pub(super) fn respond(
         let behind = mover.resistance.rotor.angvel(mover.attitude, behind);
         let linvel = from_dvec3(mover.linvel) - start.behind;
         let angvel = from_dvec3(mover.angvel - behind);
-        if mover.linvel.is_finite() && mover.angvel.is_finite() {
-            pushes.push(Push {
-                body: *body,
-                pose: None,
-                linvel,
-                angvel,
-                hit: None,
-            });
-        }
+        pushes.push(Push {
+            body: *body,
+            pose: None,
+            linvel,
+            angvel,
+            hit: None,
+        });
     }
     stiffest
 }

@@ -334,14 +334,12 @@ impl Sweep {
         for (number, _) in &self.redirected {
             let track = &self.tracks.list[*number];
             let (pose, linvel, angvel) = track.finish(dt);
-            let (linvel, angvel) = (from_dvec3(linvel), from_dvec3(angvel));
-            let sound = linvel.is_finite() && angvel.is_finite();
-            if let (Some(body), Some(pose), true) = (track.body, rounded(&pose), sound) {
+            if let Some(body) = track.body {
                 pushes.push(Push {
                     body,
-                    pose: Some(pose),
-                    linvel,
-                    angvel,
+                    pose: Some(rounded(&pose)),
+                    linvel: from_dvec3(linvel),
+                    angvel: from_dvec3(angvel),
                     hit: track.hit_at.map(|time| Hit {
                         share: from_f64(time / dt),
                         presumed: track.presumed.map(|them| them.map(from_dvec3)),
@@ -352,10 +350,8 @@ impl Sweep {
     }
 }
 
-fn rounded(pose: &DPose3) -> Option<Pose> {
+fn rounded(pose: &DPose3) -> Pose {
     let [x, y, z, w] = pose.rotation.to_array().map(from_f64);
     let rotation = Rotation::from_xyzw(x, y, z, w).normalize();
-    let translation = from_dvec3(pose.translation);
-    (rotation.is_finite() && translation.is_finite())
-        .then(|| Pose::from_parts(translation, rotation))
+    Pose::from_parts(from_dvec3(pose.translation), rotation)
 }

@@ -143,6 +143,14 @@ pub enum StepWarning {
         /// The field's force there.
         force: Vector,
     },
+    /// The answers to contacts make a body so fast that the square of its speed is no number any more, as
+    /// [the paper's law](crate::ContactLaw::Paper) can do, which may double it at each touch: they were left
+    /// out, and the body goes on as Rapier left it.
+    #[error("what contacts give {body:?} is too fast for any number: left out")]
+    AnswerLeftOut {
+        /// The body.
+        body: RigidBodyHandle,
+    },
     /// What a field was anchored to was removed: the field is defined nowhere from now on.
     #[error("{field} is gone, with what it was anchored to")]
     AnchorRemoved {

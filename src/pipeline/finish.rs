@@ -12,9 +12,9 @@ use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, re
 use crate::cross_check::Stepped;
 use crate::diagnose::{blame, sifted};
 use crate::integrate::{
-    Deflection, Fault, FreeMotion, Motions, Redirected, StepWarning, warn_of_springs,
+    Deflection, FASTEST, Fault, FreeMotion, Motions, Redirected, StepWarning, warn_of_springs,
 };
-use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
+use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rigid::{Body, Lookup, Wrench, find};
 
 impl FieldPipeline {
@@ -179,6 +179,22 @@ impl FieldPipeline {
             ),
             &mut self.pushes,
         );
+        self.push(world)
+    }
+
+    /// Gives bodies what answers to contacts make of them, but those that would be too fast, or nowhere;
+    /// returns how many.
+    fn push(&mut self, world: &mut WorldMut<'_>) -> usize {
+        self.pushes.retain(|push| {
+            let bears = |velocity: Vector| velocity.length() <= FASTEST;
+            let stays = push.pose.is_none_or(|pose| pose.is_finite());
+            let sound = stays && bears(push.linvel) && bears(push.angvel);
+            if !sound {
+                let body = push.body;
+                self.warnings.push(StepWarning::AnswerLeftOut { body });
+            }
+            sound
+        });
         bridge::push(world.bodies, &self.pushes)
     }
 
@@ -422,7 +438,7 @@ impl FieldPipeline {
             self.warnings
                 .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
         }
-        let written = bridge::push(world.bodies, &self.pushes);
+        let written = self.push(world);
         self.detector.add_touches();
         if let Some(channel) = fields.events {
             let contacts = &self.detector.contacts;

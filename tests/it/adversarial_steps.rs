@@ -168,6 +168,22 @@ fn anchors_that_were_never_there_are_named() {
     );
 }
 
+/// What does nothing need not be anywhere.
+#[test]
+fn composites_whose_fields_are_all_off_stop_no_step() {
+    let nobody = RigidBodyHandle::from_raw_parts(77, 0);
+    let off = || Field::uniform(Vector::X).enabled(false);
+    let zero = || Field::spring(1.0).strength(0.0);
+    for prototype in [off().replace_union(off()), zero().difference(zero())] {
+        let (mut world, ..) = world();
+        let none = Tree::instances(prototype, [Anchor::WORLD, Anchor::from(nobody)]);
+        let mut fields = fields(none.sum_union(Field::drag(0.1, 0.0)), Scheme::default());
+        fields
+            .step(&mut world)
+            .expect("a field that is in the world");
+    }
+}
+
 /// What is removed later takes its fields along, without an error.
 #[test]
 fn fields_leave_with_their_bodies() {
