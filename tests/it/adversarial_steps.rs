@@ -168,19 +168,47 @@ fn anchors_that_were_never_there_are_named() {
     );
 }
 
-/// What does nothing need not be anywhere.
+/// Instances of which no field is left were named by the first of their fields, which is not there.
 #[test]
-fn composites_whose_fields_are_all_off_stop_no_step() {
+fn instances_without_a_field_stop_no_step() {
     let nobody = RigidBodyHandle::from_raw_parts(77, 0);
-    let off = || Field::uniform(Vector::X).enabled(false);
-    let zero = || Field::spring(1.0).strength(0.0);
-    for prototype in [off().replace_union(off()), zero().difference(zero())] {
+    let field = |name| Field::spring(1.0).within(Region::ball(1.0)).named(name);
+    for prototype in [Tree::from(field("a")), field("a").replace_union(field("b"))] {
         let (mut world, ..) = world();
         let none = Tree::instances(prototype, [Anchor::WORLD, Anchor::from(nobody)]);
         let mut fields = fields(none.sum_union(Field::drag(0.1, 0.0)), Scheme::default());
-        fields
-            .step(&mut world)
-            .expect("a field that is in the world");
+        for name in ["a", "b"] {
+            if let Some(field) = fields.set.handle(name) {
+                drop(fields.set.remove_field(field).expect("it is there"));
+            }
+        }
+        fields.step(&mut world).expect("all that is left is there");
+    }
+}
+
+/// Three fields that each give a ball its own speed once more: more than a number holds, which was given to
+/// Rapier as infinite.
+#[test]
+fn answers_beyond_all_numbers_are_left_out_and_told() {
+    // The fastest that can be squared, nearly.
+    let speed = 0.75 * Real::MAX.sqrt();
+    for detection in [Detection::Discrete, Detection::Swept] {
+        let mut world = weightless(1e-30);
+        world.integration_parameters.normalized_max_linear_velocity = Real::INFINITY;
+        let fast = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::X * speed);
+        let around = [[0.9, 0.1, 0.0], [0.9, -0.1, 0.0], [0.9, 0.0, 0.1]];
+        let touch = around.map(|place| {
+            let place = Vector::from_array(place);
+            let body = insert_ball(&mut world, 1.0, place, Vector::ZERO);
+            Field::contact(ContactLaw::Paper).at(world.bodies[body].colliders()[0])
+        });
+        let builder = Fields::builder(Tree::fold(Operator::SumUnion, touch));
+        let mut fields = builder.detection(detection).build().expect("a sound tree");
+        fields.step(&mut world).expect("nothing to refuse");
+        let (told, found) = (StepWarning::AnswerLeftOut { body: fast }, fields.warnings());
+        assert!(found.contains(&told), "{detection:?}: {found:?}");
+        let mut all = world.bodies.iter();
+        assert!(all.all(|it| it.1.linvel().is_finite()), "{detection:?}");
     }
 }
 
