@@ -193,7 +193,7 @@ fn answers_beyond_all_numbers_are_left_out_and_told() {
     // The fastest that can be squared, nearly.
     let speed = 0.75 * Real::MAX.sqrt();
     for detection in [Detection::Discrete, Detection::Swept] {
-        let mut world = weightless(1e-30);
+        let mut world = weightless(1e-11 / speed);
         world.integration_parameters.normalized_max_linear_velocity = Real::INFINITY;
         let fast = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::X * speed);
         let around = [[0.9, 0.1, 0.0], [0.9, -0.1, 0.0], [0.9, 0.0, 0.1]];

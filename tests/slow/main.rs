@@ -18,4 +18,5 @@ mod fast_spin;
 mod liquid;
 mod long_runs;
 mod nist_lj;
+mod soak;
 mod stability_map;
