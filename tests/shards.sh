@@ -3,6 +3,7 @@
 # usage: tests/shards.sh PROGRAM, which is the example error_vs_runtime
 set -euo pipefail
 program=$(realpath "$1")
+part=$(realpath "$(dirname "$0")/dies_once.sh")
 if ! command -v parallel > /dev/null; then
     echo "skipped: GNU parallel is not installed"
     exit 0
@@ -11,25 +12,12 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 study=("$program" --quick --scene spring --methods KickDriftKick --precision f32 --out "$folder/out")
 
-# The second part dies the first time.
-cat > "$folder/part" << 'END'
-#!/usr/bin/env bash
-set -e
-if [[ $1 == 2 && ! -e $2/died ]]; then
-    touch "$2/died"
-    exit 1
-fi
-shift 2
-exec "$@"
-END
-chmod +x "$folder/part"
-
 # In a folder without parts there is nothing to put together: exit code 3.
 code=0
 "${study[@]}" --merge 2> /dev/null || code=$?
 [[ $code == 3 ]]
 parallel --will-cite --jobs 2 --retries 2 --joblog "$folder/log" \
-    "$folder/part" {} "$folder" "${study[@]@Q}" --shard {}/3 ::: 1 2 3
+    "$part" {} "$folder" "${study[@]@Q}" --shard {}/3 ::: 1 2 3
 [[ -e $folder/died ]]
 # What is there is not made again.
 before=$(ls -l --time-style=full-iso "$folder/out/runs")

@@ -4,6 +4,7 @@
 # usage: tests/slurm.sh PROGRAM, which is the example error_vs_runtime
 set -euo pipefail
 program=$(realpath "$1")
+part=$(realpath "$(dirname "$0")/dies_once.sh")
 for needed in slurmctld slurmd sbatch munged; do
     if ! PATH=$PATH:/usr/sbin command -v "$needed" > /dev/null || [[ $(id -u) != 0 ]]; then
         echo "skipped: Slurm is not installed, or this is not root"
@@ -63,22 +64,10 @@ for _ in {1..30}; do
 done
 [[ $(sinfo --noheader --format %T) == idle ]] || { cat "$folder"/*.log; exit 1; }
 
-# The second part dies the first time.
-cat > "$folder/part" << 'END'
-#!/usr/bin/env bash
-set -e
-if [[ $1 == 2 && ! -e $2/died ]]; then
-    touch "$2/died"
-    exit 1
-fi
-shift 2
-exec "$@"
-END
-chmod +x "$folder/part"
 study=("$program" --quick --scene spring --methods KickDriftKick --precision f32 --out "$folder/out")
 array() {
     timeout 300 sbatch --quiet --wait --array=1-3 --output="$folder/part-%a.log" --wrap \
-        "$folder/part \$SLURM_ARRAY_TASK_ID $folder ${study[*]@Q} --shard \$SLURM_ARRAY_TASK_ID/3"
+        "$part \$SLURM_ARRAY_TASK_ID $folder ${study[*]@Q} --shard \$SLURM_ARRAY_TASK_ID/3"
 }
 # It fails as its part did; the same line again makes what is missing.
 code=0

@@ -209,7 +209,7 @@ impl Lowering<'_> {
     /// field is: so those that are alike but for their places become instances of one program.
     fn composite(&mut self, node: u32, instances: Option<&[Anchor]>) {
         let (program, places) = Program::lower(self.nodes, node);
-        // All its fields are off, or zero.
+        // All its fields were removed, and its instances would be of nothing.
         if program.leaves.is_empty() {
             self.lowered.facts.set(Facts::LEFT_OUT);
             return;

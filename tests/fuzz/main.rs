@@ -2,8 +2,8 @@
 //!
 //! `FUZZ_SECONDS=600 FUZZ_SEED=1 cargo test --release --test fuzz -- --nocapture`: cases from that seed on, for that long (by
 //! default ten seconds). Case by case: no panic but Rapier's own, no body that is not finite but by Rapier's own
-//! doing or the user's, an error leaves the world as it was, twice the same case gives the same bits, and no step takes
-//! seconds. What was found stays, as seeds in [`FOUND`].
+//! doing or the user's, an error leaves the world as it was, every fourth case gives the same bits twice, and no step takes
+//! a minute. What was found stays, as seeds in [`FOUND`].
 
 #[cfg(feature = "f64")]
 extern crate rapier3d_fields_f64 as rapier3d_fields;
@@ -28,8 +28,8 @@ use edits::Edits;
 /// Seeds of cases that were wrong once.
 const FOUND: [u64; 6] = [76, 353, 2200, 30203, 30564, 41500];
 
-/// No step of these small worlds takes longer, however slow the machine.
-const LONGEST: Duration = Duration::from_secs(10);
+/// No step of these small worlds takes longer: the longest seen, substeps with adaptive sampling, takes seconds.
+const LONGEST: Duration = Duration::from_secs(60);
 
 /// What came of a case: the bits after each step, or what is wrong.
 type Outcome = Result<Vec<Vec<Vec<u64>>>, String>;
@@ -166,7 +166,7 @@ fn worlds_survive_their_fields() {
             } else {
                 (now, 0)
             };
-            if last.1 == 4 {
+            if last.1 == 20 {
                 eprintln!("seed {now} hangs");
                 std::process::exit(1);
             }
