@@ -25,8 +25,9 @@ use bits::bits;
 use draw::Draw;
 use edits::Edits;
 
-/// Seeds of cases that were wrong once.
-const FOUND: [u64; 6] = [76, 353, 2200, 30203, 30564, 41500];
+/// Seeds of cases that were wrong once, and are again without what mended them: two panics, and a search without
+/// an end. Whoever changes what is drawn has to find them anew.
+const FOUND: [u64; 3] = [76, 353, 41500];
 
 /// No step of these small worlds takes longer: the longest seen, substeps with adaptive sampling, takes seconds.
 const LONGEST: Duration = Duration::from_secs(60);
