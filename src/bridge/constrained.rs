@@ -1,7 +1,7 @@
 //! Which bodies Rapier's solver holds, by contacts or joints.
 
 use super::world::WorldMut;
-use crate::math::{RigidBodyHandle, RigidBodySet};
+use crate::math::{ColliderSet, RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::{ImpulseJointSet, MultibodyJointSet, RigidBody};
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
 
@@ -9,6 +9,7 @@ use crate::rapier::geometry::{ContactPair, NarrowPhase};
 #[derive(Clone, Copy)]
 pub(crate) struct Constraints<'a> {
     bodies: &'a RigidBodySet,
+    colliders: &'a ColliderSet,
     pairs: &'a NarrowPhase,
     joints: &'a ImpulseJointSet,
     articulations: &'a MultibodyJointSet,
@@ -21,6 +22,7 @@ impl<'a> Constraints<'a> {
     pub(crate) fn new(world: &'a WorldMut<'_>) -> Self {
         Constraints {
             bodies: world.bodies,
+            colliders: world.colliders,
             pairs: world.narrow_phase,
             joints: world.impulse_joints,
             articulations: world.multibody_joints,
@@ -46,6 +48,30 @@ impl<'a> Constraints<'a> {
         let mut joints = self.joints.attached_enabled_joints(handle);
         let articulated = || self.articulations.rigid_body_link(handle).is_some();
         (self.jointed && joints.next().is_some()) || articulated()
+    }
+
+    /// Visits the other bodies of the joints and contacts that hold a body.
+    pub(super) fn each_partner(
+        &self,
+        handle: RigidBodyHandle,
+        mut visit: impl FnMut(RigidBodyHandle),
+    ) {
+        for (first, second, _, _) in self.joints.attached_enabled_joints(handle) {
+            visit(if first == handle { second } else { first });
+        }
+        for other in self.articulations.attached_bodies(handle) {
+            visit(other);
+        }
+        for (pair, first) in self.pushing(handle) {
+            let other = if first {
+                pair.collider2
+            } else {
+                pair.collider1
+            };
+            if let Some(body) = self.colliders.get(other).and_then(|it| it.parent()) {
+                visit(body);
+            }
+        }
     }
 
     /// The contacts that pushed a body in Rapier's last step, and whether it is their first side.

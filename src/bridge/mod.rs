@@ -22,6 +22,6 @@ pub(crate) use sleep::Resting;
 pub(crate) use soft::{SoftBodies, durations};
 pub(crate) use world::View;
 pub(crate) use write::{
-    ForceOverride, Hit, Push, apply, finish, let_precess, place, push, quarantine, restore,
+    ForceOverride, Hit, Push, apply, finish, let_precess, place, push, quarantine, restore, rouse,
     set_hooks, weigh, write, write_linear,
 };

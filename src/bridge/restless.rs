@@ -17,26 +17,42 @@ const ROUNDING: Real = 64.0 * RESOLUTION;
 /// rubs. A ball that rolls is so at five sevenths, and may rest.
 const YIELDS: Real = 0.9;
 
-/// The velocities of held bodies when they became slow enough to fall asleep, in the order of their
-/// handles.
+/// The bodies that are slow enough to fall asleep, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) struct Drowsing(Vec<(RigidBodyHandle, Vector)>);
+pub(crate) struct Drowsing(Vec<Drowsy>);
+
+/// What is remembered of such a body from one step to the next.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+struct Drowsy {
+    body: RigidBodyHandle,
+    /// Its velocity when it became slow enough.
+    began: Vector,
+    /// Its velocity at the start of the step.
+    linvel: Vector,
+    /// What fields, gravity, the user's force and damping alone add to that over the step.
+    gain: Vector,
+}
 
 impl Drowsing {
-    fn of(&self, body: RigidBodyHandle) -> Option<Vector> {
-        let place = find_by(&self.0, body, |(known, _)| *known)?;
-        Some(self.0[place].1)
+    fn of(&self, body: RigidBodyHandle) -> Option<&Drowsy> {
+        let place = find_by(&self.0, body, |known| known.body)?;
+        Some(&self.0[place])
     }
 
     /// Whether what was read from elsewhere is of one piece.
     pub(crate) fn is_sound(&self) -> bool {
-        let index = |(handle, _): &(RigidBodyHandle, Vector)| handle.into_raw_parts().0;
+        let index = |known: &Drowsy| known.body.into_raw_parts().0;
         let sorted = self.0.is_sorted_by(|a, b| index(a) < index(b));
-        sorted && self.0.iter().all(|(_, linvel)| linvel.is_finite())
+        let finite = |it: &Drowsy| [it.began, it.linvel, it.gain].iter().all(|v| v.is_finite());
+        sorted && self.0.iter().all(finite)
     }
 }
 
@@ -50,37 +66,218 @@ pub(crate) struct Balance<'a> {
     pub drowsing: &'a Drowsing,
 }
 
+/// A body that is about to fall asleep.
+struct Pressed<'a> {
+    body: &'a Body,
+    wrench: Wrench,
+    /// By fields, gravity, the user's force and damping.
+    acceleration: Vector,
+    /// The sum of the lengths of what that is made of.
+    size: Real,
+    /// How its velocity changed over the last step, and what of that they account for.
+    change: Option<[Vector; 2]>,
+}
+
+/// Momenta of bodies that hang together by joints and contacts, and how they change in a step.
+#[derive(Default)]
+struct Group {
+    mass: Real,
+    momentum: Vector,
+    /// The sum of the lengths of the momenta.
+    motion: Real,
+    /// The force on all, and the impulse of a step if nothing in it cancelled.
+    force: Vector,
+    impulse: Real,
+    change: Vector,
+    gain: Vector,
+    known: bool,
+}
+
+impl Group {
+    fn add(&mut self, it: &Pressed<'_>, dt: Real) {
+        let mass = it.body.mass;
+        self.mass += mass;
+        self.momentum += it.body.linvel * mass;
+        self.motion += it.body.linvel.length() * mass;
+        self.force += it.acceleration * mass;
+        self.impulse += it.size * mass * dt;
+        match it.change {
+            Some([change, gain]) => {
+                self.change += change * mass;
+                self.gain += gain * mass;
+            }
+            None => self.known = false,
+        }
+    }
+
+    /// What rounding makes of a momentum in a step.
+    fn noise(&self) -> Real {
+        ROUNDING * self.impulse + 4.0 * Real::EPSILON * self.motion
+    }
+
+    /// Whether it moved in the last step as fields and gravity alone would move it, so that nothing
+    /// outside the group holds it.
+    fn is_free(&self) -> bool {
+        (self.change - self.gain).length() <= 0.5 * self.gain.length() + self.noise()
+    }
+
+    /// Whether its momentum stayed what it was, though fields and gravity would have changed it.
+    fn is_held(&self) -> bool {
+        let stays = self.change.length() <= 0.5 * self.gain.length() + self.noise();
+        stays && !self.is_free()
+    }
+}
+
 impl Balance<'_> {
-    /// Whether a body that is about to fall asleep under a wrench is to stay awake. Bodies come in the
-    /// order of their handles; `drowsing` is that of this step.
-    pub(crate) fn keeps_awake(&self, body: &Body, wrench: Wrench, drowsing: &mut Drowsing) -> bool {
-        if body.drowsy <= 0.0 || wrench == Wrench::ZERO || body.sleeping {
-            return false;
+    /// Finds those of some bodies that are about to fall asleep under fields, and are to stay awake. Bodies
+    /// come in the order of their handles; `drowsing` is that of this step.
+    pub(crate) fn find_restless<'b>(
+        &self,
+        bodies: impl Iterator<Item = (&'b Body, Wrench)>,
+        drowsing: &mut Drowsing,
+        restless: &mut Vec<RigidBodyHandle>,
+    ) {
+        restless.clear();
+        let drowsy = bodies.filter(|(body, _)| body.drowsy > 0.0 && !body.sleeping);
+        let drowsy: Vec<_> = drowsy
+            .map(|(body, wrench)| self.press(body, wrench))
+            .collect();
+        if drowsy.iter().all(|it| it.wrench == Wrench::ZERO) {
+            return;
         }
+        drowsing.0.extend(drowsy.iter().map(|it| self.remember(it)));
+        for members in self.groups(&drowsy) {
+            let mut group = Group {
+                known: true,
+                ..Group::default()
+            };
+            let members = || members.iter().map(|place| &drowsy[*place]);
+            members().for_each(|it| group.add(it, self.parameters.dt));
+            if members().all(|it| it.wrench == Wrench::ZERO) {
+                continue;
+            }
+            let restless_group = match members().next() {
+                Some(it) if self.is_alone(it.body.handle) => {
+                    let held = match group.known {
+                        true => group.is_held(),
+                        // It is known in the next step, unless it sleeps then.
+                        false => it.body.drowsy + 1.5 * self.parameters.dt < it.body.patience,
+                    };
+                    !held && (self.moves(it, &group) || self.turns(it))
+                }
+                Some(it) => group.known && group.is_free() && self.moves(it, &group),
+                None => false,
+            };
+            for it in members() {
+                if restless_group || (!group.is_free() && self.slides(it, drowsing)) {
+                    restless.push(it.body.handle);
+                }
+            }
+        }
+        restless.sort_unstable_by_key(|body| body.into_raw_parts().0);
+    }
+
+    fn press<'b>(&self, body: &'b Body, wrench: Wrench) -> Pressed<'b> {
         let own = self.gravity * (body.gravity_scale * body.mass) + body.user_force;
-        let acceleration = (wrench.force + own) * body.inv_mass;
-        let size = (wrench.force.length() + own.length()) * body.inv_mass.max_element();
-        // What would not move it by a rounding while it falls asleep.
-        let place = body.pose.translation.length() + self.parameters.length_unit;
-        let least = RESOLUTION * place / (body.drowsy * body.drowsy);
-        let least = least.max(ROUNDING * size);
-        if self.constraints.join(body.handle) {
-            return false;
+        let lost = body.linvel * body.damping[0];
+        let acceleration = (wrench.force + own) * body.inv_mass - lost;
+        let pushed = (wrench.force.length() + own.length()) * body.inv_mass.max_element();
+        let change = self.before(body).map(|was| {
+            let gain = (was.gain + acceleration * self.parameters.dt) * 0.5;
+            [body.linvel - was.linvel, gain]
+        });
+        Pressed {
+            body,
+            wrench,
+            acceleration,
+            size: pushed + lost.length(),
+            change,
         }
-        if self.constraints.pushing(body.handle).next().is_none() {
-            let turning = (body.inv_inertia * wrench.torque).length() * radius(body);
-            return acceleration.length().max(turning) > least;
-        }
+    }
+
+    /// What is known of a body from the last step, if it was drowsy then.
+    fn before(&self, body: &Body) -> Option<&Drowsy> {
         let known = self.drowsing.of(body.handle);
-        let known = known.filter(|_| body.drowsy > 1.5 * self.parameters.dt);
-        let began = known.unwrap_or(body.linvel);
-        drowsing.0.push((body.handle, began));
-        if body.drowsy < 0.5 * body.patience {
+        known.filter(|_| body.drowsy > 1.5 * self.parameters.dt)
+    }
+
+    fn remember(&self, it: &Pressed<'_>) -> Drowsy {
+        let linvel = it.body.linvel;
+        Drowsy {
+            body: it.body.handle,
+            began: self.before(it.body).map_or(linvel, |was| was.began),
+            linvel,
+            gain: it.acceleration * self.parameters.dt,
+        }
+    }
+
+    /// Whether neither joints nor contacts have to do with a body.
+    fn is_alone(&self, body: RigidBodyHandle) -> bool {
+        !self.constraints.join(body) && self.constraints.pushing(body).next().is_none()
+    }
+
+    /// The bodies that hang together by joints and contacts, by their places in the list.
+    fn groups(&self, drowsy: &[Pressed<'_>]) -> Vec<Vec<usize>> {
+        let mut of: Vec<usize> = (0..drowsy.len()).collect();
+        let root = |of: &[usize], mut place: usize| {
+            while of[place] != place {
+                place = of[place];
+            }
+            place
+        };
+        for (place, it) in drowsy.iter().enumerate() {
+            self.constraints.each_partner(it.body.handle, |partner| {
+                let Some(other) = find_by(drowsy, partner, |it| it.body.handle) else {
+                    return;
+                };
+                let (one, other) = (root(&of, place), root(&of, other));
+                let first = one.min(other);
+                (of[one], of[other], of[place]) = (first, first, first);
+            });
+        }
+        let mut groups = vec![Vec::new(); drowsy.len()];
+        for place in 0..drowsy.len() {
+            groups[root(&of, place)].push(place);
+        }
+        groups.retain(|group| !group.is_empty());
+        groups
+    }
+
+    /// An acceleration, and a speed, that would not move a body by a rounding while it falls asleep.
+    fn least(&self, it: &Pressed<'_>) -> [Real; 2] {
+        let place = it.body.pose.translation.length() + self.parameters.length_unit;
+        let (time, pushed) = (it.body.drowsy, ROUNDING * it.size);
+        let slight = (RESOLUTION * place / (time * time)).max(pushed);
+        [slight, slight * time]
+    }
+
+    fn moves(&self, it: &Pressed<'_>, group: &Group) -> bool {
+        let [slight, slow] = self.least(it);
+        let accelerates = group.force.length() > slight * group.mass;
+        accelerates || group.momentum.length() > slow * group.mass
+    }
+
+    fn turns(&self, it: &Pressed<'_>) -> bool {
+        let [slight, slow] = self.least(it);
+        let (body, radius) = (it.body, radius(it.body));
+        let turning = (body.inv_inertia * it.wrench.torque).length() * radius;
+        turning > slight || body.angvel.length() * radius > slow
+    }
+
+    /// Whether a body that contacts hold was accelerated as they would let it if nothing rubbed.
+    fn slides(&self, it: &Pressed<'_>, drowsing: &Drowsing) -> bool {
+        let body = it.body;
+        let jointed = self.constraints.join(body.handle);
+        if jointed || it.wrench == Wrench::ZERO || body.drowsy < 0.5 * body.patience {
             return false;
         }
-        let left = self.unresisted(body.handle, acceleration);
+        let began = drowsing
+            .of(body.handle)
+            .map_or(body.linvel, |known| known.began);
+        let left = self.unresisted(body.handle, it.acceleration);
         let gained = (body.linvel - began).dot(left);
-        left.length() > least && gained > YIELDS * left.length_squared() * body.drowsy
+        let slight = self.least(it)[0];
+        left.length() > slight && gained > YIELDS * left.length_squared() * body.drowsy
     }
 
     /// What contacts leave of an acceleration, if nothing rubs.

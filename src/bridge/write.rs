@@ -1,9 +1,11 @@
 //! What is written into Rapier's bodies, and taken back.
 
+use super::constrained::Constraints;
 use super::world::WorldMut;
-use crate::integrate::{Load, MeanVelocity, Redone, SteadyTurn, TurnAfter, VelocityUpdate};
+use crate::integrate::{Arrived, Load, Motions, Redone, TurnAfter, VelocityUpdate};
 use crate::math::{
-    ColliderHandle, ColliderSet, Pose, Real, RigidBodyHandle, RigidBodySet, Vector, from_dvec3,
+    ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
+    from_dvec3,
 };
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::pipeline::ActiveHooks;
@@ -86,14 +88,22 @@ pub(crate) fn restore(bodies: &mut RigidBodySet, overrides: &[ForceOverride]) ->
 
 /// Turns the velocities that Rapier was given back into the true ones, with what pushed the bodies
 /// meanwhile.
-pub(crate) fn finish(
-    bodies: &mut RigidBodySet,
-    turns: &[SteadyTurn],
-    means: &[MeanVelocity],
-    dt: Real,
-) {
-    for turn in turns {
-        let Some(body) = bodies.get_mut(turn.body) else {
+///
+/// Where Rapier changed the velocity of a body that was moved within the step, its velocities are left as
+/// those of the middle of the step.
+pub(crate) fn finish(world: &mut WorldMut<'_>, motions: &mut Motions) {
+    let dt = world.integration_parameters.dt;
+    let bodies = &world.bodies;
+    motions.note_bounces(|handle| {
+        let body = bodies.get(handle).filter(|body| !is_at_rest(body))?;
+        Some(Arrived {
+            linvel: body.linvel(),
+            angvel: body.angvel(),
+            kept: [body.linear_damping(), body.angular_damping()].map(|rate| damped(rate, dt)),
+        })
+    });
+    for turn in &motions.turns {
+        let Some(body) = world.bodies.get_mut(turn.body) else {
             continue;
         };
         if turn.gyroscopic {
@@ -102,27 +112,49 @@ pub(crate) fn finish(
         if is_at_rest(body) {
             continue;
         }
+        let bounced = motions.has_bounced(turn.body);
         let angvel = match turn.after {
-            TurnAfter::Momentum(momentum) => Inertia::of(body)
-                .map(|inertia| inertia.angvel_after(to_dquat(*body.rotation()), momentum)),
-            TurnAfter::Velocity(angvel) => Some(angvel),
+            TurnAfter::Momentum(momentum) => Inertia::of(body).map(|inertia| {
+                let later = if bounced {
+                    turn.twist * 0.5
+                } else {
+                    DVec3::ZERO
+                };
+                inertia.angvel_after(to_dquat(*body.rotation()), momentum - later)
+            }),
+            TurnAfter::Velocity(angvel) => (!bounced).then_some(angvel),
         };
         if let Some(angvel) = angvel {
             let kept = damped(body.angular_damping(), dt);
             let pushed = body.angvel() - turn.steady * kept;
-            let left = if turn.damped { 1.0 } else { kept };
+            let left = if turn.damped && !bounced { 1.0 } else { kept };
             body.set_angvel(from_dvec3(angvel) * left + pushed, false);
         }
     }
-    for mean in means {
-        let Some(body) = bodies.get_mut(mean.body).filter(|body| !is_at_rest(body)) else {
+    for mean in &motions.means {
+        if motions.has_bounced(mean.body) {
+            continue;
+        }
+        // What has taken off shows its true velocity again.
+        let flies = mean.behind != Vector::ZERO && !is_held(world, mean.body);
+        let behind = if flies { mean.behind } else { Vector::ZERO };
+        let Some(body) = world
+            .bodies
+            .get_mut(mean.body)
+            .filter(|body| !is_at_rest(body))
+        else {
             continue;
         };
         let kept = damped(body.linear_damping(), dt);
         let pushed = body.linvel() - mean.expected * kept;
         let left = if mean.damped { 1.0 } else { kept };
-        body.set_linvel(mean.linvel * left + pushed, false);
+        body.set_linvel(mean.linvel * left + pushed + behind, false);
     }
+}
+
+fn is_held(world: &WorldMut<'_>, handle: RigidBodyHandle) -> bool {
+    let body = world.bodies.get(handle);
+    body.is_some_and(|body| Constraints::new(world).hold(handle, body))
 }
 
 /// Does with bodies what Rapier does with those that are not finite.
@@ -153,6 +185,15 @@ pub(crate) fn set_hooks(
 ) -> bool {
     let collider = world.colliders.get_mut(collider);
     collider.map(|it| it.set_active_hooks(hooks)).is_some()
+}
+
+/// Has bodies that are about to fall asleep begin anew to be slow.
+pub(crate) fn rouse(bodies: &mut RigidBodySet, restless: &[RigidBodyHandle]) {
+    for body in restless {
+        if let Some(body) = bodies.get_mut(*body) {
+            body.wake_up(true);
+        }
+    }
 }
 
 /// Leaves the free rotation of bodies to Rapier again.

@@ -2,6 +2,7 @@
 
 use super::fault::{FaultPolicy, Sift};
 use super::plan::Choice;
+use super::reaction::Reactions;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
 use crate::field::Anchor;
@@ -39,6 +40,8 @@ pub(crate) struct MotionRules<'a> {
     pub links: &'a [RigidBodyHandle],
     /// Bodies that Rapier's solver holds, by contacts or joints, in the order of their handles.
     pub held: &'a [RigidBodyHandle],
+    /// What else moves those of them whose forces read velocities.
+    pub reactions: Option<&'a Reactions>,
     pub on_fault: FaultPolicy,
     /// To be given if what is not finite is left out.
     pub sift: Option<Sift<'a>>,

@@ -30,12 +30,6 @@ impl<W: Lookup> StepContext<'_, W> {
     }
 }
 
-/// What Rapier itself accelerates a body by.
-pub(super) fn own_acceleration(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec3 {
-    let gravity = context.rules.gravity * body.gravity_scale * body.mass;
-    to_dvec3((body.user_force + gravity) * body.inv_mass)
-}
-
 impl FreeMotion {
     pub(crate) fn new(body: &Body, gravity: Vector, iterations: u32, dt: Real) -> Self {
         let weight = gravity * (body.gravity_scale * body.mass);
@@ -51,6 +45,11 @@ impl FreeMotion {
     /// The part of a step that is one iteration.
     pub(super) fn iteration(&self) -> Real {
         self.iteration
+    }
+
+    /// What Rapier itself accelerates it by.
+    pub(super) fn own(&self) -> Vector {
+        self.own
     }
 
     /// Whether nothing but fields moves it.
@@ -91,6 +90,31 @@ impl FreeMotion {
     /// What Rapier is to be given for a body that is to move at `linvel`.
     pub(crate) fn given(&self, linvel: Vector) -> Vector {
         linvel - self.own * (0.5 * self.dt * (1.0 + self.iteration))
+    }
+
+    /// The velocity at which it moves that is given to Rapier so.
+    fn moves(&self, given: Vector) -> Vector {
+        given + self.own * (0.5 * self.dt * (1.0 + self.iteration))
+    }
+
+    /// What of the second half of a kick a contact would have taken back, had it been there when the body
+    /// landed that was `given` a velocity: else what floats just above the ground would be thrown up by its
+    /// buoyancy as it touches it.
+    pub(super) fn taken_back(
+        &self,
+        body: &Body,
+        given: Option<Vector>,
+        wrench: Wrench,
+        duration: Real,
+    ) -> Vector {
+        let pushed = given.map_or(Vector::ZERO, |given| body.linvel - self.moves(given));
+        let away = pushed.normalize_or_zero();
+        let kick = away.dot(wrench.force * body.inv_mass) * duration;
+        // A rebound is none of it.
+        if kick <= 0.0 || body.linvel.dot(away) > kick {
+            return Vector::ZERO;
+        }
+        away * kick.min(pushed.length())
     }
 
     /// The velocity with which Rapier arrives from one that it is given, but for damping.

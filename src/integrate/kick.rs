@@ -167,7 +167,7 @@ impl Integrator {
         acts: Acts<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
-        let settled = first.map_or(&[][..], |first| &first.settled);
+        let done = first.map_or((&[][..], &[][..]), |it| (&it.settled, &it.bounced));
         let together = match half {
             Half::First => together(context, evaluation),
             Half::Second => None,
@@ -175,7 +175,7 @@ impl Integrator {
         let policy = context.rules.on_fault;
         let mut too_fast = TooFast::default();
         for (place, body) in context.bodies.iter().enumerate() {
-            let Some(duty) = duty(context, evaluation, (half, settled), place) else {
+            let Some(duty) = duty(context, evaluation, half, done, place) else {
                 if let Some(first) = first.filter(|first| first.has_slope(body.handle)) {
                     let update = end_of_load(context, evaluation, (place, redirected), first);
                     motions.updates.extend(update);
@@ -278,11 +278,15 @@ impl TooFast {
 fn duty(
     context: &StepContext<'_, impl Lookup>,
     evaluation: &Evaluation,
-    (half, settled): (Half, &[RigidBodyHandle]),
+    half: Half,
+    (settled, bounced): (&[RigidBodyHandle], &[RigidBodyHandle]),
     place: usize,
 ) -> Option<Duty> {
     let (dt, body) = (context.dt, context.bodies[place].handle);
     if half == Half::Second {
+        if find(bounced, body).is_some() {
+            return Some(Duty::Kick(dt * 0.5));
+        }
         let redone = || evaluation.missed.binary_search(&place).is_ok();
         let once = !context.rules.scheme.kicks_twice();
         if once || (!settled.is_empty() && find(settled, body).is_some()) || redone() {
@@ -409,7 +413,7 @@ impl<W: Lookup> Kick<'_, W> {
                 motions.inner.push(Start::new(self.place, plan, self.wake));
                 None
             }
-            (None, _) if matches!(duty, Duty::ByForce) || self.context.is_held(self.body) => {
+            (None, _) if matches!(duty, Duty::ByForce) || self.is_loaded() => {
                 let wrench = self.load(duty, motions);
                 self.lend(wrench, motions)?;
                 None
@@ -457,7 +461,7 @@ impl<W: Lookup> Kick<'_, W> {
         }
         let free = context.free_motion(body);
         let solved = match implicit {
-            true => self.implicit(Some(&free), duration),
+            true => self.implicit(&free.pull(body), duration),
             false => self.solved(Some(&free), duration),
         };
         let felt = solved.is_some() || self.wrench != Wrench::ZERO;
@@ -481,6 +485,8 @@ impl<W: Lookup> Kick<'_, W> {
                 expected: free.arrives(update.linvel),
                 linvel,
                 damped: false,
+                given: None,
+                behind: Vector::ZERO,
             });
         }
         Some((update, twist))
@@ -494,6 +500,7 @@ impl<W: Lookup> Kick<'_, W> {
         motions: &mut Motions,
     ) -> Option<Kicked> {
         let (context, body) = (self.context, self.body);
+        let load = first.load(body.handle);
         let (duration, implicit) = match duty {
             Duty::Implicit(duration) => (duration, true),
             Duty::Kick(duration) => (duration, false),
@@ -502,10 +509,12 @@ impl<W: Lookup> Kick<'_, W> {
         let motion = context.free_motion(body);
         let free = find(&first.free, body.handle).map(|_| &motion);
         let solved = match implicit {
-            true => self.implicit(free, duration),
+            true => {
+                let pull = free.map_or(Besides::default(), |free| free.pull(body));
+                self.implicit(&pull, duration)
+            }
             false => self.solved(free, duration),
         };
-        let load = first.load(body.handle);
         let held = context.is_held(body);
         let felt = motion.second(self.wrench, load, held);
         let correction = redirected.correction(self.place, body.handle, self.wrench);
@@ -514,6 +523,10 @@ impl<W: Lookup> Kick<'_, W> {
             Some(correction) if load.is_none() => felt.plus(correction),
             _ => felt,
         };
+        let given = first.given(body.handle);
+        let taken_back = free
+            .filter(|_| held)
+            .map(|free| free.taken_back(body, given, self.wrench, duration));
         let true_after = !held && (solved.is_some() || self.wrench != Wrench::ZERO);
         let lag = motion.catches_up(free.is_some(), true_after);
         motions.outdated |= solved
@@ -530,15 +543,28 @@ impl<W: Lookup> Kick<'_, W> {
             Some(free) => free.along(body, felt, duration),
             None => self.plain(felt, duration),
         });
-        update.linvel += lag;
+        update.linvel += lag - taken_back.unwrap_or_default();
         Some((update, twist))
+    }
+
+    /// Whether the body is held, and is to be pushed by Rapier's own forces.
+    fn is_loaded(&self) -> bool {
+        let loads = self.context.rules.scheme.loads() || self.coupling().is_some();
+        loads && self.context.is_held(self.body)
     }
 
     /// What a body that is held, or pushed by Rapier's forces, is loaded with.
     fn load(&self, duty: Duty, motions: &mut Motions) -> Wrench {
         let (context, body, dt) = (self.context, self.body, self.context.dt);
+        // Gravity acts beside it; what holds the body does, too.
+        let free = !context.is_held(body);
+        let reactions = context.rules.reactions;
+        let besides = match reactions.and_then(|known| known.on(body)) {
+            _ if free => context.free_motion(body).pull(body),
+            known => known.unwrap_or_default(),
+        };
         let solved = match duty {
-            Duty::Implicit(duration) => self.implicit(None, duration),
+            Duty::Implicit(duration) => self.implicit(&besides, duration),
             _ => self.solved(None, dt),
         };
         // Only a plain load is completed by a second half.
@@ -548,22 +574,21 @@ impl<W: Lookup> Kick<'_, W> {
         if solved.is_some() && context.rules.scheme.kicks_twice() && matches!(duty, Duty::Kick(_)) {
             motions.sloped.push(body.handle);
         }
-        match solved {
+        let all = match solved {
             Some((update, _)) if matches!(duty, Duty::Implicit(_)) => {
-                Load::making(body, &update, dt)
+                Some(Load::making(body, &update, dt))
             }
-            Some(_) => {
-                // Gravity acts beside it, unless something holds the body.
-                let free = context.rules.scheme == Scheme::ExternalForce && !context.is_held(body);
-                let besides = match free {
-                    true => context.free_motion(body).pull(body),
-                    false => Besides::default(),
-                };
-                let mean = self.mean(&besides, dt);
-                mean.map_or(self.wrench, |all| all.plus(besides.as_wrench().times(-1.0)))
-            }
-            None => self.wrench,
+            Some(_) => self.mean(&besides, dt),
+            None => None,
+        };
+        let Some(all) = all else {
+            return self.wrench;
+        };
+        let load = all.plus(besides.as_wrench().times(-1.0));
+        if !free {
+            motions.react(context, body, &load);
         }
+        load
     }
 
     fn plain(&self, wrench: Wrench, duration: Real) -> Kicked {
@@ -612,19 +637,18 @@ impl<W: Lookup> Kick<'_, W> {
 
     /// A linearly implicit kick, and the change of the angular momentum of a free top; `None` if
     /// there is no Jacobian for it.
-    fn implicit(&self, free: Option<&FreeMotion>, duration: Real) -> Option<Kicked> {
+    fn implicit(&self, besides: &Besides, duration: Real) -> Option<Kicked> {
         let (context, body) = (self.context, self.body);
         let estimate = self.evaluation.estimate(self.place);
         let estimate = estimate.filter(|_| self.felt)?;
         let now = velocities(body);
-        let pull = free.map_or(Vector6::zeros(), |free| free.pull(body).pull);
         let wrench = self
             .coupling()
             .map_or(of_wrench(self.wrench), |it| it.at(&now));
         let change = implicit_change(
             &Mobility::of(body),
             &estimate.jacobian,
-            &(wrench + pull),
+            &(wrench + besides.pull),
             &now,
             to_f64(duration),
         )?;

@@ -9,7 +9,7 @@
 use super::StepContext;
 use super::free_motion::FreeMotion;
 use super::motion::{VelocityUpdate, kicked};
-use crate::math::{Real, Vector, to_f64};
+use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, Wrench, find};
 
 impl<W: Lookup> StepContext<'_, W> {
@@ -45,12 +45,27 @@ fn half_iteration(context: &StepContext<'_, impl Lookup>, body: &Body) -> f64 {
     0.5 * to_f64(context.dt) * to_f64(context.free_motion(body).iteration())
 }
 
+/// What accelerates a body beside fields: Rapier's gravity and the user's force; if it is held and any
+/// field reads velocities, with what holds it.
+pub(super) fn all_else(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec3 {
+    if !context.compiled.reads_velocity || !context.is_held(body) {
+        return to_dvec3(context.free_motion(body).own());
+    }
+    let known = context
+        .rules
+        .reactions
+        .and_then(|known| known.accelerations(body));
+    known.map_or(DVec3::ZERO, |[linear, _]| to_dvec3(linear))
+}
+
 /// How a body was pushed before Rapier's step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Before {
     /// Whether its kick holds Rapier's own pull.
     pub free: bool,
     pub load: Option<Wrench>,
+    /// The velocity that Rapier was given.
+    pub given: Option<Vector>,
 }
 
 /// The second half of a kick, of which the first was given, and what velocity is shown after it: for a
@@ -73,6 +88,9 @@ pub(crate) fn complete(
         false => kicked(body, felt, duration),
     };
     update.linvel += lag;
+    if before.free && held {
+        update.linvel -= motion.taken_back(body, before.given, wrench, duration);
+    }
     Some(update)
 }
 

@@ -6,7 +6,7 @@ use super::load::{lag, own_lag};
 use super::motion::{FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate};
 use super::resolve::{Begins, Found};
 use super::{Integrator, StepContext};
-use crate::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, steady_angvel};
 
 impl Integrator {
@@ -69,6 +69,16 @@ fn correct(
         return 0.0;
     }
     let step = to_f64(context.dt);
+    if context.compiled.reads_velocity && context.is_held(body) {
+        let (force, torque) = state.mean_wrench(step);
+        let (force, torque) = (from_dvec3(force), from_dvec3(torque));
+        let load = Load::new(body, Wrench { force, torque }, wake, context.dt);
+        let adds_up = load.adds_up(body, context.rules.gravity);
+        let speed = load.speeds[0].max(load.speeds[1]);
+        motions.react(context, body, &load.wrench);
+        motions.loads.push(load);
+        return if adds_up { speed } else { Real::NAN };
+    }
     let mut update = VelocityUpdate {
         body: state.body,
         linvel: body.linvel,
@@ -94,6 +104,11 @@ fn correct(
             expected: update.linvel + from_dvec3(own * step),
             linvel: from_dvec3(shown.linvel),
             damped: lag.is_none(),
+            given: Some(update.linvel),
+            behind: match lag {
+                Some(_) => from_dvec3(state.linvel - shown.linvel),
+                None => Vector::ZERO,
+            },
         });
     }
     let (after, twist) = match &shown.turning {

@@ -17,6 +17,7 @@ mod motion;
 mod pace;
 mod plan;
 mod predicted;
+mod reaction;
 mod redo;
 mod resolve;
 mod scheme;
@@ -37,9 +38,8 @@ pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use kick::{Deflection, Redirected};
 pub(crate) use load::{Before, complete};
-pub(crate) use motion::{
-    FASTEST, Load, MeanVelocity, Motions, SteadyTurn, TurnAfter, VelocityUpdate, kicked,
-};
+pub(crate) use motion::{Arrived, FASTEST, Load, Motions, TurnAfter, VelocityUpdate, kicked};
+pub(crate) use reaction::Reactions;
 pub(crate) use redo::Redone;
 pub(crate) use watch::{warn_of_caps, warn_of_springs};
 

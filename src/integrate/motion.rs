@@ -1,10 +1,12 @@
 //! What bodies are to do in one half of a step: the value between INTEGRATE and BRIDGE.
 
+use super::StepContext;
 use super::fault::Fault;
 use super::pace::Pace;
 use super::plan::Plan;
+use super::reaction::Reactions;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
-use crate::rigid::{Body, Inertia, Wrench, find, find_by, steady_angvel, to_dquat};
+use crate::rigid::{Body, Inertia, Lookup, Wrench, find, find_by, steady_angvel, to_dquat};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -16,18 +18,24 @@ pub(crate) const FASTEST: Real = 1.3e154;
 /// New velocities of bodies, not yet written, and what Rapier is to carry out with them.
 #[derive(Debug, Default)]
 pub(crate) struct Motions {
+    // These four are in the order of the handles of their bodies.
     pub updates: Vec<VelocityUpdate>,
     pub turns: Vec<SteadyTurn>,
     pub means: Vec<MeanVelocity>,
-    /// In the order of the handles of their bodies.
     pub loads: Vec<Load>,
     /// Bodies that get no second half of a kick, in the order of their handles.
     pub settled: Vec<RigidBodyHandle>,
+    /// Free bodies that were moved within the step, and whose velocity Rapier changed meanwhile, in the
+    /// order of their handles: they have the velocity of the middle of the step, and get the second
+    /// half of a kick where they are now.
+    pub bounced: Vec<RigidBodyHandle>,
     /// Bodies that are to be completed with [`FreeMotion`](super::FreeMotion) in the second half, in
     /// the order of their handles.
     pub free: Vec<RigidBodyHandle>,
     /// Bodies with true velocities at the end of the second half, where Rapier's would be behind.
     pub ahead: Vec<RigidBodyHandle>,
+    /// What is known of loaded bodies whose forces read velocities, for the next step.
+    pub reactions: Reactions,
     /// Whether any force that reads velocities has changed much by the kicks.
     pub outdated: bool,
     /// Of the bodies that were hit within the step and moved within it, whose speed is off the most, and by
@@ -187,6 +195,41 @@ pub(crate) struct MeanVelocity {
     pub linvel: Vector,
     /// Whether Rapier's damping is part of it.
     pub damped: bool,
+    /// The velocity that Rapier was given, if the body was moved within the step.
+    pub given: Option<Vector>,
+    /// By how much the velocity that is shown of a loaded body is behind the true one.
+    pub behind: Vector,
+}
+
+/// The velocities of a body after Rapier's step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Arrived {
+    pub linvel: Vector,
+    pub angvel: Vector,
+    /// What Rapier's damping leaves of velocities, linear and angular.
+    pub kept: [Real; 2],
+}
+
+/// Changes of a velocity by less than this part of it are Rapier's rounding over its iterations.
+const ROUNDING: Real = 64.0 * Real::EPSILON;
+
+impl MeanVelocity {
+    /// Whether the body was moved within the step, and Rapier has changed its velocity, of which its
+    /// damping leaves the part `kept`.
+    fn is_changed(&self, arrived: Vector, kept: Real) -> bool {
+        let fastest = self
+            .given
+            .map(|given| given.length().max(self.expected.length()));
+        let off = (arrived - self.expected * kept).length();
+        fastest.is_some_and(|fastest| off > ROUNDING * fastest)
+    }
+}
+
+impl SteadyTurn {
+    /// As [`MeanVelocity::is_changed`].
+    fn is_changed(&self, arrived: Vector, kept: Real) -> bool {
+        (arrived - self.steady * kept).length() > ROUNDING * self.steady.length()
+    }
 }
 
 impl Motions {
@@ -196,9 +239,11 @@ impl Motions {
         self.means.clear();
         self.loads.clear();
         self.settled.clear();
+        self.bounced.clear();
         self.sloped.clear();
         self.free.clear();
         self.ahead.clear();
+        self.reactions.clear();
         self.outdated = false;
         self.worst_hit = None;
         self.faults.clear();
@@ -239,6 +284,12 @@ impl Motions {
         self.resolved.truncate(mark.resolved);
     }
 
+    /// The velocity that Rapier was given for a body.
+    pub(crate) fn given(&self, body: RigidBodyHandle) -> Option<Vector> {
+        let place = find_by(&self.updates, body, |update| update.body)?;
+        Some(self.updates[place].linvel)
+    }
+
     /// The load on a body in the first half of the step.
     pub(crate) fn load(&self, body: RigidBodyHandle) -> Option<Wrench> {
         let place = find_by(&self.loads, body, |load| load.body)?;
@@ -277,17 +328,76 @@ impl Motions {
         }
     }
 
+    /// Takes note of a load on a body that is held, where forces read velocities.
+    pub(super) fn react(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        body: &Body,
+        load: &Wrench,
+    ) {
+        if let Some(known) = context.rules.reactions.filter(|_| context.dt > 0.0) {
+            let then = kicked(body, *load, context.dt);
+            let loaded = [then.linvel, then.angvel];
+            known.remember(body, loaded, context.dt, &mut self.reactions);
+        }
+    }
+
     /// Brings what is looked up into the order of handles.
     pub(super) fn sort(&mut self) {
+        self.reactions.sort();
         let index = |body: RigidBodyHandle| body.into_raw_parts().0;
         if !self.loads.is_sorted_by_key(|load| index(load.body)) {
             self.loads.sort_unstable_by_key(|load| index(load.body));
+        }
+        if !self.updates.is_sorted_by_key(|update| index(update.body)) {
+            self.updates
+                .sort_unstable_by_key(|update| index(update.body));
+        }
+        if !self.turns.is_sorted_by_key(|turn| index(turn.body)) {
+            self.turns.sort_unstable_by_key(|turn| index(turn.body));
         }
         if !self.means.is_sorted_by_key(|mean| index(mean.body)) {
             self.means.sort_unstable_by_key(|mean| index(mean.body));
         }
         self.resolved
             .sort_unstable_by_key(|known| index(known.body));
+    }
+
+    /// Takes note of the free bodies that were moved within the step and whose velocities Rapier changed:
+    /// what `arrives` says of those that are awake.
+    ///
+    /// Rapier carried such a body along at the mean velocity of its way, so what it made of that is the
+    /// velocity of the middle of the step, as in kick-drift-kick. Adding the change to the velocity of
+    /// the end instead takes energy in or out at each bounce, by the work of half a step.
+    pub(crate) fn note_bounces(&mut self, arrives: impl Fn(RigidBodyHandle) -> Option<Arrived>) {
+        let mut bounced = std::mem::take(&mut self.bounced);
+        bounced.clear();
+        let bounces = |mean: &&MeanVelocity| {
+            let within = mean.given.is_some() && self.load(mean.body).is_none();
+            let Some(now) = arrives(mean.body).filter(|_| within) else {
+                return false;
+            };
+            let turn = find_by(&self.turns, mean.body, |turn| turn.body);
+            let turn = turn.map(|place| &self.turns[place]);
+            mean.is_changed(now.linvel, now.kept[0])
+                || turn.is_some_and(|turn| turn.is_changed(now.angvel, now.kept[1]))
+        };
+        bounced.extend(self.means.iter().filter(bounces).map(|mean| mean.body));
+        self.bounced = bounced;
+        if self.bounced.is_empty() {
+            return;
+        }
+        self.settled
+            .retain(|body| find(&self.bounced, *body).is_none());
+        let mut free = std::mem::take(&mut self.free);
+        free.extend(&self.bounced);
+        free.sort_unstable_by_key(|body| body.into_raw_parts().0);
+        self.free = free;
+    }
+
+    /// Whether Rapier has bounced a body that was moved within the step.
+    pub(crate) fn has_bounced(&self, body: RigidBodyHandle) -> bool {
+        find(&self.bounced, body).is_some()
     }
 
     /// What was found out about a body that was moved within the step.

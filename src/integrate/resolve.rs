@@ -2,8 +2,7 @@
 
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
-use super::free_motion::own_acceleration;
-use super::load::{lag, own_lag};
+use super::load::{all_else, lag, own_lag};
 use super::motion::{Resolved, Start, VelocityUpdate};
 use super::pace::Pace;
 use super::plan::{Bisection, Choice, HOPELESS, Plan};
@@ -138,7 +137,7 @@ impl Integrator {
             let felt = wrenches[place] != Wrench::ZERO;
             let turns = felt && body.free_top(body.angvel, false).is_some();
             let mut state = RigidState::new(body, torque_possible || turns);
-            state.acceleration = own_acceleration(context, body);
+            state.acceleration = all_else(context, body);
             if let Some(lag) = lag(context, body).filter(|_| begins.before.is_none()) {
                 // Rapier damps what it holds.
                 state.damping = [0.0; 2];

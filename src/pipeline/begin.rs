@@ -11,7 +11,7 @@ use crate::contact::{Arrival, Heard, KickShare, Pairs, is_to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
 use crate::integrate::{
-    Evaluation, Fault, FaultPolicy, Scheme, StepWarning, TurnAfter, warn_of_caps,
+    Evaluation, Fault, FaultPolicy, MotionRules, Scheme, StepWarning, TurnAfter, warn_of_caps,
 };
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::pipeline::ActiveHooks;
@@ -29,6 +29,7 @@ impl FieldPipeline {
             take_back(&open, &mut world);
             Arc::make_mut(&mut state.listening).stay();
             state.evaluation = None;
+            state.reactions.clear();
             return Err(StepError::Unfinished);
         }
         let dt = world.integration_parameters.dt;
@@ -55,6 +56,7 @@ impl FieldPipeline {
         if begun.is_err() {
             // It may be that of bodies which the records do not know.
             self.retire(state);
+            state.reactions.clear();
             self.rollback.restore(&mut world);
         }
         let (idle, sleepers) = begun?;
@@ -241,6 +243,7 @@ impl FieldPipeline {
     ) -> Result<(bool, bool), StepError> {
         let dt = world.integration_parameters.dt;
         let first = is_new(fields, state);
+        self.restless.clear();
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
         if !sleepers && !first && self.is_idle(fields, world) {
             self.turn_freely(world.integration_parameters);
@@ -446,17 +449,15 @@ impl FieldPipeline {
         let (view, exact) = (world.view(), self.exact_turns(fields));
         let sift = |fault: &Fault| sifted(fields.set, fault);
         let rules = Self::rules([&self.links, &self.held], exact, fields, world);
-        let rules = answering(rules, self.on_fault, &sift);
+        let rules = MotionRules {
+            reactions: Some(&state.reactions),
+            ..answering(rules, self.on_fault, &sift)
+        };
         let read = (&self.compiled, &self.samples, &self.bodies[..]);
         let context = Self::context(&view, read, (state.time, dt), rules);
         let (integrator, motions) = (&mut self.integrator, &mut self.motions);
         let outcome = {
-            let (acts, restless) = (super::acts(policy, &self.acting), &self.restless);
-            let acts = |place, body: &Body, wrench| {
-                let (acts, wake) = acts(place, body, wrench);
-                let keep = !restless.is_empty() && find(restless, body.handle).is_some();
-                (acts, wake || keep)
-            };
+            let acts = super::acts(policy, &self.acting);
             integrator.first_half(&context, evaluation, &acts, motions)
         };
         if outcome.is_ok() {
@@ -464,6 +465,7 @@ impl FieldPipeline {
             warn_of_caps(&context, motions, &mut self.warnings);
         }
         outcome.map_err(|fault| blame(fields.set, &fault))?;
+        std::mem::swap(&mut state.reactions, &mut self.motions.reactions);
         let mut faults = std::mem::take(&mut self.motions.faults);
         self.answer_all(fields, &mut faults, state.evaluation.as_mut())?;
         self.write_first(state, world);
@@ -480,6 +482,7 @@ impl FieldPipeline {
         open.steady
             .extend(motions.turns.iter().map(|turn| turn.body));
         bridge::write(world.bodies, &motions.updates);
+        bridge::rouse(world.bodies, &self.restless);
         bridge::quarantine(world.bodies, &self.condemned);
     }
 
@@ -493,12 +496,8 @@ impl FieldPipeline {
             drowsing: &was_drowsing,
         };
         let wrenches = state.evaluation.iter().flat_map(|it| &it.wrenches);
-        let drowsing = &mut state.drowsing;
-        let restless = self.bodies.iter().zip(wrenches);
-        let restless =
-            restless.filter(|(body, wrench)| balance.keeps_awake(body, **wrench, drowsing));
-        self.restless.clear();
-        self.restless.extend(restless.map(|(body, _)| body.handle));
+        let bodies = self.bodies.iter().zip(wrenches.copied());
+        balance.find_restless(bodies, &mut state.drowsing, &mut self.restless);
     }
 
     /// Takes note of how the bodies begin the step, for contacts: before fields act on them.

@@ -44,6 +44,7 @@ impl FieldPipeline {
             }
             state.evaluation = None;
             state.records.clear();
+            state.reactions.clear();
         }
         // The buffers are used again.
         record.clear();
@@ -85,7 +86,7 @@ impl FieldPipeline {
         }
         let began = state.time;
         let mut written = bridge::restore(world.bodies, &record.overrides);
-        bridge::finish(world.bodies, &open.motions.turns, &open.motions.means, dt);
+        bridge::finish(world, &mut open.motions);
         if open.soft {
             self.evaluate_soft(fields, began + to_f64(dt), world)?;
         }
@@ -215,7 +216,9 @@ impl FieldPipeline {
             return Ok(pushed.unwrap_or(0));
         }
         let deflected = |push: &Push| push.hit.is_some_and(|hit| hit.presumed.is_some());
-        if !fields.settings.scheme.kicks_twice() && !self.pushes.iter().any(deflected) {
+        let bounced = !open.motions.bounced.is_empty();
+        let kicks = fields.settings.scheme.kicks_twice() || bounced;
+        if !kicks && !self.pushes.iter().any(deflected) {
             self.note_sleepers(fields, state, &open.bodies, world);
             // Kept for how wrenches change from step to step.
             if let Some(evaluation) = &mut state.evaluation {

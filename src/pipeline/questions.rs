@@ -303,6 +303,7 @@ impl<'a> Scene<'a> {
                 max_speed: Real::MAX,
                 links: &[],
                 held: &[],
+                reactions: None,
                 on_fault: FaultPolicy::Refuse,
                 sift: None,
             },

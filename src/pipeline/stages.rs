@@ -47,7 +47,7 @@ impl FieldPipeline {
     /// Takes up the bodies that Rapier's solver holds, if the scheme treats them differently.
     pub(super) fn find_held(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
         self.held.clear();
-        if fields.settings.scheme.loads() {
+        if fields.settings.scheme.loads() || self.compiled.reads_velocity {
             let bodies = self.bodies.iter().map(|body| body.handle);
             Constraints::new(world).among(bodies, &mut self.held);
         }
@@ -76,6 +76,7 @@ impl FieldPipeline {
             max_speed: parameters.max_linear_velocity(),
             links,
             held,
+            reactions: None,
             on_fault: fields.settings.on_fault,
             sift: None,
         }

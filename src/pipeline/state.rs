@@ -7,7 +7,7 @@ use crate::contact::Listening;
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::EnergyAudit;
 use crate::field::{Anchor, Frame};
-use crate::integrate::Evaluation;
+use crate::integrate::{Evaluation, Reactions};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
 use crate::rigid::Body;
 
@@ -36,6 +36,7 @@ pub struct FieldState {
     pub(crate) stiff: Vec<RigidBodyHandle>,
     pub(crate) resting: Resting,
     pub(crate) drowsing: Drowsing,
+    pub(crate) reactions: Reactions,
     /// Whether all anchors were found once, and how many bodies and colliders there were; what is
     /// missing later was removed.
     pub(crate) anchored: Option<[usize; 2]>,
@@ -109,7 +110,8 @@ impl FieldState {
             self.checked = evaluated.is_none_or(Evaluation::is_sound)
                 && (self.records.len() == count || self.records.is_empty())
                 && self.resting.is_sound()
-                && self.drowsing.is_sound();
+                && self.drowsing.is_sound()
+                && self.reactions.is_sound();
         }
         self.checked && self.time.is_finite()
     }

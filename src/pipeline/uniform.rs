@@ -2,7 +2,7 @@
 
 use super::stages::iterations;
 use super::{Definition, FieldPipeline, FieldState};
-use crate::bridge::{self, Balance, Constraints, Drowsing, WakePolicy, Wanted, WorldMut};
+use crate::bridge::{self, Balance, Constraints, WakePolicy, Wanted, WorldMut};
 use crate::compile::ConstantField;
 use crate::field::ForceMode;
 use crate::integrate::{
@@ -10,7 +10,7 @@ use crate::integrate::{
     kicked,
 };
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
-use crate::rapier::dynamics::RigidBody;
+use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
 use crate::rigid::{Body, Wrench, find, is_sound};
 
 impl FieldPipeline {
@@ -67,10 +67,6 @@ impl FieldPipeline {
             (Scheme::Kick, Some(_)) => return Some(0),
             _ => dt * 0.5,
         };
-        let was_drowsing = match first {
-            None => std::mem::take(&mut state.drowsing),
-            Some(_) => Drowsing::default(),
-        };
         let (view, constraints) = (world.view(), Constraints::new(world));
         let push = Push {
             pull: Pull::new(self.compiled.constants.iter(), dt),
@@ -78,19 +74,15 @@ impl FieldPipeline {
             duration,
             constraints,
             held: scheme.loads() && !constraints.none(),
-            balance: Balance {
-                constraints,
-                gravity: world.gravity,
-                parameters: world.integration_parameters,
-                drowsing: &was_drowsing,
-            },
+            gravity: world.gravity,
+            parameters: world.integration_parameters,
             first,
         };
         let updates = &mut self.late.updates;
         updates.clear();
         let shown = &mut self.spare;
         shown.clear();
-        let (motions, drowsing) = (&mut self.motions, &mut state.drowsing);
+        let (motions, drowsy) = (&mut self.motions, &mut self.bodies);
         let warnings = &mut self.warnings;
         let wanted = Wanted {
             sleepers: false,
@@ -109,13 +101,13 @@ impl FieldPipeline {
                     harmless = false;
                     return first.is_some();
                 }
-                let force = push.pull.on(body);
+                let force = push.pull.on(body.mass());
                 let torque = Vector::ZERO;
                 shown.bodies.push(handle);
                 shown.wrenches.push(Wrench { force, torque });
                 let update = match push.plainly(handle, body, force) {
                     Some(update) => Some(update),
-                    None => push.with_all(handle, body, force, (motions, drowsing)),
+                    None => push.with_all(handle, body, force, (motions, drowsy)),
                 };
                 if let Some(update) = update {
                     linear &= !update.wake && update.angvel == body.angvel();
@@ -125,14 +117,37 @@ impl FieldPipeline {
             });
         if !harmless && first.is_none() {
             warnings.truncate(told);
-            state.drowsing = was_drowsing;
             return None;
+        }
+        if first.is_none() {
+            let was_drowsing = std::mem::take(&mut state.drowsing);
+            let balance = Balance {
+                constraints,
+                gravity: world.gravity,
+                parameters: world.integration_parameters,
+                drowsing: &was_drowsing,
+            };
+            let drowsy = self.bodies.iter().map(|body| {
+                let force = push.pull.on(body.mass);
+                (
+                    body,
+                    Wrench {
+                        force,
+                        torque: Vector::ZERO,
+                    },
+                )
+            });
+            balance.find_restless(drowsy, &mut state.drowsing, &mut self.restless);
+            self.bodies.clear();
         }
         match linear {
             true => bridge::write_linear(world.bodies, updates),
             false => {
                 bridge::write(world.bodies, updates);
             }
+        }
+        if first.is_none() {
+            bridge::rouse(world.bodies, &self.restless);
         }
         let (loads, turns) = (&self.motions.loads, &self.motions.turns);
         if !loads.is_empty() || !turns.is_empty() {
@@ -169,8 +184,7 @@ impl Pull {
         }
     }
 
-    fn on(&self, body: &RigidBody) -> Vector {
-        let mass = body.mass();
+    fn on(&self, mass: Real) -> Vector {
         let mut pull = self.force;
         if self.acceleration != Vector::ZERO {
             pull += self.acceleration * mass;
@@ -190,7 +204,8 @@ struct Push<'a> {
     constraints: Constraints<'a>,
     /// Whether any body may be held.
     held: bool,
-    balance: Balance<'a>,
+    gravity: Vector,
+    parameters: &'a IntegrationParameters,
     first: Option<&'a Motions>,
 }
 
@@ -226,7 +241,7 @@ impl Push<'_> {
 
     /// Whether nothing but fields moves a free body.
     fn coasts(&self, body: &RigidBody) -> bool {
-        let pulled = self.balance.gravity != Vector::ZERO || body.user_force() != Vector::ZERO;
+        let pulled = self.gravity != Vector::ZERO || body.user_force() != Vector::ZERO;
         !pulled && body.linear_damping() == 0.0 && body.angular_damping() == 0.0
     }
 
@@ -235,7 +250,7 @@ impl Push<'_> {
         handle: RigidBodyHandle,
         body: &RigidBody,
         force: Vector,
-        (motions, drowsing): (&mut Motions, &mut Drowsing),
+        (motions, drowsy): (&mut Motions, &mut Vec<Body>),
     ) -> Option<VelocityUpdate> {
         let held = self.held && self.constraints.hold(handle, body);
         let mut copy = Body::of(handle, body);
@@ -243,33 +258,31 @@ impl Push<'_> {
             force,
             torque: Vector::ZERO,
         };
-        let (dt, gravity) = (self.pull.dt, self.balance.gravity);
-        let free = FreeMotion::new(&copy, gravity, iterations(self.balance.parameters), dt);
+        let (dt, iterations) = (self.pull.dt, iterations(self.parameters));
+        let free = FreeMotion::new(&copy, self.gravity, iterations, dt);
         let Some(first) = self.first else {
-            let wake = self.balance.keeps_awake(&copy, wrench, drowsing);
+            if copy.drowsy > 0.0 {
+                drowsy.push(copy);
+            }
             if held {
-                motions.loads.push(Load::new(&copy, wrench, wake, dt));
+                motions.loads.push(Load::new(&copy, wrench, false, dt));
                 return None;
             }
-            let drift = (dt, iterations(self.balance.parameters), false);
+            let drift = (dt, iterations, false);
             if self.scheme == Scheme::Kick || free.is_none() || force == Vector::ZERO {
                 let update = kicked(&copy, wrench, self.duration);
-                let update = motions.turned(&copy, update, DVec3::ZERO, drift);
-                return Some(VelocityUpdate { wake, ..update });
+                return Some(motions.turned(&copy, update, DVec3::ZERO, drift));
             }
             motions.free.push(handle);
             let (update, twist) = free.along(&copy, wrench, self.duration);
             let update = motions.turned(&copy, update, twist, drift);
             let linvel = free.given(update.linvel);
-            return Some(VelocityUpdate {
-                linvel,
-                wake,
-                ..update
-            });
+            return Some(VelocityUpdate { linvel, ..update });
         };
         let before = Before {
             free: find(&first.free, handle).is_some(),
             load: first.load(handle),
+            given: first.given(handle),
         };
         if before.free {
             [copy.linvel, copy.angvel] = free.moved(copy.linvel, copy.angvel);

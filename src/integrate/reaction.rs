@@ -1,0 +1,112 @@
+//! What moves a body that is loaded beside its load: gravity, contacts and joints, as the last steps have
+//! shown it.
+//!
+//! A force that reads velocities acts on the velocities that a body has within a step, and so on what
+//! all else does to them. Of a free body that is known; of one that contacts or joints hold only Rapier's
+//! solver knows it. A body at its terminal velocity, or at rest, shows it by the steps before.
+
+use super::coupling::Besides;
+use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
+use crate::rigid::{Body, find_by, six, to_dquat};
+
+/// Of loaded bodies whose forces read velocities, in the order of their handles.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+pub(crate) struct Reactions(Vec<Loaded>);
+
+/// A body that was loaded in a step. Pairs are linear and angular.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+struct Loaded {
+    body: RigidBodyHandle,
+    dt: Real,
+    /// The velocities that the load alone gives it.
+    loaded: [Vector; 2],
+    /// The accelerations by all else, in the step before.
+    before: Option<[Vector; 2]>,
+}
+
+impl Reactions {
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Takes note of a body that is loaded in this step, about which `self` is what is known so far.
+    pub(super) fn remember(&self, body: &Body, loaded: [Vector; 2], dt: Real, next: &mut Self) {
+        next.0.push(Loaded {
+            body: body.handle,
+            dt,
+            loaded,
+            before: self.of(body).map(|known| known.accelerations(body)),
+        });
+    }
+
+    pub(super) fn sort(&mut self) {
+        let index = |known: &Loaded| known.body.into_raw_parts().0;
+        if !self.0.is_sorted_by_key(index) {
+            self.0.sort_unstable_by_key(index);
+        }
+    }
+
+    fn of(&self, body: &Body) -> Option<&Loaded> {
+        let place = find_by(&self.0, body.handle, |known| known.body)?;
+        Some(&self.0[place])
+    }
+
+    /// The accelerations of a body beside those by its load, as far as the last two steps agree: of an
+    /// impact the next step knows nothing. `None` if it was not loaded in both.
+    pub(super) fn accelerations(&self, body: &Body) -> Option<[Vector; 2]> {
+        let known = self.of(body)?;
+        let (now, before) = (known.accelerations(body), known.before?);
+        Some([0, 1].map(|part| common(now[part], before[part])))
+    }
+
+    /// The same as a force and a torque.
+    pub(super) fn on(&self, body: &Body) -> Option<Besides> {
+        let [linear, angular] = self.accelerations(body)?;
+        let inertia = body.inertia();
+        let attitude = to_dquat(body.pose.rotation);
+        let torque = inertia.map(|it| it.angular_momentum(attitude, to_dvec3(angular)));
+        Some(Besides {
+            pull: six(to_dvec3(linear * body.mass), torque.unwrap_or_default()),
+            ..Besides::default()
+        })
+    }
+
+    /// Whether what was read from elsewhere is of one piece.
+    pub(crate) fn is_sound(&self) -> bool {
+        let index = |known: &Loaded| known.body.into_raw_parts().0;
+        let finite = |known: &Loaded| {
+            let pairs = [known.loaded, known.before.unwrap_or_default()];
+            known.dt > 0.0
+                && known.dt.is_finite()
+                && pairs.as_flattened().iter().all(|v| v.is_finite())
+        };
+        self.0.is_sorted_by(|a, b| index(a) < index(b)) && self.0.iter().all(finite)
+    }
+}
+
+impl Loaded {
+    /// By all but the load, of a body that has come to these velocities.
+    fn accelerations(&self, now: &Body) -> [Vector; 2] {
+        let now = [now.linvel, now.angvel];
+        [0, 1].map(|part| (now[part] - self.loaded[part]) / self.dt)
+    }
+}
+
+/// What two vectors have in common: the shorter, less by how far they differ in direction.
+fn common(a: Vector, b: Vector) -> Vector {
+    let shorter = if a.length_squared() < b.length_squared() {
+        a
+    } else {
+        b
+    };
+    let share = a.normalize_or_zero().dot(b.normalize_or_zero());
+    shorter * share.max(0.0)
+}

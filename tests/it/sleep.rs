@@ -1,0 +1,203 @@
+//! Balanced is not at rest: what sinks or rises at its terminal velocity stays awake until it has arrived,
+//! and what rests on something sleeps.
+
+use rapier3d_fields::math::{Real, to_f64};
+use rapier3d_fields::prelude::*;
+use rapier3d_fields::rapier::control::{DynamicRayCastVehicleController, WheelTuning};
+
+use crate::support::{assert_at_most, build, weightless};
+
+const G: Real = 9.81;
+const SCHEMES: [Scheme; 3] = [
+    Scheme::KickDriftKick,
+    Scheme::Kick,
+    Scheme::Auto { tolerance: 1e-3 },
+];
+
+/// Under gravity, with a floor whose top is at y = −6.
+fn basin() -> PhysicsWorld {
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::Y * -G;
+    let floor = ColliderBuilder::cuboid(20.0, 1.0, 20.0);
+    world.insert(
+        RigidBodyBuilder::fixed().translation(Vector::Y * -7.0),
+        floor,
+    );
+    world
+}
+
+/// Water from the floor up to y = 0, in which a speed halves in about a third of a second.
+fn water() -> Tree {
+    Tree::pool(Vector::ZERO, Vector::new(20.0, 3.0, 20.0), 1000.0, G, 2.0)
+}
+
+fn ball(world: &mut PhysicsWorld, place: Vector, density: Real) -> RigidBodyHandle {
+    let body = RigidBodyBuilder::dynamic().translation(place);
+    world
+        .insert(body, ColliderBuilder::ball(0.25).density(density))
+        .0
+}
+
+/// How bodies of a density hang together.
+#[derive(Clone, Copy, Debug)]
+enum Float {
+    Single,
+    Jointed,
+    Articulated,
+}
+
+impl Float {
+    /// Two balls at a height, or one; all that there are of them.
+    fn insert(self, world: &mut PhysicsWorld, height: Real, density: Real) -> Vec<RigidBodyHandle> {
+        let mut at = |x| ball(world, Vector::new(x, height, 0.0), density);
+        let joint = SphericalJointBuilder::new()
+            .local_anchor1(Vector::X * 0.3)
+            .local_anchor2(Vector::X * -0.3);
+        match self {
+            Float::Single => vec![at(0.0)],
+            Float::Jointed => {
+                let pair = [at(-0.3), at(0.3)];
+                world.impulse_joints.insert(pair[0], pair[1], joint, true);
+                pair.into()
+            }
+            Float::Articulated => {
+                let pair = [at(-0.3), at(0.3)];
+                world.multibody_joints.insert(pair[0], pair[1], joint, true);
+                pair.into()
+            }
+        }
+    }
+}
+
+/// A ball of density 1050 fell asleep in mid-water, jointed balls of 950 at step 30 ten metres down: slow was
+/// taken for at rest where forces balanced, and of what joints hold nothing was asked.
+#[test]
+fn what_sinks_or_rises_arrives() {
+    for scheme in SCHEMES {
+        for float in [Float::Single, Float::Jointed, Float::Articulated] {
+            // Terminal velocities of 0.05 g/2, and less.
+            for (density, from, to) in [(1010.0, -1.0, -5.75), (990.0, -5.0, -0.0)] {
+                let mut world = basin();
+                let bodies = float.insert(&mut world, from, density);
+                let mut fields = build(water(), scheme);
+                // 4.75 m at 0.0485 m/s.
+                for _ in 0..7200 {
+                    fields.step(&mut world).expect("a step");
+                }
+                for body in bodies {
+                    let body = &world.bodies[body];
+                    let off = to_f64(body.translation().y) - to_f64(to);
+                    let what = format!("{scheme:?}, {float:?}, {density}: {}", body.translation());
+                    assert_at_most(off.abs(), 0.26, format_args!("{what}"));
+                    assert!(body.is_sleeping(), "{what}");
+                }
+            }
+        }
+    }
+}
+
+/// A ball falling in air at its terminal velocity of 0.054 m/s fell asleep there.
+#[test]
+fn what_falls_slowly_goes_on_falling() {
+    for scheme in SCHEMES {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::Y * -G;
+        let body = ball(&mut world, Vector::ZERO, 1.0);
+        let rate = G / 0.054;
+        let drag = Field::drag(rate, 0.0).force_mode(ForceMode::Acceleration);
+        let mut fields = build(drag, scheme);
+        for _ in 0..600 {
+            fields.step(&mut world).expect("a step");
+        }
+        let fallen = to_f64(world.bodies[body].translation().y) / (-0.054 * 10.0);
+        assert_at_most(
+            (fallen - 1.0).abs(),
+            0.01,
+            format_args!("{scheme:?}: {fallen}"),
+        );
+    }
+}
+
+/// A car with four wheels, and after how many steps it slept, and how far it went in 15 s.
+fn park(wind: Option<Scheme>) -> (Option<usize>, f64) {
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::Y * -G;
+    let floor = ColliderBuilder::cuboid(50.0, 0.5, 50.0).translation(Vector::Y * -0.5);
+    world.colliders.insert(floor);
+    let push = Vector::X * 2.5;
+    let chassis = RigidBodyBuilder::dynamic().translation(Vector::Y * 1.0);
+    let box_ = ColliderBuilder::cuboid(1.0, 0.25, 0.5).mass(10.0);
+    let (chassis, _) = world.insert(chassis, box_);
+    let mut fields = wind.map(|scheme| build(Field::uniform(push), scheme));
+    if fields.is_none() {
+        world.bodies[chassis].add_force(push, true);
+    }
+    let mut vehicle = DynamicRayCastVehicleController::new(chassis);
+    let tuning = WheelTuning {
+        suspension_stiffness: 80.0,
+        suspension_damping: 10.0,
+        ..WheelTuning::default()
+    };
+    for (x, z) in [(-0.8, -0.5), (-0.8, 0.5), (0.8, -0.5), (0.8, 0.5)] {
+        let place = Vector::new(x, 0.0, z);
+        vehicle.add_wheel(place, -Vector::Y, Vector::Z, 0.4, 0.25, &tuning);
+    }
+    for wheel in vehicle.wheels_mut() {
+        wheel.brake = 5.0;
+    }
+    let (mut asleep, mut settled) = (None, Vector::ZERO);
+    for step in 0..900 {
+        let dt = world.integration_parameters.dt;
+        let queries = world.broad_phase.as_query_pipeline_mut(
+            world.narrow_phase.query_dispatcher(),
+            &mut world.bodies,
+            &mut world.colliders,
+            QueryFilter::default().exclude_rigid_body(chassis),
+        );
+        vehicle.update_vehicle(dt, queries);
+        match &mut fields {
+            Some(fields) => drop(fields.step(&mut world).expect("a step")),
+            None => world.step(),
+        }
+        let body = &world.bodies[chassis];
+        if body.is_sleeping() {
+            asleep = asleep.or(Some(step));
+        }
+        if step == 60 {
+            settled = body.translation();
+        }
+    }
+    let moved = world.bodies[chassis].translation() - settled;
+    (asleep, to_f64(moved.length()))
+}
+
+/// A parked car in a steady wind never slept and crept 0.15 m in 15 s, where the same force of the user's
+/// lets it sleep: what a vehicle's wheels take was no contact.
+#[test]
+fn a_parked_car_sleeps_in_the_wind() {
+    let (alone, crept) = park(None);
+    for scheme in SCHEMES {
+        let (asleep, moved) = park(Some(scheme));
+        let (alone, asleep) = (alone.expect("asleep"), asleep.expect("asleep in the wind"));
+        assert!(asleep <= alone + 30, "{scheme:?}: {asleep} after {alone}");
+        assert_at_most(moved, crept.max(0.01), format_args!("{scheme:?}"));
+    }
+}
+
+/// Two jointed balls that a weak uniform field accelerates from rest slept after half a second.
+#[test]
+fn jointed_bodies_in_a_weak_field_stay_awake() {
+    for scheme in SCHEMES {
+        let mut world = weightless(1.0 / 60.0);
+        let bodies = Float::Jointed.insert(&mut world, 0.0, 1000.0);
+        let pull = Field::uniform(Vector::Y * 0.05).force_mode(ForceMode::Acceleration);
+        let mut fields = build(pull, scheme);
+        for _ in 0..240 {
+            fields.step(&mut world).expect("a step");
+        }
+        for body in bodies {
+            let way = to_f64(world.bodies[body].translation().y);
+            assert_at_most((way - 0.4).abs(), 0.01, format_args!("{scheme:?}: {way}"));
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! What Rapier's solver holds, and a drag or a wind slows: terminal velocities in closed form.
+
+use rapier3d_fields::math::{Real, from_f64, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::{assert_at_most, build};
+
+const G: f64 = 9.81;
+
+/// How bodies are held.
+#[derive(Clone, Copy, Debug)]
+enum Held {
+    /// Two balls, a joint of impulses between them.
+    Jointed,
+    /// The same, of which only one is slowed.
+    Dragged,
+    /// The same by reduced coordinates.
+    Articulated,
+    /// A ball on a rail from the world.
+    Rail,
+    /// The same by reduced coordinates.
+    ReducedRail,
+    /// A box on a slope of 30° without friction.
+    Slope,
+    /// The same with a friction of 0.2.
+    RoughSlope,
+    /// A ball that another, which is not slowed, falls on.
+    Stacked,
+}
+
+const ALL: [Held; 8] = [
+    Held::Jointed,
+    Held::Dragged,
+    Held::Articulated,
+    Held::Rail,
+    Held::ReducedRail,
+    Held::Slope,
+    Held::RoughSlope,
+    Held::Stacked,
+];
+
+/// Bodies of mass one that fall.
+struct Fall {
+    world: PhysicsWorld,
+    body: RigidBodyHandle,
+    /// The direction in which it moves.
+    along: Vector,
+    /// Which share of the mass that moves together is slowed, and its acceleration without that.
+    slowed: f64,
+    pull: f64,
+    /// Of those that are slowed.
+    groups: InteractionGroups,
+}
+
+impl Fall {
+    fn new(held: Held, dt: f64) -> Self {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::Y * from_f64(-G);
+        world.integration_parameters.dt = from_f64(dt);
+        world.integration_parameters.num_solver_iterations = 4;
+        let all = InteractionGroups::all();
+        let mut put = |place: Vector, groups: InteractionGroups| {
+            let body = RigidBodyBuilder::dynamic()
+                .translation(place)
+                .can_sleep(false);
+            let ball = ColliderBuilder::ball(0.25).mass(1.0);
+            world.insert(body, ball.collision_groups(groups)).0
+        };
+        let fall = |body, slowed| (body, -Vector::Y, slowed, G);
+        let joint = SphericalJointBuilder::new()
+            .local_anchor1(Vector::X * 0.4)
+            .local_anchor2(Vector::X * -0.4)
+            .build();
+        let rail = PrismaticJointBuilder::new(Vector::Y).build();
+        let felt = all.with_memberships(Group::GROUP_1);
+        let out = all.with_memberships(Group::GROUP_2);
+        let (body, along, slowed, pull) = match held {
+            Held::Jointed | Held::Dragged | Held::Articulated => {
+                let slowed = if matches!(held, Held::Dragged) {
+                    0.5
+                } else {
+                    1.0
+                };
+                let second = if slowed < 1.0 { out } else { felt };
+                let pair = [put(Vector::X * -0.4, felt), put(Vector::X * 0.4, second)];
+                // Else the one that is slowed would hang above the other.
+                for body in pair {
+                    world.bodies[body].lock_rotations(slowed < 1.0, true);
+                }
+                match held {
+                    Held::Articulated => {
+                        world.multibody_joints.insert(pair[0], pair[1], joint, true);
+                    }
+                    _ => {
+                        world.impulse_joints.insert(pair[0], pair[1], joint, true);
+                    }
+                }
+                fall(pair[0], slowed)
+            }
+            Held::Rail | Held::ReducedRail => {
+                let body = put(Vector::ZERO, felt);
+                let world_body = world.bodies.insert(RigidBodyBuilder::fixed());
+                match held {
+                    Held::Rail => {
+                        world.impulse_joints.insert(world_body, body, rail, true);
+                    }
+                    _ => {
+                        world.multibody_joints.insert(world_body, body, rail, true);
+                    }
+                }
+                fall(body, 1.0)
+            }
+            Held::Slope | Held::RoughSlope => {
+                let friction: f64 = if matches!(held, Held::Slope) {
+                    0.0
+                } else {
+                    0.2
+                };
+                let tilt = Rotation::from_rotation_z(from_f64(-30.0_f64.to_radians()));
+                let down = tilt * Vector::X;
+                let ground = RigidBodyBuilder::fixed()
+                    .rotation(Vector::Z * from_f64(-30.0_f64.to_radians()));
+                let flat = ColliderBuilder::new(SharedShape::halfspace(Vector::Y));
+                world.insert(ground, flat.friction(from_f64(friction)));
+                let body = RigidBodyBuilder::dynamic()
+                    .translation(tilt * (Vector::Y * 0.25))
+                    .rotation(Vector::Z * from_f64(-30.0_f64.to_radians()))
+                    .can_sleep(false);
+                let cube = ColliderBuilder::cuboid(0.5, 0.25, 0.5).mass(1.0);
+                let cube = cube.friction(from_f64(friction)).collision_groups(felt);
+                let body = world.insert(body, cube).0;
+                let pull = G * (0.5 - friction * 0.75_f64.sqrt());
+                (body, down, 1.0, pull)
+            }
+            Held::Stacked => {
+                let lower = put(Vector::ZERO, felt);
+                put(Vector::Y * 0.5, out);
+                fall(lower, 0.5)
+            }
+        };
+        Fall {
+            world,
+            body,
+            along,
+            slowed,
+            pull,
+            groups: all.with_filter(Group::GROUP_1),
+        }
+    }
+
+    /// The speed after a time, over the exact terminal velocity.
+    fn speed(mut self, scheme: Scheme, rate: f64) -> f64 {
+        let drag = Field::drag(from_f64(rate), 0.0).groups(self.groups);
+        let mut fields = build(drag, scheme);
+        let exact = self.pull / (rate * self.slowed);
+        // So that only a part in 10⁵ is still to come.
+        let seconds = 12.0 / (rate * self.slowed) + 0.5;
+        let steps = (seconds / to_f64(self.world.integration_parameters.dt)) as usize;
+        for _ in 0..steps {
+            fields.step(&mut self.world).expect("a step");
+        }
+        let linvel = self.world.bodies[self.body].linvel();
+        to_f64(linvel.dot(self.along)) / exact
+    }
+}
+
+/// Was off by g·dt/2: the drag of a held body left out that gravity makes it faster within the step.
+#[test]
+fn held_bodies_reach_their_terminal_velocity() {
+    let schemes = [
+        Scheme::KickDriftKick,
+        Scheme::Kick,
+        Scheme::Auto { tolerance: 1e-3 },
+        Scheme::ExternalForce,
+        Scheme::LinearlyImplicit,
+        Scheme::Suzuki4,
+        Scheme::Substep(Substeps::Fixed(4)),
+    ];
+    for held in ALL {
+        for scheme in schemes {
+            for dt in [1.0 / 60.0, 1.0 / 240.0] {
+                for swiftness in [0.01, 0.5, 10.0, 100.0] {
+                    let rate = swiftness * 60.0;
+                    let off = Fall::new(held, dt).speed(scheme, rate) - 1.0;
+                    let what = format!("{held:?} {scheme:?} {dt:.4} k·dt {:.3}", rate * dt);
+                    assert_at_most(off.abs(), 0.005, format_args!("{what}"));
+                }
+            }
+        }
+    }
+}
