@@ -8,7 +8,7 @@ use crate::rapier::dynamics::{
 };
 use crate::rapier::geometry::{Collider, NarrowPhase};
 use crate::rapier::pipeline::PhysicsWorld;
-use crate::rigid::{Lookup, is_sound};
+use crate::rigid::{Lookup, is_sound, origin_velocity};
 
 /// All that a step reads or writes of a world, borrowed from wherever you keep it: for
 /// [`Fields::begin`](crate::Fields::begin) and [`Fields::finish`](crate::Fields::finish) around a
@@ -122,10 +122,9 @@ impl Frames for (&RigidBodySet, &ColliderSet) {
         let (bodies, colliders) = *self;
         let of_body = |handle: RigidBodyHandle| {
             let body = bodies.get(handle).filter(|body| is_sound(body))?;
-            let arm = body.translation() - body.center_of_mass();
             Some(Frame {
                 pose: *body.position(),
-                velocity: body.linvel() + body.angvel().cross(arm),
+                velocity: origin_velocity(body),
                 angvel: body.angvel(),
                 body: Some(handle),
                 collider: None,

@@ -7,7 +7,7 @@
 
 use super::claims::Claims;
 use super::laws::combined;
-use super::starts::Starts;
+use super::starts::{Starts, pivot};
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle};
 use crate::rapier::dynamics::{
@@ -177,7 +177,7 @@ fn fastest(body: &RigidBody, world: &impl Lookup, near: Real, dt: Real) -> Real 
         let arm = arm.map_or(0.0, |pose| pose.translation.length());
         Some(arm + bounds.center.length() + bounds.radius + collider.contact_skin())
     });
-    let reach = reaches.fold(0.0, Real::max) + body.local_center_of_mass().length() + near;
+    let reach = reaches.fold(0.0, Real::max) + pivot(body).length() + near;
     linear + turning * reach
 }
 

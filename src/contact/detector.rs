@@ -133,16 +133,16 @@ impl Detector {
         let masked = is_masked(compiled);
         let moved = self.touch.gather(world) || masked;
         if moved || held.is_none() && !found.anew {
-            self.touch.find(world, held, found);
+            self.touch.find((world, &*self.starts), held, found);
         } else {
             for (contact, _) in &mut found.contacts {
-                contact.approach_speed = approach_speed(contact, world);
+                contact.approach_speed = approach_speed(contact, world, &self.starts);
             }
         }
         self.hit = found.is_hit(world, &self.starts);
         if self.hit && !found.anew {
             // An impact runs through all that rests, and is to meet it where it is.
-            self.touch.find(world, None, found);
+            self.touch.find((world, &*self.starts), None, found);
         }
         if masked {
             self.masks.refresh(compiled, world, samples);

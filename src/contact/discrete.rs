@@ -10,7 +10,7 @@ use super::overlap::{ManifoldPoint, OverlapPoint, PlacedBall, PlacedShape};
 use super::resting::{HeldPairs, StillPoints};
 use super::rules::in_order;
 use super::separation::Separations;
-use super::starts::Starts;
+use super::starts::{Starts, pivot};
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
@@ -92,7 +92,9 @@ impl Found {
     pub(super) fn is_hit(&self, world: &impl Lookup, starts: &Starts) -> bool {
         self.contacts.iter().any(|(contact, points)| {
             let law = contact.law;
-            let motions = contact.bodies.map(|body| PointMotion::of(body, world));
+            let motions = contact
+                .bodies
+                .map(|body| PointMotion::of(body, world, starts));
             if law == ContactLaw::Observe || motions.iter().all(PointMotion::is_still) {
                 return false;
             }
@@ -110,17 +112,20 @@ impl Found {
 /// How the points of a body move; what has no body stands still.
 #[derive(Clone, Copy, Default)]
 struct PointMotion {
-    com: Vector,
+    pivot: Vector,
     linvel: Vector,
     angvel: Vector,
 }
 
 impl PointMotion {
-    fn of(body: Option<RigidBodyHandle>, world: &impl Lookup) -> Self {
-        let body = body.and_then(|body| world.body(body));
-        body.map_or(PointMotion::default(), |body| PointMotion {
-            com: body.center_of_mass(),
-            linvel: body.linvel(),
+    fn of(body: Option<RigidBodyHandle>, world: &impl Lookup, starts: &Starts) -> Self {
+        let body = body.and_then(|handle| Some((handle, world.body(handle)?)));
+        body.map_or(PointMotion::default(), |(handle, body)| PointMotion {
+            pivot: match body.is_dynamic() {
+                true => body.center_of_mass(),
+                false => body.position().transform_point(pivot(body)),
+            },
+            linvel: starts.pivot_velocity(handle, body),
             angvel: body.angvel(),
         })
     }
@@ -130,7 +135,7 @@ impl PointMotion {
     }
 
     fn at(&self, world_point: Vector) -> Vector {
-        self.linvel + self.angvel.cross(world_point - self.com)
+        self.linvel + self.angvel.cross(world_point - self.pivot)
     }
 }
 
@@ -271,7 +276,7 @@ impl Discrete {
     /// `held` by Rapier its points may do.
     pub(super) fn find(
         &mut self,
-        world: &impl Lookup,
+        (world, starts): (&impl Lookup, &Starts),
         held: Option<HeldPairs<'_>>,
         found: &mut Found,
     ) {
@@ -280,7 +285,11 @@ impl Discrete {
         let held = held.filter(|held| !held.pairs.is_empty());
         found.anew = held.is_none();
         self.list.refresh(&self.clusters, 0.0);
-        let mut finder = Finder { world, found };
+        let mut finder = Finder {
+            world,
+            starts,
+            found,
+        };
         for (i, cluster) in self.clusters.iter().enumerate() {
             for j in self.list.later(i) {
                 let other = &self.clusters[*j as usize];
@@ -403,6 +412,7 @@ impl Discrete {
 /// Looks at pairs, and notes what touches.
 struct Finder<'a, W> {
     world: &'a W,
+    starts: &'a Starts,
     found: &'a mut Found,
 }
 
@@ -431,15 +441,17 @@ impl<W: Lookup> Finder<'_, W> {
                 *point = point.flipped();
             }
         }
-        contact.approach_speed = approach_speed(&contact, self.world);
+        contact.approach_speed = approach_speed(&contact, self.world, self.starts);
         let range = start..self.found.points.len();
         self.found.contacts.push((contact, range));
     }
 }
 
 /// How fast the parts of a contact approach.
-pub(super) fn approach_speed(contact: &FieldContact, world: &impl Lookup) -> Real {
-    let motions = contact.bodies.map(|body| PointMotion::of(body, world));
+pub(super) fn approach_speed(contact: &FieldContact, world: &impl Lookup, starts: &Starts) -> Real {
+    let motions = contact
+        .bodies
+        .map(|body| PointMotion::of(body, world, starts));
     let [one, two] = motions.map(|motion| motion.at(contact.world_point));
     (one - two).dot(contact.world_normal)
 }

@@ -189,7 +189,12 @@ impl StepHooks<'_> {
 /// The velocity of a point of a body; of one that is moved to a place, that of its way there.
 pub(super) fn velocity_at(body: &RigidBody, point: Vector, dt: Real) -> Vector {
     if body.body_type() != RigidBodyType::KinematicPositionBased || dt <= 0.0 {
-        return body.velocity_at_point(point);
+        let turns = body.angvel() != Vector::ZERO;
+        return if turns {
+            body.velocity_at_point(point)
+        } else {
+            body.linvel()
+        };
     }
     let local = body.position().inverse_transform_point(point);
     (body.next_position().transform_point(local) - point) / dt

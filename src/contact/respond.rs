@@ -29,7 +29,7 @@ pub(super) fn respond(
     let bodies = handles.iter().filter_map(|handle| world.body(*handle));
     let movers = bodies.zip(&handles).map(|(body, handle)| {
         let start = starts.of(*handle, body);
-        ContactBody::pressed(body, &start)
+        ContactBody::pressed(body, &start, starts.pivot_velocity(*handle, body))
     });
     let mut movers: Vec<ContactBody> = movers.collect();
     let place = |body: Option<RigidBodyHandle>| {

@@ -6,11 +6,11 @@
 //! problem). Rounds follow until none approaches; each keeps momentum, and adds no energy.
 
 use crate::field::ContactLaw;
-use crate::math::{DQuat, DVec3, Real, to_dpose3, to_dvec3, to_f64};
+use crate::math::{DQuat, DVec3, Real, Vector, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::dynamics::{LockedAxes, RigidBody};
 
 use super::lcp;
-use super::starts::Start;
+use super::starts::{Start, pivot};
 use crate::rigid::Rotor;
 
 /// A chain of bodies needs about as many rounds as it is long.
@@ -37,6 +37,7 @@ pub(super) struct Resistance {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactBody {
     pub resistance: Resistance,
+    /// Its centre of mass; of what is not dynamic, its [pivot].
     pub com: DVec3,
     pub attitude: DQuat,
     pub linvel: DVec3,
@@ -71,48 +72,46 @@ impl Resistance {
         let locked = body.locked_axes();
         let free = |axis: LockedAxes| f64::from(u8::from(!locked.contains(axis)));
         let free_axes = |x, y, z| DVec3::new(free(x), free(y), free(z));
-        let dynamic = f64::from(u8::from(body.is_dynamic()));
         let may_turn = free_axes(
             LockedAxes::ROTATION_LOCKED_X,
             LockedAxes::ROTATION_LOCKED_Y,
             LockedAxes::ROTATION_LOCKED_Z,
         );
         let [x, y, z, w] = local.principal_inertia_local_frame.to_array().map(to_f64);
+        let rotor = if body.is_dynamic() {
+            Rotor {
+                inverse_moments: to_dvec3(local.inv_principal_inertia),
+                principal_to_body: DQuat::from_xyzw(x, y, z, w).normalize(),
+            }
+        } else {
+            // Of an open mesh both may be NaN.
+            Rotor {
+                inverse_moments: DVec3::ZERO,
+                principal_to_body: DQuat::IDENTITY,
+            }
+        };
         Resistance {
             inverse_mass: to_dvec3(properties.effective_inv_mass),
-            rotor: Rotor {
-                inverse_moments: to_dvec3(local.inv_principal_inertia) * dynamic,
-                principal_to_body: DQuat::from_xyzw(x, y, z, w).normalize(),
-            },
+            rotor,
             may_turn,
         }
     }
 }
 
 impl ContactBody {
-    pub(super) fn of(body: &RigidBody) -> Self {
+    /// A body on the parabola that Rapier takes it along, of which the pivot has a velocity.
+    pub(super) fn pressed(body: &RigidBody, start: &Start, linvel: Vector) -> Self {
         let pose = to_dpose3(body.position());
-        ContactBody {
-            resistance: Resistance::of(body),
-            com: pose.transform_point(to_dvec3(body.local_center_of_mass())),
-            attitude: pose.rotation,
-            linvel: to_dvec3(body.linvel()),
-            angvel: to_dvec3(body.angvel()),
-            acceleration: DVec3::ZERO,
-            pushed: false,
-        }
-    }
-
-    /// A body on the parabola that Rapier takes it along.
-    pub(super) fn pressed(body: &RigidBody, start: &Start) -> Self {
-        let here = ContactBody::of(body);
+        let resistance = Resistance::of(body);
         let behind = start.turn.map_or(DVec3::ZERO, |turn| turn.behind);
-        let rotor = here.resistance.rotor;
         ContactBody {
-            linvel: here.linvel + to_dvec3(start.behind),
-            angvel: here.angvel + rotor.angvel(here.attitude, behind),
+            com: pose.transform_point(to_dvec3(pivot(body))),
+            attitude: pose.rotation,
+            linvel: to_dvec3(linvel) + to_dvec3(start.behind),
+            angvel: to_dvec3(body.angvel()) + resistance.rotor.angvel(pose.rotation, behind),
             acceleration: to_dvec3(start.acceleration()),
-            ..here
+            pushed: false,
+            resistance,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::field::ContactLaw;
 use crate::math::{DVec3, Pose, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
-use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
+use crate::rapier::dynamics::{IntegrationParameters, RigidBody, RigidBodyType};
 use crate::rigid::{Lookup, Wrench};
 
 /// A body when Rapier's step began.
@@ -81,6 +81,20 @@ pub(crate) struct Arrival {
     pub linvel: Vector,
     /// What fields do to it when it starts.
     pub first: Wrench,
+}
+
+/// The point of a body, in its frame, of which a contact takes the velocity: the centre of mass of a
+/// body that is dynamic, or that Rapier turns about it. That of any other body says nothing, since
+/// Rapier never looks at it: of an open mesh it may be anywhere.
+pub(super) fn pivot(body: &RigidBody) -> Vector {
+    let kind = body.body_type();
+    let turned = kind == RigidBodyType::KinematicVelocityBased && body.angvel() != Vector::ZERO;
+    let com = body.local_center_of_mass();
+    if body.is_dynamic() || turned && com.is_finite() {
+        com
+    } else {
+        Vector::ZERO
+    }
 }
 
 impl FreeTurn {
@@ -298,6 +312,17 @@ impl Starts {
             angvel: Vector::ZERO,
             ..Start::now(handle, body, &self.setting)
         })
+    }
+
+    /// The velocity of the pivot of a body after Rapier's step; of one that was moved to a place, that of
+    /// its way there.
+    pub(super) fn pivot_velocity(&self, handle: RigidBodyHandle, body: &RigidBody) -> Vector {
+        let dt = self.setting.dt;
+        let placed = body.body_type() == RigidBodyType::KinematicPositionBased && dt > 0.0;
+        match self.known(handle).filter(|_| placed) {
+            Some(start) => (body.translation() - start.pose.translation) / dt,
+            None => body.linvel(),
+        }
     }
 
     /// Whether no body has moved since, or moves.

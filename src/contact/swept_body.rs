@@ -4,7 +4,7 @@
 use super::discrete::Discrete;
 use super::field_contact::Part;
 use super::solve::{ContactBody, Resistance};
-use super::starts::{FreeTurn, Start, Starts};
+use super::starts::{FreeTurn, Start, Starts, pivot};
 use super::trajectory::{Bend, Path, Turn};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, SharedShape, from_dvec3, from_f64,
@@ -109,7 +109,7 @@ impl SweptBodies {
             let first = self.parts.len();
             let start = starts.of(handle, body);
             let still = start.is_still(body);
-            let local_com = to_dvec3(body.local_center_of_mass());
+            let local_com = to_dvec3(pivot(body));
             for collider in body.colliders() {
                 if let Some(found) = world.collider(*collider) {
                     let part = touch.part_of(*collider, found, (Some(handle), body.is_dynamic()));
@@ -500,6 +500,9 @@ fn way([from, to]: [DVec3; 2], start: &Start, body: &RigidBody, dt: f64) -> [DVe
         return straight(linvel);
     }
     let mean = (to - from) / dt;
+    if !body.is_dynamic() {
+        return straight(mean);
+    }
     let rounding = ROUNDINGS * 0.5 * to_f64(Real::EPSILON);
     let gained = to_dvec3(start.spread) * dt;
     let damped = to_f64(body.linear_damping()) * dt * to_dvec3(start.linvel).length();

@@ -97,16 +97,23 @@ impl<W: Lookup> PredictedFrames<'_, W> {
     fn coasting(&self, body: &RigidBody, linvel: Vector, angvel: Vector) -> Frame {
         if self.elapsed == 0.0 {
             // To the last bit where it is: boundaries are compared exactly.
-            let arm = body.translation() - body.center_of_mass();
+            let velocity = if angvel == Vector::ZERO {
+                linvel
+            } else {
+                linvel + angvel.cross(body.translation() - body.center_of_mass())
+            };
             return Frame {
-                velocity: linvel + angvel.cross(arm),
+                velocity,
                 angvel,
                 ..Frame::at_rest(*body.position())
             };
         }
-        let (linvel, angvel) = (to_dvec3(linvel), to_dvec3(angvel));
         let attitude = to_dquat(*body.rotation());
-        let local_com = to_dvec3(body.local_center_of_mass());
+        let local_com = match angvel == Vector::ZERO {
+            true => DVec3::ZERO,
+            false => to_dvec3(body.local_center_of_mass()),
+        };
+        let (linvel, angvel) = (to_dvec3(linvel), to_dvec3(angvel));
         let com = to_dvec3(body.translation()) + attitude * local_com;
         let turn = DQuat::from_scaled_axis(angvel * self.elapsed);
         let place = (com + linvel * self.elapsed, turn * attitude, local_com);

@@ -104,6 +104,16 @@ impl Body {
     }
 }
 
+/// The velocity of the origin of a body's frame. The centre of mass of a body that is not dynamic may be
+/// anywhere: Rapier works it out of an open mesh too, and never looks at it.
+pub(crate) fn origin_velocity(body: &RigidBody) -> Vector {
+    if body.angvel() == Vector::ZERO {
+        return body.linvel();
+    }
+    let arm = body.translation() - body.center_of_mass();
+    body.linvel() + body.angvel().cross(arm)
+}
+
 /// Whether a body is somewhere, and moves somehow. What is not is left to Rapier, which puts it into
 /// quarantine in its step.
 #[inline]

@@ -11,7 +11,7 @@ mod wrench;
 
 pub use wrench::Wrench;
 
-pub(crate) use body::{Body, is_sound};
+pub(crate) use body::{Body, is_sound, origin_velocity};
 pub(crate) use lookup::Lookup;
 pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,

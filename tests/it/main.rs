@@ -72,6 +72,7 @@ mod terminal_velocities;
 #[cfg(feature = "parallel")]
 mod threads;
 mod traces;
+mod uneven_ground;
 mod warned;
 mod watched;
 mod weak;

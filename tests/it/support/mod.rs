@@ -3,6 +3,7 @@
 pub mod ammonia;
 pub mod bits;
 pub mod collide;
+pub mod drops;
 pub mod flight;
 pub mod formats;
 pub mod model;
