@@ -284,7 +284,10 @@ impl Drops {
                     fallen.warnings.extend_from_slice(fields.warnings());
                 }
             }
-            for (number, body) in bodies.iter().enumerate().filter(|(it, _)| !gone[*it]) {
+            for (number, body) in bodies.iter().enumerate() {
+                if gone[number] {
+                    continue;
+                }
                 let at = world.bodies[*body].translation();
                 let inside = |it: Real| to_f64(it).abs() < EXTENT - 1.0;
                 // What is nowhere is lost as well.
