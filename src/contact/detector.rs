@@ -37,6 +37,8 @@ pub(crate) struct Detector {
     hit: bool,
     /// Touches of the step that has just ended, not yet among the contacts.
     touched: Vec<FieldContact>,
+    /// Pairs whose answers in it are not finite, and were left out.
+    pub not_finite: Vec<[ColliderHandle; 2]>,
     /// Whether the last step had more impacts than one step may have.
     pub exhausted: bool,
     /// What touches what, in the order of the handles.
@@ -53,6 +55,7 @@ impl Detector {
             found: Found::default(),
             hit: false,
             touched: Vec::new(),
+            not_finite: Vec::new(),
             exhausted: false,
             contacts: Vec::new(),
         }
@@ -86,6 +89,7 @@ impl Detector {
         pushes: &mut Vec<Push>,
     ) {
         self.touched.clear();
+        self.not_finite.clear();
         let Some(sweep) = &mut self.sweep else {
             return;
         };
@@ -104,6 +108,12 @@ impl Detector {
         };
         let found = (&mut self.touched, pushes);
         self.exhausted = sweep.run(scene, world, to_f64(dt), found);
+        self.not_finite.append(&mut sweep.not_finite);
+    }
+
+    /// Touches of the step that has just ended, until they are put before the overlaps.
+    pub(super) fn touches(&self) -> &[FieldContact] {
+        &self.touched
     }
 
     /// Puts the touches of the step before the overlaps that its end has shown.
@@ -206,8 +216,8 @@ impl Detector {
             moment,
             known: HashMap::new(),
         };
-        let contacts = &mut self.contacts;
-        respond::respond(contacts, &self.found, place, (dt, paper), answers, pushes)
+        let (contacts, out) = (&mut self.contacts, (pushes, &mut self.not_finite));
+        respond::respond(contacts, &self.found, place, (dt, paper), answers, out)
     }
 }
 

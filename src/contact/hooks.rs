@@ -9,7 +9,7 @@ use super::starts::Starts;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, ColliderSet, Real, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle, RigidBodyType};
-use crate::rapier::geometry::{NarrowPhase, SolverContact, SolverFlags};
+use crate::rapier::geometry::{NarrowPhase, Shape, ShapeType, SolverFlags};
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::pipeline::{
     ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks,
@@ -110,7 +110,9 @@ pub(crate) struct Verdicts {
 ///
 /// Rapier finds and reports contacts that the fields answer as any other, and holds those that
 /// last, with the friction of the law and no restitution. Those that approach or part fast are
-/// lifted off, so that its solver finds nothing to do: they are impacts, which the fields answer.
+/// lifted off, so that its solver finds nothing to do: they are impacts, which the fields answer. A pair
+/// that was answered in three steps running and still overlaps, or came to be deeper in three, is Rapier's
+/// until it parts.
 /// Whatever else comes goes to the user's hooks, for the colliders whose own `active_hooks` ask for
 /// it; a contact that they take away is nobody's.
 pub struct StepHooks<'a> {
@@ -119,6 +121,8 @@ pub struct StepHooks<'a> {
     pub(crate) starts: &'a Starts,
     /// Pairs on which no detection field acts where they are.
     pub(crate) released: &'a Pairs,
+    /// Pairs that fields have given back to Rapier while they last.
+    pub(crate) given: &'a Pairs,
     pub(crate) heard: &'a Heard,
     pub(crate) user: &'a dyn PhysicsHooks,
 }
@@ -141,49 +145,94 @@ impl StepHooks<'_> {
         })
     }
 
-    /// Leaves the contacts of a manifold to Rapier if they last, else lifts them off.
+    /// Leaves the points of a manifold to Rapier at which it lasts, and lifts the others off. A point that
+    /// is lifted and never reached would hold nothing, so each is looked at by itself: a box that rocks
+    /// rests on one corner while another falls.
     fn lift_impacts(&self, law: ContactLaw, context: &mut ContactModificationContext<'_>) {
         let pair = [context.collider1, context.collider2];
         let handles = [context.rigid_body1, context.rigid_body2];
         let (bodies, dt) = (context.bodies, self.starts.dt());
+        let deepest = match self.claims.swept {
+            true => Real::INFINITY,
+            false => bearable_depth(law, pair, context.colliders),
+        };
         let Some(manifold) = context.rigid_mut() else {
             return;
         };
-        let slow = self.starts.slow(law, handles);
+        if manifold.solver_contacts.is_empty() {
+            return;
+        }
+        let slow = if self.given.contains(&in_order(pair)) {
+            Real::INFINITY
+        } else {
+            self.starts.slow(law, handles)
+        };
         let velocity = |which: usize, point| {
             let body = handles[which].and_then(|handle| bodies.get(handle));
             body.map_or(Vector::ZERO, |body| velocity_at(body, point, dt))
         };
-        let approach = |contact: &SolverContact| {
+        let normal = *manifold.normal;
+        let (mut lifted, mut bounces) = (false, false);
+        for contact in manifold.solver_contacts.iter_mut() {
             let point = (contact.anchor1 + contact.anchor2) * 0.5;
-            (velocity(0, point) - velocity(1, point)).dot(*manifold.normal)
-        };
-        let contacts = manifold.solver_contacts.iter();
-        let fastest = contacts.map(|contact| approach(contact).abs());
-        let fastest = fastest.fold(0.0, Real::max);
-        let sprung = matches!(law, ContactLaw::Penalty { .. });
-        if manifold.solver_contacts.is_empty() {
-            return;
-        }
-        if fastest >= slow || sprung {
-            Heard::note(&self.heard.lifted, pair);
+            let approach = (velocity(0, point) - velocity(1, point)).dot(normal).abs();
+            // What is not finite is Rapier's as well.
+            let fast = approach >= slow;
+            if !fast {
+                continue;
+            }
+            if (velocity(0, point) - velocity(1, point)).dot(normal) * dt - contact.dist > deepest {
+                bounces = true;
+                continue;
+            }
             // Both ends alike: the solver's lever arms are taken from the middle. So far that what
             // moves within the step does not touch.
-            let lift = 10.0 + 4.0 * fastest * dt + 10.0 * self.starts.rebound();
-            for contact in manifold.solver_contacts.iter_mut() {
-                contact.anchor1 -= *manifold.normal * (0.5 * lift);
-                contact.anchor2 += *manifold.normal * (0.5 * lift);
-                contact.dist += lift;
-            }
-        } else {
-            Heard::note(&self.heard.held, pair);
-            *manifold.restitution = 0.0;
-            *manifold.friction = match law {
-                ContactLaw::Impulse { friction, .. } => friction,
-                _ => 0.0,
-            };
+            let lift = 10.0 + 4.0 * approach * dt + 10.0 * self.starts.rebound();
+            contact.anchor1 -= normal * (0.5 * lift);
+            contact.anchor2 += normal * (0.5 * lift);
+            contact.dist += lift;
+            lifted = true;
         }
+        let list = if lifted {
+            &self.heard.lifted
+        } else {
+            &self.heard.held
+        };
+        Heard::note(list, pair);
+        let [restitution, friction] = match law {
+            ContactLaw::Impulse {
+                restitution,
+                friction,
+            } => [restitution, friction],
+            _ => [0.0; 2],
+        };
+        *manifold.restitution = if bounces { restitution } else { 0.0 };
+        *manifold.friction = friction;
     }
+}
+
+/// How far a contact may come to overlap within a step, if it is answered at its end. A mesh or a height
+/// field has no inside: what is beyond it with its middle is pushed through it, so half of a body's least
+/// half extent is borne. Of what keeps its speed Rapier would take energy.
+fn bearable_depth(law: ContactLaw, pair: [ColliderHandle; 2], colliders: &ColliderSet) -> Real {
+    let shapes = pair.map(|handle| colliders.get(handle).map(|it| it.shape()));
+    let [Some(one), Some(two)] = shapes else {
+        return Real::INFINITY;
+    };
+    let hollow = |shape: &dyn Shape| {
+        matches!(
+            shape.shape_type(),
+            ShapeType::TriMesh | ShapeType::HeightField | ShapeType::Triangle
+        )
+    };
+    let body = match (law, hollow(one), hollow(two)) {
+        (ContactLaw::Penalty { .. }, ..) => return Real::INFINITY,
+        (_, true, false) => two,
+        (_, false, true) => one,
+        _ => return Real::INFINITY,
+    };
+    let share = if law.keeps_speed() { 1.0 } else { 0.5 };
+    share * body.compute_local_aabb().half_extents().min_element()
 }
 
 /// The velocity of a point of a body; of one that is moved to a place, that of its way there.
@@ -226,7 +275,8 @@ impl PhysicsHooks for StepHooks<'_> {
             let body = body.and_then(|body| context.bodies.get(body));
             body.is_some_and(|body| body.is_dynamic() && body.next_position() != body.position())
         };
-        let followed = claimed && self.claims.swept;
+        let given = self.given.contains(&in_order(pair));
+        let followed = claimed && self.claims.swept && !given;
         let stops = followed && (moved(context.rigid_body1) || moved(context.rigid_body2));
         flags.filter(|_| !stops)
     }

@@ -98,6 +98,9 @@ impl Sweep {
                     *sum += from_dvec3(impulse);
                 }
             }
+            if own.iter().any(|meeting| meeting.failed) {
+                self.not_finite.push(contact.colliders);
+            }
             let unanswered = contact.impulses == [Vector::ZERO; 2];
             let approach =
                 |meeting: &Meeting| meeting.approach(&movers) > meeting.rounding(&movers);
@@ -199,6 +202,7 @@ impl Sweep {
         &self,
         meeting: &Meeting,
         movers: &[ContactBody],
+            failed: false,
         spot: &ContactPoint,
         dt: f64,
     ) -> bool {

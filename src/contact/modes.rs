@@ -11,7 +11,9 @@
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Detection {
     /// At the end of each step, as the paper does: who overlaps there is touching. What passes
-    /// through another within a step is not seen.
+    /// through another within a step is not seen. A mesh or a height field has no inside: what would
+    /// come half through one in a step (by half of its least half extent; by the whole of it where the law
+    /// loses nothing) is Rapier's to stop, with the restitution and friction of the law.
     #[default]
     Discrete,
     /// Over the whole of each step: who touches first, when and where, the rotation of bodies
@@ -65,7 +67,9 @@ pub enum Responder {
     /// fields and their users' forces, and h Rapier's allowed linear error, 0.005 length units: what
     /// would rebound lower than that is at rest. Of laws without loss (a restitution of one, the
     /// paper's) only what is slower than a dt lasts, or energy would be lost. Where nothing
-    /// accelerates bodies, no contact lasts: what joints alone press together is not known.
+    /// accelerates bodies, no contact lasts: what joints alone press together is not known. A pair that still
+    /// overlaps after three steps in each of which it was answered, or more after each, lasts until it parts;
+    /// [`ContactDeepens`](crate::StepWarning::ContactDeepens) tells of the second.
     /// Springs ([`Penalty`](crate::ContactLaw::Penalty)) hold what rests themselves.
     ///
     /// Impacts that happen at once are answered together (see

@@ -7,7 +7,7 @@ use super::solve::{ContactBody, Meeting, resolve};
 use super::starts::Starts;
 use crate::bridge::Push;
 use crate::field::ContactLaw;
-use crate::math::{DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
+use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::Lookup;
 
 /// Answers contacts by their laws, notes the impulses, and says how bodies go on; returns who is
@@ -18,7 +18,7 @@ pub(super) fn respond(
     (world, starts): (&impl Lookup, &Starts),
     (dt, mut paper): (Real, PaperPushes<'_>),
     answers: impl Fn(&FieldContact) -> bool,
-    pushes: &mut Vec<Push>,
+    (pushes, not_finite): (&mut Vec<Push>, &mut Vec<[ColliderHandle; 2]>),
 ) -> Option<(RigidBodyHandle, f64)> {
     let slow = |contact: &FieldContact| to_f64(starts.slow(contact.law, contact.bodies));
     let mut handles: Vec<RigidBodyHandle> =
@@ -64,6 +64,7 @@ pub(super) fn respond(
                 pushes: [DVec3::ZERO; 2],
                 slow,
                 impulses: [DVec3::ZERO; 2],
+                failed: false,
             });
         }
         if let Some(last) = meetings.last_mut() {
@@ -74,6 +75,9 @@ pub(super) fn respond(
     let stiffest = resolve(&mut movers, &mut meetings, to_f64(dt));
     let stiffest = stiffest.map(|it| (handles[it.place], it.omega2));
     for (number, meeting) in owners.into_iter().zip(&meetings) {
+        if meeting.failed {
+            not_finite.push(contacts[number].colliders);
+        }
         for (sum, impulse) in contacts[number].impulses.iter_mut().zip(meeting.impulses) {
             *sum += from_dvec3(impulse);
         }

@@ -63,6 +63,8 @@ pub(super) struct Meeting {
     pub slow: f64,
     /// What each was given so far.
     pub impulses: [DVec3; 2],
+    /// Whether its answer would not be finite; then there is none.
+    pub failed: bool,
 }
 
 impl Resistance {
@@ -250,6 +252,7 @@ pub(super) fn resolve(
     dt: f64,
 ) -> Option<Sprung> {
     let mut solver = Solver { movers, meetings };
+    solver.leave_out_unsound();
     let stiffest = solver.stiffest();
     solver.push_once();
     solver.spring(dt);
@@ -262,6 +265,7 @@ pub(super) fn resolve(
             solver.impact(&cluster);
         }
     }
+    solver.take_back_unsound();
     stiffest
 }
 
@@ -281,6 +285,43 @@ impl Solver<'_> {
         Closing {
             velocities: meeting.velocities(self.movers),
             approach: meeting.approach(self.movers),
+        }
+    }
+
+    /// Contacts at which a push would lead nowhere are not answered.
+    fn leave_out_unsound(&mut self) {
+        for number in 0..self.meetings.len() {
+            let meeting = &self.meetings[number];
+            let yields =
+                self.inverse_effective_mass(meeting, meeting.point, meeting.normal, meeting.normal);
+            let sound = yields.is_finite()
+                && meeting.approach(self.movers).is_finite()
+                && meeting.pushes.iter().all(|push| push.is_finite());
+            if !sound && meeting.law != ContactLaw::Observe {
+                let meeting = &mut self.meetings[number];
+                (meeting.law, meeting.failed) = (ContactLaw::Observe, true);
+            }
+        }
+    }
+
+    /// What is beyond all numbers in the end is not given.
+    fn take_back_unsound(&mut self) {
+        let sound = |mover: &ContactBody| mover.linvel.is_finite() && mover.angvel.is_finite();
+        if self
+            .movers
+            .iter()
+            .all(|mover| sound(mover) || !mover.pushed)
+        {
+            return;
+        }
+        for meeting in self.meetings.iter_mut() {
+            let mut places = meeting.places.iter().flatten();
+            if meeting.impulses != [DVec3::ZERO; 2]
+                && places.any(|place| !sound(&self.movers[*place]))
+            {
+                meeting.impulses = [DVec3::ZERO; 2];
+                meeting.failed = true;
+            }
         }
     }
 
@@ -537,6 +578,51 @@ impl Solver<'_> {
             if let Some(place) = meeting.places[part] {
                 self.movers[place].push(meeting.point, impulse);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What could be given by mass properties that are none was left out without a word.
+    #[test]
+    fn an_answer_that_is_not_finite_fails() {
+        let body = |principal_to_body| ContactBody {
+            resistance: Resistance {
+                inverse_mass: DVec3::ONE,
+                rotor: Rotor {
+                    inverse_moments: DVec3::ONE,
+                    principal_to_body,
+                },
+                may_turn: DVec3::ONE,
+            },
+            com: DVec3::ZERO,
+            attitude: DQuat::IDENTITY,
+            linvel: DVec3::X,
+            angvel: DVec3::ZERO,
+            acceleration: DVec3::ZERO,
+            pushed: false,
+        };
+        let nowhere = DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 1.0);
+        for (frame, fails) in [(DQuat::IDENTITY, false), (nowhere, true)] {
+            let mut movers = [body(frame)];
+            let mut meetings = [Meeting {
+                places: [Some(0), None],
+                point: DVec3::new(0.5, 0.1, 0.0),
+                normal: DVec3::X,
+                depth: 0.0,
+                law: ContactLaw::elastic(),
+                pushes: [DVec3::ZERO; 2],
+                slow: 0.0,
+                impulses: [DVec3::ZERO; 2],
+                failed: false,
+            }];
+            resolve(&mut movers, &mut meetings, 0.01);
+            assert_eq!(meetings[0].failed, fails);
+            assert_eq!(meetings[0].impulses == [DVec3::ZERO; 2], fails);
+            assert!(movers[0].linvel.is_finite());
         }
     }
 }

@@ -23,7 +23,7 @@ use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
 use super::touch_record::TouchLog;
 use crate::bridge::{Hit, Push};
 use crate::compile::Compiled;
-use crate::math::{DPose3, Pose, Rotation, from_dvec3, from_f64};
+use crate::math::{ColliderHandle, DPose3, Pose, Rotation, from_dvec3, from_f64};
 use crate::rapier::geometry::Aabb;
 use crate::rigid::Lookup;
 use crate::sample::Moment;
@@ -60,6 +60,8 @@ pub(super) struct Sweep {
     /// SweptBodies that an impact has put on another path, and where they can still go.
     pub(super) redirected: Vec<(usize, Aabb)>,
     pub(super) moved: Vec<bool>,
+    /// Pairs whose answers are not finite, and were left out.
+    pub(super) not_finite: Vec<[ColliderHandle; 2]>,
     /// The touches of the step, if anyone wants to know.
     pub(super) log: Option<TouchLog>,
 }

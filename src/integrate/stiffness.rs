@@ -151,6 +151,24 @@ pub enum StepWarning {
         /// The body.
         body: RigidBodyHandle,
     },
+    /// What would answer a contact is not finite: an impulse by mass properties that are none, say. It was
+    /// left out, and the contact is Rapier's from the next step on, until the two part.
+    #[error("the answer to the contact of {colliders:?} is not finite: it is left to Rapier")]
+    AnswerNotFinite {
+        /// The two colliders, in the order of their handles.
+        colliders: [ColliderHandle; 2],
+    },
+    /// Two colliders overlap more at the end of each of three steps, though fields answer their contact: it
+    /// is Rapier's from the next step on, if it was not yet, until they part.
+    #[error(
+        "{colliders:?} overlap by {depth}, and more from step to step: their contact is left to Rapier"
+    )]
+    ContactDeepens {
+        /// The two colliders, in the order of their handles.
+        colliders: [ColliderHandle; 2],
+        /// How far they overlap.
+        depth: Real,
+    },
     /// What a field was anchored to was removed: the field is defined nowhere from now on.
     #[error("{field} is gone, with what it was anchored to")]
     AnchorRemoved {

@@ -94,6 +94,7 @@ impl FieldPipeline {
             listening: state.listening.clone(),
             starts: self.detector.starts.clone(),
             released,
+            given: state.hand_over.given(),
             to_ask,
             unasked: self.calm.any(),
             heard: Heard::new(fields.settings.cross_check.on),

@@ -8,7 +8,9 @@ use super::stages::{iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, Push, StepError, View, WakePolicy, WorldMut};
-use crate::contact::{FieldContact, HeldPairs, Joints, Verdicts, is_dominated, report};
+use crate::contact::{
+    FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, Verdicts, is_dominated, report,
+};
 use crate::cross_check::Stepped;
 use crate::diagnose::{blame, sifted};
 use crate::integrate::{
@@ -95,7 +97,7 @@ impl FieldPipeline {
             let claimed = (&*open.claims, &open.released);
             verdicts.add_unasked(claimed, world.narrow_phase, &world.view());
         }
-        written += self.sweep(fields, (began, dt), &verdicts, world);
+        written += self.sweep(fields, (began, dt), (&verdicts, &open.given), world);
         let check = &fields.settings.cross_check;
         if check.on {
             let records = self.detector.touch_log();
@@ -106,7 +108,7 @@ impl FieldPipeline {
         written += self.finish_bodies(fields, state, (open, now), world)?;
         state.time = now;
         state.steps += 1;
-        written += self.touch(fields, state, (dt, &verdicts), world);
+        written += self.touch(fields, state, (&*open, &verdicts), world);
         if check.on {
             let (contacts, pairs) = (&self.detector.contacts, world.narrow_phase);
             let watched = (check, &self.watched);
@@ -159,7 +161,7 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         (began, dt): (f64, Real),
-        verdicts: &Verdicts,
+        (verdicts, given): (&Verdicts, &Pairs),
         world: &mut WorldMut<'_>,
     ) -> usize {
         let rules = &fields.settings.rules;
@@ -174,7 +176,8 @@ impl FieldPipeline {
             |samples| Self::sites(properties, &view, displaced, samples),
             (
                 |contact: &FieldContact| {
-                    rules.answers(contact, &verdicts.vetoed) && !is_rapiers(contact, joints, &view)
+                    rules.answers(contact, &verdicts.vetoed)
+                        && !is_rapiers(contact, (joints, given), &view)
                 },
                 verdicts,
             ),
@@ -409,10 +412,12 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
-        (dt, verdicts): (Real, &Verdicts),
+        (open, verdicts): (&OpenStep, &Verdicts),
         world: &mut WorldMut<'_>,
     ) -> usize {
+        let dt = open.dt;
         if self.compiled.detectors.is_empty() {
+            state.hand_over = HandOver::default();
             return 0;
         }
         let rules = &fields.settings.rules;
@@ -432,7 +437,8 @@ impl FieldPipeline {
         if rules.answer_any() {
             let joints = joints(world);
             let answers = |contact: &FieldContact| {
-                rules.answers(contact, &verdicts.vetoed) && !is_rapiers(contact, joints, &view)
+                rules.answers(contact, &verdicts.vetoed)
+                    && !is_rapiers(contact, (joints, &open.given), &view)
             };
             let (place, when) = ((&view, &self.compiled), (moment, dt));
             let stiffest = self
@@ -442,6 +448,9 @@ impl FieldPipeline {
                 .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
         }
         let written = self.push(world);
+        let claimed = (&*open.claims, verdicts);
+        let given = state.hand_over.update(&self.detector, claimed);
+        self.warnings.extend(warnings_of(given));
         self.detector.add_touches();
         if let Some(channel) = fields.events {
             let contacts = &self.detector.contacts;
@@ -452,9 +461,21 @@ impl FieldPipeline {
 }
 
 /// Whether fields leave a contact to Rapier's solver, whatever the rules say.
-fn is_rapiers(contact: &FieldContact, joints: Joints<'_>, view: &View<'_>) -> bool {
+fn is_rapiers(
+    contact: &FieldContact,
+    (joints, given): (Joints<'_>, &Pairs),
+    view: &View<'_>,
+) -> bool {
     let bodies = contact.bodies.map(|body| view.body(body?));
-    joints.keep_apart(contact.bodies) || is_dominated(bodies)
+    given.contains(&contact.colliders) || joints.keep_apart(contact.bodies) || is_dominated(bodies)
+}
+
+/// What is told of pairs that are given back to Rapier; that one rests is none of it.
+fn warnings_of(given: Given) -> impl Iterator<Item = StepWarning> {
+    let deeper = given.deeper.into_iter();
+    let deeper = deeper.map(|(colliders, depth)| StepWarning::ContactDeepens { colliders, depth });
+    let not_finite = given.not_finite.into_iter();
+    deeper.chain(not_finite.map(|colliders| StepWarning::AnswerNotFinite { colliders }))
 }
 
 fn joints<'a>(world: &'a WorldMut<'_>) -> Joints<'a> {

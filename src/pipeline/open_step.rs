@@ -44,6 +44,8 @@ pub struct OpenStep {
     pub(super) starts: Arc<Starts>,
     /// Pairs on which no detection field acts where they are.
     pub(super) released: Pairs,
+    /// Pairs that fields have given back to Rapier while they last.
+    pub(super) given: Pairs,
     /// Whether Rapier is to ask about claimed contacts.
     pub(super) to_ask: bool,
     /// Whether there are claimed contacts about which Rapier need not ask.
@@ -60,6 +62,7 @@ impl OpenStep {
             listening: &self.listening,
             starts: &self.starts,
             released: &self.released,
+            given: &self.given,
             heard: &self.heard,
             user,
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::bridge::{Drowsing, ForceOverride, Resting};
-use crate::contact::Listening;
+use crate::contact::{HandOver, Listening};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::EnergyAudit;
 use crate::field::{Anchor, Frame};
@@ -44,6 +44,8 @@ pub struct FieldState {
     pub(crate) removed: Vec<Anchor>,
     /// Colliders that were given a bit for hooks, with their own.
     pub(crate) listening: Arc<Listening>,
+    /// Contacts that are Rapier's though fields claim them.
+    pub(crate) hand_over: HandOver,
     /// Contacts at the end of the last step.
     pub(crate) touching: Vec<[ColliderHandle; 2]>,
     pub(crate) cross_check: CrossCheckReport,

@@ -14,6 +14,7 @@ use rapier3d_fields_lab::single as lab;
 #[allow(dead_code, reason = "shared with the daily tests")]
 mod support;
 
+mod drops;
 mod fast_spin;
 mod liquid;
 mod long_runs;

@@ -1,0 +1,69 @@
+//! Bodies of all shapes dropped on all grounds: with contact fields no more are lost than with Rapier alone.
+//!
+//! `DROPS` of each shape are made on each ground (1,000 by default), in worlds of a hundred that pass
+//! through each other. Of ten thousand with a chance p of being lost, √(n·p) more or less are chance: so
+//! much is allowed for, three times over.
+
+use rapier3d_fields::Detection;
+
+use crate::support::drops::*;
+
+const AT_ONCE: usize = 100;
+const BUMPS: [f64; 3] = [0.0, 0.03, 0.15];
+
+fn count() -> usize {
+    let count = std::env::var("DROPS").ok();
+    count.and_then(|it| it.parse().ok()).unwrap_or(1_000)
+}
+
+fn lost(drops: Drops, answer: Answer) -> usize {
+    let worlds = count().div_ceil(AT_ONCE);
+    let run = |world: usize| {
+        let drops = Drops {
+            count: AT_ONCE.min(count() - world * AT_ONCE),
+            seed: world as u64 + 1,
+            ..drops
+        };
+        drops.run(answer).lost.len()
+    };
+    (0..worlds).map(run).sum()
+}
+
+#[test]
+#[ignore = "minutes to hours"]
+fn no_more_fall_through_grounds_than_with_rapier_alone() {
+    let mut failures = Vec::new();
+    for carried in [Carried::Fixed, Carried::Led] {
+        for ground in GROUNDS {
+            for bumps in BUMPS {
+                for shape in SHAPES {
+                    let drops = Drops {
+                        ground,
+                        bumps,
+                        carried,
+                        shape,
+                        count: 0,
+                        seed: 0,
+                    };
+                    let alone = lost(drops, Answer::Rapier);
+                    let [discrete, swept] = [Detection::Discrete, Detection::Swept].map(|how| {
+                        let sides = [Side::Body, Side::Ground, Side::Both];
+                        sides.map(|side| lost(drops, Answer::Fields(how, side)))
+                    });
+                    let place = format!("{carried:?} {ground:?}, bumps {bumps}, {shape:?}");
+                    let of = count();
+                    println!(
+                        "{place}: of {of} Rapier {alone}, discrete {discrete:?}, swept {swept:?} \
+                         (field on the body, the ground, both)"
+                    );
+                    let most = alone as f64 + 3.0 * (alone as f64 + 1.0).sqrt();
+                    let worst = discrete.into_iter().chain(swept).max().unwrap_or(0);
+                    if worst as f64 > most {
+                        failures.push(place);
+                    }
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "more are lost: {failures:#?}");
+}
