@@ -170,8 +170,9 @@ impl Detector {
             .extend(found.contacts.iter().map(|(contact, _)| *contact));
     }
 
-    /// Of pairs that Rapier holds near each other those on which no detection field acts where they
-    /// are: cut out, replaced, or outside its region. They are Rapier's.
+    /// Of pairs that Rapier holds near each other those on which no detection field acts, neither where
+    /// they are nor where they touch in the step: cut out, replaced, or outside its region. They are
+    /// Rapier's.
     pub(crate) fn released(
         &mut self,
         compiled: &Compiled,
@@ -185,7 +186,14 @@ impl Detector {
         }
         self.masks.refresh(compiled, world, samples);
         let fields = (&self.touch, compiled);
-        let pairs = pairs.filter(|pair| !self.masks.let_touch(fields, *pair, moment));
+        let (masks, starts) = (&mut self.masks, &self.starts);
+        let mut acts = |pair: &[ColliderHandle; 2]| {
+            masks.let_touch(fields, *pair, moment)
+                || starts.touch(*pair, world).is_some_and(|touch| {
+                    masks.let_meet(fields, &touch, moment, |body| starts.gained(body))
+                })
+        };
+        let pairs = pairs.filter(|pair| !acts(pair));
         pairs.map(in_order).collect()
     }
 

@@ -6,7 +6,7 @@ use super::discrete::Discrete;
 use crate::compile::{Compiled, Detector, FieldMask};
 use crate::eval::Interpreter;
 use crate::field::{Frame, Frames, Motion, Query, real};
-use crate::math::{ColliderHandle, DVec3};
+use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};
 use crate::sample::{Moment, Samples};
 
 /// The present state of what masks may ask.
@@ -16,6 +16,38 @@ pub(super) struct FieldMasks {
     samples: Samples,
     probe_of: HashMap<ColliderHandle, usize>,
     frames: Vec<Option<Frame>>,
+}
+
+/// Where a field is asked about a collider.
+#[derive(Clone, Copy)]
+enum At<'a> {
+    Now,
+    /// At a world point.
+    Point(DVec3),
+    Touch(&'a Touch),
+}
+
+/// Two colliders as they are about to touch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch {
+    pub pair: [ColliderHandle; 2],
+    /// In how long.
+    pub time: Real,
+    /// By how much their colliders have moved until then.
+    pub ways: [Vector; 2],
+    /// Into the second.
+    pub into: Vector,
+}
+
+impl Touch {
+    /// By how much a collider is moved: as far into the other as is not told from touching it.
+    fn way(&self, collider: ColliderHandle) -> Vector {
+        match self.pair.iter().position(|it| *it == collider) {
+            Some(0) => self.ways[0] + self.into,
+            Some(_) => self.ways[1] - self.into,
+            None => Vector::ZERO,
+        }
+    }
 }
 
 impl FieldMasks {
@@ -48,33 +80,49 @@ impl FieldMasks {
             .any(|(owner, other)| {
                 let numbers = touch.detectors_of(owner).iter();
                 let mut detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
-                detectors.any(|detector| self.lets_through(compiled, detector, other, moment))
+                detectors.any(|it| self.asks(compiled, it, other, moment, At::Now))
             })
     }
 
-    /// Whether a detection field is still there, where `other` is sampled, after its operators:
-    /// not replaced, cut out or outside its region. What is no sample (a fixed or kinematic
-    /// collider) is judged where the owner of the field is.
-    fn lets_through(
+    /// The same, once two have gone on until they touch: what stands at the border of a region is there
+    /// then. `gained` is by how much faster a body becomes.
+    pub(super) fn let_meet(
         &mut self,
-        compiled: &Compiled,
-        detector: &Detector,
-        other: ColliderHandle,
+        (touch, compiled): (&Discrete, &Compiled),
+        meeting: &Touch,
         moment: Moment,
+        gained: impl Fn(RigidBodyHandle) -> Vector,
     ) -> bool {
-        self.asks(compiled, detector, other, moment, None)
+        let now = self.frames.clone();
+        for frame in self.frames.iter_mut().flatten() {
+            let velocity = frame.velocity + frame.body.map_or(Vector::ZERO, &gained);
+            frame.pose.translation += velocity * meeting.time;
+            let turn = Rotation::from_scaled_axis(frame.angvel * meeting.time);
+            frame.pose.rotation = (turn * frame.pose.rotation).normalize();
+        }
+        let [first, second] = meeting.pair;
+        let lets = [(first, second), (second, first)]
+            .into_iter()
+            .any(|(owner, other)| {
+                let numbers = touch.detectors_of(owner).iter();
+                let mut detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
+                detectors.any(|it| self.asks(compiled, it, other, moment, At::Touch(meeting)))
+            });
+        self.frames = now;
+        lets
     }
 
-    /// The same, as if `other` were at a world point.
+    /// Whether a detection field is still there, if `other` is at a world point, after its operators:
+    /// not replaced, cut out or outside its region. What is no sample (a fixed or kinematic
+    /// collider) is judged where the owner of the field is.
     pub(super) fn lets_through_at(
         &mut self,
         compiled: &Compiled,
         detector: &Detector,
         other: ColliderHandle,
-        moment: Moment,
-        world_point: DVec3,
+        (moment, world_point): (Moment, DVec3),
     ) -> bool {
-        self.asks(compiled, detector, other, moment, Some(world_point))
+        self.asks(compiled, detector, other, moment, At::Point(world_point))
     }
 
     fn asks(
@@ -83,12 +131,12 @@ impl FieldMasks {
         detector: &Detector,
         other: ColliderHandle,
         moment: Moment,
-        world_point: Option<DVec3>,
+        at: At<'_>,
     ) -> bool {
         let Some(mask) = detector.mask else {
             return true;
         };
-        let Some(query) = self.query(detector, other, moment, world_point) else {
+        let Some(query) = self.query(detector, other, moment, at) else {
             return false;
         };
         let Some(program) = compiled.programs.get(mask.program) else {
@@ -124,11 +172,19 @@ impl FieldMasks {
         detector: &Detector,
         other: ColliderHandle,
         moment: Moment,
-        world_point: Option<DVec3>,
+        at: At<'_>,
     ) -> Option<Query> {
-        let sample = |collider| self.sample(collider, moment);
+        let sample = |collider| {
+            let mut query = self.sample(collider, moment)?;
+            if let At::Touch(touch) = at {
+                query.world_point += to_dvec3(touch.way(collider));
+            }
+            Some(query)
+        };
         if let Some(mut query) = sample(other) {
-            query.world_point = world_point.unwrap_or(query.world_point);
+            if let At::Point(point) = at {
+                query.world_point = point;
+            }
             return Some(query);
         }
         let owner = sample(detector.collider)?;

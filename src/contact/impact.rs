@@ -123,14 +123,22 @@ impl Sweep {
         let carried = self.carried(event.tracks, event.parts);
         let parts = carried.map(|carried| &carried.member.part);
         if let Some(masks) = scene.masks.as_deref_mut() {
-            let lets = [(0, 1), (1, 0)].into_iter().any(|(owner, other)| {
+            // The border of a region may be where they touch: as far into each other as is not told
+            // from touching counts as well.
+            let into = spot.normal * to_f64(scene.starts.rebound());
+            let sides = [(0, 1, -into), (1, 0, into)];
+            let lets = sides.into_iter().any(|(owner, other, into)| {
                 let place = carried[other].place(time);
-                let point = carried[owner].track.carried_to_end(place, time);
+                let track = carried[owner].track;
+                let points = [place, place + into].map(|it| track.carried_to_end(it, time));
                 let numbers = scene.touch.detectors_of(parts[owner].collider).iter();
                 numbers.copied().any(|number| {
                     let detector = &scene.compiled.detectors[number as usize];
                     let collider = parts[other].collider;
-                    masks.lets_through_at(scene.compiled, detector, collider, scene.moment, point)
+                    points.into_iter().any(|point| {
+                        let at = (scene.moment, point);
+                        masks.lets_through_at(scene.compiled, detector, collider, at)
+                    })
                 })
             });
             if !lets {
@@ -194,6 +202,7 @@ impl Sweep {
             pushes: [DVec3::ZERO; 2],
             slow: to_f64(scene.starts.slow(contact.law, contact.bodies)),
             impulses: [DVec3::ZERO; 2],
+            failed: false,
         }
     }
 
@@ -202,7 +211,6 @@ impl Sweep {
         &self,
         meeting: &Meeting,
         movers: &[ContactBody],
-            failed: false,
         spot: &ContactPoint,
         dt: f64,
     ) -> bool {

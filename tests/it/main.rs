@@ -22,6 +22,7 @@ mod bodies;
 mod borders;
 mod bounces;
 mod closed_form;
+mod contact_borders;
 mod contact_fields;
 mod controllers;
 #[cfg(feature = "f64")]
