@@ -45,22 +45,26 @@ fn an_uneven_mesh_holds_what_falls_on_it() {
 /// where it did not touch in that step neither was held.
 #[test]
 fn no_more_are_lost_than_with_rapier_alone() {
-    for ground in GROUNDS {
+    let grounds = [
+        (Ground::Mesh, 0.0, Carried::Fixed),
+        (Ground::Mesh, 0.15, Carried::Led),
+        (Ground::HeightField, 0.03, Carried::Fixed),
+        (Ground::Compound, 0.03, Carried::Led),
+    ];
+    for (ground, bumps, carried) in grounds {
         for shape in SHAPES {
-            for (bumps, carried) in [(0.0, Carried::Fixed), (0.03, Carried::Led)] {
-                let drops = Drops {
-                    ground,
-                    bumps,
-                    carried,
-                    shape,
-                    count: 20,
-                    seed: 1,
-                };
-                let alone = drops.run(Answer::Rapier).lost.len();
-                for detection in [Detection::Discrete, Detection::Swept] {
-                    let lost = drops.run(Answer::Fields(detection, Side::Body)).lost;
-                    assert!(lost.len() <= alone, "{drops:?}, {detection:?}: {lost:?}");
-                }
+            let drops = Drops {
+                ground,
+                bumps,
+                carried,
+                shape,
+                count: 20,
+                seed: 1,
+            };
+            let alone = drops.run(Answer::Rapier).lost.len();
+            for detection in [Detection::Discrete, Detection::Swept] {
+                let lost = drops.run(Answer::Fields(detection, Side::Body)).lost;
+                assert!(lost.len() <= alone, "{drops:?}, {detection:?}: {lost:?}");
             }
         }
     }

@@ -8,6 +8,7 @@ use rapier3d_fields::Detection;
 
 use crate::support::drops::*;
 
+const GROUNDS: [Ground; 3] = [Ground::Mesh, Ground::HeightField, Ground::Compound];
 const AT_ONCE: usize = 100;
 const BUMPS: [f64; 3] = [0.0, 0.03, 0.15];
 

@@ -79,7 +79,6 @@ pub const SHAPES: [Dropped; 7] = [
     Dropped::Capsule,
     Dropped::Compound,
 ];
-pub const GROUNDS: [Ground; 3] = [Ground::Mesh, Ground::HeightField, Ground::Compound];
 /// Half of the side of a ground, and of one of its squares.
 const EXTENT: f64 = 15.0;
 const SQUARES: i32 = 20;
@@ -281,7 +280,7 @@ impl Drops {
                 let at = world.bodies[*body].translation();
                 let inside = |it: Real| to_f64(it).abs() < EXTENT - 1.0;
                 // What is nowhere is lost as well.
-                gone[number] = !(at.y > -1.5);
+                gone[number] = at.y <= -1.5 || !at.is_finite();
                 // It has not rolled off.
                 if gone[number] && (!at.is_finite() || inside(at.x) && inside(at.z)) {
                     fallen.lost.push(number);
