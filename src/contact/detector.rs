@@ -7,6 +7,7 @@ use super::discrete::{Discrete, Found, approach_speed};
 use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
 use super::hooks::Verdicts;
+use super::meet::next_touch;
 use super::modes::Detection;
 use super::paper_push::PaperPushes;
 use super::respond;
@@ -189,7 +190,7 @@ impl Detector {
         let (masks, starts) = (&mut self.masks, &self.starts);
         let mut acts = |pair: &[ColliderHandle; 2]| {
             masks.let_touch(fields, *pair, moment)
-                || starts.touch(*pair, world).is_some_and(|touch| {
+                || next_touch(starts, *pair, world).is_some_and(|touch| {
                     masks.let_meet(fields, &touch, moment, |body| starts.gained(body))
                 })
         };

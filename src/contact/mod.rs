@@ -15,6 +15,7 @@ mod impact;
 mod jointed;
 mod laws;
 mod lcp;
+mod meet;
 mod modes;
 mod near_pairs;
 mod overlap;

@@ -1,13 +1,8 @@
 //! The bodies when Rapier's step begins: how they move, and what presses on them.
 
-use super::field_mask::Touch;
-use super::hooks::velocity_at;
-use super::overlap::distance;
 use crate::field::ContactLaw;
-use crate::math::{ColliderHandle, DVec3, Pose, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
+use crate::math::{DVec3, Pose, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody, RigidBodyType};
-use crate::rapier::geometry::Collider;
-use crate::rapier::parry::query::{ShapeCastOptions, cast_shapes};
 use crate::rigid::{Lookup, Wrench};
 
 /// A body when Rapier's step began.
@@ -345,50 +340,6 @@ impl Starts {
     pub(super) fn gained(&self, handle: RigidBodyHandle) -> Vector {
         let known = self.known(handle);
         known.map_or(Vector::ZERO, |start| start.spread * self.setting.dt)
-    }
-
-    /// When two colliders touch in the step or the next, if nothing else meets them, and where; of turning shapes as if
-    /// they did not turn.
-    pub(super) fn touch(&self, pair: [ColliderHandle; 2], world: &impl Lookup) -> Option<Touch> {
-        let colliders = pair.map(|handle| world.collider(handle));
-        let [Some(one), Some(two)] = colliders else {
-            return None;
-        };
-        let place = |collider: &Collider| {
-            let body = collider.parent().and_then(|it| Some((it, world.body(it)?)));
-            let Some((handle, body)) = body else {
-                return (*collider.position(), Vector::ZERO);
-            };
-            let local = collider.position_wrt_parent().copied();
-            let pose = *body.position() * local.unwrap_or(Pose::IDENTITY);
-            let velocity = velocity_at(body, pose.translation, self.setting.dt);
-            (pose, velocity + self.gained(handle))
-        };
-        let [(here, first), (there, second)] = [one, two].map(place);
-        let skins = one.contact_skin().max(0.0) + two.contact_skin().max(0.0);
-        let options = ShapeCastOptions {
-            // Rounding decides in which of two steps it is.
-            max_time_of_impact: 2.0 * self.setting.dt,
-            target_distance: skins,
-            stop_at_penetration: false,
-            compute_impact_geometry_on_penetration: true,
-        };
-        let far = skins + 0.25 * self.setting.rebound;
-        let shapes = [one.shared_shape(), two.shared_shape()];
-        let apart = distance(shapes, &here.inv_mul(&there), far);
-        let time = if apart.is_some_and(|apart| apart < far) {
-            0.0
-        } else {
-            let (one, two) = (one.shape(), two.shape());
-            let hit = cast_shapes(&here, first, one, &there, second, two, options);
-            hit.ok().flatten()?.time_of_impact
-        };
-        Some(Touch {
-            pair,
-            time,
-            ways: [first * time, second * time],
-            into: (first - second).normalize_or_zero() * (0.5 * self.setting.rebound),
-        })
     }
 
     /// The length of the step.
