@@ -33,7 +33,8 @@ impl Facts {
     const DISPLACED: u32 = 14;
     const PIECES: u32 = 15;
     const POINTS: u32 = 16;
-    const COUNT: usize = 17;
+    const APART: u32 = 17;
+    const COUNT: usize = 18;
 
     pub(super) fn set(&mut self, fact: u32) {
         self.0 |= 1 << fact;
@@ -60,6 +61,7 @@ impl Facts {
         self.set_if(Self::DISPLACED, wanted.displaced);
         self.set_if(Self::PIECES, wanted.pieces);
         self.set_if(Self::POINTS, wanted.points);
+        self.set_if(Self::APART, wanted.apart);
     }
 
     /// What the nodes of a term read and hang on.
@@ -121,6 +123,7 @@ impl Tally {
             displaced: self.any(Facts::DISPLACED),
             pieces: self.any(Facts::PIECES),
             points: self.any(Facts::POINTS),
+            apart: self.any(Facts::APART),
         }
     }
 }

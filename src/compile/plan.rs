@@ -65,7 +65,7 @@ impl PlanEntry {
         let sampling = match how.cuts {
             Cuts::Never => how.sampling,
             Cuts::Bodies => Sampling::Centre,
-            Cuts::Parts => Sampling::Parts,
+            Cuts::Shares | Cuts::Parts => Sampling::Parts,
         };
         PlanEntry {
             cuts_at_borders: how.cuts != Cuts::Never,

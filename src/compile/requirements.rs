@@ -2,7 +2,7 @@
 
 use super::entries::RadialBatch;
 use super::program::Program;
-use crate::field::{Axis, Cuts, Sampling, SamplingRule};
+use crate::field::{Cuts, Sampling, SamplingRule};
 
 /// What is to be gathered of bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,6 +20,8 @@ pub(crate) struct SamplingRequirements {
     pub pieces: bool,
     /// Whether the volumes of parts are asked for.
     pub displaced: bool,
+    /// Whether colliders are asked one by one at the centre of mass.
+    pub apart: bool,
 }
 
 /// Which colliders are sampled at several points.
@@ -43,7 +45,6 @@ impl SamplingRequirements {
         if program.has_force {
             wanted.add(program.how);
             wanted.points = wanted.has_many();
-            wanted.parts |= reads_parts(program);
             let mut formulas = program.leaves.iter().map(|leaf| &leaf.formula);
             wanted.displaced |= formulas.any(|formula| formula.reads_volume());
         }
@@ -52,7 +53,8 @@ impl SamplingRequirements {
 
     fn add(&mut self, how: SamplingRule) {
         self.pieces |= how.cuts != Cuts::Never;
-        self.parts |= how.sampling != Sampling::Centre || self.pieces;
+        self.apart |= how.sampling == Sampling::Centre && how.apart;
+        self.parts |= how.sampling != Sampling::Centre || self.pieces || self.apart;
         let cut = if how.auto {
             PartSampling::AllButBalls
         } else {
@@ -82,14 +84,9 @@ impl SamplingRequirements {
                 auto: false,
                 overridable: false,
                 cuts: Cuts::Never,
+                apart: true,
             });
         }
         self
     }
-}
-
-/// Whether a field that is sampled at centres has to know the parts all the same.
-fn reads_parts(program: &Program) -> bool {
-    let mut axes = program.leaves.iter().flat_map(|leaf| leaf.axes());
-    axes.any(|axis| matches!(axis, Axis::Radius | Axis::Charge))
 }

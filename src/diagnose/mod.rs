@@ -11,7 +11,7 @@ pub(crate) use audit::Tally;
 pub use audit::{EnergyAudit, FieldEnergy};
 pub(crate) use blame::{blame, missing_anchor, sifted, warn_of};
 
-use crate::field::{Cuts, FieldSet, Frames, Sampling};
+use crate::field::{Cuts, FieldSet, Frames};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
 use crate::reference::{Contribution, Fate, Reference, Trace};
 use crate::rigid::Wrench;
@@ -105,7 +105,7 @@ pub(crate) fn each_trace(
                 continue;
             }
         }
-        let at_centre = how.sampling == Sampling::Centre && samples.takes(how, centre);
+        let at_centre = samples.asks_whole(how) && samples.takes(how, centre);
         let own = listed.iter().copied();
         let own = own.filter(|sample| samples.takes_of_list(how, sample));
         for sample in at_centre.then_some(centre).into_iter().chain(own) {

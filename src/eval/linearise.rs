@@ -11,7 +11,7 @@ use super::interpreter::Interpreter;
 use super::quantity::{Quantity, Terms};
 use super::sources::Sources;
 use crate::compile::{Compiled, Key, Program, RadialBatch};
-use crate::field::{Dual, Frames, Linearised, Motion, Query, Sampling, SamplingRule, Vec3};
+use crate::field::{Dual, Frames, Linearised, Motion, Query, SamplingRule, Vec3};
 use crate::math::{DMat3, DVec3, to_dvec3, to_f64};
 use crate::sample::{Kind, Moment, SamplePoint, Samples};
 
@@ -105,7 +105,7 @@ impl Lineariser {
         for (sample, whole) in [(samples.centres[body], true)].into_iter().chain(list) {
             let sample = &sample;
             let wanted = |how: SamplingRule| {
-                let at_centre = how.sampling == Sampling::Centre && sample.kind == Kind::Centre;
+                let at_centre = samples.asks_whole(how) && sample.kind == Kind::Centre;
                 at_centre == whole && samples.takes(how, sample)
             };
             // Most bodies are sampled in one way.

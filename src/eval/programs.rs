@@ -11,7 +11,7 @@ use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
 use super::wide::{Asked as Wide, Found, WIDTH};
 use crate::compile::{Compiled, Key, Program};
-use crate::field::{Cuts, Frames, Motion, Sampling, real};
+use crate::field::{Cuts, Frames, Motion, real};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64};
 use crate::sample::{SamplePoint, Samples};
 use crate::threads::each_chunk;
@@ -152,7 +152,7 @@ impl Programs {
         wanted: impl Fn(u32) -> bool,
     ) {
         let (samples, how) = (scene.samples, program.how);
-        if how.cuts == Cuts::Parts {
+        if matches!(how.cuts, Cuts::Shares | Cuts::Parts) {
             for body in 0..samples.bodies.len() as u32 {
                 self.cut((number, program), scene, frames, (sums, body));
             }
@@ -187,7 +187,7 @@ impl Programs {
             let is_asked = match samples.centres.get(place as usize) {
                 Some(centre) => {
                     !self.cut((number, program), scene, frames, (sums, centre.body))
-                        && how.sampling == Sampling::Centre
+                        && samples.asks_whole(how)
                         && samples.takes(how, centre)
                 }
                 None => {

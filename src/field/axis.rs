@@ -106,6 +106,12 @@ impl Axis {
         matches!(self, ClosingSpeed | TimeToClosest | ClosestDistance)
     }
 
+    /// Whether it may differ between the colliders of a body at one place.
+    pub(crate) fn is_of_part(&self) -> bool {
+        use Axis::*;
+        matches!(self, Radius | Mass | Charge | User(_))
+    }
+
     /// Whether it is measured in the field's own frame, and so differs from field to field.
     pub(crate) fn reads_frame(&self) -> bool {
         matches!(self, Axis::Distance) || self.spatial().is_some() || self.reads_velocity()

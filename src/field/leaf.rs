@@ -488,12 +488,24 @@ impl Field {
     }
 
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that
-    /// is not coupled to what differs between its parts.
+    /// is shared out by mass, and asks nothing that may differ between the colliders.
     pub(crate) fn acts_at_centre(&self) -> bool {
-        self.formula.is_uniform()
-            && self.coupling == Coupling::Share
-            && self.groups.is_none()
-            && self.scale_is_uniform()
+        self.is_shared_out() && !self.reads_parts() && self.scale_is_uniform()
+    }
+
+    /// Whether it is a uniform vector that is shared out by mass.
+    pub(super) fn is_shared_out(&self) -> bool {
+        self.formula.is_uniform() && self.coupling == Coupling::Share
+    }
+
+    /// Whether it may differ between the colliders of a body at one place: no single sample stands
+    /// for all of them.
+    pub(super) fn reads_parts(&self) -> bool {
+        self.groups.is_some()
+            || self.coupling != Coupling::Share
+            || self.region.reads_parts()
+            || self.formula.reads_parts()
+            || self.scale.as_ref().is_some_and(Scalar::reads_parts)
     }
 
     /// Whether its scale, if it has one, is the same at all points of a body.

@@ -150,9 +150,8 @@ impl<'a> Nodes<'a> {
     /// How a term is sampled.
     pub(crate) fn how(self, term: u32) -> SamplingRule {
         let below = self.below(term);
-        let mut scales = below.iter().filter_map(|node| self.scale(*node));
-        let at_centre = scales.all(Scalar::is_uniform);
-        SamplingRule::of_term(below.iter().filter_map(|node| self.field(*node)), at_centre)
+        let scales = below.iter().filter_map(|node| self.scale(*node));
+        SamplingRule::of_term(below.iter().filter_map(|node| self.field(*node)), scales)
     }
 
     /// What a node hangs on, or its instances.

@@ -304,6 +304,11 @@ impl Region {
         steps.any(|step| matches!(step, Step::Predicate(_)))
     }
 
+    /// Whether the colliders of a body may differ in it at one place.
+    pub(crate) fn reads_parts(&self) -> bool {
+        self.has_code() || self.axes().any(Axis::is_of_part)
+    }
+
     /// The axes beyond space that the region constrains.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
         self.steps.iter().flat_map(|step| match step {

@@ -3,6 +3,7 @@
 use super::formula::Formula;
 use super::leaf::{Coupling, Field};
 use super::sampling::{Cuts, Sampling, SamplingRule};
+use super::scalar::Scalar;
 
 impl Field {
     /// Sets where on bodies the field is sampled. A term of the tree (an operand of the outermost
@@ -30,16 +31,16 @@ impl Field {
             auto,
             overridable: auto && !of_sites && !self.is_contact(),
             cuts: Cuts::Never,
+            apart: self.reads_parts(),
         }
     }
 
     /// Whether its force on a piece of a part that no border passes through is the same whatever the
     /// piece looks like: then bodies may be cut at borders.
     fn is_even(&self) -> bool {
-        let shared = self.formula.is_uniform() && self.coupling == Coupling::Share;
         let displaced = matches!(self.formula, Formula::Buoyancy(_));
         let auto = self.sampling == Sampling::Auto && !self.reacts;
-        auto && (shared || displaced) && self.scale_is_uniform()
+        auto && (self.is_shared_out() || displaced) && self.scale_is_uniform()
     }
 
     /// Whether it ends somewhere: at the border of a region, or at the surface of a fluid.
@@ -49,21 +50,29 @@ impl Field {
 }
 
 impl SamplingRule {
-    /// That of a term made of fields; `at_centre`: whether it acts on a body as a whole.
+    /// That of a term made of fields, and of scales over several of them.
     pub(super) fn of_term<'a>(
         fields: impl Iterator<Item = &'a Field>,
-        at_centre: bool,
+        scales: impl Iterator<Item = &'a Scalar>,
     ) -> SamplingRule {
+        let (mut at_centre, mut reads_parts) = (true, false);
+        for scale in scales {
+            at_centre &= scale.is_uniform();
+            reads_parts |= scale.reads_parts();
+        }
         let mut reacts = false;
-        let (mut ends, mut even, mut at_centres) = (false, at_centre, true);
+        let (mut ends, mut even) = (false, at_centre);
+        let (mut at_centres, mut shared_out) = (true, true);
         let fields = fields.inspect(|field| {
             reacts |= field.reacts;
             ends |= field.ends();
             even &= field.is_even();
             at_centres &= field.acts_at_centre();
+            shared_out &= field.is_shared_out();
         });
         let finest = fields.map(Field::how).reduce(SamplingRule::finer);
         let mut finest = finest.unwrap_or(SamplingRule::CENTRE);
+        finest.apart |= reads_parts;
         if reacts {
             // Reactions are kept sample by sample, which cells have not.
             finest.overridable = false;
@@ -78,11 +87,16 @@ impl SamplingRule {
                 ..finest
             };
         }
-        finest.cuts = match (ends && even, at_centres) {
-            (false, _) => Cuts::Never,
-            (true, false) => Cuts::Parts,
-            (true, true) => Cuts::Bodies,
+        finest.cuts = match (ends && even, at_centres, shared_out) {
+            (false, ..) => Cuts::Never,
+            (true, true, _) => Cuts::Bodies,
+            (true, false, true) => Cuts::Shares,
+            (true, false, false) => Cuts::Parts,
         };
+        if finest.cuts == Cuts::Shares {
+            // A uniform vector has no slope, for which others have more samples.
+            finest.sampling = Sampling::Parts;
+        }
         finest
     }
 }

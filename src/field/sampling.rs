@@ -28,8 +28,10 @@ pub enum Sampling {
     /// - [`Centre`](Self::Centre) for a uniform vector that is shared out by mass. Where the border of its
     ///   region passes through a body, the body is cut there, and feels the force and the torque
     ///   on the part that is inside;
-    /// - one sample of each part for buoyancy, and for uniform vectors that act on some collision
-    ///   groups only. A part is cut at the border of the region, and at the surface of the fluid;
+    /// - one sample of each part for buoyancy, and for uniform vectors in a region that act on some
+    ///   collision groups only, or whose region asks for what differs between colliders: their
+    ///   charge, mass or radius, an axis of the user's, a predicate. A part is cut at the border of the
+    ///   region, and at the surface of the fluid;
     /// - [`Parts`](Self::Parts) for what is coupled to [each](crate::Coupling::Each) part or to an
     ///   [axis](crate::Coupling::Axis): laws between sites, such as Lennard-Jones and Coulomb;
     /// - [`Surface`](Self::Surface) for drag and wind;
@@ -51,7 +53,12 @@ pub enum Sampling {
     /// and no scale varies over a body. A body that asks for a sampling of its own is not cut.
     #[default]
     Auto,
-    /// Once per body, at its centre of mass: no torque, and all or nothing at a border.
+    /// At the centre of mass of the body: no torque, and all or nothing at a border.
+    ///
+    /// Where colliders may differ, since the field has [groups](crate::Field::groups), is
+    /// [coupled](crate::Coupling) to anything but the share of the mass, or asks for the charge,
+    /// the mass, the radius or an axis of the user's, each collider is asked there by itself, with
+    /// what is its own. Functions of the user's may ask for all of that.
     Centre,
     /// Once per collider, in its middle.
     Parts,
@@ -116,6 +123,9 @@ pub(crate) enum Cuts {
     Never,
     /// A body that is clear of borders is sampled at its centre of mass.
     Bodies,
+    /// A part that is clear of borders is sampled at its centre, which is shifted as much as is needed
+    /// for all parts together to be at the centre of mass.
+    Shares,
     /// A part that is clear of borders is sampled at its centre.
     Parts,
 }
@@ -131,6 +141,8 @@ pub(crate) struct SamplingRule {
     pub overridable: bool,
     /// Whether bodies that have shapes, and ask for nothing else, are sampled in pieces instead.
     pub cuts: Cuts,
+    /// Whether colliders may differ at one place: at the centre of mass each is asked by itself.
+    pub apart: bool,
 }
 
 impl SamplingRule {
@@ -140,12 +152,14 @@ impl SamplingRule {
         auto: true,
         overridable: true,
         cuts: Cuts::Never,
+        apart: false,
     };
 
     /// The finer of two.
     pub(super) fn finer(self, other: SamplingRule) -> SamplingRule {
         let (a, b) = (self.sampling, other.sampling);
         let overridable = self.overridable && other.overridable;
+        let apart = self.apart || other.apart;
         let finest = match a.rank().cmp(&b.rank()) {
             std::cmp::Ordering::Less => other,
             std::cmp::Ordering::Greater => self,
@@ -157,6 +171,7 @@ impl SamplingRule {
         };
         SamplingRule {
             overridable,
+            apart,
             ..finest
         }
     }

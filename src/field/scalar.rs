@@ -261,6 +261,11 @@ impl Scalar {
         !self.steps.iter().any(of_place)
     }
 
+    /// Whether it may differ between the colliders of a body at one place.
+    pub(crate) fn reads_parts(&self) -> bool {
+        self.has_code() || self.axes().any(Axis::is_of_part)
+    }
+
     /// Whether a function of the user's decides.
     pub(crate) fn has_code(&self) -> bool {
         self.steps.iter().any(|step| match step {

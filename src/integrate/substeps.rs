@@ -412,6 +412,7 @@ impl Group {
     fn begin(&mut self, samples: &Samples) {
         self.wrenches.clear();
         self.samples.clear();
+        self.samples.apart = samples.apart;
         self.samples.user.clone_from(&samples.user);
         self.samples.spreads.clone_from(&samples.spreads);
     }

@@ -125,8 +125,15 @@ impl FieldPipeline {
     ) -> Vec<BodySample> {
         let scene = self.scene(fields, (state, 1.0), view);
         let samples = &scene.samples;
-        let list = samples.centres.iter().chain(&samples.list);
-        let own = list.filter(|sample| samples.bodies[sample.body as usize] == body);
+        let list = samples.list.iter();
+        let listed = list.filter(|sample| samples.bodies[sample.body as usize] == body);
+        // The body as a whole, unless its colliders are asked there one by one.
+        let apart = listed.clone().any(|sample| sample.kind == Kind::Centre);
+        let whole = samples.of_body(body).filter(|_| !apart);
+        let own = whole
+            .map(|place| &samples.centres[place])
+            .into_iter()
+            .chain(listed);
         let sample = |sample: &SamplePoint| BodySample {
             sampling: match sample.kind {
                 Kind::Centre => Sampling::Centre,

@@ -6,7 +6,6 @@ use super::properties::Properties;
 use super::shapes::Shapes;
 use super::{Kind, SamplePoint, Samples, Solid, owner};
 use crate::compile::{PartSampling, SamplingRequirements};
-use crate::field::Sampling;
 use crate::math::{
     ColliderHandle, DMat3, DPose3, DVec3, InteractionGroups, Pose, Real, RigidBodyHandle,
     SharedShape, Vector,
@@ -186,7 +185,9 @@ impl Gatherer {
         }
         samples.sites = samples.list.len();
         samples.list.append(&mut self.several);
-        samples.only_sites = !requirements.points && !properties.any_sampling();
+        samples.apart = requirements.apart;
+        let asks_points = requirements.points || requirements.apart;
+        samples.only_sites = !asks_points && !properties.any_sampling();
         samples.number();
     }
 }
@@ -247,8 +248,14 @@ impl Making<'_> {
             });
         }
         let wanted = self.requirements.with(own);
-        if own == Some(Sampling::Centre) {
-            self.several.push(centre);
+        if wanted.apart {
+            let sites = self.samples.list[first..].iter();
+            self.several.extend(sites.map(|site| SamplePoint {
+                kind: Kind::Centre,
+                local_arm: Vector::ZERO,
+                at_origin: false,
+                ..*site
+            }));
         }
         if wanted.volume != PartSampling::None || wanted.surface != PartSampling::None {
             for site in first..self.samples.list.len() {

@@ -67,6 +67,7 @@ impl Samples {
         let (whole, weight, middle) = match how.cuts {
             // What is shared out by mass acts on a whole body at its centre of mass.
             Cuts::Bodies => (centre, to_f64(site.share), self.bulks[body as usize].middle),
+            Cuts::Shares => (site, 1.0, self.bulks[body as usize].middle),
             _ => (site, 1.0, DVec3::ZERO),
         };
         let query = Query {

@@ -46,6 +46,8 @@ pub(crate) struct Samples {
     pub are_placed: bool,
     /// Whether nobody asks for single samples but for sites.
     pub only_sites: bool,
+    /// Whether the list has the parts of every body once more, at its centre of mass.
+    pub apart: bool,
     /// Whether the others have been left where they were.
     left: bool,
     /// Another whenever they were made anew: between, all but places and velocities stays.
@@ -68,6 +70,7 @@ impl Clone for Samples {
         self.sites = from.sites;
         self.are_placed = from.are_placed;
         self.only_sites = from.only_sites;
+        self.apart = from.apart;
         self.left = from.left;
         self.stamp = from.stamp;
         self.list.clone_from(&from.list);
@@ -102,6 +105,7 @@ impl Samples {
         self.sites = 0;
         self.are_placed = false;
         self.only_sites = false;
+        self.apart = false;
         self.left = false;
         self.centres.clear();
         self.bodies.clear();
@@ -133,7 +137,7 @@ impl Samples {
             let number = sample.body as usize;
             let (linvel, angvel) = velocity(number);
             if sample.kind == Kind::Centre {
-                // One for the body as a whole, whatever turns.
+                // There, whatever turns.
                 sample.world_point = self.centres[number].world_point;
                 sample.velocity = linvel;
                 continue;
@@ -246,6 +250,11 @@ impl Samples {
         (how.sampling, how.auto)
     }
 
+    /// Whether a term that is sampled like this asks bodies as a whole.
+    pub(crate) fn asks_whole(&self, how: SamplingRule) -> bool {
+        how.sampling == Sampling::Centre && !(how.apart && self.apart)
+    }
+
     /// Whether a term that is sampled like this takes a sample.
     pub(crate) fn takes(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
         let (sampling, auto) = self.sampling(how, sample.body);
@@ -267,9 +276,9 @@ impl Samples {
 
     /// The bodies as a whole that a program takes.
     pub(crate) fn centres_for(&self, how: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
-        let centres = match how.sampling {
-            Sampling::Centre => &self.centres[..],
-            _ => &[],
+        let centres = match self.asks_whole(how) {
+            true => &self.centres[..],
+            false => &[],
         };
         centres.iter().filter(move |centre| self.takes(how, centre))
     }
@@ -289,13 +298,13 @@ impl Samples {
 
     /// Whether a program may take any sample of the list.
     fn takes_listed(&self, how: SamplingRule) -> bool {
-        how.sampling != Sampling::Centre || !self.overrides.is_empty()
+        !self.asks_whole(how) || !self.overrides.is_empty()
     }
 
     /// Whether a program takes a sample of the list.
     pub(crate) fn takes_of_list(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
-        // The centres in the list are for terms of which other bodies have more samples.
-        let is_other = how.sampling == Sampling::Centre && sample.kind == Kind::Centre;
+        // The centres in the list are for terms that ask colliders one by one, there or elsewhere.
+        let is_other = self.asks_whole(how) && sample.kind == Kind::Centre;
         self.takes_listed(how) && self.takes(how, sample) && !is_other
     }
 

@@ -1,8 +1,8 @@
 //! Whatever the compiler makes of a tree, it equals the reference.
 //!
 //! The wrench on a body is derived anew: terms of the outermost sum of union are sampled with the
-//! reference at each collider, or at the centre of mass where all their fields are uniform and
-//! shared. Integers must agree exactly, also on boundaries; otherwise the bound is the rounding of
+//! reference at each collider, or at the centre of mass where all their fields are uniform, shared
+//! out, and the same for all colliders. Integers must agree exactly, also on boundaries; otherwise the bound is the rounding of
 //! the sum of the magnitudes that were added up. See `support/trees.rs` for how points are kept
 //! off boundaries and singularities there.
 

@@ -32,6 +32,7 @@ mod cut_samples;
 mod damped;
 mod derivatives;
 mod detection;
+mod each_collider;
 mod estimates;
 mod evaluators_agree;
 mod explain;

@@ -168,6 +168,15 @@ impl Formula {
         }
     }
 
+    /// Whether the vector may differ between the colliders of a body at one place.
+    pub(crate) fn reads_parts(&self) -> bool {
+        match self {
+            Formula::Closure(_) | Formula::Buoyancy(_) => true,
+            Formula::Wind(wind) => wind.flow.reads_parts(),
+            formula => formula.axes().iter().any(Axis::is_of_part),
+        }
+    }
+
     /// Whether the vector may depend on time, beyond the axes it names.
     pub(crate) fn reads_time(&self) -> bool {
         match self {

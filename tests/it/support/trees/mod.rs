@@ -110,6 +110,20 @@ impl RegionPlan {
         }
     }
 
+    /// Whether the colliders of a body may differ in it at one place.
+    fn reads_parts(&self) -> bool {
+        let of_part = |axis: usize| matches!(AXES[axis], "radius" | "mass" | "charge" | "delta");
+        match self {
+            RegionPlan::Interval(axis, ..) => of_part(*axis),
+            RegionPlan::HalfSpaceOver(axes, _) => axes.iter().any(|(axis, _)| of_part(*axis)),
+            RegionPlan::BallOver(axes) => axes.iter().any(|(axis, ..)| of_part(*axis)),
+            RegionPlan::Predicate(_) => true,
+            RegionPlan::Moved(of, _) | RegionPlan::Complement(of) => of.reads_parts(),
+            RegionPlan::Combined(_, a, b) => a.reads_parts() || b.reads_parts(),
+            _ => false,
+        }
+    }
+
     fn region(&self, numbers: Numbers) -> Region {
         let size = |i: i32| {
             i as Real
@@ -269,6 +283,7 @@ impl LeafPlan {
         matches!(self.formula, FormulaPlan::Uniform(_))
             && self.coupling == Coupling::Share
             && self.group.is_none()
+            && !self.region.reads_parts()
             && self.scale.as_ref().is_none_or(ScalarPlan::is_uniform)
     }
 
@@ -342,7 +357,7 @@ impl TermPlan {
     }
 
     /// Whether bodies are sampled once for this term, at their centre of mass: all its fields are
-    /// uniform, and shared out by mass.
+    /// uniform, shared out by mass, and ask nothing that may differ between colliders.
     pub fn acts_at_centre(&self) -> bool {
         match self {
             TermPlan::Leaf(leaf) => leaf.acts_at_centre(),

@@ -1,0 +1,370 @@
+//! What differs between the colliders of a body acts on each of them by itself, however the body is
+//! sampled: collision groups, charges, masses, radii, axes of the user's, functions.
+//!
+//! The oracle is the literal reference on the same field without what tells colliders apart, asked
+//! at the samples of those colliders that are to feel it.
+
+use rapier3d_fields::math::{DVec3, to_dvec3};
+use rapier3d_fields::prelude::*;
+use rapier3d_fields::reference::Reference;
+use rapier3d_fields::{BodySample, Wrench};
+
+use crate::support::{assert_at_most, either, weightless};
+
+/// What lets a field act on one of two colliders only.
+type Filter = (&'static str, fn(Field) -> Field);
+
+const IRON: Group = Group::GROUP_1;
+const WOOD: Group = Group::GROUP_2;
+
+fn groups(of: Group) -> InteractionGroups {
+    InteractionGroups::new(of, Group::ALL, Default::default())
+}
+
+fn only_iron(field: Field) -> Field {
+    field.groups(InteractionGroups::new(Group::ALL, IRON, Default::default()))
+}
+
+/// Each holds of the first collider of [`dumbbell`], and not of the second.
+const FILTERS: [Filter; 10] = [
+    ("groups", only_iron),
+    ("charge", |field| {
+        within(field, Region::interval(Axis::Charge, 0.5, 2.0))
+    }),
+    ("mass", |field| {
+        within(field, Region::interval(Axis::Mass, 0.0, 2.0))
+    }),
+    ("radius", |field| {
+        within(field, Region::interval(Axis::Radius, 0.0, 0.6))
+    }),
+    ("a user's axis", |field| {
+        within(field, Region::interval("delta", 0.5, 1.5))
+    }),
+    ("a half-space over axes", |field| {
+        let coefficients = [(Axis::named("delta"), 1.0), (Axis::Charge, -1.0)];
+        within(field, Region::half_space_over(coefficients, 1.0))
+    }),
+    ("a ball over axes", |field| {
+        within(field, Region::ball_over([(Axis::Charge, 1.0, 0.5)]))
+    }),
+    ("a predicate", |field| {
+        within(field, Region::predicate([], |sample| sample.charge > 0.0))
+    }),
+    ("a scale over an axis", |field| {
+        field.scaled_by(Scalar::axis("delta").ramp(5.0, 1.0))
+    }),
+    ("a scale by a function", |field| {
+        let is_iron = |sample: &Sample<'_>| if sample.charge > 0.0 { 1.0 } else { 0.0 };
+        field.scaled_by(Scalar::closure([], is_iron))
+    }),
+];
+
+/// Within its own region and another one.
+fn within(field: Field, region: Region) -> Field {
+    let both = field.region.clone().intersection(region);
+    field.within(both)
+}
+
+/// Two cubes on one body: of iron, with charge 1 and δ = 1, and a larger one of wood, with charge −1 and
+/// δ = 5. It turns, so that its parts have velocities of their own.
+fn dumbbell() -> (PhysicsWorld, RigidBodyHandle, [ColliderHandle; 2]) {
+    let mut world = weightless(1.0 / 64.0);
+    let body = RigidBodyBuilder::dynamic()
+        .translation(Vector::new(0.5, 2.0, -0.25))
+        .linvel(Vector::new(0.25, -0.5, 0.125))
+        .angvel(Vector::new(0.5, 0.25, -1.0))
+        .can_sleep(false);
+    let body = world.bodies.insert(body);
+    let mut part = |x: Real, half: Real, mass: Real, group: Group| {
+        let collider = ColliderBuilder::cuboid(half, half, half)
+            .translation(Vector::X * x)
+            .mass(mass)
+            .collision_groups(groups(group));
+        let (bodies, colliders) = (&mut world.bodies, &mut world.colliders);
+        colliders.insert_with_parent(collider, body, bodies)
+    };
+    let parts = [part(-1.0, 0.25, 1.0, IRON), part(1.0, 0.5, 3.0, WOOD)];
+    let (bodies, colliders) = (&mut world.bodies, &world.colliders);
+    bodies[body].recompute_mass_properties_from_colliders(colliders);
+    (world, body, parts)
+}
+
+fn fields(tree: impl Into<Tree>, parts: [ColliderHandle; 2]) -> Fields {
+    let fields = Fields::builder(tree).axis("delta", 7.0).build();
+    let mut fields = fields.expect("a sound tree");
+    for (collider, charge, delta) in [(parts[0], 1.0, 1.0), (parts[1], -1.0, 5.0)] {
+        let properties = ColliderProperties::new()
+            .charge(charge)
+            .axis("delta", delta);
+        let set = fields.set.set_properties(collider, properties);
+        set.expect("sound properties");
+    }
+    fields
+}
+
+/// All laws that may be sampled anywhere, the presets among them.
+fn laws() -> Vec<(&'static str, Field)> {
+    let everywhere = || Region::ball(50.0);
+    vec![
+        ("uniform", Field::uniform(Vector::new(1.0, -2.0, 3.0))),
+        (
+            "gravity zone",
+            Field::gravity_zone(Vector::Y * 4.0, everywhere()),
+        ),
+        (
+            "wind zone",
+            Field::wind_zone(Vector::X * 3.0, 0.5, 0.25, everywhere()),
+        ),
+        (
+            "conveyor",
+            Field::conveyor(Vector::X * 2.0, 4.0, everywhere()),
+        ),
+        ("magnet", Field::magnet(3.0, 0.5, 50.0)),
+        ("explosion", Field::explosion(3.0, 50.0)),
+        ("point gravity", Field::point_gravity(4.0)),
+        ("vortex", Field::vortex(2.0, -1.0).smoothed(0.5)),
+        ("drag", Field::drag(0.5, 0.25)),
+        (
+            "closure",
+            Field::closure([], |sample| sample.local_point * 0.5),
+        ),
+    ]
+}
+
+const SAMPLINGS: [Sampling; 6] = [
+    Sampling::Auto,
+    Sampling::Centre,
+    Sampling::Parts,
+    Sampling::Volume,
+    Sampling::Surface,
+    Sampling::Adaptive { tolerance: 0.01 },
+];
+
+/// What samples of the list a law of that sampling takes.
+fn kind(law: &str, asked: Sampling) -> Sampling {
+    match asked {
+        Sampling::Auto if matches!(law, "wind zone" | "drag") => Sampling::Surface,
+        Sampling::Auto | Sampling::Adaptive { .. } => Sampling::Volume,
+        other => other,
+    }
+}
+
+/// The force and torque that a tree gives the samples of some colliders by the reference.
+fn literal<'a>(
+    tree: &Tree,
+    world: &PhysicsWorld,
+    body: RigidBodyHandle,
+    samples: impl Iterator<Item = &'a BodySample>,
+) -> [DVec3; 2] {
+    let reference = Reference::new(tree).expect("a sound tree");
+    let frames = (&world.bodies, &world.colliders);
+    let com = to_dvec3(world.bodies[body].center_of_mass());
+    let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
+    for sample in samples {
+        let one = reference
+            .force(&frames, &sample.query)
+            .unwrap_or(DVec3::ZERO);
+        force += one;
+        torque += (sample.query.world_point - com).cross(one);
+    }
+    [force, torque]
+}
+
+fn agree(found: Wrench, expected: [DVec3; 2], place: &str) {
+    let size = expected[0].length().max(expected[1].length()).max(1.0);
+    let bound = either(2e-5, 1e-12) * size;
+    let [force, torque] = expected;
+    assert_at_most(
+        (to_dvec3(found.force) - force).length(),
+        bound,
+        format!("{place}: force"),
+    );
+    assert_at_most(
+        (to_dvec3(found.torque) - torque).length(),
+        bound,
+        format!("{place}: torque"),
+    );
+}
+
+/// Sampled at its centre a body felt fields whose groups exclude it, in full; a region over a user's
+/// axis read the world's value there, and one over charge the sum of the charges. Each collider is to
+/// be asked by itself, by every sampling, of the field or of the body, and every way of asking.
+#[test]
+fn fields_act_on_the_colliders_they_are_for() {
+    let (world, body, parts) = dumbbell();
+    for (law, field) in laws() {
+        for asked in SAMPLINGS {
+            // The same with the sampling set of the body.
+            for of_body in [false, true] {
+                if of_body && (asked == Sampling::Auto || law == "conveyor") {
+                    continue;
+                }
+                for (filter, only) in FILTERS {
+                    let place = format!("{law}, {asked:?} (of the body: {of_body}), {filter}");
+                    let mut plain = field.clone();
+                    if !of_body && asked != Sampling::Auto {
+                        plain = plain.sampled(asked);
+                    }
+                    let mut fields = fields(only(plain.clone()), parts);
+                    if of_body {
+                        let set = fields.set_sampling(body, asked, &world.bodies);
+                        set.expect("it is there");
+                    }
+                    let (bodies, colliders) = (&world.bodies, &world.colliders);
+                    let samples = fields.samples(body, bodies, colliders);
+                    let asked = match (law, asked) {
+                        ("conveyor", Sampling::Auto) => Sampling::Centre,
+                        _ => kind(law, asked),
+                    };
+                    let is_iron = |sample: &&BodySample| {
+                        let iron = sample.query.groups == groups(IRON);
+                        sample.sampling == asked && iron
+                    };
+                    let uniform = matches!(law, "uniform" | "gravity zone");
+                    let iron: Vec<_> = samples.iter().filter(is_iron).collect();
+                    let plain = Tree::from(plain);
+                    let expected = match iron.is_empty() {
+                        // In pieces: of a uniform force, what acts in the middle of the part.
+                        true => {
+                            assert!(uniform, "{place}: no samples");
+                            let parts = samples.iter().filter(|sample| {
+                                let iron = sample.query.groups == groups(IRON);
+                                sample.sampling == Sampling::Parts && iron
+                            });
+                            literal(&plain, &world, body, parts)
+                        }
+                        false => literal(&plain, &world, body, iron.into_iter()),
+                    };
+                    assert!(expected[0].length() > 0.01, "{place}: {expected:?}");
+                    let found = fields.sample(body, bodies, colliders);
+                    agree(found.expect("finite").expect("sampled"), expected, &place);
+                    let told = fields.explain(body, bodies, colliders).expect("sampled");
+                    agree(told.wrench, expected, &format!("{place}, explained"));
+                }
+            }
+        }
+    }
+}
+
+/// Under operators the colliders are told apart as well: what replaces acts on one, and leaves the
+/// other to what is replaced.
+#[test]
+fn composites_tell_colliders_apart() {
+    let (world, body, parts) = dumbbell();
+    let base = || Field::uniform(Vector::Z * 8.0).sampled(Sampling::Centre);
+    for (filter, only) in FILTERS.into_iter().take(8) {
+        let upper = || Field::uniform(Vector::X * 4.0).sampled(Sampling::Centre);
+        let fields = fields(base().replace_union(only(upper())), parts);
+        let found = fields.sample(body, &world.bodies, &world.colliders);
+        // A quarter of the mass is of iron.
+        let expected = [DVec3::new(1.0, 0.0, 6.0), DVec3::ZERO];
+        agree(found.expect("finite").expect("sampled"), expected, filter);
+    }
+}
+
+/// The step itself: fields of other groups gave a body sampled at its centre their whole velocity.
+#[test]
+fn no_scheme_moves_what_groups_exclude() {
+    let schemes = [
+        Scheme::KickDriftKick,
+        Scheme::Kick,
+        Scheme::ExternalForce,
+        Scheme::LinearlyImplicit,
+        Scheme::Auto { tolerance: 1e-3 },
+        Scheme::Substep(Substeps::Fixed(4)),
+        Scheme::Suzuki4,
+    ];
+    for scheme in schemes {
+        for (law, field) in laws() {
+            for group in [IRON, WOOD] {
+                let mut world = weightless(1.0 / 64.0);
+                let body = RigidBodyBuilder::dynamic().translation(Vector::new(1.0, 2.0, 0.5));
+                let cube = ColliderBuilder::cuboid(0.5, 0.5, 0.5).collision_groups(groups(group));
+                let (body, _) = world.insert(body.linvel(Vector::Z), cube);
+                let field = only_iron(field.clone().sampled(Sampling::Centre));
+                let mut fields = Fields::new(field).expect("a sound tree");
+                fields.settings.scheme = scheme;
+                fields.step(&mut world).expect("a step");
+                let pushed = world.bodies[body].linvel() != Vector::Z;
+                assert_eq!(pushed, group == IRON, "{scheme:?}, {law}");
+            }
+        }
+    }
+}
+
+/// The paper's example of two domains (§3.1.1): one field over space and time, one over space and δ, in
+/// R⁵ together. With δ of the collider's own the body ended at v = (0.99, 0, 0): at its centre only
+/// the world's δ was read.
+#[test]
+fn a_field_over_time_and_one_over_delta_act_together() {
+    for sampling in [Sampling::Auto, Sampling::Centre, Sampling::Parts] {
+        let mut world = weightless(0.01);
+        let ball = ColliderBuilder::ball(0.5).mass(1.0);
+        let (body, collider) = world.insert(RigidBodyBuilder::dynamic().can_sleep(false), ball);
+        let over_time = Region::ball(9.0).intersection(Region::interval("time", -1.0, 2.0));
+        let over_delta = Region::ball(9.0).intersection(Region::interval("delta", 0.0, 1.0));
+        let first = Field::uniform(Vector::X)
+            .within(over_time)
+            .sampled(sampling);
+        let second = Field::uniform(Vector::Y)
+            .within(over_delta)
+            .sampled(sampling);
+        let near = ColliderProperties::new().axis("delta", 0.5);
+        let fields = Fields::builder(first.sum_union(second)).axis("delta", 7.0);
+        let mut fields = fields.build().expect("a sound tree");
+        let set = fields.set.set_properties(collider, near);
+        set.expect("sound properties");
+        for _ in 0..100 {
+            fields.step(&mut world).expect("a step");
+        }
+        let velocity = to_dvec3(world.bodies[body].linvel());
+        // A hundred roundings of a hundredth each.
+        let bound = either(1e-5, 1e-13);
+        let error = (velocity - DVec3::new(1.0, 1.0, 0.0)).length();
+        assert_at_most(error, bound, format!("{sampling:?}: {velocity}"));
+    }
+}
+
+/// Two parts of charge ±1 in a region over charge gave 0 where a function gave a half.
+#[test]
+fn a_region_over_charge_is_asked_part_by_part() {
+    let (world, body, parts) = dumbbell();
+    let region = Region::interval(Axis::Charge, 0.5, 2.0);
+    let by_function = Region::predicate([Axis::Charge], |sample| sample.axes[0] >= 0.5);
+    for region in [region, by_function] {
+        let fields = fields(Field::uniform(Vector::X * 4.0).within(region), parts);
+        let found = fields.sample(body, &world.bodies, &world.colliders);
+        let force = found.expect("finite").expect("sampled").force;
+        assert_at_most(
+            (to_dvec3(force) - DVec3::X).length(),
+            either(1e-6, 1e-14),
+            "a quarter",
+        );
+    }
+}
+
+/// Groups that exclude nothing change nothing, also of a body whose ballast is not where its
+/// collider is: a uniform force turns nothing.
+#[test]
+fn groups_of_all_are_as_none() {
+    let mut world = weightless(1.0 / 64.0);
+    let ballast = MassProperties::new(Vector::X * 2.0, 3.0, Vector::splat(1.0));
+    let body = RigidBodyBuilder::dynamic().additional_mass_properties(ballast);
+    let (body, _) = world.insert(body, ColliderBuilder::cuboid(0.5, 0.5, 0.5).mass(1.0));
+    let (bodies, colliders) = (&mut world.bodies, &world.colliders);
+    bodies[body].recompute_mass_properties_from_colliders(colliders);
+    let wind = || Field::uniform(Vector::Y).within(Region::ball(20.0));
+    for field in [
+        wind(),
+        only_iron(wind()),
+        within(wind(), Region::predicate([], |_| true)),
+    ] {
+        let fields = Fields::new(field).expect("a sound tree");
+        let found = fields.sample(body, &world.bodies, &world.colliders);
+        agree(
+            found.expect("finite").expect("sampled"),
+            [DVec3::Y, DVec3::ZERO],
+            "ballast",
+        );
+    }
+}
