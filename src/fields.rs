@@ -206,7 +206,7 @@ impl Fields {
         let (fields, state, pipeline) = self.parts();
         let outcome = pipeline.finish(&fields, state, step, world)?;
 
-        self.set.step_done();
+        self.set.step_done(self.state.time);
         Ok(outcome)
     }
 

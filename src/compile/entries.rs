@@ -2,7 +2,7 @@
 
 use super::anchors::AnchorId;
 use super::ordered::{Key, unique};
-use crate::field::{ContactLaw, Coupling, Field, ForceMode, Radial, SamplingRule};
+use crate::field::{ContactLaw, Coupling, Field, ForceMode, Lifetime, Radial, SamplingRule};
 use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
 
 /// What sources of one batch have in common.
@@ -12,7 +12,6 @@ pub(crate) struct RadialKey {
     pub range: u64,
     pub weighting: Weighting,
     pub how: (u8, u64, bool, bool),
-    pub lifetime: (u64, u64),
 }
 
 /// How the vector of a field becomes a force on a sample.
@@ -21,15 +20,34 @@ pub(crate) struct Weighting {
     pub mode: ForceMode,
     pub coupling: Coupling,
     pub groups: Option<InteractionGroups>,
+    /// The bits of when it begins and ends.
+    pub life: [u64; 2],
 }
 
 impl Weighting {
+    pub(crate) fn of(field: &Field) -> Self {
+        let Lifetime { from, until, .. } = field.lifetime;
+        Weighting {
+            mode: field.mode,
+            coupling: field.coupling.clone(),
+            groups: field.groups,
+            life: [from, until].map(f64::to_bits),
+        }
+    }
+
+    /// When it acts.
+    pub(crate) fn lifetime(&self) -> Lifetime {
+        let [from, until] = self.life.map(f64::from_bits);
+        Lifetime::between(from, until)
+    }
+
     /// That of a vector that is shared out by mass.
     pub(crate) fn shared(mode: ForceMode) -> Self {
         Weighting {
             mode,
             coupling: Coupling::Share,
             groups: None,
+            life: [f64::NEG_INFINITY, f64::INFINITY].map(f64::to_bits),
         }
     }
 }

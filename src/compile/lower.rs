@@ -150,18 +150,12 @@ impl Lowering<'_> {
         let radial = radial.times(field.strength);
         let (strength, law) = radial.unit();
         let batch = self.lowered.radial.get_or_insert_with(|| {
-            let weighting = Weighting {
-                mode: field.mode,
-                coupling: field.coupling.clone(),
-                groups: field.groups,
-            };
-            let life = (field.lifetime.from, field.lifetime.until);
+            let weighting = Weighting::of(field);
             let key = RadialKey {
                 law: law.bits(),
                 range: range.map_or(u64::MAX, |range| to_f64(range).to_bits()),
                 weighting: weighting.clone(),
                 how: how.key(),
-                lifetime: (life.0.to_bits(), life.1.to_bits()),
             };
             RadialBatch {
                 key,

@@ -40,7 +40,7 @@ impl<F: Frames> Found<'_, F> {
             Node::Leaf(field) => {
                 let frame = self.frames.frame(&field.anchor.within(instance));
                 if let Some(frame) = frame
-                    && field.is_on(self.query.time)
+                    && field.is_on(self.query.span())
                     && !frame.carries(&self.query)
                 {
                     Border::near(field, &frame, self.at, &mut self.borders);

@@ -42,7 +42,7 @@ impl BodyCuts {
             self.borders.clear();
             for (number, field) in program.leaves.iter().enumerate() {
                 if let Some(frame) = program.frame(instance, number, frames)
-                    && field.is_on(moment.time)
+                    && field.is_on(moment.span)
                     && !frame.carries(&query)
                 {
                     Border::near(field, frame, at, &mut self.borders);

@@ -18,7 +18,7 @@ pub(super) fn program_energy(
         Step::Apply(operator, count) => *count == 1 || *operator == Operator::SumUnion,
         Step::Modify(_) | Step::Layers(..) => false,
     };
-    let on = |leaf: &&Field| leaf.is_on(moment.time) && !leaf.is_contact();
+    let on = |leaf: &&Field| leaf.is_on(moment.span) && !leaf.is_contact();
     if !program.steps.iter().all(adds) {
         return (0.0, !program.leaves.iter().any(|leaf| on(&leaf)));
     }

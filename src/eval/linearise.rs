@@ -114,7 +114,7 @@ impl Lineariser {
             let radials = compiled.radials.iter();
             for (number, batch) in radials.filter(|it| all && wanted(it.1.how)) {
                 let weight = to_f64(samples.weight(sample, &batch.weighting, moment));
-                if weight != 0.0 && batch.prototype.is_on(moment.time) {
+                if weight != 0.0 && batch.prototype.is_on(moment.span) {
                     self.take_up((compiled, world), (number, batch));
                     let sum = &mut force.get_or_insert_with(Sum::default).closed;
                     let (batch, sample) = ((number, batch), (sample, weight));

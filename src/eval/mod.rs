@@ -146,7 +146,7 @@ impl Evaluator {
         self.radials
             .add_quantity(radials, &scene, &mut self.frames, sums, quantity);
         let lacks =
-            |batch: &RadialBatch| batch.prototype.is_on(moment.time) && !batch.law.has_potential();
+            |batch: &RadialBatch| batch.prototype.is_on(moment.span) && !batch.law.has_potential();
         energy.without += radials.iter().filter(|(_, batch)| lacks(batch)).count();
         let of_bodies = of_bodies.iter().map(|sum| &sum.force);
         let sums = self.forces.iter().chain(of_bodies);

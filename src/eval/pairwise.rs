@@ -162,11 +162,17 @@ impl PairwiseRadials {
 }
 
 /// What the weights of a batch read of the moment.
-fn read(batch: &RadialBatch, moment: Moment) -> [u64; 2] {
+fn read(batch: &RadialBatch, moment: Moment) -> [u64; 3] {
     let of_time = batch.weighting.coupling == Coupling::Axis(Axis::Time);
     let of_step = batch.weighting.mode == ForceMode::VelocityChange;
     let bits = |is_read, x: f64| if is_read { x.to_bits() } else { 0 };
-    [bits(of_time, moment.time), bits(of_step, to_f64(moment.dt))]
+    let share = batch.weighting.lifetime().share_of(moment.span);
+    let dt = to_f64(moment.dt);
+    [
+        bits(of_time, moment.time),
+        bits(of_step, dt),
+        share.to_bits(),
+    ]
 }
 
 impl Sides {

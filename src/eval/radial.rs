@@ -44,7 +44,7 @@ impl Radials {
     ) {
         let (samples, moment) = (scene.samples, scene.moment);
         let known = |batch: &RadialBatch| quantity == Quantity::Force || batch.law.has_potential();
-        let is_on = |batch: &RadialBatch| batch.prototype.is_on(moment.time) && known(batch);
+        let is_on = |batch: &RadialBatch| batch.prototype.is_on(moment.span) && known(batch);
         let batches = batches.iter().filter(|(_, batch)| is_on(batch));
         let on_colliders = |batch: &RadialBatch| batch.on_colliders > 0 && !is_far(batch);
         let on_colliders = batches.clone().filter(|(_, batch)| on_colliders(batch));
@@ -89,7 +89,7 @@ mod by_themselves {
             sums: &mut Sums<'_>,
         ) {
             let mut weights = Vec::new();
-            let is_on = |batch: &RadialBatch| batch.prototype.is_on(scene.moment.time);
+            let is_on = |batch: &RadialBatch| batch.prototype.is_on(scene.moment.span);
             for (number, batch) in batches.iter().filter(|(_, batch)| is_on(batch)) {
                 weigh(batch, scene.samples, scene.moment, &mut weights);
                 let task = Task {
@@ -114,7 +114,7 @@ mod by_themselves {
             sums: &mut Sums<'_>,
         ) {
             let (samples, force) = (scene.samples, Quantity::Force);
-            let is_on = |batch: &RadialBatch| batch.prototype.is_on(scene.moment.time);
+            let is_on = |batch: &RadialBatch| batch.prototype.is_on(scene.moment.span);
             let batches = batches.iter().filter(|(_, batch)| is_on(batch));
             self.take_up(batches.clone(), samples, scene.moment, |_, _| true);
             for batch in batches {

@@ -15,7 +15,7 @@ use crate::bridge::{View, is_movable};
 use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::explain;
 use crate::field::{
-    Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Sampling, Tree,
+    Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Sampling, Span, Tree,
 };
 use crate::math::{Pose, Real, Vector, to_dvec3, to_f64};
 use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
@@ -119,6 +119,7 @@ impl Stage {
         Moment {
             time: self.time,
             dt: 0.5,
+            span: Span::at(self.time),
         }
     }
 

@@ -7,7 +7,7 @@ use super::any_shape::AnyShape;
 use super::axis::Axis;
 use super::error::{BuildError, finite, not_negative, rigid};
 use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
-use super::lifetime::Lifetime;
+use super::lifetime::{Lifetime, Span};
 use super::linearised::Linearised;
 use super::number::{Number, Vec3, constant, limited, real, rotate};
 use super::query::{LocalQuery, Query};
@@ -362,16 +362,16 @@ impl Field {
         self.coupled_to(Coupling::Axis(axis.into()))
     }
 
-    /// Whether the field acts on anything at a moment of simulated time.
-    pub(crate) fn is_on(&self, time: f64) -> bool {
-        self.enabled && self.lifetime.holds_at(time)
+    /// Whether the field acts on anything in a step, or at a moment.
+    pub(crate) fn is_on(&self, span: Span) -> bool {
+        self.enabled && self.lifetime.share_of(span) > 0.0
     }
 
     /// Whether the field acts on the sample at all, its region aside: it is on, its groups allow
     /// it, and the sample is not of the body that carries the field.
     pub(crate) fn acts_on(&self, query: &Query, frame: &Frame) -> bool {
         !frame.carries(query)
-            && self.is_on(query.time)
+            && self.is_on(query.span())
             && self.groups.is_none_or(|groups| groups.test(query.groups))
     }
 
@@ -484,7 +484,7 @@ impl Field {
             ForceMode::Acceleration => coupled * query.mass,
             ForceMode::VelocityChange => coupled * (query.mass / query.dt),
         };
-        whole * query.fraction
+        whole * (query.fraction * self.lifetime.share_of(query.span()))
     }
 
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that

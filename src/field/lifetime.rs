@@ -2,9 +2,18 @@
 
 use super::BuildError;
 use super::error::bad;
+use crate::math::{Real, to_f64};
 
 /// When a field acts, in simulated time and in steps. Outside of it the field is not defined
 /// anywhere.
+///
+/// A step in which a field begins or ends has it all along, with its vector times the share of the
+/// step in which it acts: the impulse of a constant force is the force times the overlap with the
+/// step, however short, and under every [`Scheme`](crate::Scheme). What is asked about a moment has it
+/// whole or not at all, and so have contacts, which are answered at a moment.
+///
+/// At the end of the step in which its time or its steps are over, a field leaves its
+/// [set](crate::FieldSet), and its handle finds it no more.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -63,6 +72,27 @@ impl Lifetime {
         self.from <= time && time < self.until && self.steps != Some(0)
     }
 
+    /// The share of a span in which a field acts.
+    pub(crate) fn share_of(&self, span: Span) -> f64 {
+        let Span { start, end } = span;
+        if end <= start || self.steps == Some(0) || self.is_timeless() {
+            return f64::from(u8::from(self.holds_at(start)));
+        }
+        let overlap = self.until.min(end) - self.from.max(start);
+        (overlap / (end - start)).max(0.0)
+    }
+
+    /// Whether it is over for good from a moment on.
+    pub(crate) fn is_over_at(&self, time: f64) -> bool {
+        self.until <= time || self.steps == Some(0)
+    }
+
+    /// Whether it begins or ends in a span.
+    pub(crate) fn changes_in(&self, span: Span) -> bool {
+        let within = |time: f64| span.start <= time && time <= span.end;
+        within(self.from) || within(self.until)
+    }
+
     /// Whether time makes no difference.
     pub(crate) fn is_timeless(&self) -> bool {
         self.from == f64::NEG_INFINITY && self.until == f64::INFINITY
@@ -74,6 +104,29 @@ impl Lifetime {
         }
         let below = "less than its end";
         Err(bad(field, "the start of the lifetime", below, self.from))
+    }
+}
+
+/// What a lifetime is asked about: a step, or a moment, which ends where it starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Span {
+    pub start: f64,
+    pub end: f64,
+}
+
+impl Span {
+    /// A moment.
+    pub(crate) fn at(time: f64) -> Self {
+        Span {
+            start: time,
+            end: time,
+        }
+    }
+
+    /// A step that begins at a time.
+    pub(crate) fn step(start: f64, dt: Real) -> Self {
+        let end = start + to_f64(dt);
+        Span { start, end }
     }
 }
 

@@ -62,6 +62,7 @@ pub use handle::{FieldHandle, TreeHandle};
 pub use layer::Layer;
 pub use leaf::{Coupling, Field, ForceMode};
 pub use lifetime::Lifetime;
+pub(crate) use lifetime::Span;
 pub use linearised::Linearised;
 pub use operator::Operator;
 pub use properties::{ColliderProperties, PropertyError};

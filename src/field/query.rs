@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::anchor::Frame;
 use super::axis::Axis;
 use super::boundary::Normal;
+use super::lifetime::Span;
 use super::number::{Dual, Number, Vec3, constant, length, real, rotate};
 use crate::math::{
     ColliderHandle, DMat3, DQuat, DVec3, InteractionGroups, Real, RigidBodyHandle, Vector,
@@ -26,6 +27,9 @@ pub struct Query {
     pub time: f64,
     /// The time step, over which a [`ForceMode::VelocityChange`](crate::ForceMode) is spread.
     pub dt: f64,
+    /// The step whose mean is asked for, by its start and end: a field that begins or ends in it acts
+    /// with its share of it. `None` for the moment `time` alone.
+    pub step: Option<[f64; 2]>,
     /// Which fraction of its part the sample stands for: one unless the part is sampled at
     /// several points. Forces are weighted with it; what follows is that of the whole part.
     pub fraction: f64,
@@ -76,6 +80,7 @@ impl Default for Query {
             world_velocity: DVec3::ZERO,
             time: 0.0,
             dt: 1.0,
+            step: None,
             fraction: 1.0,
             spread: DMat3::ZERO,
             radius: 0.0,
@@ -88,6 +93,14 @@ impl Default for Query {
             body: None,
             touches: Vec::new(),
         }
+    }
+}
+
+impl Query {
+    /// What lifetimes are asked about.
+    pub(crate) fn span(&self) -> Span {
+        let moment = Span::at(self.time);
+        self.step.map_or(moment, |[start, end]| Span { start, end })
     }
 }
 

@@ -12,6 +12,7 @@ use std::ops::{Index, IndexMut};
 
 use super::handle::{FieldHandle, TreeHandle};
 use super::leaf::Field;
+use super::lifetime::Span;
 use super::nodes::{Node, Nodes};
 use super::operator::Operator;
 use super::properties::{ColliderProperties, Properties, PropertyError};
@@ -91,8 +92,8 @@ pub struct FieldSet {
     trees: Vec<InsertedTree>,
     free_trees: Vec<u32>,
     names: Names,
-    /// Fields whose lifetime is counted in steps.
-    counted: Vec<u32>,
+    /// Fields that begin or end.
+    timed: Vec<u32>,
     data: Properties,
     changes: Changes,
     unchecked: Unchecked,
@@ -236,8 +237,8 @@ impl FieldSet {
     /// Takes a leaf out of all lists but that of the nodes.
     fn forget_leaf(&mut self, place: u32) {
         self.names.forget(place);
-        if let Ok(at) = self.counted.binary_search(&place) {
-            self.counted.remove(at);
+        if let Ok(at) = self.timed.binary_search(&place) {
+            self.timed.remove(at);
         }
     }
 
@@ -318,21 +319,33 @@ impl FieldSet {
         Tree::fold(Operator::SumUnion, trees)
     }
 
-    /// Counts a step for the fields that are on and have a number of them to act in: where it was
-    /// the last, the field leaves the set.
-    pub fn step_done(&mut self) {
+    /// Counts a step, which ended at a simulated time, for the fields that are on and have a number
+    /// of them to act in. Where it was the last, or the time of a field is over, the field leaves the set.
+    pub fn step_done(&mut self, time: f64) {
         if let Some(last) = self.unchecked.open.take() {
             self.settle(last);
         }
-        for place in self.counted.clone() {
-            let Some(steps) = self.arena.steps_mut(place) else {
+        let mut over = Vec::new();
+        for place in &self.timed {
+            let Some(field) = self.arena.field_mut(*place) else {
                 continue;
             };
-            *steps = steps.saturating_sub(1);
-            if *steps == 0 {
-                self.remove_field(self.arena.handle(place));
+            if let Some(steps) = field.lifetime.steps.as_mut().filter(|_| field.enabled) {
+                *steps = steps.saturating_sub(1);
+            }
+            if field.lifetime.is_over_at(time) {
+                over.push(self.arena.handle(*place));
             }
         }
+        for handle in over {
+            self.remove_field(handle);
+        }
+    }
+
+    /// Whether any field begins or ends in a span.
+    pub(crate) fn changes_in(&self, span: Span) -> bool {
+        let mut fields = self.timed.iter().filter_map(|place| self.field(*place));
+        fields.any(|field| field.lifetime.changes_in(span))
     }
 
     /// Takes up the name and lifetime of a leaf that was inserted or changed.
@@ -341,11 +354,11 @@ impl FieldSet {
             return;
         };
         self.names.set(place, field.name.as_ref());
-        let counts = field.lifetime.steps.is_some();
-        match self.counted.binary_search(&place) {
-            Err(at) if counts => self.counted.insert(at, place),
-            Ok(at) if !counts => {
-                self.counted.remove(at);
+        let ends = field.lifetime.steps.is_some() || !field.lifetime.is_timeless();
+        match self.timed.binary_search(&place) {
+            Err(at) if ends => self.timed.insert(at, place),
+            Ok(at) if !ends => {
+                self.timed.remove(at);
             }
             _ => {}
         }

@@ -5,7 +5,7 @@ use super::plan::Choice;
 use super::reaction::Reactions;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
-use crate::field::Anchor;
+use crate::field::{Anchor, Span};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, Lookup};
 use crate::sample::{Moment, Samples};
@@ -20,6 +20,8 @@ pub(crate) struct StepContext<'a, W> {
     pub bodies: &'a [Body],
     pub time: f64,
     pub dt: Real,
+    /// The step that is worked out, or the moment alone.
+    pub span: Span,
     pub rules: MotionRules<'a>,
 }
 
@@ -53,6 +55,7 @@ impl<W: Lookup> StepContext<'_, W> {
             time: self.time,
             // In a step of no length no force acts; that of a change of velocity is to be finite.
             dt: if self.dt == 0.0 { 1.0 } else { self.dt },
+            span: self.span,
         }
     }
 

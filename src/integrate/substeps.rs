@@ -371,6 +371,7 @@ impl<W: Lookup> Run<'_, W> {
         Moment {
             time: self.setting.context.time + self.setting.from + self.elapsed,
             dt: self.setting.context.dt,
+            span: self.setting.context.span,
         }
     }
 

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use super::faults::answering;
-use super::stages::moment;
+use super::stages::{Now, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{Arrival, Heard, KickShare, Pairs, is_to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
-use crate::field::{Anchor, ContactLaw, FieldSet, Frames};
+use crate::field::{Anchor, ContactLaw, FieldSet, Frames, Span};
 use crate::integrate::{
     Evaluation, Fault, FaultPolicy, MotionRules, Scheme, StepWarning, TurnAfter, warn_of_caps,
 };
-use crate::math::{Real, RigidBodyHandle};
+use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Lookup, find, find_near};
 
@@ -216,8 +216,8 @@ impl FieldPipeline {
         let view = world.view();
         let (_, samples) =
             Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
-        let moment = moment(state.time, world.integration_parameters.dt);
-        state.audit.begin(fields.set, &view, &samples, moment)
+        let now = Now::first(state.time, world.integration_parameters.dt);
+        state.audit.begin(fields.set, &view, &samples, now.moment())
     }
 
     fn begin_soft(
@@ -229,7 +229,8 @@ impl FieldPipeline {
         if world.soft_bodies.is_empty() {
             return Ok(false);
         }
-        self.evaluate_soft(fields, state.time, world)?;
+        let now = Now::first(state.time, world.integration_parameters.dt);
+        self.evaluate_soft(fields, now, world)?;
         Ok(true)
     }
 
@@ -263,7 +264,7 @@ impl FieldPipeline {
         self.weigh(state, world);
         self.see();
         let remade = self.gather(&world.view(), false);
-        let anew = remade || first || self.is_stale(state, &world.view(), dt);
+        let anew = remade || first || self.is_stale(fields.set, state, &world.view(), dt);
         let scheme = fields.settings.scheme;
         // Of other schemes the last step has not put them where they are.
         let there = self.samples.are_placed && scheme == Scheme::KickDriftKick;
@@ -321,9 +322,14 @@ impl FieldPipeline {
     }
 
     /// Whether the evaluation that the last step left does not do for this one.
-    fn is_stale(&self, state: &FieldState, view: &View<'_>, dt: Real) -> bool {
+    fn is_stale(&self, set: &FieldSet, state: &FieldState, view: &View<'_>, dt: Real) -> bool {
         let Some(evaluation) = &state.evaluation else {
             return true;
+        };
+        // Its lifetimes are those of the last step.
+        let both = Span {
+            start: state.time - to_f64(evaluation.dt),
+            end: state.time + to_f64(dt),
         };
         let reads_velocity = self.compiled.reads_velocity;
         let same = |(body, was): (&crate::rigid::Body, &BodyRecord)| {
@@ -333,6 +339,7 @@ impl FieldPipeline {
         };
         evaluation.outdated
             || evaluation.dt != dt
+            || set.changes_in(both)
             || evaluation.bodies != self.samples.bodies
             || !self.bodies.iter().zip(&state.records).all(same)
             || state
@@ -352,14 +359,15 @@ impl FieldPipeline {
         let mut last = state.evaluation.take().unwrap_or_default();
         let all = first || last.bodies != self.samples.bodies;
         let mut evaluation = std::mem::take(&mut self.spare);
-        let outcome = self.evaluate(fields, world, (state.time, dt), &mut evaluation);
+        let now = Now::first(state.time, dt);
+        let outcome = self.evaluate(fields, world, now, &mut evaluation);
         if !self.condemned.is_empty() {
             last.remove(&self.condemned);
         }
         let (view, exact) = (world.view(), self.exact_turns(fields));
         let rules = Self::rules([&self.links, &self.held], exact, fields, world);
         let read = (&self.compiled, &self.samples, &self.bodies[..]);
-        let context = Self::context(&view, read, (state.time, dt), rules);
+        let context = Self::context(&view, read, now, rules);
         let (integrator, warnings) = (&mut self.integrator, &mut self.warnings);
         if outcome.is_ok() {
             let told = (&mut state.stiff, &mut *warnings);
@@ -397,7 +405,7 @@ impl FieldPipeline {
         let (view, dt) = (world.view(), world.integration_parameters.dt);
         let rules = Self::rules([&[], &[]], false, fields, world);
         let read = (&self.compiled, &self.samples, &self.bodies[..]);
-        let context = Self::context(&view, read, (state.time, dt), rules);
+        let context = Self::context(&view, read, Now::first(state.time, dt), rules);
         self.integrator.look_again(
             &context,
             &mut evaluation,
@@ -455,7 +463,7 @@ impl FieldPipeline {
             ..answering(rules, self.on_fault, &sift)
         };
         let read = (&self.compiled, &self.samples, &self.bodies[..]);
-        let context = Self::context(&view, read, (state.time, dt), rules);
+        let context = Self::context(&view, read, Now::first(state.time, dt), rules);
         let (integrator, motions) = (&mut self.integrator, &mut self.motions);
         let outcome = {
             let acts = super::acts(policy, &self.acting);

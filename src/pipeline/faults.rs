@@ -1,11 +1,10 @@
 //! What a step does about forces that cannot be given to Rapier.
 
-use super::stages::moment;
+use super::stages::Now;
 use super::{Definition, FieldPipeline};
 use crate::bridge::{StepError, WorldMut, durations};
 use crate::diagnose::{blame, sifted, warn_of};
 use crate::integrate::{Evaluation, Fault, FaultKind, FaultPolicy, MotionRules, Sift, StepWarning};
-use crate::math::Real;
 use crate::rigid::Wrench;
 
 impl FieldPipeline {
@@ -15,14 +14,14 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         world: &WorldMut<'_>,
-        (time, dt): (f64, Real),
+        now: Now,
         evaluation: &mut Evaluation,
     ) -> Result<(), StepError> {
         let (view, exact) = (world.view(), self.exact_turns(fields));
         loop {
             let rules = Self::rules([&self.links, &self.held], exact, fields, world);
             let read = (&self.compiled, &self.samples, &self.bodies[..]);
-            let context = Self::context(&view, read, (time, dt), rules);
+            let context = Self::context(&view, read, now, rules);
             let outcome = self.integrator.evaluate(&context, &self.seen, evaluation);
             let Err(fault) = outcome else {
                 return Ok(());
@@ -76,12 +75,11 @@ impl FieldPipeline {
     pub(super) fn evaluate_soft(
         &mut self,
         fields: &Definition<'_>,
-        now: f64,
+        now: Now,
         world: &WorldMut<'_>,
     ) -> Result<(), StepError> {
-        let dt = world.integration_parameters.dt;
         let (view, settings) = (world.view(), fields.settings);
-        let moment = moment(now, dt);
+        let moment = now.moment();
         let softs = (&*world.soft_bodies, &view);
         let (compiled, properties) = (&self.compiled, &self.properties);
         let fault = self
@@ -93,7 +91,7 @@ impl FieldPipeline {
         if let Some(fault) = fault {
             self.answer_soft(fields, &fault)?;
         }
-        let duration = durations(settings.scheme, dt)[0];
+        let duration = durations(settings.scheme, now.dt)[0];
         let fault = self
             .softs
             .too_fast(&self.compiled, &view, (moment, duration));

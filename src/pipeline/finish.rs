@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::faults::answering;
-use super::stages::{iterations, moment};
+use super::stages::{Now, iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, Push, StepError, View, WakePolicy, WorldMut};
@@ -90,7 +90,7 @@ impl FieldPipeline {
         let mut written = bridge::restore(world.bodies, &record.overrides);
         bridge::finish(world, &mut open.motions);
         if open.soft {
-            self.evaluate_soft(fields, began + to_f64(dt), world)?;
+            self.evaluate_soft(fields, Now::last(began, dt), world)?;
         }
         let mut verdicts = open.heard.take();
         if open.unasked {
@@ -105,7 +105,7 @@ impl FieldPipeline {
             report.compare_touches(check, records, &world.view(), dt);
         }
         let now = began + to_f64(dt);
-        written += self.finish_bodies(fields, state, (open, now), world)?;
+        written += self.finish_bodies(fields, state, open, world)?;
         state.time = now;
         state.steps += 1;
         written += self.touch(fields, state, (&*open, &verdicts), world);
@@ -119,7 +119,7 @@ impl FieldPipeline {
             let view = world.view();
             let (_, samples) =
                 Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
-            let moment = (moment(now, dt), dt);
+            let moment = (Now::last(began, dt).moment(), dt);
             state
                 .audit
                 .end(&open.tally, fields.set, &view, &samples, moment);
@@ -207,7 +207,7 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
-        (open, now): (&mut OpenStep, f64),
+        open: &mut OpenStep,
         world: &mut WorldMut<'_>,
     ) -> Result<usize, StepError> {
         self.sampled = open.bodies.len();
@@ -230,7 +230,7 @@ impl FieldPipeline {
             self.record_moved(state, &world.view());
             return Ok(0);
         }
-        let dt = open.dt;
+        let now = Now::last(state.time, open.dt);
         let settled = &open.motions.settled;
         if let Some(last) = &mut state.evaluation {
             // No second half is to come for these, so their velocities are to be taken as they are.
@@ -248,7 +248,7 @@ impl FieldPipeline {
         let mut evaluation = std::mem::take(&mut self.spare);
         let mut last = state.evaluation.take();
         self.find_held(fields, world);
-        self.evaluate(fields, world, (now, dt), &mut evaluation)?;
+        self.evaluate(fields, world, now, &mut evaluation)?;
         if !self.condemned.is_empty() {
             let gone: HashSet<_> = self.condemned.iter().collect();
             open.bodies.retain(|it| !gone.contains(&it.handle));
@@ -261,7 +261,7 @@ impl FieldPipeline {
         let rules = Self::rules([&self.links, &self.held], exact, fields, world);
         let rules = answering(rules, self.on_fault, &sift);
         let read = (&self.compiled, &self.samples, &self.bodies[..]);
-        let context = Self::context(&view, read, (now, dt), rules);
+        let context = Self::context(&view, read, now, rules);
         let integrator = &mut self.integrator;
         let known = last
             .as_ref()

@@ -8,7 +8,7 @@ use crate::bridge::{StepError, View};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, WrenchError};
-use crate::field::{FieldSet, Frames, Query, Sampling};
+use crate::field::{FieldSet, Frames, Query, Sampling, Span};
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 use crate::reference::{Fate, Reference};
@@ -302,6 +302,7 @@ impl<'a> Scene<'a> {
             bodies: &self.bodies,
             time: self.time,
             dt: self.dt,
+            span: Span::at(self.time),
             rules: MotionRules {
                 scheme: fields.settings.scheme,
                 exact_turns: false,

@@ -4,7 +4,7 @@ use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
 use crate::compile::{Compiled, Prepared, Reach as Box};
 use crate::contact::Detection;
-use crate::field::{FieldSet, Frame};
+use crate::field::{FieldSet, Frame, Span};
 use crate::integrate::{FASTEST, MotionRules, StepContext, StepWarning, kicked};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
@@ -13,6 +13,37 @@ use crate::sample::{Moment, Properties, Samples};
 
 /// Rapier's speed limit, but for what rounding adds over the iterations of a step.
 const BEYOND_LIMIT: Real = 1.001;
+
+/// A moment of a step.
+#[derive(Clone, Copy)]
+pub(super) struct Now {
+    pub time: f64,
+    pub dt: Real,
+    /// The step.
+    pub span: Span,
+}
+
+impl Now {
+    /// Where a step begins.
+    pub(super) fn first(time: f64, dt: Real) -> Self {
+        let span = Span::step(time, dt);
+        Now { time, dt, span }
+    }
+
+    /// Where a step ends that began at a time.
+    pub(super) fn last(began: f64, dt: Real) -> Self {
+        let span = Span::step(began, dt);
+        let time = span.end;
+        Now { time, dt, span }
+    }
+
+    pub(super) fn moment(self) -> Moment {
+        Moment {
+            span: self.span,
+            ..moment(self.time, self.dt)
+        }
+    }
+}
 
 /// A part of the world, and how far beyond it a body can come into it within a step.
 pub(super) struct Reach {
@@ -136,7 +167,7 @@ impl FieldPipeline {
     pub(super) fn context<'a>(
         view: &'a View<'a>,
         (compiled, samples, bodies): (&'a Compiled, &'a Samples, &'a [Body]),
-        (time, dt): (f64, Real),
+        now: Now,
         rules: MotionRules<'a>,
     ) -> StepContext<'a, View<'a>> {
         StepContext {
@@ -144,8 +175,9 @@ impl FieldPipeline {
             world: view,
             samples,
             bodies,
-            time,
-            dt,
+            time: now.time,
+            dt: now.dt,
+            span: now.span,
             rules,
         }
     }
@@ -306,12 +338,13 @@ impl FieldPipeline {
     }
 }
 
-/// The moment of a step of length `dt`; in one of no length no force acts, and that of a change of
+/// A moment by itself, of a step of length `dt`; in one of no length no force acts, and that of a change of
 /// velocity is to be finite.
 pub(super) fn moment(time: f64, dt: Real) -> Moment {
     Moment {
         time,
         dt: if dt == 0.0 { 1.0 } else { dt },
+        span: Span::at(time),
     }
 }
 

@@ -84,7 +84,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
     fn acting_frame(&self, field: &Field, instance: &Anchor) -> Result<Frame, Fate> {
         let frame = self.frames.frame(&field.anchor.within(instance));
         let frame = frame.ok_or(Fate::AnchorGone)?;
-        if !field.is_on(self.query.time) {
+        if !field.is_on(self.query.span()) {
             return Err(Fate::Off);
         }
         if frame.body.is_some() && frame.body == self.query.body {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::field::Span;
 use crate::math::{ColliderHandle, InteractionGroups, Real, RigidBodyHandle, Vector};
 
 /// Values of the user's axes, by name.
@@ -85,6 +86,8 @@ pub(crate) enum Kind {
 pub(crate) struct Moment {
     pub time: f64,
     pub dt: Real,
+    /// The step whose mean is asked for, or the moment alone.
+    pub span: Span,
 }
 
 /// Whom a sample or source belongs to, as a number that fits into SIMD lanes: a body's index, or

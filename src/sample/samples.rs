@@ -320,6 +320,7 @@ impl Samples {
             world_velocity: to_dvec3(sample.velocity),
             time: moment.time,
             dt: to_f64(moment.dt),
+            step: Some([moment.span.start, moment.span.end]),
             fraction: to_f64(sample.fraction),
             spread: self.spreads[sample.spread as usize],
             radius: to_f64(sample.radius),
@@ -357,7 +358,7 @@ impl Samples {
             ForceMode::Acceleration => coupled * sample.mass,
             ForceMode::VelocityChange => coupled * sample.mass / moment.dt,
         };
-        whole * sample.fraction
+        whole * sample.fraction * from_f64(weighting.lifetime().share_of(moment.span))
     }
 
     /// The sample's coordinate along an axis; only those that do not depend on the frame of the

@@ -73,6 +73,7 @@ mod swept;
 mod terminal_velocities;
 #[cfg(feature = "parallel")]
 mod threads;
+mod timed;
 mod traces;
 mod uneven_ground;
 mod warned;

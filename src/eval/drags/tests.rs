@@ -6,7 +6,7 @@ use super::*;
 use crate::compile::Compiled;
 use crate::eval::Interpreter;
 use crate::eval::wide::tests::{Moving, regions, samples};
-use crate::field::{Dual, Field, FieldSet, Frames, Motion, Turbulence};
+use crate::field::{Dual, Field, FieldSet, Frames, Motion, Span, Turbulence};
 use crate::math::RigidBodyHandle;
 use crate::sample::Moment;
 
@@ -48,7 +48,8 @@ proptest! {
         let compiled = Compiled::new(&set);
         let frames = [Moving.frame(&compiled.anchors[0])];
         let samples = samples(&[numbers, numbers]);
-        let moment = Moment { time: 0.5, dt: 0.25 };
+        let span = Span::at(0.5);
+        let moment = Moment { time: 0.5, dt: 0.25, span };
         let query = samples.query(&samples.list[1], moment);
         let (_, program) = compiled.programs.iter().next().expect("one drag");
         let terms = if all { Terms::All } else { Terms::ThatReadVelocities };

@@ -26,7 +26,7 @@ impl Asked<'_> {
         doubt: &mut Mask<S>,
     ) -> Value<S> {
         let field = &self.program.leaves[leaf];
-        let Some(frame) = self.frame(leaf).filter(|_| field.is_on(self.moment.time)) else {
+        let Some(frame) = self.frame(leaf).filter(|_| field.is_on(self.moment.span)) else {
             return Value::undefined(chunk.simd);
         };
         let local = &Local::new(chunk, frame, self.moment);
@@ -43,7 +43,8 @@ impl Asked<'_> {
         if let Some(limit) = field.limit {
             vector = limited(vector, to_f64(limit), defined, doubt);
         }
-        let weight = chunk.of_each(|sample| weight(field, sample, self.moment));
+        let share = field.lifetime.share_of(self.moment.span);
+        let weight = chunk.of_each(|sample| weight(field, sample, self.moment) * share);
         Value {
             defined,
             vector: times(local.to_world(vector), weight),

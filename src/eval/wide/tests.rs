@@ -10,8 +10,8 @@ use crate::compile::Compiled;
 use crate::eval::Interpreter;
 use crate::eval::lanes::{lanes_of, level};
 use crate::field::{
-    Anchor, Axis, Field, FieldSet, Frame, Frames, Layer, Motion, Operator, Region, Scalar, Tree,
-    Turbulence, real,
+    Anchor, Axis, Field, FieldSet, Frame, Frames, Layer, Motion, Operator, Region, Scalar, Span,
+    Tree, Turbulence, real,
 };
 use crate::math::{Pose, Real, RigidBodyHandle, to_dvec3, to_f64};
 use crate::sample::{Moment, Samples};
@@ -191,6 +191,7 @@ fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
     let moment = Moment {
         time: 0.5,
         dt: 0.25,
+        span: Span::at(0.5),
     };
     let several: Vec<_> = samples.list.iter().collect();
     let mut counts = [0, 0];

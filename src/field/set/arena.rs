@@ -111,12 +111,6 @@ impl Arena {
         }
     }
 
-    /// In how many steps a field still acts, if it is on and that is counted.
-    pub(super) fn steps_mut(&mut self, place: u32) -> Option<&mut u32> {
-        let field = self.field_mut(place).filter(|field| field.enabled)?;
-        field.lifetime.steps.as_mut()
-    }
-
     /// Takes a leaf out and leaves its place empty, for the operation that uses it.
     pub(super) fn vacate(&mut self, place: u32) {
         self.nodes[place as usize] = Node::Vacant;
