@@ -122,6 +122,14 @@ pub enum BuildError {
         /// What is wrong with the mesh.
         fault: MeshFault,
     },
+    /// A region is a surface or a line, or has one among its parts: it holds no points.
+    #[error("{field}: the region is a {shape}, which has no volume: nothing is in it")]
+    FlatRegion {
+        /// The field.
+        field: FieldRef,
+        /// What it is.
+        shape: &'static str,
+    },
     /// A region or formula names an axis nobody declared.
     #[error("{field}: there is no axis `{axis}`; declared are: {declared}")]
     UnknownAxis {
@@ -175,6 +183,7 @@ impl BuildError {
             | BuildError::Expression { field: culprit, .. }
             | BuildError::Parameter { field: culprit, .. }
             | BuildError::MeshRegion { field: culprit, .. }
+            | BuildError::FlatRegion { field: culprit, .. }
             | BuildError::UnknownAxis { field: culprit, .. }
             | BuildError::Reaction { field: culprit }
             | BuildError::DetectionOperand { field: culprit, .. }

@@ -255,6 +255,7 @@ impl Field {
 
     /// Reads the vector as the velocity of a medium, in the field's frame, that drags what it
     /// flows past: (`linear` + `quadratic` |w|) w for the velocity w of the flow past the sample.
+    /// Contacts, drag, magnetic fields and buoyancy are no flows: they are refused with the tree.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

@@ -130,8 +130,8 @@ impl Region {
     ///   folds, which are no planes, and on the walls of holes it is simply a closed set. Its depth
     ///   is that of the point below the ground, or less where the ground is steep anywhere, and
     ///   with holes at most to the end of the next cell.
-    /// - Shapes that are surfaces or lines (a triangle, a polyline) hold nothing: regularised, they
-    ///   are empty.
+    /// - Shapes that are surfaces or lines (a triangle, a segment, a polyline) hold nothing: a field
+    ///   within one, or within a compound with one, is refused ([`BuildError::FlatRegion`]).
     pub fn shape(shape: SharedShape) -> Self {
         Self::solid(Solid::Shape(AnyShape(shape).into()))
     }

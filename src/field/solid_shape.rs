@@ -22,8 +22,8 @@ pub struct SolidShape {
 /// What a shape holds.
 #[derive(Clone, Debug, PartialEq)]
 enum Inside {
-    /// It is a surface, or a line.
-    Nothing,
+    /// It is a surface, or a line; which.
+    Nothing(&'static str),
     /// What Parry says this shape holds: the shape itself, or a mesh made from it.
     Shape(AnyShape),
     /// What is below a height field.
@@ -37,11 +37,8 @@ impl Inside {
         if let Some(ground) = Ground::of(shape) {
             return Inside::Below(ground);
         }
-        let flat = shape.as_triangle().is_some()
-            || shape.as_segment().is_some()
-            || shape.as_polyline().is_some();
-        if flat {
-            return Inside::Nothing;
+        if let Some(kind) = flat(shape) {
+            return Inside::Nothing(kind);
         }
         match shape.as_trimesh() {
             // The user's word that it is wound outwards is taken.
@@ -76,7 +73,7 @@ impl SolidShape {
     /// Visits the surfaces whose inner sides intersect in the solid, in its own frame.
     pub(super) fn for_each_surface(&self, point: DVec3, mut visit: impl FnMut(Surface)) {
         match &self.inside {
-            Inside::Nothing | Inside::Unknown(_) => {
+            Inside::Nothing(_) | Inside::Unknown(_) => {
                 visit(Surface::new(f64::INFINITY, DVec3::ZERO));
             }
             Inside::Shape(AnyShape(shape)) => visit(nearest_surface(shape, point)),
@@ -100,6 +97,10 @@ impl SolidShape {
                 field: field.into(),
                 fault: fault.clone(),
             }),
+            Inside::Nothing(shape) => Err(BuildError::FlatRegion {
+                field: field.into(),
+                shape,
+            }),
             Inside::Below(ground) => ground.validate(field),
             _ => self.validate_parts(field),
         }
@@ -121,6 +122,17 @@ impl SolidShape {
                 grounds as f64,
             )),
         }
+    }
+}
+
+/// What a shape is that holds no points.
+fn flat(shape: &SharedShape) -> Option<&'static str> {
+    let compound = shape.as_compound().map_or(&[][..], |it| it.shapes());
+    match () {
+        () if shape.as_triangle().is_some() => Some("triangle"),
+        () if shape.as_segment().is_some() => Some("segment"),
+        () if shape.as_polyline().is_some() => Some("polyline"),
+        () => compound.iter().find_map(|(_, part)| flat(part)),
     }
 }
 

@@ -240,3 +240,30 @@ fn the_end_of_a_field_wakes_what_rested_under_it() {
     assert!(woken, "what it rests under has changed");
     assert_eq!(fields.set.len(), 0);
 }
+
+/// Contacts and drag are no flows: `contact(…).as_wind(…)` was accepted, and did nothing.
+#[test]
+fn what_is_no_flow_is_refused_as_wind() {
+    let mut world = weightless(0.25);
+    let body = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::ZERO);
+    let collider = world.bodies[body].colliders()[0];
+    let no_flows = [
+        Field::contact(ContactLaw::Paper).at(collider),
+        Field::drag(1.0, 0.0),
+        Field::magnetic(Vector::Y),
+        Field::buoyancy(1.0, 9.81),
+    ];
+    for field in no_flows {
+        match Fields::new(field.as_wind(1.0, 0.0)).err() {
+            Some(BuildError::Misfit { setter, .. }) => assert_eq!(setter, "as_wind"),
+            other => panic!("{other:?}"),
+        }
+    }
+    for flow in [
+        Field::vortex(1.0, 0.0),
+        Field::uniform(Vector::X),
+        Field::spring(1.0),
+    ] {
+        Fields::new(flow.as_wind(1.0, 0.0)).expect("a flow");
+    }
+}

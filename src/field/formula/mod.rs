@@ -159,6 +159,13 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
+    /// Whether its vector may be the velocity of a medium: no answer to a touch, to the velocity of
+    /// the sample or to its volume.
+    fn is_flow(&self) -> bool {
+        use Formula::*;
+        !matches!(self, Contact(_) | Drag(_) | Magnetic(_) | Buoyancy(_))
+    }
+
     /// Whether the vector depends on the volume of the sample.
     pub(crate) fn reads_volume(&self) -> bool {
         match self {
@@ -250,6 +257,13 @@ impl Law for Wind {
         if self.speed_cap.is_nan() || self.speed_cap < 0.0 {
             let value = to_f64(self.speed_cap);
             return Err(bad(field, "the speed cap", "zero or more", value));
+        }
+        if !self.flow.is_flow() {
+            return Err(BuildError::Misfit {
+                field: field.into(),
+                setter: "as_wind",
+                formula: self.flow.kind(),
+            });
         }
         self.flow.validate(field)?;
         self.drag.validate(field)
