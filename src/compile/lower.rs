@@ -42,7 +42,10 @@ impl Lowering<'_> {
         };
         self.lowered.facts = Facts::of_nodes(self.nodes, &below);
         match self.nodes.get(root) {
-            Node::Leaf(field) => self.leaf(root, field, &Anchor::WORLD),
+            Node::Leaf(field) => {
+                let moved = field.at_its_region();
+                self.leaf(root, moved.as_ref().unwrap_or(field), &Anchor::WORLD);
+            }
             Node::Instances { prototype, anchors } => match self.nodes.get(*prototype) {
                 Node::Leaf(field) => {
                     for anchor in anchors.iter() {
@@ -190,10 +193,10 @@ impl Lowering<'_> {
 
     /// Fields that are alike but for their anchor become instances of one program.
     fn instance_of_leaf(&mut self, place: u32, field: &Field, anchor: &Anchor) {
-        let nodes = self.nodes;
         let program = self.lowered.program.get_or_insert_with(|| {
-            let (program, _) = Program::lower(nodes, place);
-            program.about(None, nodes, place)
+            let node = [Node::Leaf(Box::new(field.clone()))];
+            let (program, _) = Program::lower(Nodes(&node), 0);
+            program.about(None, Nodes(&node), 0)
         });
         program.instances.strengths.push(field.strength);
         self.instance(anchor, &[(place, Some(*anchor))]);

@@ -509,6 +509,22 @@ impl Field {
             || self.scale.as_ref().is_some_and(Scalar::reads_parts)
     }
 
+    /// The same field with the place of its region in its anchor instead, if that is no other: zones
+    /// that are alike but for where they are become instances of one. Only in the world's frame, where
+    /// nothing is rounded.
+    pub(crate) fn at_its_region(&self) -> Option<Field> {
+        let of_place = self.anchor != Anchor::WORLD
+            || self.reacts
+            || !self.formula.is_placeless()
+            || !self.scale_is_uniform()
+            || self.region.has_code()
+            || self.axes().any(Axis::reads_frame);
+        let place = self.region.place().filter(|_| !of_place)?;
+        let mut moved = self.clone().at(place);
+        moved.region = moved.region.at(-place);
+        Some(moved)
+    }
+
     /// Whether its scale, if it has one, is the same at all points of a body.
     pub(super) fn scale_is_uniform(&self) -> bool {
         self.scale.as_ref().is_none_or(Scalar::is_uniform)

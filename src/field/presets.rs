@@ -82,8 +82,9 @@ impl Field {
     /// let parcel = RigidBodyBuilder::dynamic().translation(Vector::Y);
     /// let (parcel, _) = world.insert(parcel, ColliderBuilder::cuboid(0.5, 0.5, 0.5).friction(0.0));
     ///
-    /// let above = Region::cuboid(Vector::new(50.0, 1.0, 1.0)).at(Vector::Y * 1.5);
-    /// let mut fields = Fields::new(Field::conveyor(Vector::X * 2.0, 4.0, above))?;
+    /// let above = Region::cuboid(Vector::new(50.0, 1.0, 1.0));
+    /// let belt = Field::conveyor(Vector::X * 2.0, 4.0, above).at(Vector::Y * 1.5);
+    /// let mut fields = Fields::new(belt)?;
     /// for _ in 0..120 {
     ///     fields.step(&mut world)?;
     /// }

@@ -224,6 +224,15 @@ impl Region {
         self
     }
 
+    /// Where its first solid is, if that is not the origin.
+    pub(crate) fn place(&self) -> Option<Vector> {
+        let place = self.steps.iter().find_map(|step| match step {
+            Step::Solid(_, pose) => Some(pose.translation),
+            _ => None,
+        });
+        place.filter(|place| *place != Vector::ZERO)
+    }
+
     /// Points in either region.
     pub fn union(self, other: Region) -> Self {
         self.combine(other, Step::Union)

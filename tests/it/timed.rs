@@ -267,3 +267,52 @@ fn what_is_no_flow_is_refused_as_wind() {
         Fields::new(flow.as_wind(1.0, 0.0)).expect("a flow");
     }
 }
+
+/// `within(region.at(p))` made a program of each zone, to be asked one by one: 42 times the cost of
+/// `within(region).at(p)`. Either is an instance of one program, and pushes alike.
+#[test]
+fn zones_put_by_their_regions_are_instances_of_one() {
+    let half = Vector::new(2.0, 1.0, 3.0);
+    let place = |n: u32| Vector::new(n as Real * 5.0, (n % 7) as Real, (n % 3) as Real);
+    let kinds: [fn(Region) -> Field; 4] = [
+        |region| Field::wind_zone(Vector::X * 3.0, 0.5, 0.25, region),
+        |region| Field::gravity_zone(Vector::Y * 3.0, region),
+        |region| Field::conveyor(Vector::Z * 3.0, 2.0, region),
+        |region| Field::drag(1.0, 0.5).within(region),
+    ];
+    for (number, kind) in kinds.into_iter().enumerate() {
+        let shaft = || Region::cuboid(half).difference(Region::ball(0.5));
+        let mut wrenches = Vec::new();
+        for by_region in [false, true] {
+            let zone = |n: u32| match by_region {
+                true => kind(shaft().at(place(n))),
+                false => kind(shaft()).at(place(n)),
+            };
+            let tree = Tree::fold(Operator::SumUnion, (0..40).map(zone));
+            let fields = Fields::new(tree).expect("a sound tree");
+            let entries = fields.plan().entries.len();
+            assert_eq!(
+                entries,
+                1,
+                "{number}, by the region: {by_region}: {}",
+                fields.plan()
+            );
+            let mut world = weightless(1.0 / 64.0);
+            for n in 0..200 {
+                let at = Vector::new(n as Real, 0.3 + (n % 11) as Real * 0.5, 0.4);
+                insert_ball(&mut world, 2.0, at, Vector::new(0.1, 0.2, -0.3));
+            }
+            let found = fields.sample_all(0.25, &world.bodies, &world.colliders);
+            wrenches.push(found.expect("finite"));
+        }
+        let [by_field, by_region] = &wrenches[..] else {
+            unreachable!()
+        };
+        assert!(
+            by_field
+                .iter()
+                .any(|(_, wrench)| wrench.force != Vector::ZERO)
+        );
+        assert_eq!(by_field, by_region, "{number}");
+    }
+}

@@ -122,6 +122,16 @@ fn hash(point: DVec3, time: f64) -> DVec3 {
     DVec3::new(random.uniform(), random.uniform(), random.uniform())
 }
 
+impl LinearKernel {
+    /// Whether it reads velocities only.
+    pub(super) fn is_placeless(&self) -> bool {
+        let of_place = [self.noise, self.falloff_linear, self.falloff_quadratic];
+        self.coordinates == Coordinates::Cartesian
+            && self.position_multiplier == [Vector::ZERO; 3]
+            && of_place == [Vector::ZERO; 3]
+    }
+}
+
 impl Law for LinearKernel {
     fn kind(&self) -> &'static str {
         "linear kernel"

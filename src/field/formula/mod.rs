@@ -159,6 +159,16 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
+    /// Whether the vector is the same wherever the field's frame stands.
+    pub(crate) fn is_placeless(&self) -> bool {
+        match self {
+            Formula::Uniform(_) | Formula::Drag(_) | Formula::Magnetic(_) => true,
+            Formula::Wind(wind) => wind.flow.is_placeless(),
+            Formula::LinearKernel(kernel) => kernel.is_placeless(),
+            _ => false,
+        }
+    }
+
     /// Whether its vector may be the velocity of a medium: no answer to a touch, to the velocity of
     /// the sample or to its volume.
     fn is_flow(&self) -> bool {
