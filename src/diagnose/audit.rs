@@ -4,7 +4,7 @@ use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::each_trace;
-use crate::field::{Anchor, FieldSet, Frames};
+use crate::field::{Anchor, Field, FieldSet, Frames};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::reference::Fate;
 use crate::rigid::Lookup;
@@ -95,6 +95,16 @@ impl EnergyAudit {
             self.take(world, &tally);
             self.initial = self.kinetic + self.potential;
         }
+        // Lifetimes are those of the step, so what they change has changed between two.
+        for (place, field) in self.fields.iter_mut().enumerate() {
+            let timeless = |field: &Field| field.lifetime.is_timeless();
+            let changes = !set.field(place as u32).is_some_and(timeless);
+            if let Some(potential) = field.potential.as_mut().filter(|_| changes) {
+                let now = tally.potential.get(place).copied().flatten();
+                field.border += now.unwrap_or(0.0) - *potential;
+                *potential = now.unwrap_or(0.0);
+            }
+        }
         tally
     }
 
@@ -124,7 +134,9 @@ impl EnergyAudit {
     fn take(&mut self, world: &impl Lookup, tally: &Tally) {
         let audit = self;
         for (field, potential) in audit.fields.iter_mut().zip(&tally.potential) {
-            field.potential = *potential;
+            // One that has left has none, and its work was not counted.
+            let gone = field.potential.map(|_| 0.0);
+            field.potential = potential.or(gone);
         }
         let dynamic = world.bodies().filter(|(_, body)| body.is_dynamic());
         audit.kinetic = dynamic.map(|(_, body)| to_f64(body.kinetic_energy())).sum();

@@ -13,7 +13,8 @@ use crate::math::{Real, to_f64};
 /// whole or not at all, and so have contacts, which are answered at a moment.
 ///
 /// At the end of the step in which its time or its steps are over, a field leaves its
-/// [set](crate::FieldSet), and its handle finds it no more.
+/// [set](crate::FieldSet), and its handle finds it no more: who goes back in time puts back the set
+/// with the state.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;

@@ -241,6 +241,35 @@ fn the_end_of_a_field_wakes_what_rested_under_it() {
     assert_eq!(fields.set.len(), 0);
 }
 
+/// What a field with a potential gives or takes as it begins and ends is its border work, also in the
+/// steps of which it has a share, and once it has left: what drifts is the error of the scheme.
+#[test]
+fn the_audit_knows_what_windows_give() {
+    for (from, until) in [(0.0, 0.31), (0.105, 0.5), (0.203, 0.2045), (0.25, 0.5)] {
+        let mut world = weightless(1.0 / 128.0);
+        insert_ball(&mut world, 1.0, Vector::X, Vector::Y);
+        let pull = Field::spring(9.0).lifetime(Lifetime::between(from, until));
+        let tree = pull.sum_union(Field::spring(1.0));
+        let fields = Fields::builder(tree).audit(true).build();
+        let mut fields = fields.expect("a sound tree");
+        let mut largest = 0.0_f64;
+        for _ in 0..128 {
+            fields.step(&mut world).expect("a step");
+            let drift = fields.audit().expect("switched on").drift;
+            largest = largest.max(if drift.is_nan() {
+                f64::INFINITY
+            } else {
+                drift.abs()
+            });
+        }
+        // Of 5 J; (ωh)²/8 of it.
+        assert_at_most(largest, 4e-3, format!("{from} to {until}"));
+        let audit = fields.audit().expect("switched on");
+        let border: f64 = audit.fields.iter().map(|field| field.border.abs()).sum();
+        assert!(border > 1e-5, "{from} to {until}: {border}");
+    }
+}
+
 /// Contacts and drag are no flows: `contact(…).as_wind(…)` was accepted, and did nothing.
 #[test]
 fn what_is_no_flow_is_refused_as_wind() {
