@@ -43,10 +43,18 @@ use crate::threads::Pool;
 ///   are not sampled.
 /// - Links of multibodies, which ignore impulses, are pushed by [`Scheme::ExternalForce`] whatever
 ///   the scheme.
-/// - The particles of soft bodies are samples of the particle's mass, without charge. They take
-///   half an impulse before and half after Rapier's step (with `Kick` and `ExternalForce` the
-///   whole before), for two evaluations. A soft body that sleeps is left asleep, but by
-///   [`WakePolicy::Always`].
+/// - The particles of soft bodies are samples of the particle's mass, without charge, for two evaluations a
+///   step. Of a force that reads no velocities they take half an impulse before and half after Rapier's
+///   step (with `Kick` and `ExternalForce` the whole before). Drag, wind, and all else that acts on a
+///   particle in them, are a force during Rapier's step: the mean along the way of a free particle, exact in
+///   the velocity with gravity and damping, whatever the scheme. So a particle that is held by a pin, a
+///   contact or its neighbours feels of a drag of rate k a part less, k·dt/2 where that is small, and no more
+///   than what brings it to the speed of the flow within a step. A soft body that sleeps is left asleep,
+///   but by [`WakePolicy::Always`].
+/// - The volume of a particle is a quarter of each cell that it is a corner of, as the cells are now. Without
+///   cells, what a closed surface encloses is shared out to its particles by the area around them. Open
+///   sheets and ropes have no volume, whatever their contact skin: they displace nothing, which
+///   [`StepWarning::NoVolume`](crate::StepWarning::NoVolume) says where a field acts on volumes.
 /// - Only bodies that feel something are written to, once before and once after Rapier's step.
 /// - A force that is not finite, or too large for any velocity, never reaches Rapier: the
 ///   [`FaultPolicy`](crate::FaultPolicy) says what happens to the body.

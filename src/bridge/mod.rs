@@ -7,6 +7,8 @@ mod restless;
 mod rollback;
 mod sleep;
 mod soft;
+mod soft_load;
+mod soft_volume;
 mod world;
 mod write;
 
@@ -19,7 +21,8 @@ pub(crate) use read::{Reader, Wanted, is_movable};
 pub(crate) use restless::{Balance, Drowsing};
 pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;
-pub(crate) use soft::{SoftBodies, durations};
+pub(crate) use soft::SoftBodies;
+pub(crate) use soft_load::{LentForces, SoftFlight, give_back};
 pub(crate) use world::View;
 pub(crate) use write::{
     ForceOverride, Hit, Push, apply, finish, let_precess, place, push, quarantine, restore, rouse,

@@ -1,10 +1,13 @@
-//! Soft bodies: each of their particles is a sample, and takes impulses.
+//! Soft bodies: each of their particles is a sample, and takes impulses and loads.
 
 use super::sleep::WakePolicy;
+use super::soft_load::{LentForces, Sampled, SoftFlight, lend};
+use super::soft_volume::{bounds, volumes};
 use crate::compile::Compiled;
 use crate::eval::Evaluator;
 use crate::field::Frames;
-use crate::integrate::{FASTEST, Fault, FaultKind, Scheme};
+use crate::integrate::{Durations, FASTEST, Fault, FaultKind};
+use crate::integrate::{ParticleMotion, ParticleState, Particles};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
 use crate::rigid::Wrench;
@@ -16,14 +19,26 @@ pub(crate) struct SoftBodies {
     evaluator: Evaluator,
     samples: Samples,
     forces: Vec<Wrench>,
-    /// Which soft bodies the samples are of, with the number of their first.
-    bodies: Vec<(SoftBodyHandle, usize)>,
+    particles: Particles,
+    /// By place, as all that follows.
+    states: Vec<ParticleState>,
+    motions: Vec<ParticleMotion>,
+    /// Whether something was left out of the force.
+    left_out: Vec<bool>,
+    /// A buffer, by particle.
+    volumes: Vec<Real>,
+    /// Which soft bodies the samples are of.
+    bodies: Vec<Sampled>,
     /// Those that are to be disabled.
     condemned: Vec<SoftBodyHandle>,
     /// The roots of those that are not finite: they are left to Rapier, which disables them.
     pub unsound: Vec<RigidBodyHandle>,
+    /// The roots of those without a volume, within the reach of a field that acts on volumes.
+    pub without_volume: Vec<RigidBodyHandle>,
     /// As they were before the step.
     before: Vec<(SoftBodyHandle, SoftBody)>,
+    /// A buffer for what an open step owns.
+    pub spare: SoftFlight,
 }
 
 impl SoftBodies {
@@ -33,15 +48,16 @@ impl SoftBodies {
         compiled: &Compiled,
         properties: &Properties,
         (softs, frames): (&SoftBodySet, &impl Frames),
-        moment: Moment,
+        (moment, gravity): (Moment, Vector),
         policy: WakePolicy,
     ) -> Option<Fault> {
-        let samples = &mut self.samples;
-        samples.clear();
-        properties.of_world(samples);
+        self.samples.clear();
+        properties.of_world(&mut self.samples);
+        self.states.clear();
         self.bodies.clear();
         self.condemned.clear();
         self.unsound.clear();
+        self.without_volume.clear();
         for (handle, soft) in softs.iter() {
             let sleeps = soft.is_sleeping() && policy != WakePolicy::Always;
             if !soft.is_enabled() || sleeps {
@@ -51,31 +67,112 @@ impl SoftBodies {
                 self.unsound.push(soft.root_body());
                 continue;
             }
-            self.bodies.push((handle, samples.list.len()));
-            gather(soft, samples);
+            self.bodies.push(Sampled {
+                handle,
+                topology: soft.topology_version(),
+                first: self.states.len(),
+            });
+            let displaced = compiled.requirements.displaced;
+            self.gather(soft, gravity, displaced);
+            let flat = || self.volumes.iter().all(|volume| *volume == 0.0);
+            if displaced && flat() && compiled.displaces_near(frames, bounds(soft)) {
+                self.without_volume.push(soft.root_body());
+            }
         }
+        let samples = &mut self.samples;
         samples.sites = samples.list.len();
         samples.number();
+        self.left_out.clear();
+        self.left_out.resize(samples.list.len(), false);
         let forces = &mut self.forces;
         self.evaluator
             .wrenches(compiled, frames, samples, moment, forces);
         Fault::of_wrenches(forces, compiled, frames, samples, moment)
     }
 
-    /// The particles that would be too fast after the forces have acted for some time.
+    /// One sample per particle, each a body of its own to the evaluator.
+    fn gather(&mut self, soft: &SoftBody, gravity: Vector, displaced: bool) {
+        if displaced {
+            volumes(soft, &mut self.volumes);
+        }
+        let (samples, settings) = (&mut self.samples, soft.particle_settings());
+        let (root, total) = (soft.root_body(), soft.mass());
+        for (number, particle) in soft.particles().iter().enumerate() {
+            let mut sample = SamplePoint::at_rest(samples.bodies.len() as u32, owner(Some(root)));
+            sample.world_point = particle.position();
+            sample.velocity = particle.velocity();
+            sample.radius = soft.particle_radius();
+            sample.mass = particle.mass();
+            if displaced {
+                sample.volume = self.volumes[number];
+            }
+            sample.share = if total > 0.0 {
+                particle.mass() / total
+            } else {
+                0.0
+            };
+            self.states.push(ParticleState {
+                inv_mass: particle.inv_mass(),
+                velocity: particle.velocity(),
+                own: particle.force() + gravity * (settings.gravity_scale * particle.mass()),
+                damping: settings.linear_damping,
+            });
+            samples.centres.push(sample);
+            samples.list.push(SamplePoint {
+                kind: Kind::Particle,
+                ..sample
+            });
+            samples.bodies.push(root);
+        }
+    }
+
+    /// Works out the motion of all particles from the forces: before Rapier's step or, of those that were
+    /// loaded in it, after that.
+    pub(crate) fn move_all(
+        &mut self,
+        world: (&Compiled, &impl Frames),
+        moment: Moment,
+        (durations, flight): (Durations, Option<&SoftFlight>),
+    ) {
+        let sampled = (&self.samples, moment);
+        let forces = (&self.forces[..], &self.left_out[..]);
+        self.particles.couple(world, sampled, forces);
+        self.motions.clear();
+        for (number, body) in self.bodies.iter().enumerate() {
+            let loaded = flight.map(|flight| flight.of(*body));
+            for (particle, place) in self.places(number).enumerate() {
+                let of = (&self.states[place], self.forces[place].force);
+                self.motions.push(match loaded {
+                    None => self.particles.first(place, of, durations),
+                    Some(None) => ParticleMotion::NONE,
+                    Some(Some(loaded)) => {
+                        let was = loaded.get(particle).and_then(Option::as_ref);
+                        // What was left out of its force now, it has had for the whole step.
+                        match was.is_some() && self.left_out[place] {
+                            true => ParticleMotion::NONE,
+                            false => self.particles.second(place, of, was, durations),
+                        }
+                    }
+                });
+            }
+        }
+    }
+
+    /// The places of the particles of a body, by its number.
+    fn places(&self, number: usize) -> std::ops::Range<usize> {
+        let next = self.bodies.get(number + 1);
+        self.bodies[number].first..next.map_or(self.states.len(), |next| next.first)
+    }
+
+    /// The particles that would be too fast.
     pub(crate) fn too_fast(
         &self,
-        compiled: &Compiled,
-        frames: &impl Frames,
-        (moment, duration): (Moment, Real),
+        (compiled, frames): (&Compiled, &impl Frames),
+        moment: Moment,
     ) -> Option<Fault> {
-        let speed = |place: usize| {
-            let centre = &self.samples.centres[place];
-            let kick = self.forces[place].force * duration / centre.mass;
-            (centre.velocity + kick).length()
-        };
-        let bears = |place: &usize| self.forces[*place] == Wrench::ZERO || speed(*place) <= FASTEST;
-        let places = (0..self.forces.len()).filter(|place| !bears(place));
+        let speed = |place: usize| self.motions[place].speed(&self.states[place]);
+        let bears = |place: &usize| self.motions[*place].is_none() || speed(*place) <= FASTEST;
+        let places = (0..self.motions.len()).filter(|place| !bears(place));
         let places: Vec<usize> = places.collect();
         let kind = FaultKind::TooFast {
             speed: speed(*places.first()?),
@@ -88,20 +185,22 @@ impl SoftBodies {
     pub(crate) fn leave_out(&mut self, fault: &Fault, left: &[Wrench]) {
         for (place, left) in fault.places.iter().zip(left) {
             self.forces[*place] = *left;
+            self.left_out[*place] = true;
         }
     }
 
     /// Has the soft bodies of a fault disabled, and not pushed.
     pub(crate) fn condemn(&mut self, fault: &Fault) {
         for place in &fault.places {
-            let owner = self.bodies.partition_point(|(_, first)| first <= place);
-            let (handle, first) = self.bodies[owner - 1];
+            let number = self.bodies.partition_point(|it| it.first <= *place) - 1;
+            let handle = self.bodies[number].handle;
             if self.condemned.contains(&handle) {
                 continue;
             }
             self.condemned.push(handle);
-            let end = self.bodies.get(owner).map_or(self.forces.len(), |it| it.1);
-            self.forces[first..end].fill(Wrench::ZERO);
+            let places = self.places(number);
+            self.forces[places.clone()].fill(Wrench::ZERO);
+            self.left_out[places].fill(true);
         }
     }
 
@@ -127,45 +226,60 @@ impl SoftBodies {
         self.before.extend(copies);
     }
 
-    /// Gives the particles what was worked out before Rapier's step.
+    /// Gives the particles what was worked out before Rapier's step; `lent`: what is to be taken back of
+    /// that after it.
     pub(crate) fn first_half(
-        &self,
-        (scheme, policy): (Scheme, WakePolicy),
-        dt: Real,
+        &mut self,
+        policy: WakePolicy,
         softs: &mut SoftBodySet,
-    ) {
-        self.push(durations(scheme, dt)[0], policy, softs);
+        lent: &mut Vec<LentForces>,
+    ) -> SoftFlight {
+        let mut flight = std::mem::take(&mut self.spare);
+        let loads = |motion: &ParticleMotion| matches!(motion, ParticleMotion::Load { .. });
+        flight.clear();
+        if self.motions.iter().any(loads) {
+            lend(softs, lent);
+            lent.retain(|forces| !self.condemned.contains(&forces.body));
+            for (place, motion) in self.motions.iter().enumerate() {
+                let coupling = self.particles.couplings.get(place).copied().flatten();
+                flight.loaded.push(coupling.filter(|_| loads(motion)));
+            }
+            flight.bodies.extend_from_slice(&self.bodies);
+        }
+        self.push(policy, softs);
         self.quarantine(softs);
+        flight
     }
 
-    /// The second half of the kick; returns how many particles took it.
-    pub(crate) fn second_half(
-        &self,
-        (scheme, policy): (Scheme, WakePolicy),
-        dt: Real,
-        softs: &mut SoftBodySet,
-    ) -> usize {
-        let pushed = match durations(scheme, dt)[1] {
-            0.0 => 0,
-            duration => self.push(duration, policy, softs),
-        };
+    /// The second half of the motion; returns how many particles took it.
+    pub(crate) fn second_half(&self, policy: WakePolicy, softs: &mut SoftBodySet) -> usize {
+        let pushed = self.push(policy, softs);
         self.quarantine(softs);
         pushed
     }
 
-    fn push(&self, duration: Real, policy: WakePolicy, softs: &mut SoftBodySet) -> usize {
+    fn push(&self, policy: WakePolicy, softs: &mut SoftBodySet) -> usize {
         let wake = policy == WakePolicy::Always;
         let mut pushed = 0;
-        for (handle, first) in &self.bodies {
-            let Some(soft) = softs.get_mut(*handle) else {
+        for (number, body) in self.bodies.iter().enumerate() {
+            let Some(soft) = softs.get_mut(body.handle) else {
                 continue;
             };
-            let forces = self.forces[*first..].iter();
-            for (particle, wrench) in (0..soft.num_particles()).zip(forces) {
-                if wrench.force != Vector::ZERO {
-                    soft.apply_particle_impulse(particle, wrench.force * duration, wake);
-                    pushed += 1;
+            for (particle, place) in self.places(number).enumerate() {
+                let motion = &self.motions[place];
+                if motion.is_none() {
+                    continue;
                 }
+                match *motion {
+                    ParticleMotion::Kick(change) => {
+                        let mass = self.samples.centres[place].mass;
+                        soft.apply_particle_impulse(particle, change * mass, wake);
+                    }
+                    ParticleMotion::Load { force, .. } => {
+                        soft.add_particle_force(particle, force, wake);
+                    }
+                }
+                pushed += 1;
             }
         }
         pushed
@@ -192,14 +306,6 @@ impl SoftBodies {
     }
 }
 
-/// For how long the forces act before Rapier's step, and after it.
-pub(crate) fn durations(scheme: Scheme, dt: Real) -> [Real; 2] {
-    match scheme {
-        Scheme::Kick | Scheme::ExternalForce => [dt, 0.0],
-        _ => [dt * 0.5; 2],
-    }
-}
-
 /// Has Rapier bring colliders after the particles in its next step. Pinned particles may have targets,
 /// which this would forget.
 fn has_moved(soft: &mut SoftBody) {
@@ -214,28 +320,4 @@ fn has_moved(soft: &mut SoftBody) {
 fn is_sound(soft: &SoftBody) -> bool {
     let mut states = soft.particle_positions().zip(soft.particle_velocities());
     states.all(|(position, velocity)| position.is_finite() && velocity.is_finite())
-}
-
-/// One sample per particle, each a body of its own to the evaluator.
-fn gather(soft: &SoftBody, samples: &mut Samples) {
-    let root = soft.root_body();
-    let total = soft.mass();
-    for (number, particle) in soft.particles().iter().enumerate() {
-        let mut sample = SamplePoint::at_rest(samples.bodies.len() as u32, owner(Some(root)));
-        sample.world_point = soft.particle_position(number);
-        sample.velocity = soft.particle_velocity(number);
-        sample.radius = soft.particle_radius();
-        sample.mass = particle.mass();
-        sample.share = if total > 0.0 {
-            particle.mass() / total
-        } else {
-            0.0
-        };
-        samples.centres.push(sample);
-        samples.list.push(SamplePoint {
-            kind: Kind::Site,
-            ..sample
-        });
-        samples.bodies.push(root);
-    }
 }

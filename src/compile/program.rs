@@ -56,6 +56,12 @@ struct Places {
 }
 
 impl Program {
+    /// Whether any force depends on the volume of what it acts on.
+    pub(crate) fn displaces(&self) -> bool {
+        let mut formulas = self.leaves.iter().map(|leaf| &leaf.formula);
+        self.has_force && formulas.any(|formula| formula.reads_volume())
+    }
+
     /// The strength of a leaf of an instance.
     pub(crate) fn strength(&self, instance: usize, leaf: usize) -> Real {
         let own = self.instances.strengths.get(instance);

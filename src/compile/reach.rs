@@ -3,7 +3,7 @@
 use super::compiled::Compiled;
 use super::facts::Facts;
 use crate::field::{Frame, Frames};
-use crate::math::Real;
+use crate::math::{Real, Vector};
 use crate::rapier::parry::bounding_volume::Aabb;
 
 /// Where forces can be felt.
@@ -27,6 +27,23 @@ impl Compiled {
             .find(|(_, source)| moves(source.anchor))?;
         let frame = world.frame(&self.anchors[source.anchor as usize])?;
         Some((frame, batch.range.unwrap_or(Real::INFINITY)))
+    }
+
+    /// Whether a force on volumes may be felt anywhere in a box.
+    pub(crate) fn displaces_near(&self, world: &impl Frames, [low, high]: [Vector; 2]) -> bool {
+        let programs = self.programs.iter().map(|(_, program)| program);
+        let mut displacing = programs.filter(|program| program.displaces());
+        displacing.any(|program| {
+            let reach = program.reach.unwrap_or(Real::INFINITY);
+            let mut centres = program.instances.centres.iter();
+            centres.any(|centre| {
+                let frame = world.frame(&self.anchors[*centre as usize]);
+                frame.is_some_and(|frame| {
+                    let centre = frame.pose.translation;
+                    (centre.clamp(low, high) - centre).length() <= reach
+                })
+            })
+        })
     }
 
     /// Where any force can be felt, the anchors being where they are in `world`. Looks up only

@@ -45,8 +45,7 @@ impl SamplingRequirements {
         if program.has_force {
             wanted.add(program.how);
             wanted.points = wanted.has_many();
-            let mut formulas = program.leaves.iter().map(|leaf| &leaf.formula);
-            wanted.displaced |= formulas.any(|formula| formula.reads_volume());
+            wanted.displaced |= program.displaces();
         }
         wanted
     }

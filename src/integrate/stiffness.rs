@@ -175,6 +175,13 @@ pub enum StepWarning {
         /// The field.
         field: String,
     },
+    /// A soft body that encloses no volume, a sheet or a rope, is within the reach of a field that acts on
+    /// volumes, such as [buoyancy](crate::Field::buoyancy): it displaces nothing, and feels nothing of it.
+    #[error("{body:?} is a soft body without a volume: it displaces nothing")]
+    NoVolume {
+        /// The root of the soft body.
+        body: RigidBodyHandle,
+    },
     /// Fields answer contacts that Rapier solved as well: its step was not given the
     /// [hooks](crate::OpenStep::hooks) of the open step.
     #[error(

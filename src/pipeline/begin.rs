@@ -60,13 +60,16 @@ impl FieldPipeline {
             self.rollback.restore(&mut world);
         }
         let (idle, sleepers) = begun?;
-        if soft {
-            let (scheme, policy) = (fields.settings.scheme, fields.settings.wake);
+        let soft = soft.then(|| {
+            let record = state
+                .open
+                .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
+            let policy = fields.settings.wake;
             let refuses = self.on_fault == FaultPolicy::Refuse;
             self.softs.take(refuses.then_some(world.soft_bodies));
-            self.softs
-                .first_half((scheme, policy), dt, world.soft_bodies);
-        }
+            let lent = &mut record.lent;
+            self.softs.first_half(policy, world.soft_bodies, lent)
+        });
         if !idle || !self.motions.turns.is_empty() {
             self.note_kicks(fields, state.evaluation.as_ref(), &world);
         }
@@ -230,7 +233,7 @@ impl FieldPipeline {
             return Ok(false);
         }
         let now = Now::first(state.time, world.integration_parameters.dt);
-        self.evaluate_soft(fields, now, world)?;
+        self.move_soft(fields, now, world, None)?;
         Ok(true)
     }
 
@@ -615,4 +618,5 @@ fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
 fn take_back(open: &OpenRecord, world: &mut WorldMut<'_>) {
     bridge::restore(world.bodies, &open.overrides);
     bridge::let_precess(world.bodies, &open.steady);
+    bridge::give_back(world.soft_bodies, &open.lent);
 }

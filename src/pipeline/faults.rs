@@ -2,9 +2,11 @@
 
 use super::stages::Now;
 use super::{Definition, FieldPipeline};
-use crate::bridge::{StepError, WorldMut, durations};
+use crate::bridge::{SoftFlight, StepError, WorldMut};
 use crate::diagnose::{blame, sifted, warn_of};
-use crate::integrate::{Evaluation, Fault, FaultKind, FaultPolicy, MotionRules, Sift, StepWarning};
+use crate::integrate::{
+    Durations, Evaluation, Fault, FaultKind, FaultPolicy, MotionRules, Sift, StepWarning,
+};
 use crate::rigid::Wrench;
 
 impl FieldPipeline {
@@ -71,31 +73,43 @@ impl FieldPipeline {
         Ok(())
     }
 
-    /// Works out the forces on the particles of soft bodies.
-    pub(super) fn evaluate_soft(
+    /// Works out the motion of the particles of soft bodies: before Rapier's step, or after that of a
+    /// `flight`.
+    pub(super) fn move_soft(
         &mut self,
         fields: &Definition<'_>,
         now: Now,
         world: &WorldMut<'_>,
+        flight: Option<&SoftFlight>,
     ) -> Result<(), StepError> {
         let (view, settings) = (world.view(), fields.settings);
         let moment = now.moment();
-        let softs = (&*world.soft_bodies, &view);
-        let (compiled, properties) = (&self.compiled, &self.properties);
-        let fault = self
-            .softs
-            .evaluate(compiled, properties, softs, moment, settings.wake);
+        let fault = self.softs.evaluate(
+            &self.compiled,
+            &self.properties,
+            (&*world.soft_bodies, &view),
+            (moment, world.gravity),
+            settings.wake,
+        );
         let unsound = self.softs.unsound.iter();
         self.warnings
             .extend(unsound.map(|body| StepWarning::NotFinite { body: *body }));
+        if flight.is_none() {
+            let flat = self.softs.without_volume.iter();
+            self.warnings
+                .extend(flat.map(|body| StepWarning::NoVolume { body: *body }));
+        }
         if let Some(fault) = fault {
             self.answer_soft(fields, &fault)?;
         }
-        let duration = durations(settings.scheme, now.dt)[0];
-        let fault = self
-            .softs
-            .too_fast(&self.compiled, &view, (moment, duration));
-        fault.map_or(Ok(()), |fault| self.answer_soft(fields, &fault))
+        let how = (Durations::new(settings.scheme, now.dt), flight);
+        self.softs.move_all((&self.compiled, &view), moment, how);
+        let fault = self.softs.too_fast((&self.compiled, &view), moment);
+        if let Some(fault) = fault {
+            self.answer_soft(fields, &fault)?;
+            self.softs.move_all((&self.compiled, &view), moment, how);
+        }
+        Ok(())
     }
 
     fn answer_soft(&mut self, fields: &Definition<'_>, fault: &Fault) -> Result<(), StepError> {

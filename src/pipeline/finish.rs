@@ -41,7 +41,7 @@ impl FieldPipeline {
         let outcome = self.finish_all(fields, state, (&mut open, &record), &mut world);
         if outcome.is_err() {
             open.rollback.restore(&mut world);
-            if open.soft {
+            if open.soft.is_some() {
                 self.softs.restore(world.soft_bodies);
             }
             state.evaluation = None;
@@ -53,6 +53,7 @@ impl FieldPipeline {
         self.spare_record = record;
         self.motions = open.motions;
         self.rollback = open.rollback;
+        self.softs.spare = open.soft.unwrap_or_default();
         self.late_bodies = std::mem::replace(&mut self.bodies, open.bodies);
         outcome
     }
@@ -89,8 +90,9 @@ impl FieldPipeline {
         let began = state.time;
         let mut written = bridge::restore(world.bodies, &record.overrides);
         bridge::finish(world, &mut open.motions);
-        if open.soft {
-            self.evaluate_soft(fields, Now::last(began, dt), world)?;
+        bridge::give_back(world.soft_bodies, &record.lent);
+        if let Some(flight) = &open.soft {
+            self.move_soft(fields, Now::last(began, dt), world, Some(flight))?;
         }
         let mut verdicts = open.heard.take();
         if open.unasked {
@@ -125,11 +127,9 @@ impl FieldPipeline {
                 .end(&open.tally, fields.set, &view, &samples, moment);
         }
         let mut particles = 0;
-        if open.soft {
-            let (scheme, policy) = (fields.settings.scheme, fields.settings.wake);
-            particles = self
-                .softs
-                .second_half((scheme, policy), dt, world.soft_bodies);
+        if open.soft.is_some() {
+            let policy = fields.settings.wake;
+            particles = self.softs.second_half(policy, world.soft_bodies);
         }
         bridge::quarantine(world.bodies, &self.condemned);
         Ok(StepOutcome {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::bridge::Rollback;
+use crate::bridge::{Rollback, SoftFlight};
 use crate::contact::{Claims, Heard, Listening, Pairs, Starts, StepHooks};
 use crate::cross_check::Expected;
 use crate::diagnose::Tally;
@@ -35,8 +35,8 @@ pub struct OpenStep {
     pub(super) expected: Option<Expected>,
     /// What the fields did when the step began, if there is an audit.
     pub(super) tally: Tally,
-    /// Whether particles of soft bodies were pushed.
-    pub(super) soft: bool,
+    /// How particles of soft bodies were pushed, if there are any.
+    pub(super) soft: Option<SoftFlight>,
     /// Whether sleepers are looked at.
     pub(super) sleepers: bool,
     pub(super) claims: Arc<Claims>,

@@ -137,7 +137,7 @@ impl FieldPipeline {
         let sample = |sample: &SamplePoint| BodySample {
             sampling: match sample.kind {
                 Kind::Centre => Sampling::Centre,
-                Kind::Site => Sampling::Parts,
+                Kind::Site | Kind::Particle => Sampling::Parts,
                 Kind::Volume => Sampling::Volume,
                 Kind::Surface => Sampling::Surface,
             },

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::bridge::{Drowsing, ForceOverride, Resting};
+use crate::bridge::{Drowsing, ForceOverride, LentForces, Resting};
 use crate::contact::{HandOver, Listening};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::EnergyAudit;
@@ -80,12 +80,15 @@ pub(crate) struct OpenRecord {
     pub overrides: Vec<ForceOverride>,
     /// Bodies whose gyroscopic term is off for the step.
     pub steady: Vec<RigidBodyHandle>,
+    /// Those of soft bodies.
+    pub lent: Vec<LentForces>,
 }
 
 impl OpenRecord {
     pub(crate) fn clear(&mut self) {
         self.overrides.clear();
         self.steady.clear();
+        self.lent.clear();
     }
 }
 

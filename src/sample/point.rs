@@ -77,6 +77,8 @@ impl SamplePoint {
 pub(crate) enum Kind {
     Centre,
     Site,
+    /// Of a soft body: one sample, of whatever kind.
+    Particle,
     Volume,
     Surface,
 }

@@ -265,7 +265,9 @@ impl Samples {
             Sampling::Surface => Kind::Surface,
             Sampling::Auto | Sampling::Parts => Kind::Site,
         };
-        kind == sample.kind
+        // The whole of a particle is the centre, which is another sample.
+        let is_particle = sample.kind == Kind::Particle && kind != Kind::Centre;
+        is_particle || kind == sample.kind
     }
 
     /// Whether a term that is sampled like this takes any samples but sites.

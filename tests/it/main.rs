@@ -66,6 +66,7 @@ mod sampling;
 mod saved_trees;
 mod sleep;
 mod snapshots;
+mod soft_bodies;
 mod stiff;
 mod stiff_closed_forms;
 mod study;

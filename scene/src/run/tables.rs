@@ -372,6 +372,7 @@ pub fn body_of(warning: &StepWarning) -> Option<RigidBodyHandle> {
         | StepWarning::ToleranceMissed { body, .. }
         | StepWarning::HitInStiffField { body, .. }
         | StepWarning::NotFinite { body }
+        | StepWarning::NoVolume { body }
         | StepWarning::SpeedCapped { body, .. }
         | StepWarning::LeftOut { body, .. }
         | StepWarning::Quarantined { body, .. }

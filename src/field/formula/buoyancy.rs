@@ -19,7 +19,7 @@ use crate::math::{DVec3, Real, to_f64};
 /// collider is exact. A sample that stands for a piece of a part counts as a layer of the piece's volume and of a thickness t
 /// with the piece's second moment along ŷ: V(h) = V h/t for 0 ≤ h = t/2 − y ≤ t; so the pieces of
 /// an upright cuboid displace without gaps. Potential density · gravity · ∫V dh. Parts without a
-/// volume feel nothing.
+/// volume feel nothing. Particles of soft bodies count as balls of their [volume](crate::Fields).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",

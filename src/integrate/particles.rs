@@ -1,0 +1,186 @@
+//! Particles of soft bodies in fields.
+//!
+//! A force that reads no velocities is an impulse before Rapier's step and another after it. One that
+//! does is a load: its mean along the way on which the particle would go freely under it, gravity, the
+//! user's force and damping, put where Rapier puts gravity. So drag sees the velocity that gravity leaves,
+//! into however many iterations Rapier divides its step.
+
+use super::coupling::{Besides, Coupling};
+use super::jacobian::by_velocity;
+use super::scheme::Scheme;
+use crate::compile::Compiled;
+use crate::eval::Lineariser;
+use crate::field::Frames;
+use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::rapier::na::{Matrix3, Vector6};
+use crate::rigid::{Mobility, Wrench, of_wrench, pair, six};
+use crate::sample::{Moment, Samples};
+
+/// A particle as it is when a half of a step begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ParticleState {
+    /// Zero if nothing moves it.
+    pub inv_mass: Real,
+    pub velocity: Vector,
+    /// Gravity and the user's force.
+    pub own: Vector,
+    pub damping: Real,
+}
+
+/// What fields do to a particle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum ParticleMotion {
+    /// A change of velocity.
+    Kick(Vector),
+    /// A force during Rapier's step, and the velocity that the particle has after it if nothing holds it.
+    Load { force: Vector, arrives: Vector },
+}
+
+impl ParticleMotion {
+    pub(crate) const NONE: ParticleMotion = ParticleMotion::Kick(Vector::ZERO);
+
+    pub(crate) fn is_none(&self) -> bool {
+        matches!(self, ParticleMotion::Kick(change) if *change == Vector::ZERO)
+    }
+
+    /// How fast it makes a particle.
+    pub(crate) fn speed(&self, state: &ParticleState) -> Real {
+        match self {
+            ParticleMotion::Kick(change) => (state.velocity + *change).length(),
+            ParticleMotion::Load { arrives, .. } => arrives.length(),
+        }
+    }
+}
+
+/// For how long a force that reads no velocities acts before Rapier's step, and any after it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Durations {
+    pub whole: Real,
+    pub before: Real,
+    pub after: Real,
+}
+
+impl Durations {
+    pub(crate) fn new(scheme: Scheme, dt: Real) -> Self {
+        let (before, after) = match scheme {
+            Scheme::Kick | Scheme::ExternalForce => (dt, 0.0),
+            _ => (dt * 0.5, dt * 0.5),
+        };
+        Durations {
+            whole: dt,
+            before,
+            after,
+        }
+    }
+}
+
+/// How the forces on particles change with their velocities; keeps its buffers between calls.
+#[derive(Default)]
+pub(crate) struct Particles {
+    lineariser: Lineariser,
+    /// By place; empty if no field reads velocities.
+    pub couplings: Vec<Option<Coupling>>,
+}
+
+impl Particles {
+    /// Works out the derivatives of the forces by velocity, but of those of which something was
+    /// `left_out`.
+    pub(crate) fn couple(
+        &mut self,
+        world: (&Compiled, &impl Frames),
+        (samples, moment): (&Samples, Moment),
+        (forces, left_out): (&[Wrench], &[bool]),
+    ) {
+        self.couplings.clear();
+        if !world.0.reads_velocity {
+            return;
+        }
+        self.lineariser.prepare(world.0, world.1);
+        for (place, force) in forces.iter().enumerate() {
+            let coupling = (!left_out[place]).then(|| {
+                let (part, slope) =
+                    by_velocity(&mut self.lineariser, world, samples, place, moment);
+                let at = six(to_dvec3(samples.centres[place].velocity), DVec3::ZERO);
+                let felt = slope.is_finite() && !slope.is_zero();
+                felt.then(|| Coupling::new((&part, slope), &of_wrench(*force), at))
+            });
+            self.couplings.push(coupling.flatten());
+        }
+    }
+
+    fn coupling(&self, place: usize) -> Option<&Coupling> {
+        self.couplings.get(place)?.as_ref()
+    }
+
+    /// What is done to a particle before Rapier's step.
+    pub(crate) fn first(
+        &self,
+        place: usize,
+        (state, force): (&ParticleState, Vector),
+        durations: Durations,
+    ) -> ParticleMotion {
+        if state.inv_mass == 0.0 || durations.whole == 0.0 {
+            return ParticleMotion::NONE;
+        }
+        let coupling = self.coupling(place);
+        let load = coupling.and_then(|coupling| state.load(coupling, to_f64(durations.whole)));
+        load.unwrap_or(ParticleMotion::Kick(
+            force * durations.before * state.inv_mass,
+        ))
+    }
+
+    /// What is done to it after that; `was`: how it was loaded. Then it has had the force at its start all
+    /// the step, and half of what this has changed by with the place and the time is left.
+    pub(crate) fn second(
+        &self,
+        place: usize,
+        (state, force): (&ParticleState, Vector),
+        was: Option<&Coupling>,
+        durations: Durations,
+    ) -> ParticleMotion {
+        if state.inv_mass == 0.0 || durations.after == 0.0 {
+            return ParticleMotion::NONE;
+        }
+        let now = six(to_dvec3(state.velocity), DVec3::ZERO);
+        let coupling = self.coupling(place);
+        let is = coupling.map_or_else(|| six(to_dvec3(force), DVec3::ZERO), |it| it.at(&now));
+        let had = was.map_or_else(Vector6::zeros, |was| was.at(&now));
+        let (change, duration) = (is - had, to_f64(durations.after));
+        let mean = coupling.and_then(|coupling| {
+            let (mobility, none) = (state.mobility(), Besides::default());
+            coupling.mean(&mobility, &change, &none, duration)
+        });
+        let (mean, _) = pair(&mean.unwrap_or(change));
+        ParticleMotion::Kick(from_dvec3(mean * (duration * to_f64(state.inv_mass))))
+    }
+}
+
+impl ParticleState {
+    fn mobility(&self) -> Mobility {
+        Mobility {
+            inv_mass: DVec3::splat(to_f64(self.inv_mass)),
+            inv_inertia: Matrix3::zeros(),
+        }
+    }
+
+    /// The load with which Rapier arrives at the velocity that the forces lead to. Rapier damps a velocity
+    /// at the end of its step.
+    fn load(&self, coupling: &Coupling, dt: f64) -> Option<ParticleMotion> {
+        let mass = to_f64(self.inv_mass).recip();
+        let (velocity, own) = (to_dvec3(self.velocity), to_dvec3(self.own));
+        let damping = to_f64(self.damping);
+        let besides = Besides {
+            pull: six(own, DVec3::ZERO),
+            damping: [damping, 0.0],
+            momentum: six(velocity * mass, DVec3::ZERO),
+        };
+        let here = coupling.at(&six(velocity, DVec3::ZERO));
+        let (mean, _) = pair(&coupling.mean(&self.mobility(), &here, &besides, dt)?);
+        let arrives = velocity + mean * (dt / mass);
+        let force = (arrives * (1.0 + dt * damping) - velocity) * (mass / dt) - own;
+        let [force, arrives] = [force, arrives].map(from_dvec3);
+        force
+            .is_finite()
+            .then_some(ParticleMotion::Load { force, arrives })
+    }
+}
