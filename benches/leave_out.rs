@@ -307,6 +307,85 @@ fn gas(count: usize, half_extent: Real) -> Vec<Variant> {
     answered(&world, ContactLaw::elastic(), 20)
 }
 
+/// Shapes of which each body has its own.
+const SHAPES: [(&str, fn() -> SharedShape); 5] = [
+    ("balls", || SharedShape::ball(0.5)),
+    ("cubes", || SharedShape::cuboid(0.5, 0.5, 0.5)),
+    ("capsules", || SharedShape::capsule_y(0.4, 0.3)),
+    ("cylinders", || SharedShape::cylinder(0.5, 0.4)),
+    ("hulls", || {
+        let corners = [0.0, 2.1, 4.2].map(|turn: Real| Vector::new(turn.cos(), -0.4, turn.sin()));
+        SharedShape::convex_hull(&[corners.as_slice(), &[Vector::Y]].concat()).expect("a hull")
+    }),
+];
+
+fn insert_shape(world: &mut PhysicsWorld, number: usize, shape: SharedShape) -> RigidBodyHandle {
+    let cell = [number % 20, number / 20 % 20, number / 400].map(|n| n as Real);
+    let body = RigidBodyBuilder::dynamic().translation(Vector::from_array(cell) * 3.0);
+    world
+        .insert(body.can_sleep(false), ColliderBuilder::new(shape))
+        .0
+}
+
+/// The first step of fields in a world: each body is of a shape that was made for it.
+fn first_steps(count: usize) -> Vec<Variant> {
+    let first = |(name, shape): (&'static str, fn() -> SharedShape)| {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::ZERO;
+        for number in 0..count {
+            insert_shape(&mut world, number, shape());
+        }
+        world.step();
+        variant(name, move || {
+            let wind = Field::wind(Vector::X * 1e-3, 0.1, 0.0);
+            let mut fields = Fields::new(wind).expect("a sound tree");
+            fields.step(&mut world).expect("finite fields");
+        })
+    };
+    SHAPES.map(first).into()
+}
+
+/// Bodies of all shapes in drag, of which five go and five come before each step.
+fn comings_and_goings(count: usize) -> Vec<Variant> {
+    let rate: Real = 0.1;
+    let coming = |name, mut step: Box<dyn FnMut(&mut PhysicsWorld)>| {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::ZERO;
+        let of = |number: usize| SHAPES[number % SHAPES.len()].1();
+        let bodies = (0..count).map(|number| insert_shape(&mut world, number, of(number)));
+        let mut bodies: Vec<_> = bodies.collect();
+        let mut next = 0;
+        variant(name, move || {
+            for number in (0..5).map(|more| (next + more) % count) {
+                world.remove_body(bodies[number]);
+                bodies[number] = insert_shape(&mut world, number, of(number));
+            }
+            next = (next + 5) % count;
+            step(&mut world);
+        })
+    };
+    let by_hand = move |world: &mut PhysicsWorld| {
+        let left = (-rate * world.integration_parameters.dt).exp();
+        for (_, body) in world.bodies.iter_mut() {
+            let velocity = body.linvel() * left;
+            body.set_linvel(velocity, false);
+        }
+        world.step();
+    };
+    let drag = Field::drag(rate, 0.0).force_mode(ForceMode::Acceleration);
+    let mut fields = Fields::new(drag).expect("a sound tree");
+    vec![
+        coming("by hand", Box::new(by_hand)),
+        coming("Rapier alone", Box::new(PhysicsWorld::step)),
+        coming(
+            "drag",
+            Box::new(move |world| {
+                fields.step(world).expect("finite fields");
+            }),
+        ),
+    ]
+}
+
 fn main() {
     for (name, sleeps) in [("awake", false), ("that may sleep", true)] {
         let [few, many] = if sleeps { [500, 100] } else { [50, 10] };
@@ -335,6 +414,10 @@ fn main() {
     compare("edits among 100,000 leaves", 5, || edits(100_000));
     compare("wells, 2,000 balls", 20, || choice(2_000));
     compare("drag, 2,000 balls", 20, || drag(2_000));
+    compare("first steps of 2,000 bodies", 1, || first_steps(2_000));
+    compare("five of 2,000 bodies go and come", 5, || {
+        comings_and_goings(2_000)
+    });
     compare("change tracking, 2,000 balls", 20, || {
         change_tracking(2_000)
     });

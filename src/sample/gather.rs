@@ -280,7 +280,7 @@ impl Making<'_> {
         alone: bool,
     ) {
         let local_pose = collider.position_wrt_parent().copied();
-        let (local_point, radius) = middle(collider);
+        let (local_point, radius) = self.shapes.middle(handle, collider);
         let body_point = local_pose
             .unwrap_or(Pose::IDENTITY)
             .transform_point(local_point);
@@ -377,7 +377,7 @@ impl Making<'_> {
         };
         let local_pose = collider.position_wrt_parent().copied();
         let local_pose = local_pose.unwrap_or(Pose::IDENTITY);
-        let (middle, _) = middle(collider);
+        let (middle, _) = self.shapes.middle(handle, collider);
         for (kind, _) in wanted_kinds {
             let (part, of_volume) = ((handle, collider), kind == Kind::Volume);
             let Some(rule) = self.shapes.rule(part, of_volume, middle) else {
@@ -412,19 +412,6 @@ impl Making<'_> {
                 cells,
             });
         }
-    }
-}
-
-/// Where a collider is sampled, in its own frame, and the radius it is taken to have.
-fn middle(collider: &Collider) -> (Vector, Real) {
-    if let Some(ball) = collider.shape().as_ball() {
-        return (Vector::ZERO, ball.radius);
-    }
-    let bounds = collider.shape().compute_local_bounding_sphere();
-    if bounds.radius.is_finite() {
-        (bounds.center, bounds.radius)
-    } else {
-        (Vector::ZERO, 0.0)
     }
 }
 

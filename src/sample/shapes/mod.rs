@@ -1,5 +1,8 @@
-//! At which points the shapes of colliders are sampled: worked out once per shape, and kept.
+//! At which points the shapes of colliders are sampled: worked out once for all shapes that are alike,
+//! and kept as long as a collider has one of them.
 
+mod content;
+mod kinds;
 mod mesh;
 mod moments;
 mod rule;
@@ -13,31 +16,26 @@ use super::part_shape::{Mesh, PartSolid};
 use crate::math::{ColliderHandle, DVec3, Real, SharedShape, Vector, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
-use moments::Moments;
+use kinds::{Kinds, Known};
 pub(super) use rule::Rule;
 
 /// The samples of all shapes met so far.
 #[derive(Debug, Default)]
 pub(crate) struct Shapes {
-    known: Coarena<Option<Known>>,
+    colliders: Coarena<Option<Met>>,
+    kinds: Kinds,
     /// What a grid around a ball holds of it, the same for all balls.
     ball: Option<Arc<Content>>,
     /// That of a ball of radius one.
     ball_mesh: Option<Arc<Mesh>>,
 }
 
-/// What is known of the shape of a collider.
+/// The shape of a collider.
 #[derive(Clone, Debug)]
-struct Known {
+struct Met {
     /// Kept, so that whoever changes the shape gets a copy, and the collider another pointer.
     shape: SharedShape,
-    ball: (Vector, Real),
-    moments: Option<Moments>,
-    volume: Option<Arc<Rule>>,
-    surface: Option<Arc<Rule>>,
-    cells: Option<Cells>,
-    /// `None` if it is still to be made.
-    solid: Option<PartSolid>,
+    kind: usize,
 }
 
 impl Shapes {
@@ -47,9 +45,20 @@ impl Shapes {
             return std::f64::consts::PI * 4.0 / 3.0 * to_f64(ball.radius).powi(3);
         }
         let known = self.known(handle, collider);
-        known
-            .and_then(|known| known.moments.as_ref())
-            .map_or(0.0, |moments| moments.measure)
+        let moments = known.and_then(|known| known.moments());
+        moments.map_or(0.0, |moments| moments.measure)
+    }
+
+    /// Where a collider is sampled, in its own frame, and the radius it is taken to have.
+    pub(super) fn middle(&mut self, handle: ColliderHandle, collider: &Collider) -> (Vector, Real) {
+        if let Some(ball) = collider.shape().as_ball() {
+            return (Vector::ZERO, ball.radius);
+        }
+        let ball = self.bounding_ball(handle, collider);
+        match ball.1.is_finite() {
+            true => ball,
+            false => (Vector::ZERO, 0.0),
+        }
     }
 
     /// A ball around a collider, in its frame; infinite around what has no bounds.
@@ -70,17 +79,24 @@ impl Shapes {
         middle: Vector,
     ) -> Option<Arc<Rule>> {
         let known = self.known(handle, collider)?;
-        let (shape, moments) = (&known.shape, known.moments.as_ref());
-        let rule = match of_volume {
-            true => &mut known.volume,
-            false => &mut known.surface,
+        let made = match of_volume {
+            true => &known.volume,
+            false => &known.surface,
         };
-        let make = || match of_volume {
-            true => moments.and_then(|moments| volume::rule(shape, moments)),
+        if let Some(rule) = made {
+            return Some(rule.clone());
+        }
+        let shape = &known.shape;
+        let rule = match of_volume {
+            true => known.moments().and_then(|it| volume::rule(shape, it)),
             false => surface::rule(shape),
         };
-        let or_single = || Arc::new(make().unwrap_or_else(|| Rule::single(middle)));
-        Some(rule.get_or_insert_with(or_single).clone())
+        let rule = Arc::new(rule.unwrap_or_else(|| Rule::single(middle)));
+        match of_volume {
+            true => known.volume = Some(rule.clone()),
+            false => known.surface = Some(rule.clone()),
+        }
+        Some(rule)
     }
 
     /// The cells a collider can be cut into, if it has a volume.
@@ -99,10 +115,8 @@ impl Shapes {
         }
         let known = self.known(handle, collider)?;
         if known.cells.is_none() {
-            known.cells = known
-                .moments
-                .as_ref()
-                .and_then(|moments| volume::cells(&known.shape, moments));
+            let moments = known.moments();
+            known.cells = moments.and_then(|moments| volume::cells(&known.shape, moments));
         }
         known.cells.clone()
     }
@@ -126,21 +140,23 @@ impl Shapes {
 
     fn known(&mut self, handle: ColliderHandle, collider: &Collider) -> Option<&mut Known> {
         let shape = collider.shared_shape();
-        let known = self.known.get(handle.0).and_then(Option::as_ref);
-        let same = known.is_some_and(|known| std::ptr::addr_eq(&*known.shape.0, &*shape.0));
-        if !same {
-            let bounds = shape.compute_local_bounding_sphere();
-            let known = Known {
-                shape: shape.clone(),
-                ball: (bounds.center, bounds.radius),
-                moments: Moments::of(shape),
-                volume: None,
-                surface: None,
-                cells: None,
-                solid: None,
-            };
-            self.known.insert(handle.0, Some(known));
-        }
-        self.known.get_mut(handle.0)?.as_mut()
+        let met = self.colliders.get(handle.0).and_then(Option::as_ref);
+        let same = met.filter(|met| std::ptr::addr_eq(&*met.shape.0, &*shape.0));
+        let kind = match same {
+            Some(met) => met.kind,
+            None => {
+                let kind = self.kinds.take(shape);
+                let shape = shape.clone();
+                // A collider that is gone left its place to this one.
+                let place = handle.0.into_raw_parts().0;
+                let before = self.colliders.get_unknown_gen(place);
+                if let Some(before) = before.and_then(Option::as_ref) {
+                    self.kinds.release(before.kind);
+                }
+                self.colliders.insert(handle.0, Some(Met { shape, kind }));
+                kind
+            }
+        };
+        self.kinds.get_mut(kind)
     }
 }
