@@ -124,6 +124,7 @@ impl Kinds {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Pose;
     use crate::rapier::parry::shape::TriMeshFlags;
 
     impl Kinds {
@@ -145,7 +146,10 @@ mod tests {
             SharedShape::trimesh_with_flags(points, corners, flags).expect("a triangle")
         };
         let heap = |x| {
-            let part = (Vector::Y.into(), SharedShape::capsule_y(x, 0.2));
+            let part = (
+                Pose::from_translation(Vector::Y),
+                SharedShape::capsule_y(x, 0.2),
+            );
             SharedShape::compound(vec![part])
         };
         let makes: [&dyn Fn() -> SharedShape; 12] = [
