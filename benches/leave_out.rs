@@ -307,8 +307,10 @@ fn gas(count: usize, half_extent: Real) -> Vec<Variant> {
     answered(&world, ContactLaw::elastic(), 20)
 }
 
+type MakeShape = fn() -> SharedShape;
+
 /// Shapes of which each body has its own.
-const SHAPES: [(&str, fn() -> SharedShape); 5] = [
+const SHAPES: [(&str, MakeShape); 5] = [
     ("balls", || SharedShape::ball(0.5)),
     ("cubes", || SharedShape::cuboid(0.5, 0.5, 0.5)),
     ("capsules", || SharedShape::capsule_y(0.4, 0.3)),
@@ -329,7 +331,7 @@ fn insert_shape(world: &mut PhysicsWorld, number: usize, shape: SharedShape) -> 
 
 /// The first step of fields in a world: each body is of a shape that was made for it.
 fn first_steps(count: usize) -> Vec<Variant> {
-    let first = |(name, shape): (&'static str, fn() -> SharedShape)| {
+    let first = |(name, shape): (&'static str, MakeShape)| {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;
         for number in 0..count {
