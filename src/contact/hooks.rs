@@ -9,7 +9,9 @@ use super::starts::Starts;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, ColliderSet, Real, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle, RigidBodyType};
-use crate::rapier::geometry::{NarrowPhase, Shape, ShapeType, SolverFlags};
+use crate::rapier::geometry::{
+    Collider, ContactPair, NarrowPhase, Shape, ShapeType, SolverContact, SolverFlags,
+};
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::pipeline::{
     ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks,
@@ -310,29 +312,44 @@ impl PhysicsHooks for StepHooks<'_> {
     }
 }
 
-/// Whether Rapier holds a touching pair that fields claim and listen for, of which a body is awake, and
-/// which has not parted since, so that it is to ask about it in its next step.
-pub(crate) fn is_to_ask(claims: &Claims, narrow_phase: &NarrowPhase, world: &impl Lookup) -> bool {
-    let awake = |collider: ColliderHandle| {
-        let body = world.collider(collider).and_then(|it| it.parent());
-        let body = body.and_then(|body| world.body(body));
+/// A touching pair that Rapier is to ask about, if it holds one.
+pub(crate) fn to_ask(
+    claims: &Claims,
+    narrow_phase: &NarrowPhase,
+    world: &impl Lookup,
+) -> Option<[ColliderHandle; 2]> {
+    if claims.is_empty() {
+        return None;
+    }
+    let mut pairs = narrow_phase.contact_pairs();
+    let found = pairs.find(|pair| is_asked_about(claims, pair, world))?;
+    Some([found.collider1, found.collider2])
+}
+
+/// Whether Rapier's step has worked out a pair about which it was [to ask](to_ask) before: it touches
+/// still, and its bodies slept neither before nor after. What was removed, moved away, disabled, made a
+/// sensor, joined or filtered meanwhile is not asked about.
+pub(crate) fn was_to_ask(
+    claims: &Claims,
+    [one, two]: [ColliderHandle; 2],
+    narrow_phase: &NarrowPhase,
+    world: &impl Lookup,
+) -> bool {
+    let pair = narrow_phase.contact_pair(one, two);
+    pair.is_some_and(|pair| is_asked_about(claims, pair, world))
+}
+
+/// Whether a pair touches, fields claim it and listen for it, and a body of it is awake.
+fn is_asked_about(claims: &Claims, pair: &ContactPair, world: &impl Lookup) -> bool {
+    let handles = [pair.collider1, pair.collider2];
+    let colliders = handles.map(|handle| Some((handle, world.collider(handle)?)));
+    let colliders = || colliders.iter().flatten();
+    let awake = |(_, collider): &(_, &Collider)| {
+        let body = collider.parent().and_then(|body| world.body(body));
         body.is_some_and(|body| body.is_dynamic() && !body.is_sleeping())
     };
-    let close = |colliders: [ColliderHandle; 2]| {
-        let boxes = colliders.map(|it| world.collider(it).map(|it| it.compute_aabb()));
-        matches!(boxes, [Some(one), Some(other)] if one.intersects(&other))
-    };
-    !claims.is_empty()
-        && narrow_phase.contact_pairs().any(|pair| {
-            let colliders = [pair.collider1, pair.collider2];
-            let listens = |handle: ColliderHandle| {
-                let collider = world.collider(handle);
-                collider.is_some_and(|it| claims.listens(handle, it))
-            };
-            pair.has_any_active_contact()
-                && colliders.into_iter().any(listens)
-                && colliders.into_iter().any(awake)
-                && claims.law(colliders).is_some()
-                && close(colliders)
-        })
+    pair.has_any_active_contact()
+        && colliders().any(|(handle, collider)| claims.listens(*handle, collider))
+        && colliders().any(awake)
+        && claims.law(handles).is_some()
 }

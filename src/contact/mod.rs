@@ -43,7 +43,7 @@ pub(crate) use claims::{Claims, Listening, is_dominated};
 pub(crate) use detector::Detector;
 pub(crate) use event::report;
 pub(crate) use hand_over::{Given, HandOver};
-pub(crate) use hooks::{Heard, Verdicts, is_to_ask};
+pub(crate) use hooks::{Heard, Verdicts, to_ask, was_to_ask};
 pub(crate) use jointed::Joints;
 pub(crate) use resting::HeldPairs;
 pub(crate) use rules::{Pairs, Rules, in_order};

@@ -7,7 +7,7 @@ use super::stages::{Now, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
-use crate::contact::{Arrival, Heard, KickShare, Pairs, is_to_ask};
+use crate::contact::{Arrival, Heard, KickShare, Pairs, to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames, Span};
 use crate::integrate::{
@@ -75,7 +75,7 @@ impl FieldPipeline {
         }
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);
-        let to_ask = is_to_ask(&self.claims, world.narrow_phase, &world.view());
+        let to_ask = to_ask(&self.claims, world.narrow_phase, &world.view());
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));

@@ -10,6 +10,7 @@ use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, Push, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{
     FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, Verdicts, is_dominated, report,
+    was_to_ask,
 };
 use crate::cross_check::Stepped;
 use crate::diagnose::{blame, sifted};
@@ -84,7 +85,9 @@ impl FieldPipeline {
             let report = &mut state.cross_check;
             report.compare(settings, expected, &after, pose_before);
         }
-        if open.to_ask && !*open.heard.asked.get_mut() {
+        if let Some(pair) = open.to_ask.filter(|_| !*open.heard.asked.get_mut())
+            && was_to_ask(&open.claims, pair, world.narrow_phase, &world.view())
+        {
             self.warnings.push(StepWarning::HooksNotGiven);
         }
         let began = state.time;

@@ -7,7 +7,7 @@ use crate::contact::{Claims, Heard, Listening, Pairs, Starts, StepHooks};
 use crate::cross_check::Expected;
 use crate::diagnose::Tally;
 use crate::integrate::{FaultPolicy, Motions};
-use crate::math::Real;
+use crate::math::{ColliderHandle, Real};
 use crate::rapier::pipeline::PhysicsHooks;
 use crate::rigid::Body;
 
@@ -46,8 +46,8 @@ pub struct OpenStep {
     pub(super) released: Pairs,
     /// Pairs that fields have given back to Rapier while they last.
     pub(super) given: Pairs,
-    /// Whether Rapier is to ask about claimed contacts.
-    pub(super) to_ask: bool,
+    /// A claimed pair that Rapier is to ask about.
+    pub(super) to_ask: Option<[ColliderHandle; 2]>,
     /// Whether there are claimed contacts about which Rapier need not ask.
     pub(super) unasked: bool,
     pub(super) heard: Heard,
