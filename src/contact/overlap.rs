@@ -279,8 +279,10 @@ impl PlacedShape {
         let skins = self.skin + other.skin;
         let placed = near.iter().map(|point| point.placed(&relative));
         let placed = placed.filter(|point| point.depth + skins > 0.0);
+        // The middle is that of the skins, which lie on the surfaces along the normal.
+        let off = (self.skin - other.skin) * 0.5;
         points.extend(placed.map(|point| OverlapPoint {
-            world_point: self.pose.transform_point(point.world_point),
+            world_point: (self.pose).transform_point(point.world_point + point.world_normal * off),
             world_normal: self.pose.rotation * point.world_normal,
             depth: point.depth + skins,
         }));

@@ -61,6 +61,8 @@ pub(super) struct Member {
     /// From the centre of mass to the collider's frame, in the body's axes.
     pub arm: DVec3,
     pub shape: Form,
+    /// Its `contact_skin`: it touches that much before its surface does.
+    pub skin: f64,
     /// What holds it, if its body stood still over Rapier's step.
     pub bounds: Option<Aabb>,
 }
@@ -68,7 +70,7 @@ pub(super) struct Member {
 /// What a part is to a swept detection.
 #[derive(Clone, Debug)]
 pub(super) enum Form {
-    /// Exact.
+    /// Exact. The radius is that with the skin.
     Ball { radius: f64, shape: SharedShape },
     /// Exact against balls while it does not turn. Its normal is in the body's axes.
     Plane { normal: DVec3, shape: Solid },
@@ -147,17 +149,19 @@ impl SweptBodies {
         }
         let bounds = still_at.map(|pose| bounds_of(collider, pose));
         let pose = to_dpose3(local);
+        // Parry panics at what is negative.
+        let skin = to_f64(collider.contact_skin().max(0.0));
         let solid = || {
             let bounds = collider.shape().compute_local_bounding_sphere();
             Solid {
                 shape: collider.shared_shape().clone(),
                 rotation: pose.rotation,
-                reach: to_f64(bounds.center.length() + bounds.radius),
+                reach: to_f64(bounds.center.length() + bounds.radius) + skin,
             }
         };
         let shape = if let Some(ball) = collider.shape().as_ball() {
             Form::Ball {
-                radius: to_f64(ball.radius),
+                radius: to_f64(ball.radius) + skin,
                 shape: collider.shared_shape().clone(),
             }
         } else if let Some(plane) = collider.shape().as_halfspace() {
@@ -172,6 +176,7 @@ impl SweptBodies {
             part,
             arm: pose.translation - local_com,
             shape,
+            skin,
             bounds,
         });
     }
@@ -194,7 +199,7 @@ impl SweptBodies {
 fn bounds_of(collider: &Collider, pose: &Pose) -> Aabb {
     let own = collider.shape().compute_aabb(pose);
     let far = own.mins.abs().max(own.maxs.abs()).max_element();
-    own.loosened(64.0 * Real::EPSILON * far)
+    own.loosened(64.0 * Real::EPSILON * far + collider.contact_skin().max(0.0))
 }
 
 impl Form {
@@ -304,13 +309,16 @@ impl SweptBody {
             off <= ROUNDINGS * to_f64(Real::EPSILON) * expected.length()
         });
         let turn = free.and_then(|turn| {
-            let ends = [begin, self.end.rotation];
-            let momentum = if turn.mean == turn.momentum {
-                turn.mean
-            } else {
-                rotor.momentum_between(ends, turn.mean, dt)?
+            let freely = |momentum| Turn::freely(&rotor, begin, momentum, [0.0, dt]);
+            let end = self.end.rotation;
+            // Rapier's solver also moves what overlaps apart, and leaves its velocity alone.
+            let arrives = |turn: &Turn| {
+                let off = turn.attitude(dt, 0.0).angle_between(end);
+                off <= ROUNDINGS * to_f64(Real::EPSILON)
             };
-            Turn::freely(&rotor, begin, momentum, [0.0, dt])
+            let own = || freely(turn.mean).filter(arrives);
+            let own = (turn.mean == turn.momentum).then(own).flatten();
+            own.or_else(|| freely(rotor.momentum_between([begin, end], turn.mean, dt)?))
         });
         self.path.turn = turn.unwrap_or_else(|| Turn::Steady {
             attitude: begin,

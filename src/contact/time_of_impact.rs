@@ -161,6 +161,7 @@ fn plane(
     span: [f64; 2],
 ) -> Option<f64> {
     let normal = a.track.path.attitude(span[0]) * normal;
+    let radius = radius + a.member.skin;
     let path = &b.track.path;
     let approach = Approach::new(&a, &b, span);
     let arm = b.member.arm.length();
@@ -230,7 +231,7 @@ fn within_reach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> Withi
     WithinReach {
         speed,
         tolerance,
-        near: speed * (span[1] - span[0]) * 1.01 + tolerance,
+        near: speed * (span[1] - span[0]) * 1.01 + tolerance + skins(a, b),
     }
 }
 
@@ -242,8 +243,19 @@ fn shapes(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> Option<f64>
         near,
     } = within_reach(a, b, span);
     first_touch_of_distance(span, tolerance, speed, |time| {
-        Some(to_f64(contact(a, b, time, near, DVec3::ZERO)?.dist))
+        let dist = contact(a, b, time, near, DVec3::ZERO)?.dist;
+        Some(to_f64(dist) - skins(a, b))
     })
+}
+
+/// The skins of two parts, together.
+fn skins(a: MovingShape<'_>, b: MovingShape<'_>) -> f64 {
+    a.member.skin + b.member.skin
+}
+
+/// From the middle of the surfaces of two parts to that of their skins, along the normal.
+fn between_skins(a: MovingShape<'_>, b: MovingShape<'_>) -> f64 {
+    0.5 * (a.member.skin - b.member.skin)
 }
 
 fn finite_reach(shape: &Form) -> f64 {
@@ -361,17 +373,23 @@ pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<Co
         a.place(time),
         a.pose(time).rotation * own_rotation(forms[0]),
     );
-    let margin = from_f64((flat - depth).max(0.0));
+    let margin = from_f64((flat - depth).max(0.0) + skins(a, b));
     let all = manifold_points(shapes, &relative, margin);
     let all = all.iter().filter_map(|point| {
         let point = point.placed(&relative);
+        let normal = (rotation * to_dvec3(point.world_normal)).try_normalize()?;
+        let middle = origin + rotation * to_dvec3(point.world_point);
         Some(ContactPoint {
-            point: origin + rotation * to_dvec3(point.world_point),
-            normal: (rotation * to_dvec3(point.world_normal)).try_normalize()?,
-            depth: to_f64(point.depth),
+            point: middle + normal * between_skins(a, b),
+            normal,
+            depth: to_f64(point.depth) + skins(a, b),
         })
     });
-    let all: Vec<_> = all.filter(|point| point.point.is_finite()).collect();
+    let mut all: Vec<_> = all.filter(|point| point.point.is_finite()).collect();
+    let deepest = (0..all.len()).max_by(|a, b| all[*a].depth.total_cmp(&all[*b].depth));
+    if let Some(deepest) = deepest {
+        all.swap(0, deepest);
+    }
     if all.len() > 1 { all } else { first }
 }
 
@@ -402,7 +420,7 @@ fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoin
         (first, _) => {
             let size = finite_reach(first) + finite_reach(&b.member.shape);
             let apart = to_f64(Real::EPSILON).sqrt() * size;
-            let near = 16.0 * apart;
+            let near = 16.0 * apart + skins(a, b);
             let found = contact(a, b, time, near, DVec3::ZERO)?;
             // Of parts that touch, rounding makes up the normal. A little way back it is known to
             // the root of a rounding, about as well as it can be.
@@ -413,10 +431,11 @@ fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoin
             let rotation = a.pose(time).rotation * own_rotation(first);
             let origin = a.place(time);
             let middle = (to_dvec3(found.point1) + to_dvec3(found.point2)) * 0.5;
+            let normal = (rotation * to_dvec3(normal)).try_normalize()?;
             Some(ContactPoint {
-                point: origin + rotation * middle,
-                normal: (rotation * to_dvec3(normal)).try_normalize()?,
-                depth: -to_f64(found.dist),
+                point: origin + rotation * middle + normal * between_skins(a, b),
+                normal,
+                depth: skins(a, b) - to_f64(found.dist),
             })
         }
     }
@@ -441,7 +460,7 @@ fn on_plane(
 ) -> ContactPoint {
     let normal = a.track.path.attitude(time) * normal;
     let centre = b.place(time);
-    let depth = radius - (centre - a.place(time)).dot(normal);
+    let depth = radius + a.member.skin - (centre - a.place(time)).dot(normal);
     ContactPoint {
         point: centre - normal * (radius - depth * 0.5),
         normal,

@@ -92,6 +92,17 @@ impl Turn {
         Turn::freely(rotor, attitude, momentum, span).unwrap_or(steady)
     }
 
+    /// The rotation from body to world at a time, of one that begins at `from`.
+    pub(super) fn attitude(&self, time: f64, from: f64) -> DQuat {
+        match self {
+            Turn::Steady { attitude, angvel } if *angvel == DVec3::ZERO => *attitude,
+            Turn::Steady { attitude, angvel } => {
+                DQuat::from_scaled_axis(*angvel * (time - from)) * *attitude
+            }
+            Turn::Free(top) => top.attitude(time),
+        }
+    }
+
     /// A free rotation of known angular momentum.
     pub(super) fn freely(
         rotor: &Rotor,
@@ -123,13 +134,7 @@ impl Path {
 
     /// The rotation from body to world.
     pub(super) fn attitude(&self, time: f64) -> DQuat {
-        let unbent = match &self.turn {
-            Turn::Steady { attitude, angvel } if *angvel == DVec3::ZERO => *attitude,
-            Turn::Steady { attitude, angvel } => {
-                DQuat::from_scaled_axis(*angvel * (time - self.from)) * *attitude
-            }
-            Turn::Free(top) => top.attitude(time),
-        };
+        let unbent = self.turn.attitude(time, self.from);
         self.bend
             .map_or(unbent, |bend| bend.rotation(time) * unbent)
     }
