@@ -125,7 +125,12 @@ fn both(
         return verdict;
     };
     let other_way = turned(&by_normal) > bands.normal;
-    if !bands.knows_normal() || other_way && placed.is_as_shallow(our.world_normal, depth, bands) {
+    // Two different normals may both be right.
+    let either_will_do = |their: Vector| {
+        let mut both = [our.world_normal, their].into_iter();
+        both.all(|normal| placed.is_as_shallow(normal, depth, bands))
+    };
+    if !bands.knows_normal() || other_way && either_will_do(by_normal.world_normal) {
         verdict.found = Found::Ambiguous;
         return verdict;
     }
@@ -138,13 +143,32 @@ fn both(
         field: our.world_point,
         rapier: by_point.world_point,
     };
-    verdict.judge(2, apart(&by_point), bands.point, difference);
+    // Of an edge or a face any point will do that is as deep; and Rapier, which keeps points while the
+    // parts hardly turn, may lack one that has come to be so.
+    let mut error = apart(&by_point);
+    if error > bands.point {
+        error = error.min(placed.off_surfaces(our));
+    }
+    verdict.judge(2, error, bands.point, difference);
     verdict
 }
 
 impl Placed<'_> {
+    /// How far the two ends of an overlap are off the surfaces that they are to lie on.
+    fn off_surfaces(&self, our: &Sighting) -> Real {
+        let off = |which: usize, outward: Vector| {
+            let collider = self.colliders[which];
+            let above = our.depth * 0.5 - collider.contact_skin();
+            let end = our.world_point + outward * above;
+            let local = self.poses[which].inverse_transform_point(end);
+            let surface = collider.shape().project_local_point(local, false);
+            surface.point.distance(local)
+        };
+        off(0, our.world_normal).max(off(1, -our.world_normal))
+    }
+
     /// Whether the parts overlap no deeper along a direction than a depth, to the band: then it is
-    /// as good a normal as Rapier's. Worked out from their farthest points, by neither side's way.
+    /// a normal as good as any. Worked out from their farthest points, by neither side's way.
     /// Not known of parts that are not convex.
     fn is_as_shallow(&self, direction: Vector, depth: Real, bands: &Bands) -> bool {
         let farthest = |which: usize, towards: Vector| {

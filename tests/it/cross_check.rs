@@ -3,6 +3,7 @@
 mod mutants;
 mod obstacles;
 mod touches;
+mod tricks;
 
 use rapier3d_fields::math::{InteractionGroups, Real, Vector, from_f64, to_f64};
 use rapier3d_fields::prelude::*;

@@ -114,13 +114,12 @@ impl Scene {
         judge(ours.as_ref(), &self.spots, &bands, &placed)
     }
 
-    /// Half the length of the first part.
-    fn half(&self) -> Real {
+    /// That of a sphere around the first part.
+    fn radius(&self) -> Real {
         self.colliders[0]
             .shape()
             .compute_local_bounding_sphere()
             .radius
-            * 0.5
     }
 }
 
@@ -132,7 +131,7 @@ fn kinds(verdict: &Verdict) -> Vec<&'static str> {
         Difference::Depth { .. } => "depth",
         Difference::Normal { .. } => "normal",
         Difference::Point { .. } => "point",
-        Difference::Time { .. } => "time",
+        _ => "of a touch",
     };
     verdict.differences.iter().map(kind).collect()
 }
@@ -194,11 +193,12 @@ fn a_depth_that_is_a_tenth_too_large() {
     });
 }
 
+/// Within two faces that lie on each other every point is right.
 #[test]
-fn a_point_that_is_moved_by_half_a_radius() {
+fn a_point_that_is_moved_by_a_radius() {
     assert_reported("point", |scene, sound| {
         let across = sound.world_normal.any_orthonormal_vector();
-        let moved = sound.world_point + across * scene.half();
+        let moved = sound.world_point + across * scene.radius();
         Some(Sighting {
             world_point: moved,
             ..sound
