@@ -1,5 +1,5 @@
 //! Cross-check: what fields detect beside what Rapier's narrow phase finds, at the same poses; and
-//! what swept detection finds within a step beside Parry's cast along the same ways.
+//! what swept detection finds within a step beside Parry's distance at its moments.
 //!
 //! Contacts that Rapier reports after a step belong to the poses before it. So what the fields find
 //! before a step is kept, and compared after it.
@@ -30,6 +30,7 @@ use bands::{Bands, Sizes};
 use comparable::{Judging, is_watched};
 use judge::{Found, Placed, Verdict, judge};
 use sighting::{Sighting, Spot, spots};
+use touches::TouchJudge;
 
 use crate::contact::{FieldContact, TouchRecord, in_order};
 use crate::math::{ColliderHandle, Pose, Real, to_f64};
@@ -233,24 +234,31 @@ impl CrossCheckReport {
         }
     }
 
-    /// Compares the touches of the step with casts along the same ways.
+    /// Judges the touches of a step of length `dt`. The world is as Rapier left it; `pose_before` gives
+    /// the poses that colliders had when that step began.
     pub(crate) fn compare_touches(
         &mut self,
         settings: &CrossCheck,
         records: &[TouchRecord],
-        world: &impl Lookup,
-        dt: Real,
+        (world, dt): (&impl Lookup, Real),
+        pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
     ) {
-        for record in records.iter().filter(|it| settings.watches(it.pair())) {
-            let Some(outcome) = touches::weigh(record, world, to_f64(dt)) else {
+        let mut judge = TouchJudge::new(to_f64(dt));
+        for record in records.iter().filter(|it| settings.watches(it.colliders)) {
+            let [Some(one), Some(two)] = record.colliders.map(|it| world.collider(it)) else {
+                self.last_touches.not_comparable.removed += 1;
                 continue;
             };
+            let ends = record
+                .colliders
+                .map(|it| [pose_before(it), pose_of(it, world)]);
+            let outcome = judge.weigh(record, [one, two], ends);
             outcome.count(&mut self.last_touches);
-            if let Some((difference, band)) = outcome.difference(record) {
+            for (difference, band) in outcome.differences {
                 let found = Disagreement {
                     step: self.steps,
                     world_point: record.world_point,
-                    colliders: record.pair(),
+                    colliders: record.colliders,
                     difference,
                     band,
                 };
@@ -259,4 +267,13 @@ impl CrossCheckReport {
         }
         self.touches.add(self.last_touches);
     }
+}
+
+/// The world pose of a collider by that of its body, which Rapier has moved.
+fn pose_of(handle: ColliderHandle, world: &impl Lookup) -> Option<Pose> {
+    let collider = world.collider(handle)?;
+    let (Some(parent), Some(local)) = (collider.parent(), collider.position_wrt_parent()) else {
+        return Some(*collider.position());
+    };
+    Some(*world.body(parent)?.position() * *local)
 }

@@ -68,7 +68,7 @@ impl Sweep {
             contact.approach_speed = from_f64(approach);
             if let Some(mut log) = self.log.take() {
                 let carried = self.carried(event.tracks, event.parts);
-                log.note(carried, (contact.world_point, approach), [time, dt]);
+                log.note(carried, &contact, time);
                 self.log = Some(log);
             }
             let law = own[0].law;

@@ -1,120 +1,163 @@
 //! How parts came to touch within a step, for whoever checks it.
 
-use std::collections::HashSet;
-
+use super::field_contact::FieldContact;
 use super::swept_body::Form;
 use super::time_of_impact::MovingShape;
-use super::trajectory::Turn;
-use crate::math::{ColliderHandle, DPose3, DQuat, DVec3, Vector};
+use super::trajectory::Path;
+use crate::math::{ColliderHandle, DPose3, DQuat, DVec3, RigidBodyHandle, Vector};
 
-/// A touch, and the ways that led to it. Times are since the step began.
+/// A touch, and the ways that led to it.
 #[derive(Clone, Debug)]
 pub(crate) struct TouchRecord {
-    /// In the order of the ways.
+    /// In the order of their handles, as the ways.
     pub colliders: [ColliderHandle; 2],
     pub world_point: Vector,
+    /// From the first to the second.
+    pub world_normal: Vector,
+    /// Since the step began.
     pub time: f64,
-    /// When the ways began.
-    pub from: f64,
-    pub approach_speed: f64,
     pub ways: [Way; 2],
-    /// Whether the two have touched before in the same step.
-    pub again: bool,
 }
 
-/// How a part moved until it touched, and would have moved on.
+/// How a part moved until it touched, and would have moved on. Times are since the step began.
 #[derive(Clone, Debug)]
 pub(crate) struct Way {
-    /// The collider's frame where the way began.
-    pub start: DPose3,
-    /// The collider's frame at the end of the step, had nothing been answered.
-    pub end: DPose3,
-    /// The centre of mass of its body at the start, how it moves, and the most that accelerates it along
-    /// any axis.
-    pub centre: DVec3,
-    pub linvel: DVec3,
-    pub acceleration: DVec3,
-    /// If the rotation is steady, or does not show.
-    pub angvel: Option<DVec3>,
+    pub body: Option<RigidBodyHandle>,
+    /// Whether it is the one that Rapier's step led along, which no impact has changed yet.
+    pub whole: bool,
+    path: Path,
+    /// From the centre of mass to the collider's frame, and the rotation of that, in the body's axes.
+    arm: DVec3,
+    own: DQuat,
 }
 
 /// The touches of a step.
 #[derive(Debug, Default)]
 pub(super) struct TouchLog {
     pub records: Vec<TouchRecord>,
-    met: HashSet<[ColliderHandle; 2]>,
-}
-
-impl TouchRecord {
-    /// The colliders in the order of their handles.
-    pub(crate) fn pair(&self) -> [ColliderHandle; 2] {
-        let mut pair = self.colliders;
-        pair.sort_unstable_by_key(|handle| handle.into_raw_parts());
-        pair
-    }
 }
 
 impl TouchLog {
     pub(super) fn clear(&mut self) {
         self.records.clear();
-        self.met.clear();
     }
 
-    /// Notes that two parts touch at a moment of a step of length `dt`.
-    pub(super) fn note(
-        &mut self,
-        parts: [MovingShape<'_>; 2],
-        (world_point, approach_speed): (Vector, f64),
-        [time, dt]: [f64; 2],
-    ) {
-        let from = parts.map(|part| part.track.path.from);
-        let from = from[0].max(from[1]);
-        let mut record = TouchRecord {
-            colliders: parts.map(|part| part.member.part.collider),
-            world_point,
+    /// Notes that two parts touch at a moment.
+    pub(super) fn note(&mut self, parts: [MovingShape<'_>; 2], contact: &FieldContact, time: f64) {
+        let mut ways = parts.map(Way::of);
+        if contact.colliders[0] != parts[0].member.part.collider {
+            ways.swap(0, 1);
+        }
+        self.records.push(TouchRecord {
+            colliders: contact.colliders,
+            world_point: contact.world_point,
+            world_normal: contact.world_normal,
             time,
-            from,
-            approach_speed,
-            ways: parts.map(|part| Way::of(part, [from, dt])),
-            again: false,
-        };
-        record.again = !self.met.insert(record.pair());
-        self.records.push(record);
+            ways,
+        });
+    }
+}
+
+impl TouchRecord {
+    /// When both ways had begun.
+    pub(crate) fn from(&self) -> f64 {
+        let [one, two] = &self.ways;
+        one.from().max(two.from())
     }
 }
 
 impl Way {
-    fn of(part: MovingShape<'_>, [from, dt]: [f64; 2]) -> Self {
-        let path = &part.track.path;
-        let (own, is_ball) = match &part.member.shape {
-            Form::Ball { .. } => (DQuat::IDENTITY, true),
-            Form::Plane { shape, .. } | Form::Other(shape) => (shape.rotation, false),
-        };
-        let frame = |time: f64| {
-            let attitude = path.attitude(time);
-            let place = path.com(time) + attitude * part.member.arm;
-            DPose3::from_parts(place, attitude * own)
-        };
-        let angvel = match &path.turn {
-            // How a ball turns about its own centre does not show.
-            _ if is_ball && part.member.arm == DVec3::ZERO => Some(DVec3::ZERO),
-            _ if path.bend.is_some() => None,
-            Turn::Steady { angvel, .. } => Some(*angvel),
-            Turn::Free(top) => {
-                let [_, spin_up] = top.bounds();
-                (spin_up == 0.0).then(|| path.angvel(from, path.attitude(from)))
-            }
+    fn of(part: MovingShape<'_>) -> Self {
+        let own = match &part.member.shape {
+            Form::Ball { .. } => DQuat::IDENTITY,
+            Form::Plane { shape, .. } | Form::Other(shape) => shape.rotation,
         };
         Way {
-            start: frame(from),
-            end: frame(dt),
-            centre: path.com(from),
-            linvel: path.velocity(from),
-            acceleration: path
-                .acceleration(from)
-                .abs()
-                .max(path.acceleration(dt).abs()),
-            angvel,
+            body: part.track.body,
+            whole: part.track.generation == 0,
+            path: part.track.path.clone(),
+            arm: part.member.arm,
+            own,
+        }
+    }
+
+    /// When it began.
+    pub(crate) fn from(&self) -> f64 {
+        self.path.from
+    }
+
+    /// The collider's frame at a moment.
+    pub(crate) fn frame(&self, time: f64) -> DPose3 {
+        let attitude = self.path.attitude(time);
+        let place = self.path.com(time) + attitude * self.arm;
+        DPose3::from_parts(place, attitude * self.own)
+    }
+
+    /// The centre of mass and the attitude of the body at a moment.
+    pub(crate) fn body_frame(&self, time: f64) -> DPose3 {
+        DPose3::from_parts(self.path.com(time), self.path.attitude(time))
+    }
+}
+
+#[cfg(test)]
+mod altered {
+    use super::*;
+    use crate::contact::trajectory::Turn;
+    use crate::rigid::Rotor;
+
+    impl Way {
+        /// A whole way of a part at an arm on a body that tumbles freely and is pulled.
+        pub(crate) fn tumbling(
+            body: Option<RigidBodyHandle>,
+            [com, linvel, acceleration]: [DVec3; 3],
+            (rotor, attitude, angvel): (Rotor, DQuat, DVec3),
+            arm: DVec3,
+            dt: f64,
+        ) -> Self {
+            Way {
+                body,
+                whole: true,
+                path: Path {
+                    from: 0.0,
+                    com,
+                    linvel,
+                    acceleration,
+                    jerk: DVec3::ZERO,
+                    turn: Turn::new(&rotor, attitude, angvel, [0.0, dt], true),
+                    bend: None,
+                },
+                arm,
+                own: DQuat::IDENTITY,
+            }
+        }
+
+        /// Moves the centre, and adds to its velocity and acceleration.
+        pub(crate) fn shift(&mut self, place: DVec3, linvel: DVec3, acceleration: DVec3) {
+            self.path.com += place;
+            self.path.linvel += linvel;
+            self.path.acceleration += acceleration;
+        }
+
+        /// Turns on steadily as it has begun.
+        pub(crate) fn straighten(&mut self) {
+            let attitude = self.path.attitude(0.0);
+            let angvel = self.path.angvel(0.0, attitude);
+            self.path.turn = Turn::Steady { attitude, angvel };
+        }
+
+        /// A way that goes on elsewhere from a moment.
+        pub(crate) fn anew(self, from: f64, leap: DVec3) -> Self {
+            let path = Path {
+                from,
+                com: self.path.com(from) + leap,
+                linvel: self.path.velocity(from),
+                ..self.path
+            };
+            Way {
+                whole: false,
+                path,
+                ..self
+            }
         }
     }
 }

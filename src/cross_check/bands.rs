@@ -42,9 +42,9 @@ pub(super) struct Bands {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizes {
     /// From the origins of the bodies to the farthest points of the parts, together.
-    reach: Real,
+    pub reach: Real,
     /// Of the parts alone, without their arms.
-    own: Real,
+    pub own: Real,
     /// Whether both are cuboids.
     cuboids: bool,
     /// Whether their distance is worked out.
@@ -53,7 +53,7 @@ pub(super) struct Sizes {
     across: Real,
     /// Radii of parts that are balls.
     radii: [Option<Real>; 2],
-    skins: Real,
+    pub skins: Real,
 }
 
 impl Sizes {
@@ -95,11 +95,6 @@ impl Sizes {
         } else {
             (10.0 * Real::EPSILON).sqrt()
         }
-    }
-
-    /// The distances from the parts' origins to their farthest points, together.
-    pub(super) fn own(&self) -> Real {
-        self.own
     }
 }
 

@@ -125,8 +125,8 @@ impl NotComparable {
     }
 }
 
-/// Touches that swept detection found within steps, beside Parry's cast of the same shapes along
-/// the same ways.
+/// Touches that swept detection found within steps, by what Parry says of the gap between the parts where
+/// they were then.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -134,17 +134,25 @@ impl NotComparable {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TouchCounts {
-    /// Times that agree to the band.
+    /// Touches of which gap, normal, point and ways hold to their bands.
     pub agreed: u64,
-    /// Times that differ by more than the band, or touches that the cast does not find.
+    /// Touches of which one at least does not.
     pub disagreed: u64,
-    /// Touches that the cast cannot tell the time of.
+    /// Touches that cannot be judged.
     pub not_comparable: TouchesNotComparable,
     /// Touches of parts that would not have overlapped at the end of the step, had they gone on:
     /// detection that samples steps at their ends misses these.
     pub missed_by_sampling: u64,
-    /// Largest difference of times that were judged, as a share of the step.
-    pub time_error: Real,
+    /// Largest gap, or overlap, at the time of a touch.
+    pub gap_error: Real,
+    /// Largest angle between a normal and the true one nearest to it, in radians.
+    pub normal_error: Real,
+    /// Largest distance of a point of contact from a surface.
+    pub point_error: Real,
+    /// Largest distance between where a way begins or ends and where the body was.
+    pub way_error: Real,
+    /// The largest of these in units of its band: above one is a disagreement.
+    pub worst: Real,
 }
 
 impl TouchCounts {
@@ -159,11 +167,15 @@ impl TouchCounts {
         self.disagreed += other.disagreed;
         self.not_comparable.add(other.not_comparable);
         self.missed_by_sampling += other.missed_by_sampling;
-        self.time_error = self.time_error.max(other.time_error);
+        self.gap_error = self.gap_error.max(other.gap_error);
+        self.normal_error = self.normal_error.max(other.normal_error);
+        self.point_error = self.point_error.max(other.point_error);
+        self.way_error = self.way_error.max(other.way_error);
+        self.worst = self.worst.max(other.worst);
     }
 }
 
-/// Touches whose time a cast cannot tell, by the first reason that holds.
+/// Touches that cannot be judged, by the first reason that holds.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -171,20 +183,12 @@ impl TouchCounts {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct TouchesNotComparable {
-    /// The two have touched before in the same step, and begin in touch.
-    pub again: u64,
-    /// They overlapped, or as good as touched, when the ways began.
+    /// A collider was removed while the step was open.
+    pub removed: u64,
+    /// The parts have overlapped since the step, or their ways after an impact, began.
     pub overlapping: u64,
-    /// A way is bent, by gravity or by fields.
-    pub bent: u64,
-    /// A body tumbles: its rotation is not steady.
-    pub tumbling: u64,
-    /// They approach so slowly that rounding decides when, or whether in this step, they touch.
-    pub graze: u64,
-    /// They touch when the fields say, and Parry's cast has missed it or ended before.
-    pub unsettled: u64,
-    /// Parry has no cast of such shapes, or none of contact skins.
-    pub no_cast: u64,
+    /// Parry does not know how far such shapes are apart.
+    pub no_distance: u64,
 }
 
 impl TouchesNotComparable {
@@ -196,25 +200,17 @@ impl TouchesNotComparable {
 
     /// Each reason, in words, with its count.
     #[must_use]
-    pub fn reasons(&self) -> [(&'static str, u64); 7] {
+    pub fn reasons(&self) -> [(&'static str, u64); 3] {
         [
-            ("touched before", self.again),
+            ("removed meanwhile", self.removed),
             ("overlapping", self.overlapping),
-            ("bent way", self.bent),
-            ("tumbling", self.tumbling),
-            ("graze", self.graze),
-            ("cast unsettled", self.unsettled),
-            ("no cast", self.no_cast),
+            ("no distance", self.no_distance),
         ]
     }
 
     fn add(&mut self, other: TouchesNotComparable) {
-        self.again += other.again;
+        self.removed += other.removed;
         self.overlapping += other.overlapping;
-        self.bent += other.bent;
-        self.tumbling += other.tumbling;
-        self.graze += other.graze;
-        self.unsettled += other.unsettled;
-        self.no_cast += other.no_cast;
+        self.no_distance += other.no_distance;
     }
 }

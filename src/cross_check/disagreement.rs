@@ -20,7 +20,7 @@ pub struct Disagreement {
     pub colliders: [ColliderHandle; 2],
     /// What differs.
     pub difference: Difference,
-    /// How much it may differ there: a length, for normals an angle in radians, for times a time.
+    /// How much it may differ there: a length, for normals an angle in radians.
     pub band: Real,
 }
 
@@ -53,22 +53,38 @@ pub enum Difference {
     Normal {
         /// As the fields have it.
         field: Vector,
-        /// As Rapier has it.
+        /// As Rapier has it; of a touch within a step, Parry's nearest to it.
         rapier: Vector,
     },
     /// The point of contact, in world coordinates.
     Point {
         /// As the fields have it.
         field: Vector,
-        /// The nearest of Rapier's that is about as deep.
+        /// The nearest of Rapier's that is about as deep; of a touch within a step, that of a surface.
         rapier: Vector,
     },
-    /// The time of a touch within the step, since the step began.
-    Time {
-        /// As swept detection found it.
-        field: f64,
-        /// As Parry's cast found it, if it did.
-        cast: Option<f64>,
+    /// The parts do not touch at the time of a touch within a step.
+    Gap {
+        /// The time, since the step began.
+        time: f64,
+        /// How far they are apart then, by Parry; negative if they overlap.
+        gap: Real,
+    },
+    /// The parts overlapped before the time of a touch within a step.
+    Late {
+        /// The time, since the step began.
+        time: f64,
+        /// An earlier one at which they overlap, by Parry.
+        earlier: f64,
+        /// How deep.
+        depth: Real,
+    },
+    /// The way of a body within a step does not lead to where it was.
+    Way {
+        /// The time, since the step began.
+        time: f64,
+        /// By how much the way is off there.
+        error: Real,
     },
 }
 
@@ -84,13 +100,17 @@ impl fmt::Display for Disagreement {
                 write!(f, "normal {field}, of Rapier {rapier}")
             }
             Difference::Point { field, rapier } => write!(f, "point {field}, of Rapier {rapier}"),
-            Difference::Time { field, cast: None } => {
-                write!(f, "touch at {field}, which a cast does not find")
+            Difference::Gap { time, gap } => {
+                write!(f, "touch at {time}, when the gap is {gap}")
             }
-            Difference::Time {
-                field,
-                cast: Some(cast),
-            } => write!(f, "touch at {field}, by a cast {cast}"),
+            Difference::Late {
+                time,
+                earlier,
+                depth,
+            } => write!(f, "touch at {time}, but {depth} deep at {earlier}"),
+            Difference::Way { time, error } => {
+                write!(f, "way within the step, at {time} off by {error}")
+            }
         }?;
         write!(f, " (band {:.1e})", self.band)
     }

@@ -73,7 +73,7 @@ impl CrossCheckReport {
         ROUNDINGS * 0.5 * Real::EPSILON * (world_point.length() + size)
     }
 
-    /// All disagreements: of contacts, and of the times of touches.
+    /// All disagreements: of contacts, and of touches within steps.
     #[must_use]
     pub fn disagreed(&self) -> u64 {
         self.total.disagreed() + self.touches.disagreed
@@ -90,15 +90,29 @@ impl CrossCheckReport {
 
     fn write_touches(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let touches = &self.touches;
-        writeln!(f, "touches within steps, beside Parry's cast")?;
-        writeln!(f, "  times agree           {}", touches.agreed)?;
-        writeln!(f, "  times disagree        {}", touches.disagreed)?;
+        writeln!(
+            f,
+            "touches within steps, by Parry's distance at their times"
+        )?;
+        writeln!(f, "  hold                  {}", touches.agreed)?;
+        writeln!(f, "  do not                {}", touches.disagreed)?;
         let missing = &touches.not_comparable;
         writeln!(f, "  not comparable        {}", missing.total())?;
         write_reasons(f, &missing.reasons())?;
         writeln!(f, "  missed by sampling    {}", touches.missed_by_sampling)?;
-        let error = touches.time_error;
-        writeln!(f, "  largest difference    {error:.1e} of a step")
+        let TouchCounts {
+            gap_error,
+            normal_error,
+            point_error,
+            way_error,
+            worst,
+            ..
+        } = touches;
+        writeln!(
+            f,
+            "  largest difference    gap {gap_error:.1e}, point {point_error:.1e}, \
+             normal {normal_error:.1e} rad, way {way_error:.1e}; {worst:.2} of its band"
+        )
     }
 }
 

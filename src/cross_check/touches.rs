@@ -1,333 +1,403 @@
-//! Touches within a step beside an independent time of impact: Parry's cast of two shapes that
-//! move and turn steadily.
+//! Touches within a step, judged by the gap: both parts are put where their ways had them at the claimed
+//! time, and Parry says how far they are apart there. No cast, so any way will do: bent, spinning,
+//! tumbling.
 //!
-//! How much the times may differ: a touch is told from a gap by a length, so a time by that length
-//! over the speed of approach. The length is that of rounding in the parts' own frame (the cast is
-//! made there), the gap at which swept detection takes shapes to touch, and that at which the cast
-//! does, which for all but balls are no better than Parry's search for their distance. To this come the cast's own steps of time: it ends when one is shorter than ten units in
-//! the last place, of a step here. It may end early, where its axis turns from step to step: a time
-//! at which the parts are still apart by more than the length is none. Where the gap's second derivative could keep the parts apart by
-//! that length, the touch is a graze, and is not judged.
+//! - **Gap**: it is to vanish at the claimed time, and no sample before is to show an overlap, but one
+//!   that the parts began in.
+//! - **Normal**: a part that is moved away along it is to be nearest along it. So it is of every true
+//!   normal of what touches, of which edges and corners have many, and of no other.
+//! - **Point**: it is to lie on both surfaces.
+//! - **Way**: it is to carry the point from where Rapier had the body before its step to where it had
+//!   it after; one that begins with an impact, from where the way before has led.
+//!
+//! What is not told from a touch is the length of rounding in the parts' own frame, of the gap at which
+//! swept detection takes shapes to touch and, for all but balls and cuboids, of Parry's search for their
+//! distance. A time may be wrong by that over the speed of approach.
+
+#[cfg(test)]
+mod mutants;
+
+use std::collections::{HashMap, HashSet};
 
 use super::bands::Sizes;
 use super::counts::{TouchCounts, TouchesNotComparable};
 use super::disagreement::Difference;
 use super::report::CrossCheckReport;
+use super::sighting::angle;
 use crate::contact::{TouchRecord, Way};
-use crate::math::{DPose3, DVec3, Pose, Real, Rotation, Vector, from_dvec3, from_f64, to_f64};
-use crate::rapier::geometry::Collider;
-use crate::rapier::parry::query::{self, NonlinearRigidMotion, ShapeCastHit, ShapeCastStatus};
-use crate::rigid::Lookup;
+use crate::math::{
+    ColliderHandle, DPose3, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, from_dvec3,
+    from_f64, to_dpose3, to_dvec3, to_f64,
+};
+use crate::rapier::geometry::{Collider, Shape};
+use crate::rapier::parry::query::{
+    self, ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, Unsupported,
+};
+use crate::rapier::parry::utils::PoseOpt;
 
-/// Units in the last place of the size of the parts at which swept detection, and the cast, take
-/// what is closer to touch.
+/// Units in the last place of the size of the parts at which swept detection takes what is closer to
+/// touch.
 const TAKEN_TO_TOUCH: f64 = 32.0;
-const CAST: f64 = 10.0;
-/// A way bent by less than this many half units in the last place of its length is straight.
-const STRAIGHT: f64 = 32.0;
+/// The same of places in the world, in 64 bits, and of the time at which they are reached.
+const IN_THE_WORLD: f64 = 64.0;
+/// Moments before a touch at which the parts are looked at.
+const SAMPLES: u32 = 16;
 
 /// What came of a comparison.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Outcome {
-    judged: Result<Judged, Reason>,
+    pub differences: Vec<(Difference, Real)>,
+    /// The errors of gap, normal, point and way.
+    errors: [Real; 4],
+    /// The largest of them in units of its band.
+    worst: Real,
+    /// Why it cannot be judged.
+    obstacle: Option<Reason>,
     missed_by_sampling: bool,
 }
 
 /// Why a touch cannot be compared.
 type Reason = fn(&mut TouchesNotComparable) -> &mut u64;
 
-#[derive(Debug)]
-struct Judged {
-    /// The time by the cast, if it finds a touch.
-    cast: Option<f64>,
-    /// The difference, as a share of the step.
-    error: Option<f64>,
-    /// How much it may be, a time.
-    band: f64,
-    agrees: bool,
-}
+/// Which error.
+const GAP: usize = 0;
+const NORMAL: usize = 1;
+const POINT: usize = 2;
+const WAY: usize = 3;
 
 impl Outcome {
     pub(super) fn count(&self, counts: &mut TouchCounts) {
         counts.missed_by_sampling += u64::from(self.missed_by_sampling);
-        match &self.judged {
-            Err(reason) => *reason(&mut counts.not_comparable) += 1,
-            Ok(judged) => {
-                counts.agreed += u64::from(judged.agrees);
-                counts.disagreed += u64::from(!judged.agrees);
-                let error = from_f64(judged.error.unwrap_or(0.0));
-                counts.time_error = counts.time_error.max(error);
+        if let Some(reason) = self.obstacle {
+            *reason(&mut counts.not_comparable) += 1;
+            return;
+        }
+        let agrees = self.differences.is_empty();
+        counts.agreed += u64::from(agrees);
+        counts.disagreed += u64::from(!agrees);
+        let largest = [
+            &mut counts.gap_error,
+            &mut counts.normal_error,
+            &mut counts.point_error,
+            &mut counts.way_error,
+        ];
+        for (largest, error) in largest.into_iter().zip(self.errors) {
+            *largest = largest.max(error);
+        }
+        counts.worst = counts.worst.max(self.worst);
+    }
+
+    /// Notes an error, and the difference that it is if it exceeds its band.
+    fn judge(&mut self, which: usize, [error, band]: [Real; 2], difference: Difference) {
+        self.errors[which] = self.errors[which].max(error);
+        self.worst = self.worst.max(error / band);
+        if error > band || error.is_nan() {
+            self.differences.push((difference, band));
+        }
+    }
+}
+
+/// Judges the touches of a step, in the order of time.
+pub(super) struct TouchJudge {
+    dt: f64,
+    /// The way of each body up to its last touch, and when that was.
+    before: HashMap<RigidBodyHandle, (Way, f64)>,
+    met: HashSet<[ColliderHandle; 2]>,
+}
+
+impl TouchJudge {
+    pub(super) fn new(dt: f64) -> Self {
+        TouchJudge {
+            dt,
+            before: HashMap::new(),
+            met: HashSet::new(),
+        }
+    }
+
+    /// Judges the next touch. `ends` are the poses that Rapier had each collider in when its step began
+    /// and ended.
+    pub(super) fn weigh(
+        &mut self,
+        record: &TouchRecord,
+        colliders: [&Collider; 2],
+        ends: [[Option<Pose>; 2]; 2],
+    ) -> Outcome {
+        let parts = Parts::new(record, colliders);
+        let mut outcome = Outcome {
+            // What comes back within a step is another touch of the same pair that sampling missed.
+            missed_by_sampling: self.met.insert(record.colliders) && !parts.overlap(self.dt),
+            ..Outcome::default()
+        };
+        outcome.obstacle = match parts.judge(&mut outcome) {
+            Ok(obstacle) => obstacle,
+            Err(_) => Some(|it| &mut it.no_distance),
+        };
+        for (which, ends) in ends.into_iter().enumerate() {
+            self.judge_way(&parts, which, ends, &mut outcome);
+        }
+        outcome
+    }
+
+    /// Judges where a way begins and, if it is that of Rapier's step, where it would have ended.
+    fn judge_way(
+        &mut self,
+        parts: &Parts<'_>,
+        which: usize,
+        ends: [Option<Pose>; 2],
+        outcome: &mut Outcome,
+    ) {
+        let (record, way) = (parts.record, &parts.record.ways[which]);
+        // Of a ball only the centre shows.
+        let round = parts.shapes[which].as_ball().is_some();
+        let seen = |frame: DPose3| {
+            let point = to_dvec3(record.world_point);
+            let point = frame.inverse_transform_point(point);
+            if round { DVec3::ZERO } else { point }
+        };
+        let local = seen(way.frame(record.time));
+        let mut off = |time: f64, [ours, theirs]: [DVec3; 2]| {
+            // Of the place, and of the attitude.
+            let band = 2.0 * CrossCheckReport::band(from_dvec3(theirs), from_f64(parts.size));
+            let error = from_f64(ours.distance(theirs));
+            let difference = Difference::Way { time, error };
+            outcome.judge(WAY, [error, band], difference);
+        };
+        if way.whole {
+            for (time, pose) in [0.0, self.dt].into_iter().zip(ends) {
+                let Some(pose) = pose else { continue };
+                let ours = way.frame(time).transform_point(local);
+                off(time, [ours, to_dpose3(&pose).transform_point(local)]);
             }
         }
-    }
-
-    /// What differs, with its band.
-    pub(super) fn difference(&self, record: &TouchRecord) -> Option<(Difference, Real)> {
-        let judged = self.judged.as_ref().ok().filter(|judged| !judged.agrees)?;
-        let difference = Difference::Time {
-            field: record.time,
-            cast: judged.cast,
-        };
-        Some((difference, from_f64(judged.band)))
-    }
-}
-
-/// Compares a touch with a cast; `None` if a collider is gone.
-pub(super) fn weigh(record: &TouchRecord, world: &impl Lookup, dt: f64) -> Option<Outcome> {
-    let [one, two] = record.colliders.map(|handle| world.collider(handle));
-    let colliders = [one?, two?];
-    Some(Outcome {
-        judged: judge(record, colliders, dt),
-        // Who comes back within a step is another touch, of the same pair that sampling missed.
-        missed_by_sampling: !record.again && !overlap_at_end(record, colliders),
-    })
-}
-
-fn judge(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Result<Judged, Reason> {
-    let [length, band] = bands(record, colliders, dt)?;
-    let motions = motions(record, dt);
-    let shapes = colliders.map(|collider| &*collider.shared_shape().0);
-    let share = |time: f64| from_f64((time - record.from) / dt);
-    let gap = |share: Real| {
-        let [one, two] = [&motions[0], &motions[1]].map(|it| it.position_at_time(share));
-        let near = from_f64(4.0 * length);
-        let contact = query::contact(&one, shapes[0], &two, shapes[1], near);
-        let found = contact.ok().flatten();
-        found.map_or(f64::INFINITY, |contact| to_f64(contact.dist))
-    };
-    let [one, two] = &motions;
-    let hit = query::cast_shapes_nonlinear(one, shapes[0], two, shapes[1], 0.0, share(dt), true);
-    let hit = hit.map_err(|_| no_cast as Reason)?;
-    let inside = |hit: &ShapeCastHit| hit.status == ShapeCastStatus::PenetratingOrWithinTargetDist;
-    if record.time <= record.from + band && gap(0.0) <= 2.0 * length {
-        return Err(|it| &mut it.graze);
-    }
-    let at_first = hit.as_ref().is_some_and(inside) || gap(0.0) <= length;
-    if at_first && record.time > record.from + band {
-        return Err(|it| &mut it.overlapping);
-    }
-    let field = share(record.time);
-    let settled = hit.filter(|hit| gap(hit.time_of_impact) <= length);
-    let Some(hit) = settled else {
-        // If they touch, the cast has missed it or not come to it.
-        return match gap(field) <= 2.0 * length {
-            true => Err(|it| &mut it.unsettled),
-            false => Ok(Judged::new(None, record, [band, dt])),
-        };
-    };
-    let cast = record.from + to_f64(hit.time_of_impact) * dt;
-    let judged = Judged::new(Some(cast), record, [band, dt]);
-    // Parts that stay in touch from one time to the other, no deeper than rounding, first graze.
-    let between = (hit.time_of_impact + field) * 0.5;
-    let grazes = |share| gap(share).abs() <= 2.0 * length;
-    if !judged.agrees && grazes(between) && grazes(field) {
-        return Err(|it| &mut it.graze);
-    }
-    Ok(judged)
-}
-
-impl Judged {
-    fn new(cast: Option<f64>, record: &TouchRecord, [band, dt]: [f64; 2]) -> Self {
-        let error = cast.map(|cast| (cast - record.time).abs());
-        Judged {
-            cast,
-            error: error.map(|error| error / dt),
-            band,
-            agrees: error.is_some_and(|error| error <= band),
+        let Some(body) = way.body else { return };
+        if let Some((before, ended)) = self.before.get(&body)
+            && *ended == way.from()
+        {
+            let frame = way.body_frame(record.time);
+            let local = frame.inverse_transform_point(way.frame(record.time) * local);
+            let [theirs, ours] = [before, way].map(|it| it.body_frame(*ended) * local);
+            off(*ended, [ours, theirs]);
         }
+        self.before.insert(body, (way.clone(), record.time));
     }
 }
 
-fn no_cast(counts: &mut TouchesNotComparable) -> &mut u64 {
-    &mut counts.no_cast
+/// Two parts on their ways.
+struct Parts<'a> {
+    record: &'a TouchRecord,
+    shapes: [&'a dyn Shape; 2],
+    /// From the origins of the bodies to the farthest points of the parts, together.
+    size: f64,
+    /// In the place of one relative to the other.
+    rounding: f64,
+    /// Not told from a touch.
+    length: f64,
+    /// The share to which Parry's search knows distances.
+    search: f64,
+    skins: [Real; 2],
 }
 
-/// Whether the parts overlap where their ways end, as if nothing had answered them.
-fn overlap_at_end(record: &TouchRecord, colliders: [&Collider; 2]) -> bool {
-    let [one, two] = [0, 1].map(|which: usize| record.ways[which].end);
-    let relative = rounded(&one.inverse(), &two);
-    let [a, b] = colliders.map(|collider| &*collider.shared_shape().0);
-    let skins = colliders[0].contact_skin() + colliders[1].contact_skin();
-    let apart = query::distance(&Pose::IDENTITY, a, &relative, b);
-    // What Parry cannot tell was not shown to be missed.
-    !apart.is_ok_and(|apart| apart.distance > skins)
+/// Where two shapes are nearest.
+struct Nearest {
+    dist: Real,
+    /// From the first to the second, in the frame of the first.
+    normal: Vector,
 }
 
-/// The product of two poses, rounded.
-fn rounded(one: &DPose3, two: &DPose3) -> Pose {
-    let product = *one * *two;
-    let [x, y, z, w] = product.rotation.to_array().map(from_f64);
-    let rotation = Rotation::from_xyzw(x, y, z, w).normalize();
-    Pose::from_parts(from_dvec3(product.translation), rotation)
-}
-
-/// The length that is not told from a touch, and how much times may differ by it; or why the cast
-/// could not tell.
-fn bands(record: &TouchRecord, colliders: [&Collider; 2], dt: f64) -> Result<[f64; 2], Reason> {
-    let bend = |way: &Way| 0.5 * way.acceleration.length() * dt * dt > rounding_of(way, dt);
-    if record.again {
-        return Err(|it| &mut it.again);
-    }
-    if colliders.iter().any(|it| it.contact_skin() > 0.0) {
-        return Err(no_cast);
-    }
-    if record.ways.iter().any(|way| way.angvel.is_none()) {
-        return Err(|it| &mut it.tumbling);
-    }
-    if record.ways.iter().any(bend) {
-        return Err(|it| &mut it.bent);
-    }
-    let sizes = Sizes::of_colliders(colliders);
-    let size = to_f64(sizes.own());
-    let way: f64 = record.ways.iter().map(|way| way.linvel.length() * dt).sum();
-    let unit = to_f64(Real::EPSILON);
-    // In the frame of the first part: what is far from the origin costs nothing.
-    let rounding = to_f64(CrossCheckReport::band(Vector::ZERO, from_f64(size + way)));
-    let search = to_f64(sizes.search()) * size;
-    let length = rounding + search + TAKEN_TO_TOUCH * unit * size + CAST * unit * size.max(1.0);
-    let turns = record.ways.iter().filter_map(|way| way.angvel);
-    let bend: f64 = turns.map(|angvel| angvel.length_squared() * size).sum();
-    let speed = record.approach_speed.max(0.0);
-    let inside = speed * speed - 2.0 * bend * length;
-    let late = 2.0 * length / (speed + inside.max(0.0).sqrt());
-    let band = late + 2.0 * CAST * unit * dt;
-    // Else rounding decides whether they touch in this step.
-    if inside > 0.0 && band < dt - record.time {
-        Ok([length, band])
-    } else {
-        Err(|it| &mut it.graze)
-    }
-}
-
-fn rounding_of(way: &Way, dt: f64) -> f64 {
-    let unit = 0.5 * to_f64(Real::EPSILON);
-    STRAIGHT * unit * (way.start.translation.length() + way.linvel.length() * dt)
-}
-
-/// The motions of both parts about the place where the first begins, in units of the step.
-fn motions(record: &TouchRecord, dt: f64) -> [NonlinearRigidMotion; 2] {
-    let origin = record.ways[0].start.translation;
-    [0, 1].map(|which: usize| {
-        let way = &record.ways[which];
-        let start = DPose3::from_parts(way.start.translation - origin, way.start.rotation);
-        NonlinearRigidMotion {
-            local_center: from_dvec3(start.inverse_transform_point(way.centre - origin)),
-            start: rounded(&start, &DPose3::IDENTITY),
-            linvel: from_dvec3(way.linvel * dt),
-            angvel: from_dvec3(way.angvel.unwrap_or(DVec3::ZERO) * dt),
-        }
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::{ColliderHandle, DQuat};
-    use crate::rapier::geometry::ColliderBuilder;
-
-    /// Two parts that meet head-on after 0.6 of a step.
-    fn head_on(shape: &Collider, turning: Option<DVec3>) -> (TouchRecord, f64) {
-        let way = |x: f64, speed: f64, angvel| {
-            let start = DPose3::from_parts(DVec3::new(x, 0.0, 0.0), DQuat::IDENTITY);
-            let end = DVec3::new(x + speed * 0.1, 0.0, 0.0);
-            Way {
-                start,
-                end: DPose3::from_parts(end, DQuat::IDENTITY),
-                centre: start.translation,
-                linvel: DVec3::new(speed, 0.0, 0.0),
-                acceleration: DVec3::ZERO,
-                angvel,
-            }
-        };
-        let half = to_f64(shape.compute_aabb().half_extents().x);
-        let apart = 2.0 * half + 0.6;
-        let record = TouchRecord {
-            colliders: [0, 1].map(|index| ColliderHandle::from_raw_parts(index, 0)),
-            world_point: from_dvec3(DVec3::new(half, 0.0, 0.0)),
-            time: 0.06,
-            from: 0.0,
-            approach_speed: 10.0,
-            ways: [way(0.0, 7.0, Some(DVec3::ZERO)), way(apart, -3.0, turning)],
-            again: false,
-        };
-        (record, 0.1)
-    }
-
-    fn shapes() -> [Collider; 3] {
-        let corners = to_corners();
-        let hull = ColliderBuilder::convex_hull(&corners).expect("a hull");
-        [
-            ColliderBuilder::ball(0.5).build(),
-            ColliderBuilder::cuboid(0.5, 0.3, 0.4).build(),
-            hull.build(),
+impl<'a> Parts<'a> {
+    fn new(record: &'a TouchRecord, colliders: [&'a Collider; 2]) -> Self {
+        let sizes = Sizes::of_colliders(colliders);
+        let [size, own, search] = [
+            sizes.reach + sizes.skins,
+            sizes.own + sizes.skins,
+            sizes.search(),
         ]
-    }
-
-    fn to_corners() -> Vec<Vector> {
-        let signs = [-1.0, 1.0];
-        let all = signs.iter().flat_map(|x| signs.map(|y| (*x, y)));
-        let all = all.flat_map(|(x, y)| signs.map(|z| Vector::new(x * 0.5, y * 0.3, z * 0.2)));
-        all.collect()
-    }
-
-    fn judged(record: &TouchRecord, shape: &Collider, dt: f64) -> Option<bool> {
-        let judged = judge(record, [shape, shape], dt).ok();
-        judged.map(|judged| judged.agrees)
-    }
-
-    #[test]
-    fn the_right_time_agrees_and_a_wrong_one_does_not() {
-        for shape in shapes() {
-            let (record, dt) = head_on(&shape, Some(DVec3::ZERO));
-            assert_eq!(judged(&record, &shape, dt), Some(true), "{shape:?}");
-            for wrong in [0.0606, 0.0594, 0.0] {
-                let late = TouchRecord {
-                    time: wrong,
-                    ..record.clone()
-                };
-                assert_eq!(judged(&late, &shape, dt), Some(false), "{wrong}");
-            }
+        .map(to_f64);
+        let unit = to_f64(Real::EPSILON);
+        // In the frame of the first part: what is far from the origin costs nothing.
+        let rounding = to_f64(CrossCheckReport::band(Vector::ZERO, from_f64(own)));
+        // But the digits of 64 bits.
+        let place = to_f64(record.world_point.length()) + size;
+        let rounding = rounding + IN_THE_WORLD * f64::EPSILON * place;
+        Parts {
+            record,
+            shapes: colliders.map(|it| it.shape()),
+            size,
+            rounding,
+            length: rounding + TAKEN_TO_TOUCH * unit * size + search * own,
+            search,
+            skins: colliders.map(|it| it.contact_skin().max(0.0)),
         }
     }
 
-    #[test]
-    fn a_touch_that_is_not_there_is_a_disagreement() {
-        for shape in shapes() {
-            let (mut record, dt) = head_on(&shape, Some(DVec3::ZERO));
-            record.ways[1].start.translation.y = 3.0;
-            record.ways[1].centre.y = 3.0;
-            assert_eq!(judged(&record, &shape, dt), Some(false));
-        }
+    /// The frame of the second part in that of the first at a moment, the second moved along the normal.
+    fn relative(&self, time: f64, away: f64) -> Pose {
+        let [one, two] = [0, 1].map(|which: usize| self.record.ways[which].frame(time));
+        let moved = to_dvec3(self.record.world_normal) * away;
+        let to_first = one.rotation.inverse();
+        let place = from_dvec3(to_first * (two.translation + moved - one.translation));
+        let [x, y, z, w] = (to_first * two.rotation).to_array().map(from_f64);
+        Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize())
     }
 
-    #[test]
-    fn what_tumbles_is_bent_or_grazes_is_not_judged() {
-        for shape in shapes() {
-            let (tumbling, dt) = head_on(&shape, None);
-            assert_eq!(judged(&tumbling, &shape, dt), None);
-            let (mut bent, _) = head_on(&shape, Some(DVec3::ZERO));
-            bent.ways[0].acceleration = DVec3::Y;
-            assert_eq!(judged(&bent, &shape, dt), None);
-            let (mut again, _) = head_on(&shape, Some(DVec3::ZERO));
-            again.again = true;
-            assert_eq!(judged(&again, &shape, dt), None);
-            let (mut graze, _) = head_on(&shape, Some(DVec3::ZERO));
-            graze.approach_speed = 1e-18;
-            assert_eq!(judged(&graze, &shape, dt), None);
-        }
+    /// Whether the parts overlap at a moment, as if nothing had answered them.
+    fn overlap(&self, time: f64) -> bool {
+        // What Parry cannot tell was not shown to be missed.
+        let apart = self.gap(time, 0.0);
+        apart.map_or(true, |gap| gap <= 0.0)
     }
 
-    #[test]
-    fn what_passes_through_within_the_step_is_missed_by_sampling() {
-        for shape in shapes() {
-            let colliders = [&shape, &shape];
-            let (mut record, _) = head_on(&shape, Some(DVec3::ZERO));
-            assert!(overlap_at_end(&record, colliders));
-            record.ways[1].end.translation.x = -3.0;
-            assert!(!overlap_at_end(&record, colliders));
-            let place = record.ways[0].end.translation;
-            record.ways[1].end.translation = place;
-            assert!(overlap_at_end(&record, colliders), "one in the other");
-        }
+    /// How far their skins are apart at a moment, looked at no farther than `near`.
+    fn gap(&self, time: f64, near: f64) -> Result<Real, Unsupported> {
+        let (near, skins) = (from_f64(near), self.skins[0] + self.skins[1]);
+        let found = nearest(self.shapes, &self.relative(time, 0.0), near + skins)?;
+        let apart = |found: Nearest| found.dist - skins;
+        Ok(found.map_or(near.max(Real::MIN_POSITIVE), apart))
     }
+
+    /// Judges all but the ways, or says why it cannot be.
+    fn judge(&self, outcome: &mut Outcome) -> Result<Option<Reason>, Unsupported> {
+        let TouchRecord {
+            time,
+            world_normal,
+            world_point,
+            ..
+        } = *self.record;
+        let length = from_f64(self.length);
+        let gap = self.gap(time, self.size)?;
+        let before = self.gaps_before(2.0 * self.length)?;
+        if gap < -length && before.iter().all(|(_, gap)| *gap <= length) {
+            // What has overlapped all the way has no time of a touch.
+            return Ok(Some(|it| &mut it.overlapping));
+        }
+        outcome.judge(GAP, [gap.abs(), length], Difference::Gap { time, gap });
+        if let Some((earlier, depth)) = first_overlap(&before, 2.0 * length) {
+            let difference = Difference::Late {
+                time,
+                earlier,
+                depth,
+            };
+            outcome.differences.push((difference, 2.0 * length));
+        }
+        self.judge_normal(world_normal, outcome)?;
+        let far = CrossCheckReport::band(world_point, length);
+        for (which, way) in self.record.ways.iter().enumerate() {
+            let (shape, skin) = (self.shapes[which], self.skins[which]);
+            let frame = way.frame(time);
+            let local = from_dvec3(frame.inverse_transform_point(to_dvec3(world_point)));
+            let surface = shape.project_local_point(local, false).point;
+            let difference = Difference::Point {
+                field: world_point,
+                rapier: from_dvec3(frame.transform_point(to_dvec3(surface))),
+            };
+            let error = (local.distance(surface) - skin).abs();
+            outcome.judge(POINT, [error, length + far], difference);
+        }
+        Ok(None)
+    }
+
+    /// How far the skins are apart at moments from when the ways began until shortly before the touch.
+    fn gaps_before(&self, near: f64) -> Result<Vec<(f64, Real)>, Unsupported> {
+        let (from, to) = (self.record.from(), self.record.time);
+        let moments =
+            (0..SAMPLES).map(|it| from + (to - from) * (f64::from(it) / f64::from(SAMPLES)));
+        moments
+            .map(|time| Ok((time, self.gap(time, near)?)))
+            .collect()
+    }
+
+    fn judge_normal(&self, normal: Vector, outcome: &mut Outcome) -> Result<(), Unsupported> {
+        let away = (self.length * self.size).sqrt();
+        let relative = self.relative(self.record.time, away);
+        let near = from_f64(self.size) + self.skins[0] + self.skins[1];
+        let found = nearest(self.shapes, &relative, near)?;
+        let mut normals: Vec<Vector> = found.iter().map(|found| found.normal).collect();
+        if !self.shapes.iter().all(|shape| shape.is_convex()) {
+            // There may be another place where they touch.
+            let relative = self.relative(self.record.time, 0.0);
+            let near = from_f64(2.0 * self.length) + self.skins[0] + self.skins[1];
+            let touching = manifolds(self.shapes, &relative, near)?;
+            normals.extend(touching.iter().map(|it| it.normal));
+        }
+        let to_world = self.record.ways[0].frame(self.record.time).rotation;
+        let normals = normals
+            .iter()
+            .map(|it| from_dvec3(to_world * to_dvec3(*it)));
+        let turned = |other: &Vector| angle(normal, *other);
+        let theirs = normals.min_by(|a, b| turned(a).total_cmp(&turned(b)));
+        let theirs = theirs.unwrap_or(Vector::ZERO);
+        let unit = to_f64(Real::EPSILON);
+        let band = self.rounding / away + TAKEN_TO_TOUCH * unit.sqrt() + (2.0 * self.search).sqrt();
+        let difference = Difference::Normal {
+            field: normal,
+            rapier: theirs,
+        };
+        let error = turned(&theirs);
+        outcome.judge(NORMAL, [error, from_f64(band)], difference);
+        Ok(())
+    }
+}
+
+/// When parts first overlap by more than a depth, and how deep, but for what they begin in.
+fn first_overlap(gaps: &[(f64, Real)], depth: Real) -> Option<(f64, Real)> {
+    let mut later = gaps.iter().skip_while(|(_, gap)| *gap < -depth);
+    let overlap = later.find(|(_, gap)| *gap < -depth)?;
+    Some((overlap.0, -overlap.1))
+}
+
+/// Where two shapes are nearest, the frame of the second given in that of the first; `None` if that is
+/// farther than `near`.
+fn nearest(
+    shapes: [&dyn Shape; 2],
+    relative: &Pose,
+    near: Real,
+) -> Result<Option<Nearest>, Unsupported> {
+    let [one, two] = shapes;
+    let is_plane = |shape: &dyn Shape| shape.as_halfspace().is_some();
+    if is_plane(two) && !is_plane(one) {
+        // Parry takes the pose the wrong way round if the half-space is second.
+        let found = nearest([two, one], &relative.inverse(), near)?;
+        return Ok(found.map(|found| Nearest {
+            normal: relative.rotation * -found.normal,
+            ..found
+        }));
+    }
+    // The same for what is made of pieces; and within these it takes what it does not know for being far
+    // away.
+    let unknown =
+        shapes.into_iter().any(has_voxels) || is_plane(one) && two.as_composite_shape().is_some();
+    if unknown {
+        let found = manifolds(shapes, relative, near)?.into_iter();
+        return Ok(found.min_by(|a, b| a.dist.total_cmp(&b.dist)));
+    }
+    let found = query::contact(&Pose::IDENTITY, one, relative, two, near)?;
+    Ok(found.map(|found| Nearest {
+        dist: found.dist,
+        normal: found.normal1,
+    }))
+}
+
+/// The points at which two shapes are nearer than `near`, by manifolds.
+fn manifolds(
+    [one, two]: [&dyn Shape; 2],
+    relative: &Pose,
+    near: Real,
+) -> Result<Vec<Nearest>, Unsupported> {
+    let mut found: Vec<ContactManifold<(), ()>> = Vec::new();
+    DefaultQueryDispatcher.contact_manifolds(relative, one, two, near, &mut found, &mut None)?;
+    let all = found.iter().flat_map(|manifold| {
+        let one = manifold.subshape_pos1().prepend_to(&Pose::IDENTITY);
+        let normal = one.rotation * manifold.local_n1;
+        manifold.points.iter().map(move |point| Nearest {
+            dist: point.dist,
+            normal,
+        })
+    });
+    Ok(all.filter(|point| point.dist <= near).collect())
+}
+
+fn has_voxels(shape: &dyn Shape) -> bool {
+    let pieces = shape.as_compound().map(|compound| compound.shapes());
+    let mut pieces = pieces.into_iter().flatten();
+    shape.as_voxels().is_some() || pieces.any(|(_, piece)| has_voxels(&*piece.0))
 }

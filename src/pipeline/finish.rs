@@ -102,13 +102,15 @@ impl FieldPipeline {
             let claimed = (&*open.claims, &open.released);
             verdicts.add_unasked(claimed, world.narrow_phase, &world.view());
         }
-        written += self.sweep(fields, (began, dt), (&verdicts, &open.given), world);
+        self.sweep(fields, (began, dt), (&verdicts, &open.given), world);
         let check = &fields.settings.cross_check;
         if check.on {
-            let records = self.detector.touch_log();
+            let (records, view) = (self.detector.touch_log(), world.view());
+            let pose_before = |handle| open.rollback.pose_before(handle, &view);
             let report = &mut state.cross_check;
-            report.compare_touches(check, records, &world.view(), dt);
+            report.compare_touches(check, records, (&view, dt), pose_before);
         }
+        written += self.push(world);
         let now = began + to_f64(dt);
         written += self.finish_bodies(fields, state, open, world)?;
         state.time = now;
@@ -158,15 +160,14 @@ impl FieldPipeline {
         if open.idle { 0 } else { self.sampled }
     }
 
-    /// Finds and answers what touched during Rapier's step, if detection is swept; returns how many
-    /// bodies were written.
+    /// Finds and answers what touched during Rapier's step, if detection is swept.
     fn sweep(
         &mut self,
         fields: &Definition<'_>,
         (began, dt): (f64, Real),
         (verdicts, given): (&Verdicts, &Pairs),
-        world: &mut WorldMut<'_>,
-    ) -> usize {
+        world: &WorldMut<'_>,
+    ) {
         let rules = &fields.settings.rules;
         self.pushes.clear();
         let (view, joints) = (world.view(), joints(world));
@@ -186,7 +187,6 @@ impl FieldPipeline {
             ),
             &mut self.pushes,
         );
-        self.push(world)
     }
 
     /// Gives bodies what answers to contacts make of them, but those that would be too fast, or nowhere;
