@@ -1,0 +1,169 @@
+//! The process that the cases run in, and the one that watches it.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use crate::{FOUND, LONGEST, attempt, judge};
+
+/// Which cases are to be run.
+#[derive(Clone, Copy)]
+pub struct Cases {
+    pub first: u64,
+    pub most: u64,
+    pub until: Instant,
+}
+
+/// What came of them.
+#[derive(Default)]
+pub struct Found {
+    pub count: u64,
+    pub wrong: Vec<u64>,
+}
+
+/// A case that takes longer hangs.
+const HANGS: Duration = Duration::from_secs(600);
+
+/// What a child is to do: `found` seeds first, or not any more; or one case by Rapier alone.
+const TASK: &str = "FUZZ_TASK";
+
+/// What a child says begins with this.
+const SAYS: &str = "fuzz: ";
+
+pub fn is_one() -> bool {
+    std::env::var(TASK).is_ok()
+}
+
+fn say(word: &str, seed: u64, rest: &str) {
+    let rest = rest.replace('\n', " ");
+    let mut out = std::io::stdout().lock();
+    // Who does not listen any more has no use for it.
+    let _ = writeln!(out, "{SAYS}{word} {seed} {rest}");
+    let _ = out.flush();
+}
+
+/// The child: says each case before it runs it, and what is wrong with it.
+pub fn run(cases: Cases) {
+    let task = std::env::var(TASK).unwrap_or_default();
+    if task == "alone" {
+        drop(attempt(cases.first, false));
+        return say("end", cases.first, "");
+    }
+    let fresh = cases.first..cases.first.saturating_add(cases.most);
+    let fresh = fresh.take_while(|_| Instant::now() < cases.until);
+    let known = FOUND.into_iter().filter(|_| task == "found");
+    for seed in known.chain(fresh) {
+        say("at", seed, "");
+        let began = Instant::now();
+        if let Some(fault) = judge(seed) {
+            say("wrong", seed, &fault);
+        }
+        if began.elapsed() > LONGEST {
+            say("slow", seed, &format!("{:.0?}", began.elapsed()));
+        }
+    }
+    say("end", 0, "");
+}
+
+/// Runs the cases in children: another one after each that died.
+pub fn watch(mut cases: Cases) -> Found {
+    let mut found = Found::default();
+    let mut task = "found";
+    let last = cases.first.saturating_add(cases.most);
+    loop {
+        let Some((seed, end)) = follow(start(cases, task), &mut found) else {
+            return found;
+        };
+        match ends_alone(seed) {
+            true => eprintln!("seed {seed}: {end}, and so it does by Rapier alone"),
+            false => {
+                eprintln!("seed {seed}: {end}");
+                found.wrong.push(seed);
+            }
+        }
+        task = "fresh";
+        if (cases.first..last).contains(&seed) {
+            cases.first = seed + 1;
+            cases.most = last - cases.first;
+        }
+    }
+}
+
+fn start(cases: Cases, task: &str) -> Child {
+    let program = std::env::current_exe().expect("this program");
+    let left = cases.until.saturating_duration_since(Instant::now());
+    Command::new(program)
+        .args(["worlds_survive_their_fields", "--exact", "--nocapture"])
+        .env(TASK, task)
+        .env("FUZZ_SEED", cases.first.to_string())
+        .env("FUZZ_CASES", cases.most.to_string())
+        .env("FUZZ_SECONDS", left.as_secs_f64().ceil().to_string())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("a child")
+}
+
+/// Listens to a child; the case in which it died or hung, and how, if it did.
+fn follow(mut child: Child, found: &mut Found) -> Option<(u64, String)> {
+    let (sender, lines) = channel();
+    let out = child.stdout.take().expect("piped");
+    std::thread::spawn(move || pass_on(BufReader::new(out), &sender));
+    let mut at = 0;
+    let mut ended = false;
+    let hangs = loop {
+        let line: String = match lines.recv_timeout(HANGS) {
+            Ok(line) => line,
+            Err(RecvTimeoutError::Disconnected) => break false,
+            Err(RecvTimeoutError::Timeout) => break true,
+        };
+        let Some(said) = line.split_once(SAYS).map(|it| it.1) else {
+            if std::env::var("FUZZ_SHOW").is_ok() {
+                println!("{line}");
+            }
+            continue;
+        };
+        let mut words = said.splitn(3, ' ');
+        let word = words.next().unwrap_or_default();
+        let seed = words.next().and_then(|it| it.parse().ok()).unwrap_or(at);
+        let rest = words.next().unwrap_or_default();
+        match word {
+            "at" => (at, found.count) = (seed, found.count + 1),
+            "end" => ended = true,
+            "wrong" => {
+                eprintln!("seed {seed}: {rest}");
+                found.wrong.push(seed);
+            }
+            _ => eprintln!("seed {seed}: {word} {rest}"),
+        }
+    };
+    if hangs {
+        let _ = child.kill();
+    }
+    let status = child.wait().expect("a child");
+    let how = match hangs {
+        true => "hangs".to_owned(),
+        false => status.to_string(),
+    };
+    (!ended).then_some((at, how))
+}
+
+fn pass_on(out: impl BufRead, sender: &Sender<String>) {
+    for line in out.lines().map_while(Result::ok) {
+        if sender.send(line).is_err() {
+            return;
+        }
+    }
+}
+
+/// Whether Rapier alone ends its process, or hangs, in the same world.
+fn ends_alone(seed: u64) -> bool {
+    let cases = Cases {
+        first: seed,
+        most: 1,
+        until: Instant::now(),
+    };
+    follow(start(cases, "alone"), &mut Found::default()).is_some()
+}
