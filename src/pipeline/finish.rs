@@ -280,6 +280,7 @@ impl FieldPipeline {
         let done = (&open.motions, redirected);
         let told = (&mut state.stiff, &mut self.warnings);
         integrator.update(&context, &mut evaluation, known, done, told);
+        self.redone.clear();
         if let Some(last) = known {
             let told = (&mut self.redone, &mut self.warnings);
             let from = (&open.bodies[..], last);
@@ -303,18 +304,21 @@ impl FieldPipeline {
                 error: from_f64(error),
             });
         self.warnings.extend(hit);
+        // While the places of bodies are those at which they were found.
+        for now in &self.redone {
+            let body = &mut self.bodies[now.place];
+            (body.pose, body.linvel, body.angvel) = (now.pose, now.linvel, now.angvel);
+        }
         let mut faults = std::mem::take(&mut self.late.faults);
         self.answer_all(fields, &mut faults, Some(&mut evaluation))?;
+        let condemned = &self.condemned;
+        self.redone.retain(|now| !condemned.contains(&now.body));
         self.sampled = self.bodies.len();
         evaluation.outdated = self.late.outdated || !self.redone.is_empty();
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         let mut written = bridge::write(world.bodies, &self.late.updates);
         written += bridge::place(world.bodies, world.colliders, &self.redone);
-        for now in &self.redone {
-            let body = &mut self.bodies[now.place];
-            (body.pose, body.linvel, body.angvel) = (now.pose, now.linvel, now.angvel);
-        }
         if !self.late.ahead.is_empty() && !self.compiled.detectors.is_empty() {
             Arc::make_mut(&mut self.detector.starts).catch_up(&self.late.ahead);
         }

@@ -593,3 +593,52 @@ fn very_many_faults_at_once_are_told() {
         assert!((100..COUNT).contains(&named), "{named} were looked into");
     }
 }
+
+/// 95daff4: a panic (index out of bounds), or with one body more the pose of another body in the
+/// records. The places of bodies that were to be moved again, found before a light one was put in quarantine, were
+/// used after. Now the others move as in a world without it.
+#[test]
+fn bodies_moved_again_beside_one_in_quarantine() {
+    // The fastest that can be squared, times the time.
+    let slope = Real::MAX.sqrt() * 7.2;
+    let masses: [Real; 4] = [1.0, 1e3, 1e6, 1e9];
+    for scheme in [
+        Scheme::Substep(Substeps::PerBody { tolerance: 1e-2 }),
+        Scheme::Auto { tolerance: 1e-2 },
+    ] {
+        for count in 1..=masses.len() {
+            let run = |light: Option<Real>| {
+                let mut world = weightless(1.0 / 60.0);
+                let others = masses[..count].iter().copied();
+                let masses: Vec<Real> = light.into_iter().chain(others).collect();
+                for (number, mass) in masses.into_iter().enumerate() {
+                    let place = Vector::X * (4.0 * mass.log10() + number as Real);
+                    insert_ball(&mut world, mass, place, Vector::ZERO);
+                }
+                let grows = Field::closure([Axis::Time], move |sample: &Sample| {
+                    Vector::new(1.0, slope * sample.axes[0], 0.0)
+                });
+                let fields = Fields::builder(grows).scheme(scheme);
+                let mut fields = fields.build().expect("a valid tree");
+                let mut quarantined = 0;
+                for _ in 0..3 {
+                    fields.step(&mut world).expect("told, not refused");
+                    let told = fields.warnings().iter();
+                    quarantined += told
+                        .filter(|it| matches!(it, StepWarning::Quarantined { .. }))
+                        .count();
+                }
+                let handles = world
+                    .bodies
+                    .iter()
+                    .map(|(_, body)| (body.mass(), body.linvel(), body.is_enabled()));
+                (handles.collect::<Vec<_>>(), quarantined)
+            };
+            let (with, quarantined) = run(Some(1e-6));
+            let (without, others) = run(None);
+            assert_eq!(quarantined, 1 + others, "{scheme:?}");
+            assert!(!with[0].2, "{scheme:?}: the light one is in quarantine");
+            assert_eq!(with[1..], without, "{scheme:?}");
+        }
+    }
+}
