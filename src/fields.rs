@@ -119,9 +119,7 @@ impl Fields {
     ) -> Result<Self, StepError> {
         set.validate_changes()?;
         settings.scheme.validate()?;
-        if !state.is_sound() {
-            return Err(StepError::State);
-        }
+        state.check()?;
         Ok(Fields {
             settings,
             state,
@@ -156,8 +154,7 @@ impl Fields {
         events: &dyn EventHandler,
     ) -> Result<StepOutcome, StepError> {
         let pool = Pool::of(world);
-        let mut open = pool.run(|| self.begin(WorldMut::from(&mut *world)))?;
-        open.alone = true;
+        let open = pool.run(|| self.begin_step(WorldMut::from(&mut *world), true))?;
         world.step_with_events(&open.hooks(hooks), events);
         pool.run(|| self.finish(open, WorldMut::from(world)))
     }
@@ -196,12 +193,20 @@ impl Fields {
     /// # Errors
     /// See [`StepError`]; nothing has been written.
     pub fn begin(&mut self, world: WorldMut<'_>) -> Result<OpenStep, StepError> {
-        self.set.validate_changes()?;
-        let (fields, state, pipeline) = self.parts();
-        pipeline.begin(&fields, state, world)
+        self.begin_step(world, false)
     }
 
-    /// What happens after Rapier's step.
+    fn begin_step(&mut self, world: WorldMut<'_>, alone: bool) -> Result<OpenStep, StepError> {
+        self.set.validate_changes()?;
+        let (fields, state, pipeline) = self.parts();
+        pipeline.begin(&fields, state, world, alone)
+    }
+
+    /// What happens after Rapier's step: once for each of its steps.
+    ///
+    /// Where fields pushed a body before it, a step that was not made is
+    /// [an error](StepError::NotStepped), and one that was made twice
+    /// [a warning](crate::StepWarning::OtherSteps) where it shows on what moves freely or rests.
     ///
     /// # Errors
     /// See [`StepError`]; the world is as it was before [`begin`](Self::begin).

@@ -21,7 +21,7 @@ use state::OpenRecord;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-use crate::bridge::{Push, Reader, Rollback, SoftBodies, WakePolicy};
+use crate::bridge::{Push, Reader, Rollback, SoftBodies, Stepped, WakePolicy};
 use crate::compile::Compiled;
 use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, Rules};
 use crate::cross_check::Watched;
@@ -83,6 +83,9 @@ pub struct FieldPipeline {
     /// Of the second half.
     late: Motions,
     rollback: Rollback,
+    stepped: Stepped,
+    /// Whether nobody but Rapier has the world until the step is finished.
+    alone: bool,
     /// As it was when the step began.
     on_fault: FaultPolicy,
     /// Bodies that are to be disabled in this half of the step.
@@ -138,6 +141,8 @@ impl Default for FieldPipeline {
             motions: Motions::default(),
             late: Motions::default(),
             rollback: Rollback::default(),
+            stepped: Stepped::default(),
+            alone: false,
             on_fault: FaultPolicy::default(),
             condemned: Vec::new(),
             spare: Evaluation::default(),

@@ -43,6 +43,16 @@ impl<'a> Constraints<'a> {
         (self.contacts && colliders.any(|it| pushes(*it))) || self.join(handle)
     }
 
+    /// Whether a body touches anything, or joints hold it: Rapier may put it elsewhere than its velocity does.
+    pub(super) fn concern(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
+        let touches = |collider| {
+            let mut pairs = self.pairs.contact_pairs_with(collider);
+            pairs.any(ContactPair::has_any_active_contact)
+        };
+        let mut colliders = body.colliders().iter();
+        (self.contacts && colliders.any(|it| touches(*it))) || self.join(handle)
+    }
+
     /// Whether joints hold a body.
     pub(super) fn join(&self, handle: RigidBodyHandle) -> bool {
         let mut joints = self.joints.attached_enabled_joints(handle);

@@ -69,8 +69,11 @@ pub enum StepError {
     Setting(#[from] BuildError),
     /// The state of the fields is none that a step leaves behind: it was read from elsewhere, or a
     /// time that is not finite was set.
-    #[error("the state of the fields is not one that a step leaves behind")]
-    State,
+    #[error("the state of the fields is not one that a step leaves behind: {value}")]
+    State {
+        /// What is amiss, with its value.
+        value: String,
+    },
     /// The state of the fields was left behind by a step of another world: what it knows of bodies
     /// is not so.
     #[error(
@@ -84,6 +87,11 @@ pub enum StepError {
     /// stood in place of the user's have been taken back now; the next call begins a step.
     #[error("the last step was begun, and dropped instead of finished")]
     Unfinished,
+    /// Rapier made no step between [`begin`](crate::Fields::begin) and [`finish`](crate::Fields::finish):
+    /// some programs that draw between two steps make none in some frames, or several. Begin and finish
+    /// around each of Rapier's steps.
+    #[error("Rapier made no step between begin and finish: call both around each of its steps")]
+    NotStepped,
     /// The open step was not the last one that these fields began.
     #[error("this step was not the last one that these fields began")]
     NotTheirs,

@@ -9,6 +9,7 @@ mod sleep;
 mod soft;
 mod soft_load;
 mod soft_volume;
+mod stepped;
 mod world;
 mod write;
 
@@ -23,6 +24,7 @@ pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;
 pub(crate) use soft::SoftBodies;
 pub(crate) use soft_load::{LentForces, SoftFlight, give_back};
+pub(crate) use stepped::{Made, Stepped};
 pub(crate) use world::View;
 pub(crate) use write::{
     ForceOverride, Hit, Push, apply, finish, let_precess, place, push, quarantine, restore, rouse,

@@ -83,23 +83,54 @@ impl Evaluation {
         self.outdated = false;
     }
 
-    /// Whether what was read from elsewhere is of one piece.
-    pub(crate) fn is_sound(&self) -> bool {
+    /// Of what was read from elsewhere the first value that no evaluation has.
+    pub(crate) fn amiss(&self) -> Option<String> {
         let count = self.bodies.len();
-        let fits = |length: usize| length == 0 || length == count;
+        if !(self.dt >= 0.0 && self.dt.is_finite()) {
+            return Some(format!("dt is {}", self.dt));
+        }
         let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
-        self.wrenches.len() == count
-            && fits(self.centres.len())
-            && fits(self.sampled_at.len())
-            && fits(self.couplings.len())
-            && self.bodies.is_sorted_by(|a, b| index(a) < index(b))
-            && self.estimates.is_sorted_by(|a, b| a.place < b.place)
-            && self.estimates.iter().all(|estimate| estimate.place < count)
-            && self.treatments.is_sorted_by(|a, b| a.0 < b.0)
-            && self.treatments.iter().all(|(place, _)| *place < count)
-            && self.left_out.is_sorted_by(|a, b| a < b)
-            && self.left_out.iter().all(|place| *place < count)
-            && self.wrenches.iter().all(Wrench::is_finite)
+        if !self.bodies.is_sorted_by(|a, b| index(a) < index(b)) {
+            return Some("bodies are out of order".to_owned());
+        }
+        let lengths = [
+            ("wrenches", self.wrenches.len(), false),
+            ("centres", self.centres.len(), true),
+            ("sampled_at", self.sampled_at.len(), true),
+            ("couplings", self.couplings.len(), true),
+        ];
+        for (name, length, or_none) in lengths {
+            if length != count && !(or_none && length == 0) {
+                return Some(format!("{name} has {length} entries of {count} bodies"));
+            }
+        }
+        let places = [
+            (
+                "estimates",
+                places(self.estimates.iter().map(|it| it.place), count),
+            ),
+            (
+                "treatments",
+                places(self.treatments.iter().map(|it| it.0), count),
+            ),
+            ("left_out", places(self.left_out.iter().copied(), count)),
+        ];
+        for (name, place) in places {
+            if let Some(place) = place {
+                return Some(format!("{name} has the place {place} of {count} bodies"));
+            }
+        }
+        let bad = self.wrenches.iter().position(|it| !it.is_finite());
+        if let Some(bad) = bad {
+            return Some(format!("wrenches[{bad}] is {:?}", self.wrenches[bad]));
+        }
+        let mut paces = self.treatments.iter().filter_map(|it| match it.1 {
+            Treatment::Resolve(pace) if !pace.is_sound() => Some(pace),
+            _ => None,
+        });
+        paces
+            .next()
+            .map(|pace| format!("a pace of treatments is {pace:?}"))
     }
 
     /// Puts what is left of the wrenches of a fault in their place.
@@ -136,6 +167,16 @@ impl Evaluation {
         self.missed.retain_mut(moved);
         self.left_out.retain_mut(moved);
     }
+}
+
+/// The first of some places that is out of order, or of no body.
+fn places(mut all: impl Iterator<Item = usize>, count: usize) -> Option<usize> {
+    let mut next = 0;
+    all.find(|place| {
+        let bad = *place < next || *place >= count;
+        next = place.saturating_add(1);
+        bad
+    })
 }
 
 /// Keeps of a list by place, which may be empty, what stays.

@@ -25,6 +25,13 @@ pub(crate) struct Pace {
     pub jump: f64,
 }
 
+impl Pace {
+    /// Whether a way can have shown it. What is infinite is as hard to follow as can be.
+    pub(super) fn is_sound(self) -> bool {
+        self.omega2 >= 0.0 && self.jump >= 0.0
+    }
+}
+
 /// Follows a body from kick to kick.
 #[derive(Clone, Default)]
 pub(super) struct Track {

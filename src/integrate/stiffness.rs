@@ -188,6 +188,18 @@ pub enum StepWarning {
         "Rapier's step was not given the hooks of the open step, and solved contacts of fields"
     )]
     HooksNotGiven,
+    /// Rapier made several steps between [`begin`](crate::Fields::begin) and
+    /// [`finish`](crate::Fields::finish), or one that was longer than the one begun: fields acted for `dt`,
+    /// and the others are without them. Begin and finish around each of Rapier's steps.
+    #[error(
+        "Rapier moved bodies on by {advanced} between begin and finish, and the step that was begun is {dt}"
+    )]
+    OtherSteps {
+        /// By how much, as far as it shows.
+        advanced: Real,
+        /// The step that was begun.
+        dt: Real,
+    },
 }
 
 impl StepWarning {

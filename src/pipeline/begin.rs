@@ -18,12 +18,14 @@ use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Lookup, find, find_near};
 
 impl FieldPipeline {
-    /// What happens before Rapier's step. After an error nothing has been written.
+    /// What happens before Rapier's step; `alone`: which is made right after. After an error nothing has
+    /// been written.
     pub(crate) fn begin(
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
         mut world: WorldMut<'_>,
+        alone: bool,
     ) -> Result<OpenStep, StepError> {
         if let Some(open) = state.open.take() {
             take_back(&open, &mut world);
@@ -37,13 +39,13 @@ impl FieldPipeline {
             return Err(StepError::TimeStep { dt });
         }
         fields.settings.scheme.validate()?;
-        if !state.is_sound() {
-            return Err(StepError::State);
-        }
+        state.check()?;
         self.follow(fields);
         self.check_scheme(fields)?;
         self.warnings.clear();
         self.condemned.clear();
+        self.stepped.clear();
+        self.alone = alone;
         self.on_fault = fields.settings.on_fault;
         self.recognise(state, &world.view())?;
         self.check_anchors(fields.set, state, &world.view())?;
@@ -52,11 +54,11 @@ impl FieldPipeline {
         let tally = self.begin_audit(fields, state, &world);
         let soft = self.begin_soft(fields, state, &world)?;
         self.note_starts(&world);
+        let mark = state.mark;
         let begun = self.begin_bodies(fields, state, &mut world);
         if begun.is_err() {
             // It may be that of bodies which the records do not know.
             self.retire(state);
-            state.reactions.clear();
             self.rollback.restore(&mut world);
         }
         let (idle, sleepers) = begun?;
@@ -66,7 +68,7 @@ impl FieldPipeline {
                 .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
             let policy = fields.settings.wake;
             let refuses = self.on_fault == FaultPolicy::Refuse;
-            self.softs.take(refuses.then_some(world.soft_bodies));
+            self.softs.take((refuses || !alone).then_some(world.soft_bodies));
             let lent = &mut record.lent;
             self.softs.first_half(policy, world.soft_bodies, lent)
         });
@@ -76,6 +78,7 @@ impl FieldPipeline {
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);
         let to_ask = to_ask(&self.claims, world.narrow_phase, &world.view());
+        self.stepped.choose(world.bodies, dt);
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
@@ -83,11 +86,13 @@ impl FieldPipeline {
         Ok(OpenStep {
             number: state.steps,
             dt,
-            alone: false,
+            alone,
             idle,
             motions: std::mem::take(&mut self.motions),
             bodies: std::mem::replace(&mut self.bodies, std::mem::take(&mut self.late_bodies)),
             rollback: std::mem::take(&mut self.rollback),
+            stepped: std::mem::take(&mut self.stepped),
+            mark,
             on_fault: self.on_fault,
             expected,
             tally,
@@ -490,6 +495,12 @@ impl FieldPipeline {
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
         let motions = &self.motions;
+        if !self.alone {
+            let written = motions.updates.iter().map(|update| update.body);
+            let loaded = motions.loads.iter().map(|load| load.body);
+            self.stepped.note(world.bodies, written.chain(loaded));
+            self.stepped.note_condemned(world.bodies, &self.condemned);
+        }
         bridge::apply(world.bodies, &motions.loads, &mut open.overrides);
         open.steady
             .extend(motions.turns.iter().map(|turn| turn.body));
@@ -510,6 +521,7 @@ impl FieldPipeline {
         let wrenches = state.evaluation.iter().flat_map(|it| &it.wrenches);
         let bodies = self.bodies.iter().zip(wrenches.copied());
         balance.find_restless(bodies, &mut state.drowsing, &mut self.restless);
+        self.stepped.drowsing = Some(was_drowsing);
     }
 
     /// Takes note of how the bodies begin the step, for contacts: before fields act on them.
@@ -615,7 +627,7 @@ fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
 }
 
 /// Takes back what a step that was never finished has left in a world.
-fn take_back(open: &OpenRecord, world: &mut WorldMut<'_>) {
+pub(super) fn take_back(open: &OpenRecord, world: &mut WorldMut<'_>) {
     bridge::restore(world.bodies, &open.overrides);
     bridge::let_precess(world.bodies, &open.steady);
     bridge::give_back(world.soft_bodies, &open.lent);

@@ -3,11 +3,12 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use super::begin::take_back;
 use super::faults::answering;
 use super::stages::{Now, iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
-use crate::bridge::{self, Push, StepError, View, WakePolicy, WorldMut};
+use crate::bridge::{self, Made, Push, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{
     FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, Verdicts, is_dominated, report,
     was_to_ask,
@@ -45,9 +46,20 @@ impl FieldPipeline {
             if open.soft.is_some() {
                 self.softs.restore(world.soft_bodies);
             }
-            state.evaluation = None;
-            state.records.clear();
-            state.reactions.clear();
+            // Where no time has passed, the next step begins with what this one began with.
+            let not_stepped = outcome == Err(StepError::NotStepped);
+            if not_stepped {
+                state.mark = open.mark;
+                std::mem::swap(&mut state.reactions, &mut open.motions.reactions);
+            } else {
+                state.reactions.clear();
+            }
+            if !not_stepped || !state.knows_all() {
+                state.forget();
+            }
+            if let Some(drowsing) = open.stepped.drowsing.take() {
+                state.drowsing = drowsing;
+            }
         }
         // The buffers are used again.
         record.clear();
@@ -55,6 +67,7 @@ impl FieldPipeline {
         self.motions = open.motions;
         self.rollback = open.rollback;
         self.softs.spare = open.soft.unwrap_or_default();
+        self.stepped = open.stepped;
         self.late_bodies = std::mem::replace(&mut self.bodies, open.bodies);
         outcome
     }
@@ -67,6 +80,17 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
         let dt = open.dt;
+        match open.stepped.made(world, dt) {
+            Made::One => {}
+            Made::None => {
+                take_back(record, world);
+                open.stepped.take_back(world.bodies);
+                return Err(StepError::NotStepped);
+            }
+            Made::More(advanced) => {
+                self.warnings.push(StepWarning::OtherSteps { advanced, dt });
+            }
+        }
         if !self.compiled.detectors.is_empty() {
             // Nobody asks hooks any more.
             open.starts = Arc::default();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::bridge::{Rollback, SoftFlight};
+use crate::bridge::{Rollback, SoftFlight, Stepped};
 use crate::contact::{Claims, Heard, Listening, Pairs, Starts, StepHooks};
 use crate::cross_check::Expected;
 use crate::diagnose::Tally;
@@ -23,13 +23,17 @@ pub struct OpenStep {
     pub(super) number: u64,
     pub(super) dt: Real,
     /// Whether nobody but Rapier has the world until it is finished.
-    pub(crate) alone: bool,
+    pub(super) alone: bool,
     /// Whether no field can reach any body within the step.
     pub(super) idle: bool,
     pub(super) motions: Motions,
     /// The bodies that were sampled, as they were.
     pub(super) bodies: Vec<Body>,
     pub(super) rollback: Rollback,
+    /// By what Rapier's step shows, unless it is ours.
+    pub(super) stepped: Stepped,
+    /// That of the set as the step before has seen it.
+    pub(super) mark: Option<u64>,
     pub(super) on_fault: FaultPolicy,
     /// Contacts that Rapier should find.
     pub(super) expected: Option<Expected>,

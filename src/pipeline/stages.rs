@@ -161,6 +161,7 @@ impl FieldPipeline {
             self.spare = evaluation;
         }
         state.records.clear();
+        state.reactions.clear();
     }
 
     /// What the integrator is told of a step; apart from `self`, so that it can be borrowed beside.

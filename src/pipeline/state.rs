@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::bridge::{Drowsing, ForceOverride, LentForces, Resting};
+use crate::bridge::{Drowsing, ForceOverride, LentForces, Resting, StepError};
 use crate::contact::{HandOver, Listening};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::EnergyAudit;
@@ -108,18 +108,56 @@ impl FieldState {
     }
 
     /// Whether it is of one piece, and could have been left behind by a step.
-    pub(crate) fn is_sound(&mut self) -> bool {
-        if !self.checked {
-            let evaluated = self.evaluation.as_ref();
-            let count = evaluated.map_or(self.records.len(), |last| last.bodies.len());
-            self.checked = evaluated.is_none_or(Evaluation::is_sound)
-                && (self.records.len() == count || self.records.is_empty())
-                && self.resting.is_sound()
-                && self.drowsing.is_sound()
-                && self.reactions.is_sound();
+    pub(crate) fn check(&mut self) -> Result<(), StepError> {
+        let amiss = match self.checked {
+            true => None,
+            false => self.amiss(),
+        };
+        let time = (!self.time.is_finite()).then(|| format!("time is {}", self.time));
+        match amiss.or(time) {
+            Some(value) => Err(StepError::State { value }),
+            None => {
+                self.checked = true;
+                Ok(())
+            }
         }
-        self.checked && self.time.is_finite()
     }
+
+    /// Whether it is known of each body that was evaluated how a step left it.
+    pub(crate) fn knows_all(&self) -> bool {
+        let evaluated = self.evaluation.as_ref().map(|last| last.bodies.len());
+        evaluated == Some(self.records.len())
+    }
+
+    /// Has the next step evaluate anew.
+    pub(crate) fn forget(&mut self) {
+        self.evaluation = None;
+        self.records.clear();
+    }
+
+    /// The first value that no step leaves behind.
+    fn amiss(&self) -> Option<String> {
+        let last = self.evaluation.as_ref();
+        if let Some(amiss) = last.and_then(Evaluation::amiss) {
+            return Some(format!("evaluation.{amiss}"));
+        }
+        let (count, known) = (self.records.len(), last.map_or(0, |last| last.bodies.len()));
+        if count != known && count != 0 && last.is_some() {
+            return Some(format!("records has {count} entries of {known} bodies"));
+        }
+        let lists = [
+            ("resting", self.resting.is_sound()),
+            ("drowsing", self.drowsing.is_sound()),
+            ("reactions", self.reactions.is_sound()),
+            ("stiff", self.stiff.is_sorted_by_key(|it| index(*it))),
+        ];
+        let list = lists.iter().find(|(_, is_sound)| !is_sound);
+        list.map(|(name, _)| format!("{name} is out of order, or not finite"))
+    }
+}
+
+fn index(body: RigidBodyHandle) -> u32 {
+    body.into_raw_parts().0
 }
 
 impl BodyRecord {

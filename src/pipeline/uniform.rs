@@ -127,18 +127,19 @@ impl FieldPipeline {
                 parameters: world.integration_parameters,
                 drowsing: &was_drowsing,
             };
+            let torque = Vector::ZERO;
             let drowsy = self.bodies.iter().map(|body| {
                 let force = push.pull.on(body.mass);
-                (
-                    body,
-                    Wrench {
-                        force,
-                        torque: Vector::ZERO,
-                    },
-                )
+                (body, Wrench { force, torque })
             });
             balance.find_restless(drowsy, &mut state.drowsing, &mut self.restless);
             self.bodies.clear();
+            self.stepped.drowsing = Some(was_drowsing);
+        }
+        if first.is_none() && !self.alone {
+            let written = updates.iter().map(|update| update.body);
+            let loaded = self.motions.loads.iter().map(|load| load.body);
+            self.stepped.note(world.bodies, written.chain(loaded));
         }
         match linear {
             true => bridge::write_linear(world.bodies, updates),

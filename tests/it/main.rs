@@ -41,6 +41,7 @@ mod far_fields;
 mod faults;
 mod force_lifetime;
 mod ground;
+mod halves;
 mod impacts_under_force;
 mod implosion;
 mod integrator_maps;

@@ -1,0 +1,160 @@
+//! Rapier's steps between the two halves of ours: one is due, and none or several are told.
+
+use rapier3d_fields::math::to_f64;
+use rapier3d_fields::prelude::*;
+
+use crate::lab::stability::SCHEMES;
+use crate::support::bits::bits;
+use crate::support::{assert_close, weightless};
+
+type Run = (PhysicsWorld, Fields);
+
+fn finish_after((world, fields): &mut Run, rapiers_steps: usize) -> Result<(), StepError> {
+    let open = fields.begin(WorldMut::from(&mut *world)).expect("a step");
+    for _ in 0..rapiers_steps {
+        world.step_with_events(&open.hooks(&()), &());
+    }
+    fields.finish(open, WorldMut::from(world)).map(|_| ())
+}
+
+fn others(fields: &Fields) -> Option<f64> {
+    fields.warnings().iter().find_map(|told| match told {
+        StepWarning::OtherSteps { advanced, dt } => Some(to_f64(*advanced) / to_f64(*dt)),
+        _ => None,
+    })
+}
+
+/// Boxes on a floor and in the air, a sleeper that the field wakes, a joint, a kinematic body.
+fn yard(tree: impl Into<Tree>, scheme: Scheme) -> Run {
+    let mut world = PhysicsWorld::new();
+    let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
+    world.insert(floor, ColliderBuilder::cuboid(50.0, 0.5, 50.0));
+    let body = |x: Real, y: Real| RigidBodyBuilder::dynamic().translation(Vector::new(x, y, 0.0));
+    let part = || ColliderBuilder::cuboid(0.5, 0.4, 0.3);
+    world.insert(body(0.0, 0.4), part());
+    world.insert(body(0.1, 1.2), part());
+    world.insert(body(4.0, 6.0).linvel(Vector::X).angvel(Vector::ONE), part());
+    world.insert(body(8.0, 0.4).sleeping(true), part());
+    let a = world.insert(body(12.0, 5.0), part()).0;
+    let b = world.insert(body(14.0, 5.0), part()).0;
+    let joint = SphericalJointBuilder::new().local_anchor2(Vector::X * -2.0);
+    world.impulse_joints.insert(a, b, joint, true);
+    let led = RigidBodyBuilder::kinematic_velocity_based().linvel(Vector::X);
+    world.insert(led.translation(Vector::Z * 9.0), part());
+    let fields = Fields::builder(tree).scheme(scheme).build();
+    (world, fields.expect("a valid tree"))
+}
+
+fn trees() -> [Tree; 2] {
+    let well = Field::spring(3.0) + Field::drag(0.1, 0.0);
+    [Field::uniform(Vector::X).into(), well]
+}
+
+/// 95daff4: `Ok`, the kick stays in the velocities, and the next step kicks again. Now an error, and the
+/// world is as it was: the run goes on as one that was never begun in vain.
+#[test]
+fn none_is_an_error_and_leaves_the_world_as_it_was() {
+    for scheme in SCHEMES {
+        for tree in trees() {
+            let mut plain = yard(tree.clone(), scheme);
+            let mut halted = yard(tree, scheme);
+            for step in 0..40 {
+                if step % 3 == 0 {
+                    let before = bits(&halted.0);
+                    let error = finish_after(&mut halted, 0).expect_err("no step was made");
+                    assert_eq!(error, StepError::NotStepped, "{scheme:?}");
+                    assert_eq!(bits(&halted.0), before, "{scheme:?}, step {step}");
+                }
+                plain.1.step(&mut plain.0).expect("a step");
+                finish_after(&mut halted, 1).expect("a step");
+                assert_eq!(others(&halted.1), None, "{scheme:?}, step {step}");
+            }
+            assert_eq!(plain.1.time(), halted.1.time());
+            assert!(bits(&plain.0) == bits(&halted.0), "{scheme:?}");
+        }
+    }
+}
+
+/// What fields disabled in the first half is enabled again.
+#[test]
+fn none_takes_back_a_quarantine() {
+    let broken = Field::closure([], |_: &Sample| Vector::X / 0.0).within(Region::ball(1.0));
+    let mut run = yard(broken, Scheme::KickDriftKick);
+    let before = bits(&run.0);
+    let error = finish_after(&mut run, 0).expect_err("no step was made");
+    assert_eq!(error, StepError::NotStepped);
+    assert_eq!(bits(&run.0), before);
+    finish_after(&mut run, 1).expect("a step");
+    assert!(run.0.bodies.iter().any(|(_, body)| !body.is_enabled()));
+}
+
+/// 95daff4: `Ok`, no warning, and a body that is pushed at 1 m/s² gains half as much in the time of two
+/// steps. Now a warning says by how much Rapier went on: of bodies that fly as of those that rest.
+#[test]
+fn several_are_told() {
+    for scheme in SCHEMES {
+        for count in [2, 3, 5] {
+            let mut world = weightless(1.0 / 60.0);
+            let ball = RigidBodyBuilder::dynamic().linvel(Vector::new(1.0, 2.0, 0.0));
+            world.insert(ball, ColliderBuilder::ball(0.5));
+            let fields = Fields::builder(Field::uniform(Vector::X * 0.1)).scheme(scheme);
+            let mut run = (world, fields.build().expect("a valid tree"));
+            finish_after(&mut run, count).expect("told, not refused");
+            let advanced = others(&run.1).expect("told");
+            assert_close(advanced, count as f64, 0.05, format!("{scheme:?} flies"));
+            finish_after(&mut run, 1).expect("a step");
+            assert_eq!(others(&run.1), None, "{scheme:?}");
+
+            let mut world = PhysicsWorld::new();
+            world.insert(
+                RigidBodyBuilder::fixed(),
+                ColliderBuilder::cuboid(9.0, 0.5, 9.0),
+            );
+            let chest = RigidBodyBuilder::dynamic().translation(Vector::Y);
+            world.insert(chest, ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+            let fields = Fields::builder(Field::uniform(Vector::X * 0.1)).scheme(scheme);
+            let mut run = (world, fields.build().expect("a valid tree"));
+            for _ in 0..5 {
+                finish_after(&mut run, 1).expect("a step");
+                assert_eq!(others(&run.1), None, "{scheme:?}");
+            }
+            finish_after(&mut run, count).expect("told, not refused");
+            let advanced = others(&run.1).expect("told");
+            assert_close(advanced, count as f64, 1e-3, format!("{scheme:?} rests"));
+        }
+    }
+}
+
+/// No false alarm: a body that is pushed out of another by Rapier's correction of positions moves on by
+/// more than its velocity says; one that is stopped by continuous detection by less; one in a storm changes
+/// its velocity by much; a step without length moves none.
+#[test]
+fn one_is_never_told() {
+    for scheme in SCHEMES {
+        let mut run = yard(Field::uniform(Vector::new(30.0, -80.0, 5.0)), scheme);
+        let part = || ColliderBuilder::cuboid(0.5, 0.5, 0.5);
+        for k in 0..6 {
+            let place = Vector::new(20.0 + 0.2 * k as Real, 0.3, 0.0);
+            run.0.insert(
+                RigidBodyBuilder::dynamic()
+                    .translation(place)
+                    .linvel(Vector::X * 0.1),
+                part(),
+            );
+            let fast = RigidBodyBuilder::dynamic()
+                .translation(Vector::new(-9.0 + k as Real * 2.0, 3.0, 6.0))
+                .linvel(Vector::Y * -90.0)
+                .ccd_enabled(k % 2 == 0);
+            run.0.insert(fast, ColliderBuilder::ball(0.2));
+        }
+        for step in 0..120 {
+            run.0.integration_parameters.dt = match step % 10 {
+                7 => 0.0,
+                8 => 1e-5,
+                _ => 1.0 / 60.0,
+            };
+            finish_after(&mut run, 1).expect("a step");
+            assert_eq!(others(&run.1), None, "{scheme:?}, step {step}");
+        }
+    }
+}
