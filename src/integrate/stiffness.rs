@@ -51,7 +51,9 @@ pub enum StepWarning {
         body: RigidBodyHandle,
         /// The step times the fastest frequency; see [`Scheme`](crate::Scheme) for its limit.
         dt_omega: Real,
-        /// See [`Stiffness::largest_stable_dt`]; under `LinearlyImplicit` the step from which on it tells.
+        /// See [`Stiffness::largest_stable_dt`]; under `LinearlyImplicit`, and where forces are given to
+        /// Rapier (`ExternalForce`, links of multibodies), which gains energy at any step, the step from which
+        /// on it tells. Never zero.
         largest_stable_dt: Real,
     },
     /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for

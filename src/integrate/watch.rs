@@ -92,7 +92,7 @@ impl Integrator {
             }
         }
         let worst = worst.1.map(|link| (link, worst.0));
-        warnings.extend(worst.map(|(link, dt_omega)| by_force(link, dt_omega)));
+        warnings.extend(worst.map(|(link, dt_omega)| by_force(link, dt_omega, context.dt)));
     }
 
     /// What is to be said of the worst of some bodies in fields that hang on bodies that move: by how
@@ -156,7 +156,8 @@ impl Integrator {
         }
         // Where energy is gained at any step, Jacobians would be worked out in every one.
         if context.rules.scheme == Scheme::ExternalForce {
-            warnings.push(by_force(body, worst.0.sqrt().sqrt() * from_f64(BY_FORCE)));
+            let dt_omega = worst.0.sqrt().sqrt() * from_f64(BY_FORCE);
+            warnings.push(by_force(body, dt_omega, context.dt));
             return;
         }
         self.prepare(context);
@@ -164,7 +165,7 @@ impl Integrator {
         if limit(place) == Some(BY_FORCE) {
             let dt_omega = estimate.rates.report(context.dt, 0.0).dt_omega;
             let told = to_f64(dt_omega) > BY_FORCE;
-            warnings.extend(told.then(|| by_force(body, dt_omega)));
+            warnings.extend(told.then(|| by_force(body, dt_omega, context.dt)));
             return;
         }
         let mut worst = judged(context, evaluation, &estimate).map(|it| it.1);
@@ -316,24 +317,26 @@ fn stiff(
         gyration: 0.0,
     };
     let scheme = match context.rules.scheme {
+        Scheme::ExternalForce => return by_force(body, from_f64(dt_omega), context.dt),
         // Of those it is what solves for nothing that counts.
         scheme if scheme.chooses() => Scheme::KickDriftKick,
         Scheme::LinearlyImplicit => Scheme::Kick,
         scheme => scheme,
     };
-    StepWarning::Stiff {
-        body,
-        dt_omega: from_f64(dt_omega),
-        largest_stable_dt: from_f64(mode.largest_stable_dt(scheme)),
-    }
+    told(body, from_f64(dt_omega), mode.largest_stable_dt(scheme))
 }
 
-/// What gains energy at any step.
-fn by_force(body: RigidBodyHandle, dt_omega: Real) -> StepWarning {
+/// What gains energy at any step: by a percent in a hundred steps from where it is told.
+fn by_force(body: RigidBodyHandle, dt_omega: Real, dt: Real) -> StepWarning {
+    told(body, dt_omega, to_f64(dt) * BY_FORCE / to_f64(dt_omega))
+}
+
+/// However stiff the fields are, there is a step to be named.
+fn told(body: RigidBodyHandle, dt_omega: Real, largest_stable_dt: f64) -> StepWarning {
     StepWarning::Stiff {
         body,
         dt_omega,
-        largest_stable_dt: 0.0,
+        largest_stable_dt: from_f64(largest_stable_dt).max(Real::MIN_POSITIVE),
     }
 }
 
@@ -360,15 +363,11 @@ fn judged(
     let bad = exceeds(rate * dt, limit) || (rates.turns_by(dt) > 1.0 && gains());
     bad.then(|| {
         let report = report(context, estimate);
-        let (dt_omega, largest_stable_dt) = match scheme {
-            Scheme::LinearlyImplicit => (from_f64(rate * dt), from_f64(limit / rate)),
-            _ => (report.dt_omega, report.largest_stable_dt),
-        };
         let body = evaluation.bodies[estimate.place];
-        let warning = StepWarning::Stiff {
-            body,
-            dt_omega,
-            largest_stable_dt,
+        let warning = match scheme {
+            Scheme::LinearlyImplicit => told(body, from_f64(rate * dt), limit / rate),
+            Scheme::ExternalForce => by_force(body, report.dt_omega, context.dt),
+            _ => told(body, report.dt_omega, to_f64(report.largest_stable_dt)),
         };
         (rate, warning)
     })
@@ -390,11 +389,7 @@ pub(crate) fn warn_of_springs(body: RigidBodyHandle, omega2: f64, dt: Real) -> O
     let omega = omega2.sqrt();
     let dt_omega = omega * to_f64(dt);
     let warned = dt_omega > SPRINGS_FROM;
-    warned.then(|| StepWarning::Stiff {
-        body,
-        dt_omega: from_f64(dt_omega),
-        largest_stable_dt: from_f64(2.0 / omega),
-    })
+    warned.then(|| told(body, from_f64(dt_omega), 2.0 / omega))
 }
 
 /// A bounce off a spring gives back at most 1/(1 − (dt·ω)²/4) of the energy: here a fifteenth more.

@@ -247,6 +247,42 @@ fn stiff_springs_of_contacts_are_told_of() {
     assert!(told);
 }
 
+/// 95daff4: 0, which no step is, for a blast beside an articulation, and for every stiff field under
+/// `ExternalForce`: what gains energy at any step. Now the step from which on it is told, 0.02/ω.
+#[test]
+fn a_stable_step_is_never_of_length_zero() {
+    for scheme in SCHEMES {
+        let mut world = weightless(1.0 / 60.0);
+        let a = insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);
+        let b = insert_ball(&mut world, 1.0, Vector::X * 2.0, Vector::ZERO);
+        let joint = SphericalJointBuilder::new().local_anchor2(Vector::X * -1.0);
+        let link = world.multibody_joints.insert(a, b, joint, true);
+        link.expect("a chain");
+        let blast = Field::explosion(10.0, 4.0);
+        let mut fields = build(blast + Field::spring(9.0), scheme);
+        let mut told = 0;
+        for _ in 0..60 {
+            fields.step(&mut world).expect("a finite step");
+            for warning in fields.warnings() {
+                let StepWarning::Stiff {
+                    dt_omega,
+                    largest_stable_dt,
+                    ..
+                } = warning
+                else {
+                    continue;
+                };
+                let share = to_f64(*largest_stable_dt) * to_f64(*dt_omega) * 60.0;
+                // What that scheme tells of its own is told from 0.25 on.
+                let own = scheme == Scheme::LinearlyImplicit && share > 0.1;
+                assert_close(share, if own { 0.25 } else { 0.02 }, 1e-5, "of 1/ω");
+                told += 1;
+            }
+        }
+        assert!(told > 0, "{scheme:?}");
+    }
+}
+
 /// Auto tells what it reached in every step, not only what it missed.
 #[test]
 fn the_error_that_was_reached_is_told() {
