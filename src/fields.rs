@@ -2,10 +2,12 @@
 
 mod builder;
 mod estimate;
+mod predict;
 mod questions;
 
 pub use builder::FieldsBuilder;
 pub use estimate::ErrorEstimate;
+pub use predict::Prediction;
 
 use std::ops::{Index, IndexMut};
 use std::sync::mpsc::Sender;

@@ -199,7 +199,7 @@ pub use field::{
     FieldRef, FieldSet, ForceMode, Layer, Lifetime, Operator, PropertyError, Region, Sample,
     Sampling, Scalar, Tree, TreeHandle,
 };
-pub use fields::{ErrorEstimate, Fields, FieldsBuilder};
+pub use fields::{ErrorEstimate, Fields, FieldsBuilder, Prediction};
 pub use integrate::{FaultPolicy, Scheme, StepWarning, Stiffness, Substeps};
 pub use pipeline::{
     BodySample, FieldPipeline, FieldSettings, FieldState, FieldValue, OpenStep, StepOutcome,

@@ -4,7 +4,7 @@ use super::Fields;
 use crate::bridge::StepError;
 use crate::integrate::{Scheme, Substeps};
 use crate::math::{Real, RigidBodyHandle, RigidBodySet, Rotation, Vector};
-use crate::rapier::pipeline::{CollisionPipeline, PhysicsPipeline, PhysicsWorld};
+use crate::rapier::pipeline::PhysicsWorld;
 
 /// How far off a body is after some steps, as [`Fields::estimate_error`] found it, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,17 +85,15 @@ impl Fields {
         steps: usize,
         dt: Real,
     ) -> Result<RigidBodySet, StepError> {
-        let mut settings = self.settings.clone();
+        let mut copy = self.predict(world);
         // Neither changes what bodies do.
-        settings.cross_check.on = false;
-        settings.audit = false;
-        let mut fields = Fields::from_parts(self.set.clone(), settings, self.state.clone())?;
-        let mut world = copy(world);
-        world.integration_parameters.dt = dt;
+        copy.fields.settings.cross_check.on = false;
+        copy.fields.settings.audit = false;
+        copy.world.integration_parameters.dt = dt;
         for _ in 0..steps {
-            fields.step(&mut world)?;
+            copy.step()?;
         }
-        Ok(world.bodies)
+        Ok(copy.world.bodies)
     }
 }
 
@@ -112,23 +110,4 @@ fn order(scheme: &Scheme) -> i32 {
 fn angle(a: &Rotation, b: &Rotation) -> Real {
     let between = *a * b.inverse();
     2.0 * between.xyz().length().min(1.0).asin()
-}
-
-/// All of a world but the workspaces of its pipelines, which a step fills anew.
-fn copy(world: &PhysicsWorld) -> PhysicsWorld {
-    PhysicsWorld {
-        gravity: world.gravity,
-        integration_parameters: world.integration_parameters,
-        physics_pipeline: PhysicsPipeline::new(),
-        collision_pipeline: CollisionPipeline::new(),
-        islands: world.islands.clone(),
-        broad_phase: world.broad_phase.clone(),
-        narrow_phase: world.narrow_phase.clone(),
-        bodies: world.bodies.clone(),
-        colliders: world.colliders.clone(),
-        impulse_joints: world.impulse_joints.clone(),
-        multibody_joints: world.multibody_joints.clone(),
-        soft_bodies: world.soft_bodies.clone(),
-        ccd_solver: Default::default(),
-    }
 }

@@ -62,6 +62,7 @@ mod potentials;
 mod readme;
 mod reference_dimers;
 mod regions_vs_parry;
+mod rollback;
 mod routes;
 mod sampling;
 mod saved_trees;

@@ -295,3 +295,86 @@ fn a_damaged_snapshot_is_an_error_or_runs() {
         assert!(matches!(error, StepError::OtherWorld { .. }), "{error}");
     }
 }
+
+/// 95daff4: `StepError::State` without a word, and paces below zero or NaN were taken for sound. Now the value is
+/// named; what is finite and in order runs.
+///
+/// `DAMAGED=20000` tries as many.
+#[test]
+fn a_damaged_state_is_refused_or_runs() {
+    let tried = std::env::var("DAMAGED").ok().and_then(|it| it.parse().ok());
+    let tried: usize = tried.unwrap_or(100);
+    let mut random = crate::lab::random::Random::new(11);
+    for scheme in [Scheme::Auto { tolerance: 1e-3 }, Scheme::KickDriftKick] {
+        let mut run = ammonia(scheme, Detection::Discrete);
+        let well = Field::spring(4000.0).within(Region::ball(2.0));
+        run.1.set.insert_field(well);
+        run.1.set.insert_field(Field::drag(0.3, 0.1));
+        for _ in 0..3 {
+            step(&mut run);
+        }
+        let saved = Format::Cbor.write(&run.1.state).expect("plain data");
+        let (mut refused, mut ran) = (0, 0);
+        for _ in 0..tried {
+            let mut damaged = saved.clone();
+            let place = (random.uniform() * saved.len() as f64) as usize;
+            damaged[place] ^= 1 << (random.uniform() * 8.0) as u32;
+            let Ok(state) = Format::Cbor.read::<FieldState>(&damaged) else {
+                continue;
+            };
+            let (set, settings) = (run.1.set.clone(), run.1.settings.clone());
+            let mut copy = run.1.predict(&run.0).world;
+            match Fields::from_parts(set, settings, state) {
+                Err(error) => {
+                    assert!(matches!(error, StepError::State { .. }), "{error}");
+                    refused += 1;
+                }
+                Ok(mut fields) => {
+                    ran += usize::from(fields.step(&mut copy).is_ok());
+                }
+            }
+        }
+        println!("{scheme:?}: {refused} refused, {ran} ran");
+        assert!(ran > 0);
+    }
+}
+
+/// What no step leaves behind is refused, and named with its value.
+#[test]
+fn a_state_that_no_step_leaves_is_named() {
+    let mut run = ammonia(Scheme::Auto { tolerance: 1e-3 }, Detection::Discrete);
+    let well = Field::spring(4e5).within(Region::ball(20.0));
+    run.1.set.insert_field(well);
+    for _ in 0..3 {
+        step(&mut run);
+    }
+    let state = serde_json::to_value(&run.1.state).expect("plain data");
+    let treatments = state["evaluation"]["treatments"].as_array();
+    assert!(treatments.is_some_and(|it| !it.is_empty()), "a stiff well");
+    type Damage = fn(&mut serde_json::Value);
+    let damages: [(&str, Damage); 5] = [
+        ("dt is -1", |it| it["evaluation"]["dt"] = (-1.0).into()),
+        ("place 999", |it| {
+            it["evaluation"]["treatments"][0][0] = 999.into();
+        }),
+        ("omega2: -1.0", |it| {
+            it["evaluation"]["treatments"][0][1]["Resolve"]["omega2"] = (-1.0).into();
+        }),
+        ("wrenches has", |it| {
+            let wrenches = it["evaluation"]["wrenches"].as_array_mut();
+            drop(wrenches.and_then(Vec::pop));
+        }),
+        ("records has", |it| {
+            drop(it["records"].as_array_mut().and_then(Vec::pop));
+        }),
+    ];
+    for (told, damage) in damages {
+        let mut damaged = state.clone();
+        damage(&mut damaged);
+        let state = serde_json::from_value(damaged).expect("a state");
+        let (set, settings) = (run.1.set.clone(), run.1.settings.clone());
+        let error = Fields::from_parts(set, settings, state).err();
+        let error = error.expect("refused").to_string();
+        assert!(error.contains(told), "{error}\nlacks {told}");
+    }
+}

@@ -1,0 +1,108 @@
+//! What comes next, on a copy of the world.
+
+use super::Fields;
+use crate::bridge::StepError;
+use crate::math::{Pose, RigidBodyHandle};
+use crate::pipeline::{FieldPipeline, StepOutcome};
+use crate::rapier::pipeline::{CollisionPipeline, PhysicsPipeline, PhysicsWorld};
+
+/// A copy of a world with its fields, to be stepped ahead of them: [`Fields::predict`] makes it.
+pub struct Prediction {
+    /// The copy of the world, under the same handles.
+    pub world: PhysicsWorld,
+    /// The copy of its fields.
+    pub fields: Fields,
+}
+
+impl Fields {
+    /// A copy of a world and of these fields, which can be stepped, pushed and edited without touching
+    /// either: for the way that something will take, or would.
+    ///
+    /// Copied are all of Rapier's sets, with contacts, joints, islands and the trees of the broad phase,
+    /// gravity and parameters; the fields, their settings and their state. Not copied are the workspaces
+    /// of the pipelines, which the first step fills anew (a pool of threads set for the pipeline is
+    /// one of them), and the channel of [events](crate::FieldsBuilder::events). So the copy makes the steps that the
+    /// world will make, bit for bit, as long as neither is given anything else: hooks of your own
+    /// are to be given to both.
+    ///
+    /// It costs a copy of each of these sets, and compiling the fields in the first step; each step then costs
+    /// what a step of the world costs. Shapes are shared.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let mut world = PhysicsWorld::new();
+    /// let ball = RigidBodyBuilder::dynamic().linvel(Vector::new(4.0, 8.0, 0.0));
+    /// let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.1));
+    /// let mut fields = Fields::new(Field::wind(Vector::X * -6.0, 0.0, 0.05))?;
+    /// let path = fields.predict(&world).path(ball, 60)?;
+    /// for pose in path {
+    ///     fields.step(&mut world)?;
+    ///     assert_eq!(*world.bodies[ball].position(), pose);
+    /// }
+    /// # Ok::<(), StepError>(())
+    /// ```
+    #[must_use]
+    pub fn predict(&self, world: &PhysicsWorld) -> Prediction {
+        Prediction {
+            world: copy(world),
+            fields: self.clone(),
+        }
+    }
+}
+
+impl Prediction {
+    /// One step of the copy.
+    ///
+    /// # Errors
+    /// As [`Fields::step`].
+    pub fn step(&mut self) -> Result<StepOutcome, StepError> {
+        self.fields.step(&mut self.world)
+    }
+
+    /// Where a body is after each of the next steps; empty from the step on after which it is not
+    /// there any more.
+    ///
+    /// # Errors
+    /// As [`Fields::step`].
+    pub fn path(&mut self, body: RigidBodyHandle, steps: usize) -> Result<Vec<Pose>, StepError> {
+        let mut path = Vec::new();
+        for _ in 0..steps {
+            self.step()?;
+            path.extend(self.world.bodies.get(body).map(|body| *body.position()));
+        }
+        Ok(path)
+    }
+}
+
+/// The fields, how they act, and what the next step takes over: the copy goes on as the original does, bit
+/// for bit. It sends no [events](crate::FieldsBuilder::events), and its first step compiles the fields.
+impl Clone for Fields {
+    fn clone(&self) -> Self {
+        Fields {
+            settings: self.settings.clone(),
+            state: self.state.clone(),
+            set: self.set.clone(),
+            pipeline: FieldPipeline::new(),
+            events: None,
+        }
+    }
+}
+
+/// All of a world but the workspaces of its pipelines, which a step fills anew.
+fn copy(world: &PhysicsWorld) -> PhysicsWorld {
+    PhysicsWorld {
+        gravity: world.gravity,
+        integration_parameters: world.integration_parameters,
+        physics_pipeline: PhysicsPipeline::new(),
+        collision_pipeline: CollisionPipeline::new(),
+        islands: world.islands.clone(),
+        broad_phase: world.broad_phase.clone(),
+        narrow_phase: world.narrow_phase.clone(),
+        bodies: world.bodies.clone(),
+        colliders: world.colliders.clone(),
+        impulse_joints: world.impulse_joints.clone(),
+        multibody_joints: world.multibody_joints.clone(),
+        soft_bodies: world.soft_bodies.clone(),
+        ccd_solver: Default::default(),
+    }
+}

@@ -1,0 +1,171 @@
+//! Worlds that are edited as they run, rolled back and run again: the same bits.
+
+use rapier3d_fields::prelude::*;
+
+use crate::lab::stability::SCHEMES;
+use crate::support::bits::bits;
+
+/// A pile, joints of both kinds, a stiff well on a body, a wind; contacts of fields where the scheme has them.
+fn build(scheme: Scheme) -> (PhysicsWorld, Fields) {
+    let mut world = PhysicsWorld::new();
+    let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
+    world.insert(floor, ColliderBuilder::cuboid(30.0, 0.5, 30.0));
+    let body =
+        |x: Real, y: Real, z: Real| RigidBodyBuilder::dynamic().translation(Vector::new(x, y, z));
+    let part = || ColliderBuilder::cuboid(0.5, 0.4, 0.3);
+    for k in 0..4 {
+        let k = k as Real;
+        world.insert(body(0.1 * k, 0.4 + 0.9 * k, 0.0), part());
+    }
+    let a = world.insert(body(5.0, 4.0, 0.0), part()).0;
+    let b = world.insert(body(6.5, 4.0, 0.0), part()).0;
+    let joint = RevoluteJointBuilder::new(Vector::Z).local_anchor2(Vector::X * -1.5);
+    world.impulse_joints.insert(a, b, joint, true);
+    let c = world.insert(body(-5.0, 4.0, 0.0), part()).0;
+    let d = world.insert(body(-6.0, 4.0, 0.0), part()).0;
+    let joint = SphericalJointBuilder::new().local_anchor2(Vector::X * 1.0);
+    let link = world.multibody_joints.insert(c, d, joint, true);
+    link.expect("a chain");
+    let (star, _) = world.insert(
+        body(0.0, 8.0, 6.0).gravity_scale(0.0),
+        ColliderBuilder::ball(0.3).mass(5.0),
+    );
+    let (_, ball) = world.insert(
+        body(1.0, 8.0, 6.0).linvel(Vector::Y * 5.0),
+        ColliderBuilder::ball(0.3),
+    );
+    let well = Field::spring(400.0).within(Region::ball(4.0)).at(star);
+    let wind = Field::wind(Vector::X * 3.0, 0.3, 0.1).named("wind");
+    let push = Field::gravity_zone(Vector::Z, Region::ball(9.0)).named("push");
+    let answers = ![
+        Scheme::Kick,
+        Scheme::ExternalForce,
+        Scheme::LinearlyImplicit,
+    ]
+    .contains(&scheme);
+    let law = match answers {
+        true => ContactLaw::restitution(0.8),
+        false => ContactLaw::Observe,
+    };
+    let tree = well + wind + push + Field::contact(law).at(ball);
+    let fields = Fields::builder(tree).scheme(scheme).build();
+    (world, fields.expect("a valid tree"))
+}
+
+/// What a user does before a frame: of it alone.
+fn edit(frame: u64, world: &mut PhysicsWorld, fields: &mut Fields) {
+    let turn = (frame % 17) as Real / 17.0;
+    match frame % 12 {
+        0 => fields["wind"].strength = turn,
+        2 => drop(
+            fields
+                .set
+                .insert_field(Field::explosion(30.0, 4.0).at(Vector::new(turn, 0.0, 0.0))),
+        ),
+        3 => fields["push"].region = Region::cuboid(Vector::new(9.0 * turn + 0.5, 8.0, 9.0)),
+        5 => {
+            let gust = Field::uniform(Vector::Y * 20.0).within(Region::ball(2.0 + turn));
+            fields.set.insert_field(gust.named("gust"));
+        }
+        7 => {
+            let body = RigidBodyBuilder::dynamic().translation(Vector::new(3.0 * turn, 5.0, 2.0));
+            world.insert(body, ColliderBuilder::ball(0.4));
+        }
+        8 => {
+            let (body, _) = world.bodies.iter().last().expect("a body");
+            world.bodies[body].apply_impulse(Vector::Z * turn, true);
+        }
+        9 => {
+            if let Some(gust) = fields.set.handle("gust") {
+                fields.set.remove_field(gust);
+            }
+        }
+        10 => {
+            let (collider, _) = world.colliders.iter().nth(3).expect("a collider");
+            let properties = ColliderProperties::new().charge(turn);
+            let set = fields.set_properties(collider, properties, &world.colliders);
+            set.expect("there");
+        }
+        11 if frame % 24 == 11 => {
+            let (body, _) = world.bodies.iter().last().expect("a body");
+            world.remove_body(body);
+        }
+        _ => {}
+    }
+}
+
+fn frame(number: u64, world: &mut PhysicsWorld, fields: &mut Fields) -> Vec<Vec<u64>> {
+    edit(number, world, fields);
+    fields.step(world).expect("a step");
+    bits(world)
+}
+
+/// 95daff4: the recipe kept the state alone, so what was edited since stayed, the step returned `Ok`, and the
+/// world was another. World and fields together go back bit for bit, with joints of both kinds.
+#[test]
+fn eight_frames_back_and_again() {
+    for scheme in SCHEMES {
+        let (mut world, mut fields) = build(scheme);
+        let mut number = 0;
+        while number < 600 {
+            let kept = fields.predict(&world);
+            let seen: Vec<_> = (number..number + 8)
+                .map(|now| frame(now, &mut world, &mut fields))
+                .collect();
+            (world, fields) = (kept.world, kept.fields);
+            for seen in seen {
+                let again = frame(number, &mut world, &mut fields);
+                assert!(seen == again, "{scheme:?}, frame {number}");
+                number += 1;
+            }
+        }
+    }
+}
+
+/// A copy makes the steps that the world makes afterwards, and leaves it as it is.
+#[test]
+fn a_prediction_comes_true() {
+    for scheme in SCHEMES {
+        let (mut world, mut fields) = build(scheme);
+        for start in [0, 30, 60] {
+            for number in start..start + 30 {
+                frame(number, &mut world, &mut fields);
+            }
+            let before = (bits(&world), fields.time());
+            let mut ahead = fields.predict(&world);
+            let (body, _) = world.bodies.iter().nth(9).expect("a body");
+            let path = ahead.path(body, 20).expect("steps");
+            assert_eq!(before, (bits(&world), fields.time()));
+            let (mut other, mut copy) = (fields.predict(&world).world, fields.clone());
+            for pose in path {
+                copy.step(&mut other).expect("a step");
+                assert_eq!(*other.bodies[body].position(), pose, "{scheme:?}");
+            }
+            let mut real = fields.predict(&world);
+            for _ in 0..20 {
+                fields.step(&mut world).expect("a step");
+                real.step().expect("a step");
+                assert_eq!(bits(&world), bits(&real.world), "{scheme:?}");
+            }
+            assert_eq!(bits(&world), bits(&ahead.world), "{scheme:?}");
+        }
+    }
+}
+
+/// A body that is gone has no pose; an error of a step is that of the prediction.
+#[test]
+fn a_path_ends_with_its_body() {
+    let (mut world, fields) = build(Scheme::KickDriftKick);
+    let (gone, _) = world.bodies.iter().nth(2).expect("a body");
+    world.remove_body(gone);
+    assert!(
+        fields
+            .predict(&world)
+            .path(gone, 3)
+            .expect("steps")
+            .is_empty()
+    );
+    world.integration_parameters.dt = -1.0;
+    let error = fields.predict(&world).step().expect_err("a step back");
+    assert!(matches!(error, StepError::TimeStep { .. }), "{error}");
+}
