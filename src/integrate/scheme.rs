@@ -32,7 +32,9 @@ use crate::math::{Real, to_f64};
 /// The kicks of a free body in fields hold Rapier's gravity, the user's force and Rapier's damping,
 /// too, as far as the scheme is not one to compare with (`Kick`, `ExternalForce`,
 /// `LinearlyImplicit`): then the order holds with all of them on. Where no field acts on a body, it
-/// is Rapier's, bit for bit.
+/// is Rapier's; but the free rotation of bodies of unequal inertia is this crate's, whether a field reaches
+/// them or not, wherever any field can turn bodies (see [`Fields`](crate::Fields)): a world of balls, or of bodies that
+/// do not spin, is Rapier's bit for bit.
 ///
 /// Forces that read velocities: kicks follow their linear part exactly (with gravity and damping), so
 /// that a drag of any strength stops a body without turning it back, what falls reaches its terminal

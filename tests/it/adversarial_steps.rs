@@ -502,8 +502,14 @@ fn hostile_field() -> impl Strategy<Value = Field> {
         })
 }
 
+/// Others in each run, in sum as many as ever; `HOSTILE_CASES=10000` tries more at once.
+fn hostile_cases() -> u32 {
+    let cases = std::env::var("HOSTILE_CASES").ok();
+    cases.and_then(|it| it.parse().ok()).unwrap_or(1000)
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: hostile_cases(), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Hostile numbers in random trees: an error that leaves the world alone, or a step after
     /// which every body that was finite still is.
