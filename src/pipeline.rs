@@ -64,7 +64,9 @@ pub(crate) struct Definition<'a> {
 }
 
 /// Buffers and caches of a step: made of the fields when they are first needed, and followed when
-/// they change. Nothing in it shows in any result, so a fresh one goes on bit for bit.
+/// they change. A fresh one goes on bit for bit from a state that a step left behind; one that has made other steps
+/// since may differ by roundings, so a state that was kept is gone back to by
+/// [`Fields::from_parts`](crate::Fields::from_parts), or by a clone of all of the fields.
 pub struct FieldPipeline {
     pub(crate) compiled: Compiled,
     properties: Properties,
