@@ -135,6 +135,40 @@ fn at_line(error: &serde_json::Error, path: String) -> FileError {
         line,
         column,
         path,
-        message: text.strip_suffix(&place).unwrap_or(&text).to_owned(),
+        message: plain(text.strip_suffix(&place).unwrap_or(&text)),
     }
+}
+
+/// What serde says, without the names of types of Rust: in the words of JSON.
+fn plain(message: &str) -> String {
+    let Some((found, expected)) = message.split_once(", expected ") else {
+        return message.to_owned();
+    };
+    let found = match found.rsplit_once(": ") {
+        Some((what, "map")) => format!("{what}: object"),
+        Some((what, "sequence")) => format!("{what}: list"),
+        _ => found.replace("floating point `", "number `"),
+    };
+    let first = expected.split([' ', '<']).next().unwrap_or_default();
+    let whole = |least: i128, most: u128| format!("a whole number from {least} to {most}");
+    let expected = match first {
+        "struct" | "internally" => "an object".to_owned(),
+        "f32" | "f64" => "a number".to_owned(),
+        "u8" => whole(0, u8::MAX.into()),
+        "u16" => whole(0, u16::MAX.into()),
+        "u32" => whole(0, u32::MAX.into()),
+        "u64" | "usize" => whole(0, u64::MAX.into()),
+        "i8" => whole(i8::MIN.into(), i8::MAX as u128),
+        "i32" => whole(i32::MIN.into(), i32::MAX as u128),
+        _ => match expected {
+            "a map" => "an object".to_owned(),
+            "a sequence" => "a list".to_owned(),
+            "a boolean" => "true or false".to_owned(),
+            "a string" | "string or map" | "variant identifier" | "field identifier" => {
+                "a name".to_owned()
+            }
+            other => other.replacen("an array of length", "a list of length", 1),
+        },
+    };
+    format!("{found}, expected {expected}")
 }

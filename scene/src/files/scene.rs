@@ -92,8 +92,9 @@ impl SceneFile {
     ///
     /// # Errors
     /// Something cannot stand in a file: closures and predicates, joints, soft bodies, colliders
-    /// without a body, shapes such as height fields, numbers that are not finite, and sleeping
-    /// thresholds of one's own.
+    /// without a body, shapes such as height fields, numbers that are not finite, sleeping
+    /// thresholds of one's own, and whatever [`build`](Self::build) refuses, such as a body farther away than
+    /// 1e15: what is written can be read.
     pub fn new(world: &PhysicsWorld, fields: &Fields) -> Result<Self, FileError> {
         refuse_what_is_missing(world)?;
         let mut directory = Directory::default();
@@ -123,7 +124,7 @@ impl SceneFile {
             }
         }
         let fields = FieldsDoc::write(fields, Some(&directory));
-        Ok(SceneFile {
+        let file = SceneFile {
             version: VERSION,
             about: None,
             gravity: triple(world.gravity),
@@ -131,7 +132,10 @@ impl SceneFile {
             bodies,
             fields: fields.map_err(|error| error.within("fields"))?,
             text: None,
-        })
+        };
+        // What could not be built again is refused here, where the world still is.
+        file.make()?;
+        Ok(file)
     }
 
     /// Says what the scene is, for readers.

@@ -43,7 +43,7 @@ fn errors_of_the_text_say_line_column_path_and_what_was_expected() {
         ),
         (
             with_body(r#"{ "at": [1, 2] }"#),
-            "line 4, column 14, at `bodies[0].at`: invalid length 2, expected an array of length 3",
+            "line 4, column 14, at `bodies[0].at`: invalid length 2, expected a list of length 3",
         ),
         (
             with_body(r#"{ "at": [1, 2, "three"] }"#),
@@ -391,4 +391,110 @@ fn changed_files_are_errors_or_scenes() {
     }
     assert!(built > cases / 20, "only {built} were built");
     assert!(steps > built, "only {steps} steps");
+}
+
+/// 95daff4: a body at 3.4e30 was written, and the file then refused. Now writing it is.
+#[test]
+fn what_is_written_can_be_read() {
+    let file = SceneFile::from_json(&scene(BALL, PULL)).expect("a scene");
+    let mut scene = file.build().expect("a scene");
+    let body = scene.bodies[0];
+    type Edit = fn(&mut RigidBody);
+    let edits: [(&str, Edit); 4] = [
+        ("bodies[0].at", |body| {
+            body.set_translation(Vector::X * 3.4e30, true);
+        }),
+        ("bodies[0].velocity", |body| {
+            body.set_linvel(Vector::Y * -3.4e30, true);
+        }),
+        ("bodies[0].angular-velocity", |body| {
+            body.set_angvel(Vector::Z * 3.4e30, true);
+        }),
+        ("bodies[0].linear-damping", |body| {
+            body.set_linear_damping(-1.0);
+        }),
+    ];
+    for (place, edit) in edits {
+        let was = scene.world.bodies[body].clone();
+        edit(&mut scene.world.bodies[body]);
+        let error = SceneFile::new(&scene.world, &scene.fields).expect_err("too much");
+        let FileError::Content { path, message } = &error else {
+            panic!("{error}");
+        };
+        assert_eq!(path, place);
+        assert!(message.starts_with("expected "), "{message}");
+        scene.world.bodies[body] = was;
+    }
+    scene.world.gravity = Vector::Y * 1e20;
+    let error = SceneFile::new(&scene.world, &scene.fields).expect_err("too much");
+    assert!(error.to_string().contains("gravity"), "{error}");
+}
+
+/// What a document becomes if one value of it is another.
+fn with_others(value: &Value, judge: &mut impl FnMut(&Value)) {
+    fn places(value: &Value, path: &mut Vec<String>, all: &mut Vec<Vec<String>>) {
+        all.push(path.clone());
+        let inner: Vec<(String, &Value)> = match value {
+            Value::Array(list) => (0..).map(|n: usize| n.to_string()).zip(list).collect(),
+            Value::Object(map) => map.iter().map(|(k, v)| (k.clone(), v)).collect(),
+            _ => Vec::new(),
+        };
+        for (name, value) in inner {
+            path.push(name);
+            places(value, path, all);
+            path.pop();
+        }
+    }
+    let mut all = Vec::new();
+    places(value, &mut Vec::new(), &mut all);
+    let others = [
+        json!(null),
+        json!(true),
+        json!(-1),
+        json!(1.5),
+        json!(1e30),
+        json!("x"),
+        json!([]),
+        json!([1]),
+        json!({}),
+        json!({ "x": 1 }),
+    ];
+    // Three at each place, in turn.
+    for (place, path) in all.into_iter().enumerate() {
+        let others = (0..3).map(|n| &others[(place + 3 * n) % others.len()]);
+        for other in others {
+            let mut changed = value.clone();
+            let mut at = &mut changed;
+            for name in &path {
+                at = match at {
+                    Value::Array(list) => &mut list[name.parse::<usize>().expect("a number")],
+                    value => &mut value[name.as_str()],
+                };
+            }
+            *at = other.clone();
+            judge(&changed);
+        }
+    }
+}
+
+/// 95daff4: "expected struct BodyDoc", "expected usize", "invalid type: map". Now the words are those of JSON,
+/// whatever stands where.
+#[test]
+fn errors_speak_of_json_not_of_rust() {
+    let value = serde_json::from_str(EVERYTHING).expect("JSON");
+    let mut wrong = 0;
+    with_others(&value, &mut |changed| {
+        let Err(error) = SceneFile::from_json(&changed.to_string()) else {
+            return;
+        };
+        wrong += 1;
+        let told = error.to_string();
+        let words = told.split(|letter: char| !letter.is_alphanumeric());
+        for word in words {
+            let is_of_rust = ["struct", "usize", "u32", "i8", "f32", "f64"].contains(&word)
+                || word.ends_with("Doc");
+            assert!(!is_of_rust || told.contains("unknown variant"), "{told}");
+        }
+    });
+    assert!(wrong > 1000, "{wrong}");
 }
