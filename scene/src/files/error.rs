@@ -167,7 +167,11 @@ fn plain(message: &str) -> String {
             "a string" | "string or map" | "variant identifier" | "field identifier" => {
                 "a name".to_owned()
             }
-            other => other.replacen("an array of length", "a list of length", 1),
+            other => other
+                .replacen("an array of length", "a list of length", 1)
+                .replacen("a sequence of", "a list of", 1)
+                .replace(" f32 values", " numbers")
+                .replace(" f64 values", " numbers"),
         },
     };
     format!("{found}, expected {expected}")
