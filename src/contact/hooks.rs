@@ -9,10 +9,7 @@ use super::starts::Starts;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, ColliderSet, Real, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle, RigidBodyType};
-use crate::rapier::geometry::{
-    Collider, ContactPair, NarrowPhase, Shape, ShapeType, SolverContact, SolverFlags,
-};
-use crate::rapier::parry::bounding_volume::BoundingVolume;
+use crate::rapier::geometry::{Collider, ContactPair, NarrowPhase, Shape, ShapeType, SolverFlags};
 use crate::rapier::pipeline::{
     ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks,
 };

@@ -68,7 +68,8 @@ impl FieldPipeline {
                 .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
             let policy = fields.settings.wake;
             let refuses = self.on_fault == FaultPolicy::Refuse;
-            self.softs.take((refuses || !alone).then_some(world.soft_bodies));
+            self.softs
+                .take((refuses || !alone).then_some(world.soft_bodies));
             let lent = &mut record.lent;
             self.softs.first_half(policy, world.soft_bodies, lent)
         });
