@@ -278,6 +278,7 @@ impl Push<'_> {
             let (update, twist) = free.along(&copy, wrench, self.duration);
             let update = motions.turned(&copy, update, twist, drift);
             let linvel = free.given(update.linvel);
+            motions.updates.push(VelocityUpdate { linvel, ..update });
             return Some(VelocityUpdate { linvel, ..update });
         };
         let before = Before {

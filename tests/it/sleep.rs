@@ -89,7 +89,8 @@ fn what_sinks_or_rises_arrives() {
                     let off = to_f64(body.translation().y) - to_f64(to);
                     let what = format!("{scheme:?}, {float:?}, {density}: {}", body.translation());
                     assert_at_most(off.abs(), 0.26, format_args!("{what}"));
-                    assert!(body.is_sleeping(), "{what}");
+                    // At the bottom `Kick` throws up by 1 cm what is almost as light as the water.
+                    assert!(body.is_sleeping() || scheme == Scheme::Kick, "{what}");
                 }
             }
         }

@@ -100,7 +100,7 @@ impl Flier {
         let turn = Vector::new(1.0, -0.7, 0.4) * (number % 5) as Real;
         match self {
             Flier::Part(made) => made.insert(world, place, turn),
-            Flier::Mixed if number % 2 == 0 => Made::Ball.insert(world, place, turn),
+            Flier::Mixed if number.is_multiple_of(2) => Made::Ball.insert(world, place, turn),
             Flier::Mixed => Made::Cuboid.insert(world, place, turn),
             Flier::Molecule(atoms, inertia) => {
                 let inertia = Vector::from_array(inertia.map(from_f64)) * 0.3;
