@@ -543,7 +543,8 @@ impl<W: Lookup> Kick<'_, W> {
             Some(free) => free.along(body, felt, duration),
             None => self.plain(felt, duration),
         });
-        update.linvel += lag - taken_back.unwrap_or_default();
+        update.linvel += lag;
+        update.linvel -= taken_back.unwrap_or_default();
         Some((update, twist))
     }
 
