@@ -183,10 +183,15 @@ impl Totals {
     #[track_caller]
     pub fn assert_momenta_kept(&self, then: &Totals, roundings: f64) {
         self.assert_momentum_kept(then, roundings);
-        let unit = roundings * to_f64(Real::EPSILON);
+        self.assert_angular_momentum_kept(then, roundings * to_f64(Real::EPSILON));
+    }
+
+    /// The angular momentum alone, within a part of the sum of its sizes.
+    #[track_caller]
+    pub fn assert_angular_momentum_kept(&self, then: &Totals, part: f64) {
         let angular = self.angular_momentum.distance(then.angular_momentum);
-        let angular_scale = self.angular_scale.max(then.angular_scale);
-        assert_at_most(angular, unit * angular_scale, "angular momentum");
+        let scale = self.angular_scale.max(then.angular_scale);
+        assert_at_most(angular, part * scale, "angular momentum");
     }
 
     /// The linear momentum alone.
