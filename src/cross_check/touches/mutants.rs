@@ -88,8 +88,8 @@ impl Scene {
             span[usize::from(gap(middle) <= 0.0)] = middle;
         }
         let time = span[0];
-        // The normal is known a little before.
-        let near = 0.01 / 20.0;
+        // The normal is known a little before, while it has hardly turned.
+        let near = 1.5 * to_f64(Real::EPSILON).sqrt();
         let shapes = colliders.each_ref().map(|it| it.shape());
         let [one, two] = shapes;
         let relative = parts.relative(time - near, 0.0);
