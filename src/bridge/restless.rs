@@ -2,7 +2,7 @@
 //! body is only about to move.
 
 use super::constrained::Constraints;
-use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::math::{Pose, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::ContactPair;
 use crate::rigid::{Body, Wrench, find_by};
@@ -12,6 +12,11 @@ const RESOLUTION: Real = f32::EPSILON as Real;
 
 /// Forces balance if no more than this part of them is left: what rounding leaves.
 const ROUNDING: Real = 64.0 * RESOLUTION;
+
+/// A body that turns back this often without going farther than a part of Rapier's allowed error may rest: what
+/// sinks or drifts never turns back, and what is thrown up does once.
+const TURNS: u8 = 2;
+const PART_OF_ERROR: Real = 0.1;
 
 /// A body that is held moves if it is accelerated at this part of what contacts leave it if nothing
 /// rubs. A ball that rolls is so at five sevenths, and may rest.
@@ -39,6 +44,54 @@ struct Drowsy {
     linvel: Vector,
     /// What fields, gravity, the user's force and damping alone add to that over the step.
     gain: Vector,
+    bob: Bob,
+}
+
+/// How a body moves about a place.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde-serialize",
+    derive(serde::Serialize, serde::Deserialize)
+)]
+struct Bob {
+    /// Where it was when it last left the place before.
+    about: Pose,
+    /// Its velocity, and its angular velocity, when either last turned back.
+    heading: [Vector; 2],
+    /// How often they have turned back there.
+    turns: [u8; 2],
+}
+
+impl Bob {
+    fn begin(body: &Body) -> Self {
+        Bob {
+            about: body.pose,
+            heading: [body.linvel, body.angvel],
+            turns: [0; 2],
+        }
+    }
+
+    /// A step later. A body is elsewhere once a part of it has moved by `error`.
+    fn step(mut self, body: &Body, error: Real) -> Self {
+        let moved = body.pose.translation - self.about.translation;
+        let turned = body.pose.rotation.angle_between(self.about.rotation);
+        if moved.length() + turned * radius(body) > error {
+            return Bob::begin(body);
+        }
+        for (which, velocity) in [body.linvel, body.angvel].into_iter().enumerate() {
+            if self.heading[which].dot(velocity) < 0.0 {
+                self.turns[which] = self.turns[which].saturating_add(1);
+                self.heading[which] = velocity;
+            }
+        }
+        self
+    }
+
+    fn is_finite(&self) -> bool {
+        let Bob { about, heading, .. } = self;
+        let pose = about.translation.is_finite() && about.rotation.is_finite();
+        pose && heading.iter().all(|it| it.is_finite())
+    }
 }
 
 impl Drowsing {
@@ -51,7 +104,10 @@ impl Drowsing {
     pub(crate) fn is_sound(&self) -> bool {
         let index = |known: &Drowsy| known.body.into_raw_parts().0;
         let sorted = self.0.is_sorted_by(|a, b| index(a) < index(b));
-        let finite = |it: &Drowsy| [it.began, it.linvel, it.gain].iter().all(|v| v.is_finite());
+        let finite = |it: &Drowsy| {
+            let vectors = [it.began, it.linvel, it.gain];
+            vectors.iter().all(|v| v.is_finite()) && it.bob.is_finite()
+        };
         sorted && self.0.iter().all(finite)
     }
 }
@@ -156,6 +212,10 @@ impl Balance<'_> {
             if members().all(|it| it.wrench == Wrench::ZERO) {
                 continue;
             }
+            let bobs = |it: &Pressed<'_>| {
+                let known = drowsing.of(it.body.handle);
+                known.map_or([false; 2], |known| known.bob.turns.map(|it| it >= TURNS))
+            };
             let restless_group = match members().next() {
                 Some(it) if self.is_alone(it.body.handle) => {
                     let held = match group.known {
@@ -163,9 +223,14 @@ impl Balance<'_> {
                         // It is known in the next step, unless it sleeps then.
                         false => it.body.drowsy + 1.5 * self.parameters.dt < it.body.patience,
                     };
-                    !held && (self.moves(it, &group) || self.turns(it))
+                    let [moves, turns] = [self.moves(it, &group), self.turns(it)];
+                    let [back, around] = bobs(it);
+                    !held && (moves && !back || turns && !around)
                 }
-                Some(it) => group.known && group.is_free() && self.moves(it, &group),
+                Some(it) => {
+                    let back = members().all(|it| bobs(it)[0]);
+                    group.known && group.is_free() && self.moves(it, &group) && !back
+                }
                 None => false,
             };
             for it in members() {
@@ -202,12 +267,16 @@ impl Balance<'_> {
     }
 
     fn remember(&self, it: &Pressed<'_>) -> Drowsy {
-        let linvel = it.body.linvel;
+        let (body, linvel, was) = (it.body, it.body.linvel, self.before(it.body));
+        let error = PART_OF_ERROR * self.parameters.allowed_linear_error();
+        // That goes on while it is kept from falling asleep.
+        let bob = self.drowsing.of(body.handle).map(|was| was.bob);
         Drowsy {
-            body: it.body.handle,
-            began: self.before(it.body).map_or(linvel, |was| was.began),
+            body: body.handle,
+            began: was.map_or(linvel, |was| was.began),
             linvel,
             gain: it.acceleration * self.parameters.dt,
+            bob: bob.map_or_else(|| Bob::begin(body), |bob| bob.step(body, error)),
         }
     }
 

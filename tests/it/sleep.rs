@@ -202,3 +202,54 @@ fn jointed_bodies_in_a_weak_field_stay_awake() {
         }
     }
 }
+
+/// A raft slept 10.3 s after its launch, and 48 s after in water that slows it by one a second: whoever moved by
+/// more than a rounding was kept awake.
+#[test]
+fn what_bobs_falls_asleep() {
+    let raft = || SharedShape::cuboid(1.0, 0.25, 1.0);
+    let buoy = || SharedShape::ball(0.5);
+    // So high that six tenths of them are under water.
+    let floats = [(raft(), -0.05), (buoy(), -0.06707)];
+    for scheme in SCHEMES {
+        for (shape, height) in &floats {
+            for (slowed, seconds) in [(5.0, 9.0), (1.0, 36.0)] {
+                let mut world = basin();
+                let start = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.5);
+                let collider = ColliderBuilder::new(shape.clone()).density(600.0);
+                let (float, _) = world.insert(start, collider);
+                let half = Vector::new(20.0, 3.0, 20.0);
+                let mut fields = build(Tree::pool(Vector::ZERO, half, 1000.0, G, slowed), scheme);
+                let mut time = 0.0;
+                while !world.bodies[float].is_sleeping() {
+                    fields.step(&mut world).expect("a step");
+                    time += 1.0 / 60.0;
+                    assert!(time < seconds, "{scheme:?}, {slowed}: awake");
+                }
+                // A tenth of Rapier's allowed error.
+                let off = to_f64(world.bodies[float].translation().y) - height;
+                assert_at_most(off.abs(), 6e-4, format_args!("{scheme:?}, {slowed}"));
+            }
+        }
+    }
+}
+
+/// What hardly bobs while it slowly falls over is not frozen on its way.
+#[test]
+fn what_falls_over_lies_before_it_sleeps() {
+    let mut world = basin();
+    let start = RigidBodyBuilder::dynamic().translation(Vector::Y);
+    let log = ColliderBuilder::capsule_y(0.5, 0.3).density(600.0);
+    let (log, _) = world.insert(start, log);
+    let half = Vector::new(20.0, 3.0, 20.0);
+    let pool = Tree::pool(Vector::ZERO, half, 1000.0, G, 5.0);
+    let mut fields = build(pool, Scheme::KickDriftKick);
+    world.bodies[log].set_rotation(Rotation::from_rotation_z(1e-3), true);
+    let mut steps = 0;
+    while !world.bodies[log].is_sleeping() && steps < 6000 {
+        fields.step(&mut world).expect("a step");
+        steps += 1;
+    }
+    let upright = to_f64((world.bodies[log].rotation() * Vector::Y).y.abs());
+    assert!(upright < 0.05, "asleep after {steps} steps at {upright}");
+}
