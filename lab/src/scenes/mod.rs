@@ -18,6 +18,9 @@ pub mod head_on;
 
 pub mod level;
 
+#[allow(missing_docs, reason = "of this repository only, and the names say it")]
+pub mod playground;
+
 pub mod spheres;
 
 pub mod unification;
