@@ -1,8 +1,14 @@
-//! Pictures as SVG.
+//! Pictures as SVG, and moving ones as PNG.
+
+#[cfg(feature = "animation")]
+pub mod apng;
 
 pub mod arrows;
 
 pub mod picture;
+
+#[cfg(feature = "animation")]
+pub mod playground;
 
 pub mod plot;
 
@@ -10,6 +16,10 @@ pub mod plot;
 pub mod png;
 
 pub mod projection;
+
+#[cfg(feature = "animation")]
+pub mod space;
+
 pub mod work_precision;
 
 /// A picture as a PNG file too, with the feature `png` and on a machine that has one of the usual fonts.

@@ -16,6 +16,12 @@ const FAMILIES: [&str; 5] = [
 /// An SVG document as a PNG file of some pixels per unit; nothing on a machine without one of the usual
 /// fonts, on which its words would be missing.
 pub fn png(svg: &str, scale: f32) -> Result<Option<Vec<u8>>, AnyError> {
+    let pixels = pixels(svg, scale)?;
+    Ok(pixels.map(|it| it.encode_png()).transpose()?)
+}
+
+/// An SVG document as pixels, some per unit; nothing on a machine without one of the usual fonts.
+pub fn pixels(svg: &str, scale: f32) -> Result<Option<tiny_skia::Pixmap>, AnyError> {
     let mut options = usvg::Options::default();
     let fonts = options.fontdb_mut();
     fonts.load_system_fonts();
@@ -34,7 +40,7 @@ pub fn png(svg: &str, scale: f32) -> Result<Option<Vec<u8>>, AnyError> {
     let mut pixels = pixels.ok_or("a picture too large")?;
     let larger = tiny_skia::Transform::from_scale(scale, scale);
     resvg::render(&tree, larger, &mut pixels.as_mut());
-    Ok(Some(pixels.encode_png()?))
+    Ok(Some(pixels))
 }
 
 #[cfg(test)]
