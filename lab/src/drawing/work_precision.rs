@@ -1,4 +1,6 @@
 //! Work-precision diagrams: cost against error, one line per method.
+//!
+//! Of the methods only some are shown, the same on every panel, so that lines can be told apart.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -14,6 +16,29 @@ const FAINT: RGBColor = RGBColor(222, 228, 236);
 /// Scenes that say the most on one picture.
 pub const OVERVIEW: [&str; 4] = ["spring", "Kepler 0.9", "bound dimer", "sphere impacts"];
 
+/// What is drawn: of forces and of contacts, what one writes without this crate, and of the crate's own what
+/// has no double in it.
+const SHOWN: [Method; 12] = [
+    Method::KickDriftKick,
+    Method::KickDriftKickOnce,
+    Method::Suzuki4,
+    Method::Auto,
+    Method::AddForce,
+    Method::KicksByHand,
+    Method::FieldsDiscrete,
+    Method::FieldsSwept,
+    Method::PaperLaw,
+    Method::Rapier,
+    Method::RapierCcd,
+    Method::RapierSoftCcd,
+];
+
+/// The size of a panel with its legend below.
+const PANEL: [u32; 2] = [500, 470];
+/// The height of a legend, and of a line of it.
+const LEGEND: u32 = 84;
+const LEGEND_LINE: i32 = 24;
+
 /// Draws a panel for each of some scenes of a report, by the first of its views, in one precision;
 /// returns an SVG document. Scenes without runs are left out.
 pub fn diagrams(report: &Report, precision: u32, scenes: &[&str]) -> Result<String, AnyError> {
@@ -26,14 +51,15 @@ pub fn diagrams(report: &Report, precision: u32, scenes: &[&str]) -> Result<Stri
     let rows = shown.len().div_ceil(2).max(1);
     let mut svg = String::new();
     {
-        let size = (1240, 430 * rows as u32 + 44);
+        let size = (2 * PANEL[0], PANEL[1] * rows as u32 + 70);
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         root.fill(&WHITE)?;
-        let title = format!(
-            "Error against run time, f{precision}. Lower left is better. Lines: the time step is halved."
-        );
-        let font = ("sans-serif", 20).into_font().color(&INK);
-        let root = root.titled(&title, font)?;
+        let font = |size: i32| ("sans-serif", size).into_font().color(&INK);
+        let title = format!("Error against run time, f{precision}: lower left is better");
+        let root = root.titled(&title, font(23))?;
+        let words =
+            "from point to point the time step is halved; bars: the middle half of the times";
+        let root = root.titled(words, font(16))?;
         for (area, scene) in root.split_evenly((rows, 2)).iter().zip(&shown) {
             let of_scene = |run: &&Run| run.case == scene.name && run.precision == precision;
             let runs: Vec<&Run> = report.runs.iter().filter(of_scene).collect();
@@ -62,7 +88,20 @@ fn panel(
             .filter(|it| *it > 0.0 && !run.diverged())?;
         Some(error.log10())
     };
-    let mut points = runs
+    let (area, legend) = area.split_vertically(PANEL[1] - LEGEND);
+    // What of a method without a point is said in its place: a logarithm has no zero.
+    let remark = |method: Method| {
+        let own = || runs.iter().filter(|run| run.method == method);
+        match own().any(|run| error(run).is_some()) {
+            true => "",
+            false if own().all(|run| run.diverged()) => ": diverges",
+            false => ": exact",
+        }
+    };
+    draw_legend(&legend, runs, remark)?;
+    let shown = |run: &&&Run| SHOWN.contains(&run.method) && error(run).is_some();
+    let shown: Vec<&Run> = runs.iter().filter(shown).copied().collect();
+    let mut points = shown
         .iter()
         .filter_map(|run| Some((error(run)?, height(run.timing.median, run))));
     let Some(first) = points.next() else {
@@ -72,16 +111,12 @@ fn panel(
         [(low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y))]
     });
     let [low, high] = range;
-    let mut chart = ChartBuilder::on(area)
-        .caption(name, ("sans-serif", 18).into_font().color(&INK))
+    let mut chart = ChartBuilder::on(&area)
+        .caption(name, ("sans-serif", 20).into_font().color(&INK))
         .margin(12)
-        .x_label_area_size(44)
-        .y_label_area_size(60)
-        // The legend has its place beside the curves.
-        .build_cartesian_2d(
-            low.0 - 0.2..high.0 + 0.55 * (high.0 - low.0) + 0.4,
-            low.1 - 0.2..high.1 + 0.2,
-        )?;
+        .x_label_area_size(50)
+        .y_label_area_size(66)
+        .build_cartesian_2d(low.0 - 0.2..high.0 + 0.2, low.1 - 0.2..high.1 + 0.2)?;
     let power = |exponent: &f64| format!("{:.0e}", 10_f64.powf(*exponent));
     let metric_unit = match metric.unit() {
         "1" => String::new(),
@@ -91,23 +126,17 @@ fn panel(
         .configure_mesh()
         .x_desc(format!("error: {}{metric_unit}", metric.name()))
         .y_desc(format!("µs per {unit}"))
-        .x_labels(8)
+        .x_labels(7)
         .y_labels(6)
         .light_line_style(TRANSPARENT)
         .bold_line_style(FAINT)
         .axis_style(FAINT)
         .x_label_formatter(&power)
         .y_label_formatter(&power)
-        .label_style(("sans-serif", 13).into_font().color(&INK))
+        .label_style(("sans-serif", 15).into_font().color(&INK))
         .draw()?;
-    for method in Method::ALL {
-        let own: Vec<&&Run> = runs
-            .iter()
-            .filter(|run| run.method == method && error(run).is_some())
-            .collect();
-        if own.is_empty() {
-            continue;
-        }
+    for method in methods_of(&shown) {
+        let own: Vec<&&Run> = shown.iter().filter(|run| run.method == method).collect();
         let color = color(method);
         let at = |run: &&&Run| Some((error(run)?, height(run.timing.median, run)));
         let line: Vec<(f64, f64)> = own.iter().filter_map(at).collect();
@@ -122,21 +151,37 @@ fn panel(
         });
         chart.draw_series(bars)?;
         chart.draw_series(line.iter().map(|at| Circle::new(*at, 3, color.filled())))?;
-        let width = if method.is_ours() { 2 } else { 1 };
-        chart
-            .draw_series(LineSeries::new(line, color.stroke_width(width)))?
-            .label(method.name())
-            .legend(move |(x, y)| {
-                PathElement::new([(x, y), (x + 16, y)], color.stroke_width(width + 1))
-            });
+        chart.draw_series(LineSeries::new(line, color.stroke_width(2)))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE)
-        .border_style(FAINT)
-        .label_font(("sans-serif", 12).into_font().color(&INK))
-        .draw()?;
+    Ok(())
+}
+
+/// The methods that are drawn, in the order of their legend.
+fn methods_of(runs: &[&Run]) -> impl Iterator<Item = Method> {
+    let there = |method: &Method| runs.iter().any(|run| run.method == *method);
+    SHOWN.into_iter().filter(there)
+}
+
+/// Draws the colours and names of methods, in two columns below their panel, each with a remark.
+fn draw_legend(
+    area: &Area<'_>,
+    runs: &[&Run],
+    remark: impl Fn(Method) -> &'static str,
+) -> Result<(), AnyError> {
+    let font = ("sans-serif", 16).into_font().color(&INK);
+    for (number, method) in methods_of(runs).enumerate() {
+        let (column, row) = ((number / 3) as i32, (number % 3) as i32);
+        let (x, y) = (22 + 266 * column, 4 + LEGEND_LINE * row);
+        let middle = y + 8;
+        let line = PathElement::new(
+            [(x, middle), (x + 22, middle)],
+            color(method).stroke_width(3),
+        );
+        area.draw(&line)?;
+        area.draw(&Circle::new((x + 11, middle), 4, color(method).filled()))?;
+        let words = method.name().to_owned() + remark(method);
+        area.draw(&Text::new(words, (x + 30, y), font.clone()))?;
+    }
     Ok(())
 }
 
@@ -165,5 +210,25 @@ fn color(method: Method) -> RGBColor {
     match method.is_ours() {
         true => OURS[place % OURS.len()],
         false => THEIRS[place % THEIRS.len()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_most_six_of_a_kind_are_drawn_with_those_by_hand() {
+        for kind in [&Method::FORCES[..], &Method::CONTACTS[..]] {
+            let drawn = kind.iter().filter(|it| SHOWN.contains(it));
+            let drawn: Vec<_> = drawn.collect();
+            assert!(drawn.len() <= 6, "{drawn:?}");
+            let colors: Vec<_> = drawn.iter().map(|it| color(**it)).collect();
+            let twice = (1..colors.len()).any(|k| colors[..k].contains(&colors[k]));
+            assert!(!twice, "{drawn:?} in {colors:?}");
+        }
+        for by_hand in [Method::AddForce, Method::KicksByHand] {
+            assert!(SHOWN.contains(&by_hand), "{by_hand:?}");
+        }
     }
 }
