@@ -6,6 +6,8 @@
 //!
 //! - [`SceneFile`](single::SceneFile): a world with its fields. `examples/simulate.rs` runs one; the scenes of this
 //!   project are in `examples/scenes/`.
+//! - `simulate scene.json --html page.html` writes a page that replays the run in a browser. Programs of one's own
+//!   make such pages by a [`Recorder`](single::Recorder) and a [`Page`](page::Page), with the feature `replay`.
 //! - [`Document`](single::Document): a [`Tree`](rapier3d_fields::Tree), [`Field`](rapier3d_fields::Field), [`Region`](rapier3d_fields::Region),
 //!   [`Scalar`](rapier3d_fields::Scalar) or [`ColliderProperties`](rapier3d_fields::ColliderProperties) by itself. All of
 //!   them implement serde's traits, too.
@@ -157,6 +159,8 @@
 
 mod choice;
 pub mod double;
+#[cfg(feature = "replay")]
+pub mod page;
 #[cfg(feature = "simulate")]
 pub mod program;
 pub mod single;

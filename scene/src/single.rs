@@ -9,8 +9,13 @@ use rapier3d_fields as fields;
 
 #[path = "files/mod.rs"]
 mod files;
+#[cfg(feature = "replay")]
+#[path = "recorder/mod.rs"]
+mod recorder;
 #[cfg(feature = "simulate")]
 #[path = "run/mod.rs"]
 pub(crate) mod run;
 
 pub use files::*;
+#[cfg(feature = "replay")]
+pub use recorder::{Pace, Recorder};

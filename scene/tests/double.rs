@@ -11,6 +11,8 @@ mod bits;
 mod hostile_files;
 #[path = "it/messages.rs"]
 mod messages;
+#[path = "it/replays.rs"]
+mod replays;
 #[path = "it/round_trips.rs"]
 mod round_trips;
 #[path = "it/scene_files.rs"]
