@@ -445,7 +445,7 @@ impl Options {
         write("report.json", report.json().to_string())?;
         write(
             "report.html",
-            report.html(&rapier3d_fields_lab::replay::all()?),
+            report.html(&rapier3d_fields_lab::replay::all()?)?,
         )?;
         let draw = |name: &str, bits: u32, scenes: &[&str]| -> Result<(), AnyError> {
             let picture = diagrams(&report, bits, scenes)?;

@@ -1,23 +1,30 @@
 //! One page for people: everything in it, nothing fetched.
 
+use rapier3d_fields_scene::page::{self, Replay};
+
 use super::Report;
 
 const PAGE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/style.css");
 const CHARTS: &str = include_str!("page/charts.js");
-const REPLAY: &str = include_str!("page/replay.js");
 
 impl Report {
     /// The report as a page of its own, light or dark as the reader has it, with scenes to replay (see
     /// [`crate::replay`]).
-    pub fn html(&self, replays: &[serde_json::Value]) -> String {
+    ///
+    /// # Errors
+    /// A replay cannot be written as JSON.
+    pub fn html(&self, replays: &[Replay]) -> Result<String, serde_json::Error> {
         let mut data = self.json();
-        data["replays"] = replays.into();
-        // Whatever a name holds, the script element does not end in it.
-        let data = data.to_string().replace("</", "<\\/");
-        PAGE.replace("/*STYLE*/", STYLE)
-            .replace("/*CHARTS*/", CHARTS)
-            .replace("/*REPLAY*/", REPLAY)
-            .replace("/*DATA*/", &data)
+        data["replays"] = serde_json::to_value(replays)?;
+        let data = page::embedded(&data);
+        Ok(page::filled(PAGE, |marker| match marker {
+            "SHARED" => Some(page::STYLE),
+            "STYLE" => Some(STYLE),
+            "REPLAY" => Some(page::SCRIPT),
+            "CHARTS" => Some(CHARTS),
+            "DATA" => Some(&data),
+            _ => None,
+        }))
     }
 }

@@ -1,11 +1,4 @@
-"use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
-const make = (tag, attributes = {}, ...inner) => {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  element.append(...inner);
-  return element;
-};
 const draw = (tag, attributes = {}, text) => {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
@@ -224,14 +217,13 @@ function showCosts() {
     button.onclick = () => { precision = bits; show(); };
     document.getElementById("precisions").append(button, " ");
   }
-  document.getElementById("theme").onclick = () => {
-    const root = document.documentElement;
-    const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-    root.dataset.theme = dark ? "light" : "dark";
-    document.dispatchEvent(new Event("theme"));
-  };
+  document.getElementById("theme").onclick = switchTheme;
   for (const [name, about] of Object.entries(data.metrics))
     document.getElementById("metrics").append(make("dt", {}, about.unit === "1" ? name : `${name}, ${about.unit}`),
       make("dd", {}, `${about.definition}. Why: ${about.reason}.`));
   show();
+  const section = document.getElementById("replays");
+  if (data.replays.length) section.append(make("p", { class: "quiet" }, replayHelp),
+    make("div", { class: "replays" }, ...data.replays.map((it) => replay(it, { help: false }))));
+  else section.remove();
 }
