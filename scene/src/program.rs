@@ -16,7 +16,7 @@ const USAGE: &str = "\
 usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detection D]
                 [--steps N | --duration T] [--every K] [--strict]
                 [--trajectory FILE] [--wrenches FILE] [--contacts FILE]
-                [--energies FILE] [--warnings FILE] [--estimate N]
+                [--energies FILE] [--warnings FILE] [--html FILE] [--estimate N]
   --precision   of all numbers (f32)
   --dt          the time step, in place of the file's
   --scheme      how forces become motion, in place of the file's: a name such as kick, or JSON
@@ -42,9 +42,13 @@ usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detect
   --energies    of motion, in the scene's gravity, and in the fields that have a potential; their
                 sum; and how many terms of the fields have none
   --warnings    of each step, with the body
+  --html        write a page that replays the run in a browser: bodies, contacts (in another colour
+                where the cross-check finds that the fields and Rapier differ), and the fields as
+                arrows; the page is one file and fetches nothing; if --every is not given, it has at
+                most about 300 frames
 Bodies are numbered from 0, in the order of the file.";
 
-const VALUES: [&str; 13] = [
+const VALUES: [&str; 14] = [
     "precision",
     "dt",
     "scheme",
@@ -57,6 +61,7 @@ const VALUES: [&str; 13] = [
     "contacts",
     "energies",
     "warnings",
+    "html",
     "estimate",
 ];
 
@@ -76,11 +81,16 @@ pub(crate) struct Options {
     pub detection: Option<String>,
     pub steps: usize,
     pub duration: Option<f64>,
-    pub every: usize,
+    /// Every so many steps tables are written and the page has a frame, if that was given.
+    pub every: Option<usize>,
     pub strict: bool,
     /// Over how many steps errors are estimated, if they are.
     pub estimate: Option<usize>,
     pub tables: Paths,
+    /// The scene file, for the title of the page.
+    pub scene: String,
+    /// Where the page is written; empty if it was not asked for.
+    pub html: String,
 }
 
 /// Runs the program on the arguments of this process.
@@ -103,7 +113,7 @@ fn run(words: impl Iterator<Item = String>) -> Result<(), AnyError> {
         let count = args.files.len();
         return Err(format!("expected one scene file, found {count}\n{USAGE}").into());
     };
-    let options = args.options()?;
+    let options = args.options(name)?;
     let run = match &*args.get("precision")?.unwrap_or_else(|| "f32".to_owned()) {
         "f32" => crate::single::run::run,
         "f64" => crate::double::run::run,
@@ -168,16 +178,16 @@ impl Args {
         }
     }
 
-    fn options(&self) -> Result<Options, AnyError> {
+    fn options(&self, scene: &str) -> Result<Options, AnyError> {
         let path = |name: &str| Ok::<_, AnyError>(self.get(name)?.unwrap_or_default());
         let steps = self.get("steps")?;
         let duration = self.positive("duration")?;
         if steps.is_some() && duration.is_some() {
             return Err("expected --steps or --duration, found both".into());
         }
-        let every = self.get("every")?.unwrap_or(1);
-        for (name, count) in [("steps", steps.unwrap_or(600)), ("every", every)] {
-            if count == 0 {
+        let every = self.get("every")?;
+        for (name, count) in [("steps", steps), ("every", every)] {
+            if count == Some(0) {
                 return Err(format!("--{name} 0: expected one or more").into());
             }
         }
@@ -197,6 +207,8 @@ impl Args {
                 energies: path("energies")?,
                 warnings: path("warnings")?,
             },
+            scene: scene.to_owned(),
+            html: path("html")?,
         })
     }
 }

@@ -1,5 +1,8 @@
 //! The program itself.
 
+#[path = "it/pages.rs"]
+mod pages;
+
 use std::path::PathBuf;
 use std::process::{Command, Output};
 

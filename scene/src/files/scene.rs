@@ -144,6 +144,11 @@ impl SceneFile {
         self
     }
 
+    /// What the scene is, if the file says so.
+    pub fn description(&self) -> Option<&str> {
+        self.about.as_deref()
+    }
+
     /// Builds the world and its fields.
     ///
     /// # Errors

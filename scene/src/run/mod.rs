@@ -1,5 +1,6 @@
 //! Runs a scene in one precision.
 
+mod film;
 mod tables;
 
 use std::collections::BTreeMap;
@@ -9,12 +10,14 @@ use super::fields::math::{from_f64, to_f64};
 use super::fields::{Detection, Scheme};
 use super::{Document, Scene, SceneFile, fields};
 use crate::program::{AnyError, Options, progress_bar};
+use film::Film;
 use tables::Tables;
 
-/// Runs a scene as the options say, writes the tables, and prints what there is to tell.
+/// Runs a scene as the options say, writes the tables and the page, and prints what there is to tell.
+/// If a step fails, the page shows what came before.
 ///
 /// # Errors
-/// The scene or an option is wrong, a step failed, a table cannot be written, the two sides of the
+/// The scene or an option is wrong, a step failed, a table or the page cannot be written, the two sides of the
 /// cross-check disagree; or, if that was asked for, there was a warning.
 pub(crate) fn run(text: &str, options: &Options) -> Result<(), AnyError> {
     let mut file = SceneFile::from_json(text)?;
@@ -37,6 +40,7 @@ pub(crate) fn run(text: &str, options: &Options) -> Result<(), AnyError> {
         return Err("there is nothing to run".into());
     }
     let mut tables = Tables::create(&options.tables)?;
+    let mut film = Film::create(&file, &scene, steps, options)?;
     println!("{} bodies\n{}", scene.bodies.len(), scene.fields.plan());
 
     if let Some(steps) = options.estimate {
@@ -44,8 +48,11 @@ pub(crate) fn run(text: &str, options: &Options) -> Result<(), AnyError> {
     }
     let mut told = Told::default();
     let began = Instant::now();
-    told.simulate(&mut scene, &mut tables, steps, options.every)?;
+    let every = options.every.unwrap_or(1);
+    let simulated = told.simulate(&mut scene, &mut tables, &mut film, [steps, every]);
     let seconds = began.elapsed().as_secs_f64();
+    film.finish(&scene)?;
+    simulated?;
     tables.finish()?;
     told.print(&scene);
     println!(
@@ -110,8 +117,8 @@ impl Told {
         &mut self,
         scene: &mut Scene,
         tables: &mut Tables,
-        steps: usize,
-        every: usize,
+        film: &mut Film,
+        [steps, every]: [usize; 2],
     ) -> Result<(), AnyError> {
         tables.poses(0, scene)?;
         tables.wrenches(0, scene)?;
@@ -126,6 +133,7 @@ impl Told {
             self.note(step, scene);
             tables.contacts(step, scene)?;
             tables.warnings(step, scene)?;
+            film.after_step(scene);
             if step % every == 0 {
                 tables.poses(step, scene)?;
                 tables.wrenches(step, scene)?;

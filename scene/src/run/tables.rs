@@ -26,6 +26,18 @@ pub struct Tables {
     found: Vec<Found>,
 }
 
+/// Creates a file, and the folder that it is in.
+///
+/// # Errors
+/// One of them cannot be made.
+pub fn create_file(path: &str) -> Result<File, AnyError> {
+    if let Some(folder) = Path::new(path).parent() {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+    }
+    File::create(path).map_err(|error| format!("cannot write {path}: {error}").into())
+}
+
 struct Table {
     path: String,
     file: BufWriter<File>,
@@ -38,14 +50,9 @@ impl Table {
         if path.is_empty() {
             return Ok(None);
         }
-        if let Some(folder) = Path::new(path).parent() {
-            std::fs::create_dir_all(folder)
-                .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
-        }
-        let file = File::create(path).map_err(|error| format!("cannot write {path}: {error}"))?;
         let mut table = Table {
             path: path.to_owned(),
-            file: BufWriter::new(file),
+            file: BufWriter::new(create_file(path)?),
             line: header.to_owned(),
         };
         table.end_row()?;
