@@ -81,8 +81,14 @@ step "the page of a study, in a browser"
     --out "$clean/study" > "$clean/study.txt"
 tests/page.sh "$clean/study/report.html"
 
-step "a scene file, and the columns of its tables"
+step "pages that replay scene files, in a browser"
 simulate() { cargo run --release --quiet --example simulate -- "$@"; }
+simulate examples/scenes/planet.json --html "$clean/planet.html"
+tests/page.sh "$clean/planet.html" replays inked turned zoomed scrubbed arrows
+simulate examples/scenes/spheres.json --precision f64 --html "$clean/spheres.html"
+tests/page.sh "$clean/spheres.html" replays inked turned zoomed scrubbed
+
+step "a scene file, and the columns of its tables"
 tables=$clean/tables
 mkdir "$tables"
 simulate examples/scenes/spheres.json --steps 200 --every 100 \

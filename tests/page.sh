@@ -1,8 +1,15 @@
 #!/usr/bin/env bash
-# The page of a study, opened in a headless browser: as wide as a desk and as narrow as a phone, light and dark.
-# usage: tests/page.sh report.html
+# A page of a study or of a replay, opened in a headless browser: as wide as a desk and as narrow as a phone,
+# light and dark. It must raise no error, fetch nothing, not scroll sideways, and have at least one of each
+# thing: those of a study, unless others are named.
+# usage: tests/page.sh PAGE.html [THING…]
 set -euo pipefail
 page=$1
+shift
+things=("$@")
+if [[ $# == 0 ]]; then
+    things=(charts advice replays inked turned scrubbed)
+fi
 browser=$(command -v chromium || command -v google-chrome || true)
 if [[ -z $browser ]]; then
     echo "skipped: no browser is installed"
@@ -20,15 +27,29 @@ addEventListener("load", () => {
   const count = (what) => document.querySelectorAll(what).length;
   const behind = () => getComputedStyle(document.body).backgroundColor;
   const [wide, narrow] = [document.documentElement.scrollWidth, innerWidth];
-  const found = { faults, beyond: Math.max(0, wide - narrow), charts: count("#scenes svg"),
+  const fetched = performance.getEntriesByType("resource").length;
+  const found = { faults, fetched, beyond: Math.max(0, wide - narrow), charts: count("#scenes svg"),
     advice: count("#advice tr"), replays: count("#replays canvas"), said: count("#overall li"), was: behind() };
   document.getElementById("theme").click();
   found.is = behind();
-  const inked = [...document.querySelectorAll("#replays canvas")].filter((canvas) => {
-    const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
-    return new Set(new Uint32Array(pixels.buffer)).size > 3;
+  const canvases = [...document.querySelectorAll("#replays canvas")];
+  const pixels = (canvas) => new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
+  found.inked = canvases.filter((canvas) => new Set(pixels(canvas)).size > 3).length;
+  // How many look different after something was done to them.
+  const changed = (act) => canvases.filter((canvas) => {
+    const before = pixels(canvas);
+    act(canvas);
+    return pixels(canvas).some((pixel, place) => pixel !== before[place]);
+  }).length;
+  found.scrubbed = changed((canvas) => {
+    const slider = canvas.parentElement.querySelector("input[type=range]");
+    slider.value = slider.max;
+    slider.dispatchEvent(new Event("input"));
   });
-  found.inked = inked.length;
+  found.turned = changed((canvas) => canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" })));
+  found.zoomed = changed((canvas) => canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: -200, cancelable: true })));
+  found.arrows = changed((canvas) => [...canvas.parentElement.querySelectorAll("button")].find((it) => it.textContent === "arrows")?.click());
+  found.differences = document.querySelectorAll("#replays .keys .differs").length;
   parent.postMessage(JSON.stringify(found), "*");
 });
 </script>
@@ -51,8 +72,8 @@ for width in 1100 390; do
     for theme in 1 0; do
         found=$(look "$width" "$theme")
         echo "$width pixels, theme $theme: $found"
-        [[ $found == '{"faults":[],"beyond":0,'* ]]
-        for something in charts advice replays inked; do
+        [[ $found == '{"faults":[],"fetched":0,"beyond":0,'* ]]
+        for something in "${things[@]}"; do
             grep -Eq "\"$something\":[1-9]" <<< "$found"
         done
         light='"was":"rgb(251, 252, 254)"' dark='"was":"rgb(16, 21, 29)"'
