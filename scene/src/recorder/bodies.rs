@@ -47,9 +47,9 @@ impl Drawn {
     pub fn new(bodies: &[Body], parts: &Parts, walls: &[Wall], bounds: &Bounds) -> Self {
         let mut shapes = Shapes::new(bounds);
         let bodies = bodies.iter().enumerate().map(|(number, body)| {
-            let own = parts.of(number).enumerate();
-            let own = own.filter(|(place, _)| !walls.iter().any(|wall| wall.is_of(number, *place)));
-            let own: Vec<&Part> = own.map(|(_, part)| part).collect();
+            let own = parts.of(number);
+            let own = own.filter(|part| !walls.iter().any(|wall| wall.is_of(part)));
+            let own: Vec<&Part> = own.collect();
             DrawnBody {
                 name: body.name.clone(),
                 fixed: body.is_fixed,

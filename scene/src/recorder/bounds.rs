@@ -3,6 +3,7 @@
 use super::super::fields::math::{
     ColliderHandle, DPose3, DVec3, SharedShape, from_dvec3, to_dpose3, to_dvec3, to_f64,
 };
+use super::super::fields::rapier::geometry::Collider;
 use super::super::fields::rapier::parry::shape::TypedShape;
 use super::super::fields::rapier::pipeline::PhysicsWorld;
 use super::bodies::Body;
@@ -20,6 +21,8 @@ const WIDENING: f64 = 0.5;
 pub(super) struct Part {
     /// The number of its body.
     pub body: usize,
+    /// Its number among the parts of the body.
+    pub place: usize,
     /// Where it is in the axes of its body.
     pub local: DPose3,
     /// Where it was at the first frame.
@@ -54,27 +57,16 @@ impl Parts {
         for (number, body) in bodies.iter().enumerate() {
             let place = &frames[0].places[number];
             let first = DPose3::from_parts(place.at, place.turn);
-            for handle in colliders(body, world) {
-                let Some(collider) = world.colliders.get(handle).filter(|it| it.is_enabled())
-                else {
-                    continue;
-                };
-                let local = match (body.handle, collider.position_wrt_parent()) {
-                    (Some(_), Some(local)) => *local,
-                    _ => *collider.position(),
-                };
-                for (pose, shape) in simple(collider.shared_shape()) {
-                    let local = to_dpose3(&local) * pose;
-                    parts.push(Part {
-                        body: number,
-                        local,
-                        first: first * local,
-                        shape,
-                        is_sensor: collider.is_sensor(),
-                        is_fixed: body.is_fixed,
-                    });
-                }
-            }
+            let handles = colliders(body, world).into_iter();
+            let colliders = handles.filter_map(|handle| world.colliders.get(handle));
+            let enabled = colliders.filter(|collider| collider.is_enabled());
+            let own = enabled.flat_map(|collider| simple_parts(collider, body));
+            parts.extend(own.enumerate().map(|(place, part)| Part {
+                body: number,
+                place,
+                first: first * part.local,
+                ..part
+            }));
         }
         Parts(parts)
     }
@@ -106,16 +98,29 @@ fn colliders(body: &Body, world: &PhysicsWorld) -> Vec<ColliderHandle> {
     }
 }
 
-/// The parts of a compound, or the shape itself.
-fn simple(shape: &SharedShape) -> Vec<(DPose3, SharedShape)> {
-    match shape.as_typed_shape() {
+/// The parts of a collider: those of a compound, or the shape itself.
+fn simple_parts(collider: &Collider, body: &Body) -> Vec<Part> {
+    let local = match (body.handle, collider.position_wrt_parent()) {
+        (Some(_), Some(local)) => to_dpose3(local),
+        _ => to_dpose3(collider.position()),
+    };
+    let part = |pose: DPose3, shape: &SharedShape| Part {
+        body: 0,
+        place: 0,
+        local: local * pose,
+        first: DPose3::IDENTITY,
+        shape: shape.clone(),
+        is_sensor: collider.is_sensor(),
+        is_fixed: body.is_fixed,
+    };
+    match collider.shape().as_typed_shape() {
         TypedShape::Compound(compound) => {
             let shapes = compound.shapes().iter();
             shapes
-                .map(|(pose, shape)| (to_dpose3(pose), shape.clone()))
+                .map(|(pose, shape)| part(to_dpose3(pose), shape))
                 .collect()
         }
-        _ => vec![(DPose3::IDENTITY, shape.clone())],
+        _ => vec![part(DPose3::IDENTITY, collider.shared_shape())],
     }
 }
 
@@ -195,7 +200,7 @@ impl Bounds {
         let (mut low, mut high) = (self.low(), self.high());
         let others = parts
             .fixed()
-            .filter(|part| !walls.iter().any(|wall| wall.is(part)));
+            .filter(|part| !walls.iter().any(|wall| wall.is_of(part)));
         for fixed in others.filter_map(Bounds::of_part) {
             low = low.min(fixed.low().max(least));
             high = high.max(fixed.high().min(most));

@@ -38,13 +38,6 @@ impl Mesh {
         }
     }
 
-    fn convex((points, triangles): (Vec<Vector>, Vec<[u32; 3]>)) -> Self {
-        Mesh {
-            is_convex: true,
-            ..Mesh::new(&points, triangles)
-        }
-    }
-
     fn lines(points: &[Vector], lines: Vec<[u32; 2]>) -> Self {
         Mesh {
             lines,
@@ -65,11 +58,6 @@ pub(super) fn drawn(part: &Part, bounds: &Bounds, counts: &Counts) -> DrawnShape
 
 fn mesh(part: &Part, bounds: &Bounds) -> Mesh {
     match part.shape.as_typed_shape() {
-        TypedShape::Cuboid(it) => Mesh::convex(it.to_trimesh()),
-        TypedShape::Capsule(it) => Mesh::convex(it.to_trimesh(ROUND, ROUND / 2)),
-        TypedShape::Cylinder(it) => Mesh::convex(it.to_trimesh(ROUND)),
-        TypedShape::Cone(it) => Mesh::convex(it.to_trimesh(ROUND)),
-        TypedShape::ConvexPolyhedron(it) => Mesh::convex(it.to_trimesh()),
         TypedShape::Segment(it) => Mesh::lines(&[it.a, it.b], vec![[0, 1]]),
         TypedShape::Polyline(it) => Mesh::lines(it.vertices(), it.indices().to_vec()),
         TypedShape::Triangle(it) => Mesh::new(&[it.a, it.b, it.c], vec![[0, 1, 2]]),
@@ -83,8 +71,26 @@ fn mesh(part: &Part, bounds: &Bounds) -> Mesh {
             Mesh::new(&points, triangles)
         }
         TypedShape::HalfSpace(it) => patch(part, to_dvec3(it.normal), bounds),
+        _ => {
+            let (points, triangles) = hull(&*part.shape.0);
+            Mesh {
+                is_convex: true,
+                ..Mesh::new(&points, triangles)
+            }
+        }
+    }
+}
+
+/// The points and triangles of a convex shape.
+fn hull(shape: &dyn Shape) -> (Vec<Vector>, Vec<[u32; 3]>) {
+    match shape.as_typed_shape() {
+        TypedShape::Cuboid(it) => it.to_trimesh(),
+        TypedShape::Capsule(it) => it.to_trimesh(ROUND, ROUND / 2),
+        TypedShape::Cylinder(it) => it.to_trimesh(ROUND),
+        TypedShape::Cone(it) => it.to_trimesh(ROUND),
+        TypedShape::ConvexPolyhedron(it) => it.to_trimesh(),
         // Rounded ones, and those of the user.
-        _ => hull(&*part.shape.0),
+        _ => outermost(shape).unwrap_or_else(|| shape.compute_local_aabb().to_trimesh()),
     }
 }
 
@@ -103,19 +109,11 @@ fn patch(part: &Part, outward: DVec3, bounds: &Bounds) -> Mesh {
     }
 }
 
-/// The hull of a shape's outermost points in many directions; of a shape that cannot say, its box.
-fn hull(shape: &dyn Shape) -> Mesh {
-    let boxed = || {
-        let aabb = shape.compute_local_aabb();
-        Mesh::convex(aabb.to_trimesh())
-    };
-    let Some(map) = shape.as_support_map() else {
-        return boxed();
-    };
-    let points: Vec<Vector> = directions()
-        .map(|direction| map.local_support_point(direction))
-        .collect();
-    try_convex_hull(&points).map_or_else(|_| boxed(), Mesh::convex)
+/// The hull of a shape's outermost points in many directions, if the shape can say which they are.
+fn outermost(shape: &dyn Shape) -> Option<(Vec<Vector>, Vec<[u32; 3]>)> {
+    let map = shape.as_support_map()?;
+    let points = directions().map(|direction| map.local_support_point(direction));
+    try_convex_hull(&points.collect::<Vec<Vector>>()).ok()
 }
 
 /// Directions all around: a grid on the faces of a cube.

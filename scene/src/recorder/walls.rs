@@ -62,21 +62,16 @@ struct Face {
 
 /// A floor or a wall.
 pub(super) struct Wall {
+    /// Its body, and its number among the parts of that.
     body: usize,
-    /// Its number among the parts of the body.
     place: usize,
-    at: DVec3,
     side: Side,
     face: Vec<DVec3>,
 }
 
 impl Wall {
-    pub fn is_of(&self, body: usize, place: usize) -> bool {
-        (self.body, self.place) == (body, place)
-    }
-
-    pub fn is(&self, part: &Part) -> bool {
-        self.body == part.body && self.at == part.first.translation
+    pub fn is_of(&self, part: &Part) -> bool {
+        (self.body, self.place) == (part.body, part.place)
     }
 
     pub fn corners(&self, counts: &Counts) -> Vec<[i64; 3]> {
@@ -86,15 +81,10 @@ impl Wall {
 
 /// All of them.
 pub(super) fn all(parts: &Parts, paths: &Paths, bounds: &Bounds) -> Vec<Wall> {
-    let mut walls = Vec::new();
-    let mut bodies: Vec<usize> = parts.fixed().map(|part| part.body).collect();
-    bodies.dedup();
-    for body in bodies {
-        for (place, part) in parts.of(body).enumerate() {
-            let wall = wall(part, paths.places(), bounds);
-            walls.extend(wall.map(|wall| Wall { place, ..wall }));
-        }
-    }
+    let walls = parts
+        .fixed()
+        .filter_map(|part| wall(part, paths.places(), bounds));
+    let mut walls: Vec<Wall> = walls.collect();
     // What is behind another wall is not seen.
     let sides: Vec<Side> = walls.iter().map(|wall| wall.side).collect();
     for (number, wall) in walls.iter_mut().enumerate() {
@@ -128,8 +118,7 @@ fn wall(part: &Part, paths: &[DVec3], bounds: &Bounds) -> Option<Wall> {
     let all_before = paths.iter().all(|at| side.height(*at) > -BEHIND * size);
     (is_large && all_before && height(&face) > 0.0).then(|| Wall {
         body: part.body,
-        place: 0,
-        at: part.first.translation,
+        place: part.place,
         side,
         face: trimmed(&face, bounds),
     })
