@@ -44,8 +44,8 @@ usage: simulate SCENE.json [--precision f32|f64] [--dt T] [--scheme S] [--detect
   --warnings    of each step, with the body
   --html        write a page that replays the run in a browser: bodies, contacts (in another colour
                 where the cross-check finds that the fields and Rapier differ), and the fields as
-                arrows; the page is one file and fetches nothing; if --every is not given, it has at
-                most about 300 frames
+                arrows; the page is one file and fetches nothing; it has a frame of every K-th step,
+                or, if --every is not given, about 300 frames at most, and fewer of many bodies
 Bodies are numbered from 0, in the order of the file.";
 
 const VALUES: [&str; 14] = [

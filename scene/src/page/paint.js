@@ -43,6 +43,10 @@ class Painter {
       const points = scene.shapes[part.shape].points;
       return points && points.map((point) => plus(part.at, turned(part.turn, 0, point)));
     }));
+    this.balls = [];
+    scene.bodies.forEach(({ parts }, k) => {
+      if (parts.length === 1 && scene.shapes[parts[0].shape].kind === "ball") this.balls.push([7 * k, this.reach[parts[0].shape]]);
+    });
     this.size = scene.bodies.map((body) => Math.max(0, ...body.parts.map((part) => sizeOf(part.at) + this.reach[part.shape])));
   }
 
@@ -285,9 +289,20 @@ class Painter {
     const { arrows } = now[now.length - 1] || moments[0];
     for (let k = 0; k < arrows.length; k += 6) {
       const begin = arrows.slice(k, k + 3), end = plus(begin, arrows.slice(k + 3, k + 6));
+      if (this.isInBall(begin)) continue;
       const [from, to] = [this.camera.project(begin), this.camera.project(end)];
       this.items.push({ near: from[2], draw: () => this.arrow(from, to) });
     }
+  }
+
+  // Where an arrow would be hidden, if balls were not discs on the canvas.
+  isInBall([x, y, z]) {
+    const { poses, balls } = this;
+    for (const [k, radius] of balls) {
+      const [u, v, w] = [poses[k] - x, poses[k + 1] - y, poses[k + 2] - z];
+      if (u * u + v * v + w * w < radius * radius) return true;
+    }
+    return false;
   }
 
   arrow(from, to) {
@@ -342,6 +357,7 @@ class Painter {
       const name = body.name.length > 24 ? body.name.slice(0, 23) + "…" : body.name;
       // Below those that are there already.
       const wide = context.measureText(name).width;
+      at[0] = Math.max(4, Math.min(at[0], camera.width - wide - 4));
       const meets = ([x, y, w]) => at[0] < x + w && x < at[0] + wide && Math.abs(at[1] - y) < 13;
       for (let other; (other = taken.find(meets));) at[1] = other[1] + 13;
       taken.push([...at, wide]);
