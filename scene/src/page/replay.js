@@ -131,8 +131,9 @@ function replayLegend(scene) {
   });
   if (scene.bodies.some((body) => body.fixed && body.parts.length)) entries.push(entry(dot("var(--fixed)"), "fixed"));
   if (scene.asleep.some((set) => set && set.size)) entries.push(entry(dot("color-mix(in srgb, #2f7fd6 38%, var(--view))"), "muted: asleep"));
-  if (scene.arrows) entries.push(entry(make("span", { class: "mark" }, "→"),
-    `force on a resting point of unit mass; four times the force is twice the length; the longest stand for ${Number(scene.arrows.longest.toPrecision(3))} and more`));
+  if (!scene.arrows) entries.push(entry("", "no arrows: no field gives a force on a resting point of unit mass and no charge"));
+  else entries.push(entry(make("span", { class: "mark" }, "→"),
+    `force on a resting point of unit mass and no charge; four times the force is twice the length; the longest stand for ${Number(scene.arrows.longest.toPrecision(3))} and more`));
   return make("ul", { class: "keys" }, ...entries);
 }
 
