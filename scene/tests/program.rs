@@ -134,7 +134,12 @@ fn warnings_are_told_once_each_and_end_strict_runs() {
     let stiff = stiff.display().to_string();
     let output = simulate(&[&stiff, "--steps", "20"]);
     assert!(output.status.success(), "{}", said(&output));
-    assert_eq!(said(&output).matches("the fields are stiff for").count(), 1);
+    assert_eq!(
+        said(&output)
+            .matches("the fields are too stiff for")
+            .count(),
+        1
+    );
     let output = simulate(&[&stiff, "--steps", "20", "--strict"]);
     assert!(!output.status.success());
     assert!(said(&output).contains(" warnings"), "{}", said(&output));

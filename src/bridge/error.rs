@@ -85,7 +85,7 @@ pub enum StepError {
     },
     /// The step before was begun and never finished: its `OpenStep` was dropped. The forces that
     /// stood in place of the user's have been taken back now; the next call begins a step.
-    #[error("the last step was begun, and dropped instead of finished")]
+    #[error("the last step was begun but never finished: its OpenStep was dropped")]
     Unfinished,
     /// Rapier made no step between [`begin`](crate::Fields::begin) and [`finish`](crate::Fields::finish):
     /// some programs that draw between two steps make none in some frames, or several. Begin and finish
@@ -93,6 +93,6 @@ pub enum StepError {
     #[error("Rapier made no step between begin and finish: call both around each of its steps")]
     NotStepped,
     /// The open step was not the last one that these fields began.
-    #[error("this step was not the last one that these fields began")]
+    #[error("this OpenStep is not the last one that these fields began")]
     NotTheirs,
 }

@@ -123,7 +123,7 @@ pub enum BuildError {
         fault: MeshFault,
     },
     /// A region is a surface or a line, or has one among its parts: it holds no points.
-    #[error("{field}: the region is a {shape}, which has no volume: nothing is in it")]
+    #[error("{field}: the region is a {shape}, which has no volume, so nothing is inside it")]
     FlatRegion {
         /// The field.
         field: FieldRef,

@@ -31,13 +31,13 @@ pub enum ExpressionErrorKind {
         limit: usize,
     },
     /// A character that means nothing in expressions.
-    #[error("`{}` has no meaning in expressions", .found.escape_default())]
+    #[error("`{}` cannot stand in an expression", .found.escape_default())]
     UnknownCharacter {
         /// The character.
         found: char,
     },
     /// A single `=`.
-    #[error("`=` is no operator: whether two are equal is asked by `==`")]
+    #[error("`=` is not an operator; `==` compares two numbers")]
     Assignment,
     /// A number beyond those of 64 bits.
     #[error("the number `{number}` is too large")]
@@ -84,7 +84,7 @@ pub enum ExpressionErrorKind {
     #[error("this bracket is not closed")]
     Unclosed,
     /// A bracket that closes, and none is open.
-    #[error("this bracket closes none")]
+    #[error("this bracket closes nothing")]
     Unopened,
     /// A comparison of what a comparison gave.
     #[error("comparisons do not chain: write `a < b and b < c`")]

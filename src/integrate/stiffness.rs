@@ -44,7 +44,7 @@ pub enum StepWarning {
     /// leaves out that is told from 0.25 on: dt times the rate at which fields throw the body apart, like
     /// near a centre that attracts; and where fields hang on bodies that move, dt·ω from 1 on.
     #[error(
-        "the fields are stiff for {body:?}: dt·ω is {dt_omega}, and the largest stable dt {largest_stable_dt:e}"
+        "the fields are too stiff for {body:?} at this time step: dt·ω is {dt_omega}, and the largest stable time step is {largest_stable_dt:e}"
     )]
     Stiff {
         /// The body.
@@ -59,7 +59,7 @@ pub enum StepWarning {
     /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for
     /// a body: not even its finest substeps do, or it came into a stiff field within a step that it was
     /// not expected to be stiff in.
-    #[error("{body:?} was moved with an error of {error}, and the tolerance is {tolerance}")]
+    #[error("the step of {body:?} has a relative error of {error}; the tolerance is {tolerance}")]
     ToleranceMissed {
         /// The body.
         body: RigidBodyHandle,
@@ -72,7 +72,7 @@ pub enum StepWarning {
     /// it: its speed is off by as much as this. Schemes with a tolerance tell from there on, the others from a
     /// percent on. See [`Scheme`](crate::Scheme).
     #[error(
-        "{body:?} was hit in fields that are stiff for the step: its speed is off by {error} of it"
+        "{body:?} was hit where fields are stiff for the time step; its speed has a relative error of {error}"
     )]
     HitInStiffField {
         /// The body.
@@ -104,7 +104,9 @@ pub enum StepWarning {
     },
     /// The place, a velocity or the user's force of a body is not finite. Fields leave it alone, and what is
     /// anchored to it is defined nowhere; Rapier will disable it in its step.
-    #[error("{body:?} is not finite: fields leave it to Rapier's quarantine")]
+    #[error(
+        "the pose or velocity of {body:?} is not finite; fields leave it to Rapier's quarantine"
+    )]
     NotFinite {
         /// The body.
         body: RigidBodyHandle,
@@ -112,7 +114,9 @@ pub enum StepWarning {
     /// A field gives a body what cannot be given to Rapier, and it was left out, by
     /// [`FaultPolicy::LeaveOut`](crate::FaultPolicy::LeaveOut). A force that is finite is one that
     /// would make the body too fast.
-    #[error("{field} gives {force} on {body:?} at {world_point} (collider {collider:?}): left out")]
+    #[error(
+        "{field} gives {force} on {body:?} at {world_point} (collider {collider:?}); it is left out"
+    )]
     LeftOut {
         /// The field that gives the worst; "one of the fields" where many bodies at once keep it from being
         /// looked for.
@@ -129,7 +133,7 @@ pub enum StepWarning {
     /// The same, and the body was disabled, by
     /// [`FaultPolicy::Quarantine`](crate::FaultPolicy::Quarantine).
     #[error(
-        "{field} gives {force} on {body:?} at {world_point} (collider {collider:?}): the body is in \
+        "{field} gives {force} on {body:?} at {world_point} (collider {collider:?}); the body is in \
          quarantine"
     )]
     Quarantined {
@@ -148,23 +152,25 @@ pub enum StepWarning {
     /// The answers to contacts make a body so fast that the square of its speed is no number any more, as
     /// [the paper's law](crate::ContactLaw::Paper) can do, which may double it at each touch: they were left
     /// out, and the body goes on as Rapier left it.
-    #[error("what contacts give {body:?} is too fast for any number: left out")]
+    #[error(
+        "contacts would make {body:?} too fast for the number type; their impulses are left out"
+    )]
     AnswerLeftOut {
         /// The body.
         body: RigidBodyHandle,
     },
     /// What would answer a contact is not finite: an impulse by mass properties that are none, say. It was
     /// left out, and the contact is Rapier's from the next step on, until the two part.
-    #[error("the answer to the contact of {colliders:?} is not finite: it is left to Rapier")]
+    #[error(
+        "the impulse at the contact of {colliders:?} is not finite; the contact is left to Rapier"
+    )]
     AnswerNotFinite {
         /// The two colliders, in the order of their handles.
         colliders: [ColliderHandle; 2],
     },
     /// Two colliders overlap more at the end of each of three steps, though fields answer their contact: it
     /// is Rapier's from the next step on, if it was not yet, until they part.
-    #[error(
-        "{colliders:?} overlap by {depth}, and more from step to step: their contact is left to Rapier"
-    )]
+    #[error("{colliders:?} overlap by {depth}, more in each step; their contact is left to Rapier")]
     ContactDeepens {
         /// The two colliders, in the order of their handles.
         colliders: [ColliderHandle; 2],
@@ -172,14 +178,14 @@ pub enum StepWarning {
         depth: Real,
     },
     /// What a field was anchored to was removed: the field is defined nowhere from now on.
-    #[error("{field} is gone, with what it was anchored to")]
+    #[error("{field} was removed with the body or collider that it was anchored to")]
     AnchorRemoved {
         /// The field.
         field: String,
     },
     /// A soft body that encloses no volume, a sheet or a rope, is within the reach of a field that acts on
     /// volumes, such as [buoyancy](crate::Field::buoyancy): it displaces nothing, and feels nothing of it.
-    #[error("{body:?} is a soft body without a volume: it displaces nothing")]
+    #[error("{body:?} is a soft body without a volume, so it displaces no fluid")]
     NoVolume {
         /// The root of the soft body.
         body: RigidBodyHandle,
@@ -187,14 +193,14 @@ pub enum StepWarning {
     /// Fields answer contacts that Rapier solved as well: its step was not given the
     /// [hooks](crate::OpenStep::hooks) of the open step.
     #[error(
-        "Rapier's step was not given the hooks of the open step, and solved contacts of fields"
+        "Rapier's step was not given the hooks of the open step, so Rapier solved contacts that fields also answer"
     )]
     HooksNotGiven,
     /// Rapier made several steps between [`begin`](crate::Fields::begin) and
     /// [`finish`](crate::Fields::finish), or one that was longer than the one begun: fields acted for `dt`,
     /// and the others are without them. Begin and finish around each of Rapier's steps.
     #[error(
-        "Rapier moved bodies on by {advanced} between begin and finish, and the step that was begun is {dt}"
+        "Rapier advanced bodies by {advanced} between begin and finish, but the step that was begun is {dt}"
     )]
     OtherSteps {
         /// By how much, as far as it shows.

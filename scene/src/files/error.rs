@@ -31,7 +31,7 @@ pub enum FileError {
         message: String,
     },
     /// Something is code, which a file cannot hold.
-    #[error("{what}: a {kind} is code, and cannot stand in a file")]
+    #[error("{what}: a {kind} is code and cannot be written to a file")]
     Code {
         /// The field, or where the code stands.
         what: String,
