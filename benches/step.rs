@@ -1,4 +1,4 @@
-//! One step of the main job, ammonia in a box, by the fields and by hand.
+//! One step of the example `ammonia`, molecules in a box, by the fields and by hand.
 //!
 //! `cargo bench --bench step`. Each figure is the median time of a step, over stretches of a
 //! trajectory that starts anew for each sample; the ratios are what counts, because all of them

@@ -16,15 +16,19 @@ fi
 
 rm -rf "$folder"
 mkdir -p "$folder"
-cp -R "$root"/{src,README.md,ARCHITECTURE.md,CHANGELOG.md,LICENSE-APACHE,LICENSE-MIT,Cargo.lock} "$folder"
-# Its own paths instead of those above it; without the tests, and what they need.
-awk '
-    /^\[/ { skip = ($0 == "[[test]]" || $0 == "[dev-dependencies]") }
-    skip || /^#/ { next }
-    { gsub(/"\.\.\//, "\"") }
-    /^\[package\]/ { print "[workspace]\n" }
-    { print }
-' "$here/Cargo.toml" > "$folder/Cargo.toml"
+cp -R "$root"/{src,docs,README.md,ARCHITECTURE.md,CHANGELOG.md,LICENSE-APACHE,LICENSE-MIT,Cargo.lock} "$folder"
+# A workspace of its own, with the same fields for its package; its own paths instead of those above it;
+# without the tests, and what they need.
+{
+    printf '[workspace]\n\n'
+    sed -n '/^\[workspace.package\]/,/^$/p' "$root/Cargo.toml"
+    awk '
+        /^\[/ { skip = ($0 == "[[test]]" || $0 == "[dev-dependencies]") }
+        skip || /^#/ { next }
+        { gsub(/"\.\.\//, "\"") }
+        { print }
+    ' "$here/Cargo.toml"
+} > "$folder/Cargo.toml"
 if grep -n '\.\./' "$folder/Cargo.toml"; then
     echo "f64/Cargo.toml: these paths lead out of the package" >&2
     exit 1

@@ -12,7 +12,7 @@
 //!   pieces that a border cuts them into; see [`Sampling`].
 //! - The **wrench** is the force and the torque about the centre of mass that the samples of a body
 //!   sum to. A **[scheme](Scheme)** says how it becomes motion.
-//! - A **detection field** says who touches the collider it is anchored to, and may answer.
+//! - A **detection field** finds what touches the collider it is anchored to, and may answer.
 //!
 //! Units are yours, as in Rapier: nothing in this crate knows metres. Vectors are in world axes
 //! unless a name says `local`. Angles are in radians.
@@ -66,7 +66,7 @@
 //!
 //! # Formulas
 //!
-#![doc = include_str!("formulas.md")]
+#![doc = include_str!("../docs/formulas.md")]
 //!
 //! # Detecting collisions
 //!
@@ -93,8 +93,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Sampling at the end of steps misses what happens within them. [`Detection::Swept`] finds every
-//! first touch, when and where it happens, and answers it there:
+//! Detection at the end of a step misses what passes through a part within the step.
+//! [`Detection::Swept`] finds the first touch of each pair, when and where it happens, and answers it there:
 //!
 //! ```
 //! use rapier3d_fields::prelude::*;
@@ -126,8 +126,10 @@
 //! # Features
 //!
 //! - `expression`: formulas given as text: `field::Expression`.
-//! - `serde-serialize`: trees and settings as plain data for any of serde's formats, and
-//!   snapshots. Scenes as files are a crate of their own, `rapier3d-fields-scene`.
+//! - `serde-serialize`: trees, settings and state are plain data for any of serde's formats. Scenes as
+//!   files are a crate of their own, `rapier3d-fields-scene`.
+//! - `parallel`: fields are evaluated on the threads of Rapier's pool, with the same bits.
+//! - `simd8` (in `f32`), `enhanced-determinism`, `debug-render`: Rapier's own.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
@@ -180,7 +182,7 @@ mod fields;
 
 pub mod prelude;
 
-#[doc = include_str!("recipes.md")]
+#[doc = include_str!("../docs/recipes.md")]
 pub mod recipes {}
 
 pub use bridge::{StepError, WakePolicy, WorldMut};
@@ -207,7 +209,8 @@ pub use pipeline::{
 
 pub use rigid::Wrench;
 
-/// The README's programs run as tests.
+/// The programs of the README and the guide run as tests.
 #[cfg(all(doctest, feature = "f32"))]
 #[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/guide.md")]
+struct Pages;

@@ -1,5 +1,6 @@
 //! What most programs need: `use rapier3d_fields::prelude::*;` brings Rapier's own prelude along.
 
+pub use crate::field::Turbulence;
 pub use crate::rapier::prelude::*;
 pub use crate::{
     Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Detection, FaultPolicy,

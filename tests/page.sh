@@ -12,8 +12,8 @@ if [[ $# == 0 ]]; then
 fi
 browser=$(command -v chromium || command -v google-chrome || true)
 if [[ -z $browser ]]; then
-    echo "skipped: no browser is installed"
-    exit 0
+    echo "no browser is installed"
+    exit 77
 fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -5,8 +5,8 @@ set -euo pipefail
 program=$(realpath "$1")
 part=$(realpath "$(dirname "$0")/dies_once.sh")
 if ! command -v parallel > /dev/null; then
-    echo "skipped: GNU parallel is not installed"
-    exit 0
+    echo "GNU parallel is not installed"
+    exit 77
 fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

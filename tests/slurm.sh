@@ -7,8 +7,8 @@ program=$(realpath "$1")
 part=$(realpath "$(dirname "$0")/dies_once.sh")
 for needed in slurmctld slurmd sbatch munged; do
     if ! PATH=$PATH:/usr/sbin command -v "$needed" > /dev/null || [[ $(id -u) != 0 ]]; then
-        echo "skipped: Slurm is not installed, or this is not root"
-        exit 0
+        echo "Slurm is not installed, or this is not root"
+        exit 77
     fi
 done
 PATH=$PATH:/usr/sbin

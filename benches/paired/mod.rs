@@ -72,6 +72,10 @@ fn quantile(values: &[f64], part: f64) -> f64 {
     sorted[(part * (sorted.len() - 1) as f64).round() as usize]
 }
 
+fn quartiles(values: Vec<f64>) -> [f64; 3] {
+    [0.25, 0.5, 0.75].map(|part| quantile(&values, part))
+}
+
 /// What some variants took, in µs a step: by variant, and by round.
 pub struct Measured {
     names: Vec<&'static str>,
@@ -141,8 +145,13 @@ impl Measured {
             let whole = if of_all { 0.0 } else { *alone };
             (own - alone) / (rival - whole)
         });
-        let ratios: Vec<f64> = ratios.collect();
-        [0.25, 0.5, 0.75].map(|part| quantile(&ratios, part))
+        quartiles(ratios.collect())
+    }
+
+    /// The same of the steps as a whole.
+    pub fn whole(&self, variant: &str, rival: &str) -> [f64; 3] {
+        let rounds = self.of(variant).iter().zip(self.of(rival));
+        quartiles(rounds.map(|(own, rival)| own / rival).collect())
     }
 
     /// Every variant beside the first, and what fields add over what loops by hand add.

@@ -56,6 +56,8 @@ mod modes_of_others;
 mod modifier_laws;
 #[cfg(feature = "f64")]
 mod orders;
+#[cfg(feature = "f32")]
+mod pages;
 #[cfg(feature = "f64")]
 mod potentials;
 #[cfg(feature = "f32")]

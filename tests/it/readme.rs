@@ -1,4 +1,4 @@
-//! What the README says that programs have found out is that of the newest committed results:
+//! What pages say that programs have found out is that of the newest committed results:
 //! `WRITE_README=1 cargo test --release readme` puts it there.
 
 use std::path::{Path, PathBuf};
@@ -32,28 +32,61 @@ fn writes() -> bool {
     std::env::var_os("WRITE_README").is_some()
 }
 
-/// Has a text between two marks of the README.
-fn has((start, end): (&str, &str), text: &str) {
-    let path = root().join("README.md");
-    let readme = read(&path);
-    let (before, rest) = readme.split_once(start).expect("a place for the text");
+/// Has a text between two marks of a page.
+fn has(page: &str, marks: [&str; 2], text: &str) {
+    let [start, end] = marks;
+    let path = root().join(page);
+    let whole = read(&path);
+    let (before, rest) = whole.split_once(start).expect("a place for the text");
     let (known, after) = rest.split_once(end).expect("its end");
     if writes() {
         let all = format!("{before}{start}{text}{end}{after}");
         std::fs::write(&path, all).expect("it can be written");
         return;
     }
-    assert_eq!(known, text, "WRITE_README=1 cargo test --release readme");
+    assert_eq!(
+        known, text,
+        "{page}: WRITE_README=1 cargo test --release readme"
+    );
+}
+
+const RIVALS: [&str; 2] = ["<!-- rivals -->\n", "<!-- end -->"];
+const STUDY: [&str; 2] = ["<!-- study -->\n", "<!-- end of study -->"];
+
+/// Rows of the README, of scenes that differ the most, good and bad.
+const SHOWN_RIVALS: [&str; 5] = [
+    "| uniform field, 10,000 balls | field, kick-drift-kick |",
+    "| wind, 10,000 balls | field, kick-drift-kick |",
+    "| 1,000 moving zones, 10,000 balls | field, kick-drift-kick |",
+    "| mutual attraction and drag, 2,000 balls | field, kick-drift-kick |",
+    "| liquid, 1,000 molecules | field, kick-drift-kick |",
+];
+const SHOWN_SCENES: [&str; 5] = [
+    "spring under gravity",
+    "Kepler 0.9",
+    "close pass",
+    "drag",
+    "bound dimer",
+];
+
+#[test]
+fn rivals_are_those_of_committed_results() {
+    let results = newest("-rivals.md");
+    let lines = results.lines().filter(|line| line.starts_with('|'));
+    let lines: Vec<String> = lines.map(|line| format!("{line}\n")).collect();
+    assert!(lines.len() > 10, "{lines:?}");
+    has("docs/speed.md", RIVALS, &lines.concat());
+
+    let shown = SHOWN_RIVALS.iter().map(|row| {
+        let found = lines.iter().find(|line| line.starts_with(row));
+        found.unwrap_or_else(|| panic!("no row {row}")).as_str()
+    });
+    let head = lines[..2].iter().map(String::as_str);
+    has("README.md", RIVALS, &head.chain(shown).collect::<String>());
 }
 
 #[test]
-fn all_is_that_of_committed_results() {
-    let results = newest("-rivals.md");
-    let lines = results.lines().filter(|line| line.starts_with('|'));
-    let table: String = lines.flat_map(|line| [line, "\n"]).collect();
-    assert!(table.lines().count() > 10, "{table}");
-    has(("<!-- rivals -->\n", "<!-- end -->"), &table);
-
+fn errors_are_those_of_committed_results() {
     let scenes = cases::all().into_iter().map(|case| case.about().scene());
     let report = Report {
         machine: Machine::here(),
@@ -63,10 +96,13 @@ fn all_is_that_of_committed_results() {
         ablations: Vec::new(),
         ceilings: Vec::new(),
     };
-    let said = [32, 64].into_iter().flat_map(|bits| report.overall(bits));
-    let said: String = said.map(|sentence| format!("- {sentence}\n")).collect();
-    assert!(said.lines().count() >= 6, "{said}");
-    has(("<!-- study -->\n", "<!-- end of study -->"), &said);
+    let all = report.equal_error_table(32, &[]);
+    assert!(all.lines().count() > 14, "{all}");
+    has("docs/schemes.md", STUDY, &all);
+    let shown = report.equal_error_table(32, &SHOWN_SCENES);
+    assert_eq!(shown.lines().count(), SHOWN_SCENES.len() + 2, "{shown}");
+    has("README.md", STUDY, &shown);
+
     let picture = diagrams(&report, 32, &OVERVIEW).expect("a picture");
     let path = root().join("assets/error_vs_runtime.svg");
     if writes() {

@@ -537,7 +537,7 @@ fn the_page_has_the_numbers_of_the_table() {
         ablations: Vec::new(),
         ceilings: Vec::new(),
     };
-    let page = report.html(&[]);
+    let page = report.html(&[]).expect("a page");
     let start = page.find("id=\"data\">").expect("the data") + "id=\"data\">".len();
     let end = start + page[start..].find("</script>").expect("its end");
     let data: serde_json::Value = serde_json::from_str(&page[start..end]).expect("JSON");

@@ -17,6 +17,7 @@
 mod compare;
 mod cost;
 mod csv;
+mod equal_error;
 mod error;
 mod machine;
 mod method;

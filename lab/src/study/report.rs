@@ -79,7 +79,8 @@ impl Report {
         })
     }
 
-    fn of(&self, precision: u32) -> impl Iterator<Item = &Run> {
+    /// The runs in one precision.
+    pub(super) fn of(&self, precision: u32) -> impl Iterator<Item = &Run> {
         self.runs
             .iter()
             .filter(move |run| run.precision == precision)
@@ -130,8 +131,14 @@ impl Report {
                 self.against(precision, Method::KickDriftKick, rival)?;
             Some(format!(
                 "f{precision}: KickDriftKick, the default, takes {median:.2} times as long as {} at equal error \
-                 (median of the {count} comparisons that both reach; from {least:.2} to {most:.2}).",
-                rival.name()
+                 ({}).",
+                rival.name(),
+                match count {
+                    1 => "one comparison that both reach".to_owned(),
+                    _ => format!(
+                        "median of the {count} comparisons that both reach; from {least:.2} to {most:.2}"
+                    ),
+                }
             ))
         };
         let mut sentences: Vec<String> = rivals.into_iter().filter_map(sentence).collect();

@@ -241,11 +241,11 @@ fn files_run_as_the_scenes_in_code_do_bit_for_bit() {
     }
 }
 
-/// The README's example is a scene, and its moon stays in orbit.
+/// The example of the documentation is a scene, and its moon stays in orbit.
 #[test]
-fn the_example_of_the_readme_runs() {
-    let readme = include_str!("../../../README.md");
-    let (_, rest) = readme.split_once("```json\n").expect("an example");
+fn the_example_of_the_page_runs() {
+    let page = include_str!("../../../docs/scenes.md");
+    let (_, rest) = page.split_once("```json\n").expect("an example");
     let (text, _) = rest.split_once("```").expect("its end");
     let scene = SceneFile::from_json(text).and_then(|file| file.build());
     let mut scene = scene.unwrap_or_else(|error| panic!("{error}"));
