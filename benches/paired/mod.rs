@@ -158,15 +158,12 @@ impl Measured {
     pub fn print(&self) {
         for (name, own) in self.names.iter().zip(&self.times) {
             let pairs = own.iter().zip(&self.times[0]);
-            let ratios: Vec<f64> = pairs.clone().map(|(a, b)| a / b).collect();
             let added: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+            let [low, median, high] = self.whole(name, self.names[0]);
             println!(
-                "  {name:36} {:10.2} µs a step  {:+10.2} µs  × {:.3} ({:.3} to {:.3})  error {}",
+                "  {name:36} {:10.2} µs a step  {:+10.2} µs  × {median:.3} ({low:.3} to {high:.3})  error {}",
                 quantile(own, 0.5),
                 quantile(&added, 0.5),
-                quantile(&ratios, 0.5),
-                quantile(&ratios, 0.25),
-                quantile(&ratios, 0.75),
                 self.error(name),
             );
         }
