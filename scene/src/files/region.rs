@@ -130,7 +130,9 @@ impl RegionDoc {
                 Region::shape(shape.read().map_err(|error| error.within("shape"))?)
             }
             RegionDoc::Predicate(_) => {
-                return Err(content("a predicate is code, and cannot stand in a file"));
+                return Err(content(
+                    "a predicate is code and cannot be written to a file",
+                ));
             }
             RegionDoc::Moved {
                 region,

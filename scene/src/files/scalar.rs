@@ -58,7 +58,7 @@ fn read_step(before: Option<Scalar>, step: &StepDoc) -> Result<Scalar, FileError
             Some(Scalar::depth(region))
         }
         StepDoc::Closure(_) => {
-            return Err(content("a closure is code, and cannot stand in a file"));
+            return Err(content("a closure is code and cannot be written to a file"));
         }
         _ => None,
     };

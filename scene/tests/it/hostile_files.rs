@@ -142,7 +142,7 @@ fn what_is_not_possible_is_named_with_its_place_and_value() {
         ),
         (
             with_tree(r#"{ "field": { "formula": { "closure": "x => 2x" } } }"#),
-            "at `fields.tree.field.formula`: a closure is code, and cannot stand in a file",
+            "at `fields.tree.field.formula`: a closure is code and cannot be written to a file",
         ),
         (
             with_tree(r#"{ "sum-union": [] }"#),
@@ -180,17 +180,17 @@ fn code_is_refused_by_name_when_writing() {
     let fields = [
         (
             Field::closure([], |_: &Sample| Vector::X).named("mine"),
-            "field `mine`: a closure is code, and cannot stand in a file",
+            "field `mine`: a closure is code and cannot be written to a file",
         ),
         (
             Field::uniform(Vector::X)
                 .within(Region::predicate([], |_: &Sample| true))
                 .named("here"),
-            "field `here`: a predicate is code, and cannot stand in a file",
+            "field `here`: a predicate is code and cannot be written to a file",
         ),
         (
             Field::uniform(Vector::X).scaled_by(Scalar::closure([], |_: &Sample| 1.0)),
-            "field: a closure is code, and cannot stand in a file",
+            "field: a closure is code and cannot be written to a file",
         ),
     ];
     for (field, expected) in fields {

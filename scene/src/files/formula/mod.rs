@@ -134,7 +134,7 @@ impl FormulaDoc {
             }
             FormulaDoc::Contact { law } => Field::contact(*law),
             FormulaDoc::Closure(_) => {
-                return Err(content("a closure is code, and cannot stand in a file"));
+                return Err(content("a closure is code and cannot be written to a file"));
             }
         })
     }
