@@ -179,8 +179,8 @@ impl Measured {
     }
 }
 
-/// `count` free balls on a wide lattice, at rest, without gravity.
-pub fn balls(count: usize) -> PhysicsWorld {
+/// `count` free bodies on a wide lattice, at rest, without gravity.
+pub fn lattice(count: usize, collider: &ColliderBuilder) -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::ZERO;
     let side = (count as f64).cbrt().ceil() as usize;
@@ -189,11 +189,16 @@ pub fn balls(count: usize) -> PhysicsWorld {
         let body = RigidBodyBuilder::dynamic()
             .translation(Vector::from_array(cell) * 5.0)
             .can_sleep(false);
-        world.insert(body, ColliderBuilder::ball(0.5));
+        world.insert(body, collider.clone());
     }
     // The first step builds Rapier's structures.
     world.step();
     world
+}
+
+/// Balls on that lattice.
+pub fn balls(count: usize) -> PhysicsWorld {
+    lattice(count, &ColliderBuilder::ball(0.5))
 }
 
 pub fn alone(mut world: PhysicsWorld) -> Variant {

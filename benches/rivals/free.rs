@@ -7,7 +7,7 @@ use rapier3d_fields::field::Turbulence;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields_lab::single::random::Random;
 
-use super::paired::{Variant, alone, balls, variant, with};
+use super::paired::{Variant, alone, balls, lattice, variant, with};
 
 /// How bodies fly.
 const VELOCITY: Vector = Vector::new(0.05, 0.02, -0.03);
@@ -160,19 +160,11 @@ pub fn replacing_zones(count: usize) -> Vec<Variant> {
 /// Boxes that turn in the gravity of a planet.
 pub fn boxes(count: usize) -> Vec<Variant> {
     let world = || {
-        let mut world = PhysicsWorld::new();
-        world.gravity = Vector::ZERO;
-        let side = (count as f64).cbrt().ceil() as usize;
-        for i in 0..count {
-            let cell = [i % side, i / side % side, i / side / side].map(|n| n as Real);
-            let body = RigidBodyBuilder::dynamic()
-                .translation(Vector::from_array(cell) * 5.0)
-                .linvel(VELOCITY)
-                .angvel(Vector::new(0.1, 0.2, 0.3))
-                .can_sleep(false);
-            world.insert(body, ColliderBuilder::cuboid(0.5, 0.4, 0.3));
+        let mut world = lattice(count, &ColliderBuilder::cuboid(0.5, 0.4, 0.3));
+        for (_, body) in world.bodies.iter_mut() {
+            body.set_linvel(VELOCITY, true);
+            body.set_angvel(Vector::new(0.1, 0.2, 0.3), true);
         }
-        world.step();
         world
     };
     let planet = || Field::point_gravity(1.0).at(Vector::splat(-50.0));

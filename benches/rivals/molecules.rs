@@ -21,24 +21,18 @@ pub struct Density {
 }
 
 pub const BOXES: [Density; 5] = [
-    liquid("liquid, 1,000 molecules", 1_000),
-    liquid("liquid, 10,000 molecules", 10_000),
-    gas("gas, 1,000 molecules", 1_000),
-    gas("gas, 10,000 molecules", 10_000),
-    gas("gas, 100,000 molecules", 100_000),
+    boxed("liquid, 1,000 molecules", 1_000, LIQUID),
+    boxed("liquid, 10,000 molecules", 10_000, LIQUID),
+    boxed("gas, 1,000 molecules", 1_000, GAS),
+    boxed("gas, 10,000 molecules", 10_000, GAS),
+    boxed("gas, 100,000 molecules", 100_000, GAS),
 ];
 
-const fn liquid(name: &'static str, count: usize) -> Density {
-    let spacing = 3.6;
-    Density {
-        name,
-        count,
-        spacing,
-    }
-}
+/// Å from molecule to molecule.
+const LIQUID: Real = 3.6;
+const GAS: Real = 20.0;
 
-const fn gas(name: &'static str, count: usize) -> Density {
-    let spacing = 20.0;
+const fn boxed(name: &'static str, count: usize, spacing: Real) -> Density {
     Density {
         name,
         count,

@@ -518,6 +518,7 @@ impl FieldPipeline {
             gravity: world.gravity,
             parameters: world.integration_parameters,
             drowsing: &was_drowsing,
+            varies: self.compiled.reads_time,
         };
         let wrenches = state.evaluation.iter().flat_map(|it| &it.wrenches);
         let bodies = self.bodies.iter().zip(wrenches.copied());

@@ -126,6 +126,7 @@ impl FieldPipeline {
                 gravity: world.gravity,
                 parameters: world.integration_parameters,
                 drowsing: &was_drowsing,
+                varies: self.compiled.reads_time,
             };
             let torque = Vector::ZERO;
             let drowsy = self.bodies.iter().map(|body| {
