@@ -50,8 +50,6 @@ fn sampling(criterion: &mut Criterion) {
         ("centre", Sampling::Centre),
         ("volume", Sampling::Volume),
         ("surface", Sampling::Surface),
-        ("adaptive, to 0.1", Sampling::Adaptive { tolerance: 0.1 }),
-        ("adaptive, to 0.02", Sampling::Adaptive { tolerance: 0.02 }),
     ];
     let attractors = kinds.map(|(name, kind)| (name, attractor(kind)));
     compare(criterion, "attractor with a border, 1000 cubes", attractors);

@@ -263,11 +263,8 @@ impl Fields {
     /// Sets where a body is sampled by all fields that leave it to [`Sampling::Auto`], laws
     /// between sites aside; without one, as each field asks for.
     ///
-    /// If any body asks for [`Sampling::Adaptive`], radial fields within balls are evaluated one by
-    /// one, on all bodies.
-    ///
     /// # Errors
-    /// The body is not there, or a tolerance is not more than zero and finite.
+    /// The body is not there.
     pub fn set_sampling(
         &mut self,
         body: RigidBodyHandle,
@@ -277,7 +274,8 @@ impl Fields {
         if !bodies.contains(body) {
             return Err(PropertyError::NoSuchBody { body });
         }
-        self.set.set_sampling(body, sampling)
+        self.set.set_sampling(body, sampling);
+        Ok(())
     }
 
     /// Sets what fields may ask of a collider.

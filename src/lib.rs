@@ -195,7 +195,7 @@ pub use cross_check::{
     NotComparable, TouchCounts, TouchesNotComparable,
 };
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal};
-pub use eval::{PotentialEnergy, WrenchError};
+pub use eval::PotentialEnergy;
 pub use field::{
     Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Field, FieldHandle,
     FieldRef, FieldSet, ForceMode, Layer, Lifetime, Operator, PropertyError, Region, Sample,

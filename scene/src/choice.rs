@@ -44,6 +44,8 @@ pub(crate) trait Choice<'de> {
     type Value;
     /// What messages call it.
     const WHAT: &'static str;
+    /// Names that older files may hold, and the names to write instead.
+    const GONE: &'static [(&'static str, &'static str)] = &[];
     /// By serde's derive.
     fn read<D: Deserializer<'de>>(reader: D) -> Result<Self::Value, D::Error>;
 }
@@ -84,6 +86,7 @@ impl<'de, C: Choice<'de>> Visitor<'de> for Outer<C> {
     }
 
     fn visit_str<E: Error>(self, name: &str) -> Result<C::Value, E> {
+        refuse_gone::<C, E>(name)?;
         C::read(Named {
             name,
             marker: PhantomData,
@@ -95,6 +98,7 @@ impl<'de, C: Choice<'de>> Visitor<'de> for Outer<C> {
             let message = format!("expected one {}, found an object without keys", C::WHAT);
             return Err(Error::custom(message));
         };
+        refuse_gone::<C, _>(&name)?;
         let chosen = C::read(Keyed {
             name: &name,
             map: &mut map,
@@ -105,6 +109,16 @@ impl<'de, C: Choice<'de>> Visitor<'de> for Outer<C> {
             return Err(Error::custom(message));
         }
         Ok(chosen)
+    }
+}
+
+fn refuse_gone<'de, C: Choice<'de>, E: Error>(name: &str) -> Result<(), E> {
+    match C::GONE.iter().find(|(gone, _)| *gone == name) {
+        Some((gone, now)) => Err(E::custom(format!(
+            "the {} `{gone}` no longer exists: write \"{now}\" instead",
+            C::WHAT
+        ))),
+        None => Ok(()),
     }
 }
 

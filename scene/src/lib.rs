@@ -82,7 +82,7 @@
 //! | wake | `never`, `always`, `{"on-change": {"fraction": f}}` |
 //! | on-fault | `leave-out`, `quarantine`, `refuse` |
 //! | field | `name`, `formula`, `within` (a region), `at` (an anchor), `force-mode` (also `read-as`; `force`, `acceleration`, `velocity-change`), `coupled-to` (`share`, `each`, `{"axis": a}`), `scaled-by` (a scalar), `limited-to`, `groups`, `reacting`, `sampled` |
-//! | sampling | `auto`, `centre`, `parts`, `volume`, `surface`, `{"adaptive": {"tolerance": t}}` |
+//! | sampling | `auto`, `centre`, `parts`, `volume`, `surface` |
 //! | anchor | `body`: its number from 0, in the order of the file, or its name; `part`: the number of its collider, from 0; neither is the world; `at`, `rotation`: the pose there. In a tree by itself `body-handle` and `collider-handle`, each `[index, generation]` |
 //!
 //! | tree | is |

@@ -11,7 +11,7 @@ pub(crate) struct RadialKey {
     pub law: [u64; 7],
     pub range: u64,
     pub weighting: Weighting,
-    pub how: (u8, u64, bool, bool),
+    pub how: SamplingRule,
 }
 
 /// How the vector of a field becomes a force on a sample.

@@ -29,12 +29,11 @@ impl Facts {
     const VOLUME_OF_BALLS: u32 = 10;
     const SURFACE: u32 = 11;
     const SURFACE_OF_BALLS: u32 = 12;
-    const CELLS: u32 = 13;
-    const DISPLACED: u32 = 14;
-    const PIECES: u32 = 15;
-    const POINTS: u32 = 16;
-    const APART: u32 = 17;
-    const COUNT: usize = 18;
+    const DISPLACED: u32 = 13;
+    const PIECES: u32 = 14;
+    const POINTS: u32 = 15;
+    const APART: u32 = 16;
+    const COUNT: usize = 17;
 
     pub(super) fn set(&mut self, fact: u32) {
         self.0 |= 1 << fact;
@@ -57,7 +56,6 @@ impl Facts {
         self.set_if(Self::VOLUME_OF_BALLS, asks(wanted.volume, all));
         self.set_if(Self::SURFACE, asks(wanted.surface, some));
         self.set_if(Self::SURFACE_OF_BALLS, asks(wanted.surface, all));
-        self.set_if(Self::CELLS, wanted.cells);
         self.set_if(Self::DISPLACED, wanted.displaced);
         self.set_if(Self::PIECES, wanted.pieces);
         self.set_if(Self::POINTS, wanted.points);
@@ -119,7 +117,6 @@ impl Tally {
             parts: self.any(Facts::PARTS),
             volume: either(Facts::VOLUME, Facts::VOLUME_OF_BALLS),
             surface: either(Facts::SURFACE, Facts::SURFACE_OF_BALLS),
-            cells: self.any(Facts::CELLS),
             displaced: self.any(Facts::DISPLACED),
             pieces: self.any(Facts::PIECES),
             points: self.any(Facts::POINTS),

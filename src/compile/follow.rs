@@ -99,10 +99,8 @@ impl Compiled {
     }
 
     fn lower(&mut self, set: &FieldSet, term: Term) -> Lowered {
-        let mut overrides = self.overrides.iter();
         let lowering = Lowering {
             nodes: set.nodes(),
-            adaptive_bodies: overrides.any(|own| own.tolerance().is_some()),
             anchors: &mut self.anchors,
             serial: term.serial,
             lowered: Lowered::default(),

@@ -27,8 +27,6 @@ pub(super) struct Lowered {
 pub(super) struct Lowering<'a> {
     pub nodes: Nodes<'a>,
     pub anchors: &'a mut Anchors,
-    /// Whether any body asks for adaptive sampling.
-    pub adaptive_bodies: bool,
     pub serial: u64,
     pub lowered: Lowered,
 }
@@ -96,10 +94,8 @@ impl Lowering<'_> {
         let range = field.region.as_centred_ball();
         let bare = field.scale.is_none() && field.limit.is_none() && !field.reacts;
         let how = self.nodes.how(place);
-        // Only programs are sampled once per body, or finer where a border passes through one.
-        let in_batch = how.sampling != Sampling::Centre
-            && (everywhere || !self.may_be_adaptive(how))
-            && !field.coupling.reads_frame();
+        // Only programs are sampled once per body.
+        let in_batch = how.sampling != Sampling::Centre && !field.coupling.reads_frame();
         match &field.formula {
             Formula::Contact(law)
                 if everywhere
@@ -137,11 +133,6 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether the term may be sampled adaptively, on some bodies at least.
-    fn may_be_adaptive(&self, how: SamplingRule) -> bool {
-        how.sampling.tolerance().is_some() || how.overridable && self.adaptive_bodies
-    }
-
     fn radial(
         &mut self,
         (leaf, how): (u32, SamplingRule),
@@ -158,7 +149,7 @@ impl Lowering<'_> {
                 law: law.bits(),
                 range: range.map_or(u64::MAX, |range| to_f64(range).to_bits()),
                 weighting: weighting.clone(),
-                how: how.key(),
+                how,
             };
             RadialBatch {
                 key,

@@ -53,7 +53,7 @@ pub struct PlanEntry {
     pub spares_balls: bool,
     /// Whether a body that a border passes through is cut there, and sampled in pieces.
     pub cuts_at_borders: bool,
-    /// The samples of a body of one cube; where sampling is adaptive, of a body clear of borders.
+    /// The samples of a body of one cube.
     pub samples_of_a_cube: usize,
     /// Roughly how many nanoseconds it takes on one sample: for each source or instance that
     /// reaches it where they are found by an index or are bounded, else for all together.
@@ -76,7 +76,7 @@ impl PlanEntry {
     fn sampled(sampling: Sampling, auto: bool) -> Self {
         let (several, samples_of_a_cube) = match sampling {
             Sampling::Auto | Sampling::Centre | Sampling::Parts => (false, 1),
-            Sampling::Volume | Sampling::Adaptive { .. } => (true, 27),
+            Sampling::Volume => (true, 27),
             Sampling::Surface => (true, 24),
         };
         PlanEntry {
@@ -101,12 +101,6 @@ impl PlanEntry {
             Sampling::Parts => return write!(f, "per part{pieces}"),
             Sampling::Volume => f.write_str("over the volume")?,
             Sampling::Surface => f.write_str("over the surface")?,
-            Sampling::Adaptive { tolerance } => {
-                write!(
-                    f,
-                    "over the volume, cut at borders to {tolerance} of the wrench"
-                )?;
-            }
         }
         write!(f, " ({} samples of a cube", self.samples_of_a_cube)?;
         let balls = if self.spares_balls {

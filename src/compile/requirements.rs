@@ -14,8 +14,6 @@ pub(crate) struct SamplingRequirements {
     pub surface: PartSampling,
     /// Whether those are asked for one by one.
     pub points: bool,
-    /// Whether colliders are to be cut into cells.
-    pub cells: bool,
     /// Whether bodies are to be cut where borders pass through them.
     pub pieces: bool,
     /// Whether the volumes of parts are asked for.
@@ -62,10 +60,6 @@ impl SamplingRequirements {
         match how.sampling {
             Sampling::Volume => self.volume = self.volume.max(cut),
             Sampling::Surface => self.surface = self.surface.max(cut),
-            Sampling::Adaptive { .. } => {
-                self.volume = PartSampling::All;
-                self.cells = true;
-            }
             Sampling::Auto | Sampling::Centre | Sampling::Parts => {}
         }
     }

@@ -2,10 +2,10 @@
 
 use crate::compile::{Program, Step};
 use crate::field::{
-    Axis, Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces,
-    Query, Vec3, constant,
+    Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces, Query,
+    Vec3, constant,
 };
-use crate::math::{DVec3, to_dvec3};
+use crate::math::DVec3;
 
 /// A composite at a sample.
 #[derive(Clone, Copy, Debug)]
@@ -54,22 +54,14 @@ impl<T> Default for Interpreter<T> {
 
 /// One sample before one instance of a program.
 #[derive(Clone, Copy)]
-pub(super) struct SampleContext<'a, T> {
+struct SampleContext<'a, T> {
     pub program: &'a Program,
     pub instance: usize,
     pub frames: &'a [Option<Frame>],
     pub query: &'a Query,
     pub motion: &'a Motion<T>,
-    pub overridden: RegionOverride,
     /// A leaf of which is asked whether it contributes.
     pub watched: Option<u32>,
-}
-
-/// Leaves whose regions are taken to hold the sample, or not, whatever they say: bits by leaf.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct RegionOverride {
-    pub which: u64,
-    pub holds: u64,
 }
 
 impl<T: Number> Interpreter<T> {
@@ -88,7 +80,6 @@ impl<T: Number> Interpreter<T> {
             frames,
             query,
             motion,
-            overridden: RegionOverride::default(),
             watched: None,
         })
     }
@@ -108,14 +99,12 @@ impl<T: Number> Interpreter<T> {
             frames,
             query,
             motion,
-            overridden: RegionOverride::default(),
             watched: Some(leaf),
         });
         outcome.is_some_and(|outcome| outcome.watched)
     }
 
-    /// Like [`Interpreter::run`], with some of the leaves' regions decided beforehand.
-    pub(super) fn run_at(&mut self, place: &SampleContext<'_, T>) -> Option<Outcome<T>> {
+    fn run_at(&mut self, place: &SampleContext<'_, T>) -> Option<Outcome<T>> {
         let open = Neighbourhood::open();
         let outcome = self.walk(place, &open);
         if !open.met_a_surface() {
@@ -189,12 +178,7 @@ impl<'a, T: Number> SampleContext<'a, T> {
             return Value::undefined();
         };
         let field = &self.program.leaves[leaf as usize];
-        let bit = 1_u64.checked_shl(leaf).unwrap_or(0);
-        let defined = match self.overridden.which & bit {
-            0 => field.region.pieces(&local, here),
-            _ if self.overridden.holds & bit != 0 => Pieces::ALL,
-            _ => Pieces::NONE,
-        };
+        let defined = field.region.pieces(&local, here);
         if !defined.any() {
             return Value::undefined();
         }
@@ -211,44 +195,6 @@ impl<'a, T: Number> SampleContext<'a, T> {
         let modifier = &self.program.modifiers[number as usize];
         value.vector = modifier.apply(value.vector, local.as_ref());
     }
-}
-
-/// The leaves, as bits, of which a border may pass within a distance of the sample, on a body
-/// that turns at `spin`, and how near one may be; `None` if they are too many to be told apart.
-pub(super) fn boundaries_within(
-    place: &SampleContext<'_, f64>,
-    (distance, spin): (f64, f64),
-) -> Option<(u64, f64)> {
-    let (mut which, mut nearest) = (0, f64::INFINITY);
-    for (leaf, field) in place.program.leaves.iter().enumerate() {
-        let Some(local) = place.acting(leaf).filter(|_| !field.region.is_everywhere()) else {
-            continue;
-        };
-        let turning = place
-            .frame(leaf)
-            .map_or(0.0, |frame| to_dvec3(frame.angvel).length());
-        let reads_speed = field.region.axes().any(Axis::reads_velocity);
-        // Speeds differ over a cell by no more than it turns.
-        let steepness = if reads_speed {
-            1.0 + spin + turning
-        } else {
-            1.0
-        };
-        let depth = if field.region.axes().any(Axis::is_steep) {
-            f64::NAN
-        } else {
-            field.region.depth(&local).abs()
-        };
-        if depth.is_nan() || depth <= distance * steepness {
-            which |= 1_u64.checked_shl(leaf as u32)?;
-            nearest = nearest.min(depth / steepness);
-        }
-        // `f64::min` would pass over it.
-        if depth.is_nan() {
-            nearest = 0.0;
-        }
-    }
-    Some((which, nearest))
 }
 
 /// An operator on the values of its operands; see the table at [`Operator`].

@@ -1,6 +1,5 @@
 //! Evaluate: batches × samples → forces.
 
-mod adaptive;
 mod clouds;
 mod constants;
 mod contract;
@@ -34,10 +33,9 @@ use crate::sample::{Moment, Samples};
 
 pub(crate) use interpreter::Interpreter;
 pub(crate) use linearise::Lineariser;
+pub use quantity::PotentialEnergy;
 pub(crate) use quantity::Terms;
-pub use quantity::{PotentialEnergy, WrenchError};
 
-use adaptive::Adaptive;
 use constants::Constants;
 use contract::{BatchEvaluator, Scene, Sums};
 use energy::program_energy;
@@ -51,7 +49,6 @@ use radial::Radials;
 pub(crate) struct Evaluator {
     radials: Radials,
     programs: Programs,
-    adaptive: Adaptive,
     frames: FrameCache,
     forces: Vec<Vector>,
 }
@@ -83,18 +80,8 @@ impl Evaluator {
         Constants.add((0, &compiled.constants), &scene, frames, sums);
         self.radials
             .add((0, &compiled.radials), &scene, frames, sums);
-        self.adaptive.forget(samples);
-        // Cells are sampled all over a body, not at its samples.
-        if samples.solids.is_empty() {
-            self.programs.begin(&scene, frames);
-            self.programs.add_all(&scene, frames, sums);
-        } else {
-            self.adaptive.begin(&scene, frames);
-            let programs = compiled.programs.iter();
-            for batch in programs.filter(|(_, program)| program.has_force) {
-                self.adaptive.add(batch, &scene, frames, sums);
-            }
-        }
+        self.programs.begin(&scene, frames);
+        self.programs.add_all(&scene, frames, sums);
         for (sample, force) in samples.placed().iter().zip(&self.forces) {
             let wrench = &mut wrenches[sample.body as usize];
             wrench.force += *force;
@@ -107,11 +94,6 @@ impl Evaluator {
         self.forces.clear();
         let count = scene.samples.placed().len();
         self.forces.resize(count, Vector::ZERO);
-    }
-
-    /// The bound of the error of the last wrench on a body, by its number.
-    pub(crate) fn error(&self, body: usize) -> Option<WrenchError> {
-        self.adaptive.error(body)
     }
 
     /// The potential energy of all bodies of `samples`.

@@ -6,7 +6,6 @@ use super::contract::{BatchEvaluator, Scene, Sums};
 use super::cut::{Asked, BodyCuts};
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
-use super::instances::Reach;
 use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
 use super::wide::{Asked as Wide, Found, WIDTH};
@@ -63,12 +62,30 @@ impl BatchEvaluator<Program> for Programs {
 
     fn add(
         &mut self,
-        batch: (u32, &Program),
+        (number, program): (u32, &Program),
         scene: &Scene<'_, impl Frames>,
         frames: &mut FrameCache,
         sums: &mut Sums<'_>,
     ) {
-        self.add_where(batch, scene, frames, sums, |_| true);
+        let (samples, how) = (scene.samples, program.how);
+        if matches!(how.cuts, Cuts::Shares | Cuts::Parts) {
+            for body in 0..samples.bodies.len() as u32 {
+                self.cut((number, program), scene, frames, (sums, body));
+            }
+        }
+        self.asked.clear();
+        for centre in samples.centres_for(how) {
+            if !self.cut((number, program), scene, frames, (sums, centre.body)) {
+                self.asked.push(centre.body);
+            }
+        }
+        let count = samples.centres.len();
+        let asked = samples
+            .samples_for(how)
+            .filter(|(_, sample)| samples.cut(how, sample.body).is_none());
+        self.asked
+            .extend(asked.map(|(place, _)| (count + place) as u32));
+        self.add_asked((number, program), scene, frames, sums);
     }
 }
 
@@ -135,41 +152,6 @@ impl Programs {
         jobs.sort_unstable();
         jobs.dedup();
         jobs
-    }
-
-    /// Where the instances of a program reach, and what runs them.
-    pub(super) fn tools(&mut self, number: u32) -> (&Reach, &mut Interpreter) {
-        (self.index.reach(number), &mut self.machine)
-    }
-
-    /// Adds what a program gives on the samples of some bodies, given by their numbers.
-    pub(super) fn add_where(
-        &mut self,
-        (number, program): (u32, &Program),
-        scene: &Scene<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sums: &mut Sums<'_>,
-        wanted: impl Fn(u32) -> bool,
-    ) {
-        let (samples, how) = (scene.samples, program.how);
-        if matches!(how.cuts, Cuts::Shares | Cuts::Parts) {
-            for body in 0..samples.bodies.len() as u32 {
-                self.cut((number, program), scene, frames, (sums, body));
-            }
-        }
-        self.asked.clear();
-        for centre in samples.centres_for(how) {
-            if !self.cut((number, program), scene, frames, (sums, centre.body)) {
-                self.asked.push(centre.body);
-            }
-        }
-        let count = samples.centres.len();
-        let asked = samples
-            .samples_for(how)
-            .filter(|(_, sample)| wanted(sample.body) && samples.cut(how, sample.body).is_none());
-        self.asked
-            .extend(asked.map(|(place, _)| (count + place) as u32));
-        self.add_asked((number, program), scene, frames, sums);
     }
 
     /// Adds what a program gives on some samples.

@@ -1,20 +1,5 @@
 //! What an evaluation gives beside wrenches.
 
-use crate::math::Real;
-
-/// A bound of how far a [`Wrench`](crate::Wrench) may be off; see [`Fields::wrench_error`](crate::Fields).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
-pub struct WrenchError {
-    /// Length of the force that is missing or too much.
-    pub force: Real,
-    /// Length of the torque that is missing or too much.
-    pub torque: Real,
-}
-
 /// The potential energy of bodies in fields.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]

@@ -2,7 +2,6 @@
 
 use fearless_simd::Level;
 
-use super::adaptive::Adaptive;
 use super::constants::Constants;
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::frames::FrameCache;
@@ -15,7 +14,7 @@ use crate::bridge::{View, is_movable};
 use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::explain;
 use crate::field::{
-    Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Sampling, Span, Tree,
+    Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Span, Tree,
 };
 use crate::math::{Pose, Real, Vector, to_dvec3, to_f64};
 use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
@@ -284,14 +283,6 @@ fn programs(world: &PhysicsWorld) -> Vec<Tree> {
     all
 }
 
-/// What the interpreter gets, where bodies are also cut into cells.
-fn cells(world: &PhysicsWorld) -> Vec<Tree> {
-    let mut all = programs(world);
-    let fine = Sampling::Adaptive { tolerance: 0.01 };
-    all.push(Tree::from(Field::spring(1.0).sampled(fine)));
-    all
-}
-
 fn all_constants(compiled: &Compiled) -> Vec<(u32, &[ConstantField])> {
     vec![(0, &compiled.constants[..])]
 }
@@ -303,13 +294,6 @@ fn all_radials(compiled: &Compiled) -> Vec<(u32, &Ordered<RadialBatch>)> {
 fn all_programs(compiled: &Compiled) -> Vec<(u32, &Program)> {
     let programs = compiled.programs.iter();
     programs.filter(|(_, program)| program.has_force).collect()
-}
-
-/// A fresh adaptive evaluator, which is told of the samples before.
-fn adaptive() -> Adaptive {
-    let mut adaptive = Adaptive::default();
-    adaptive.forget(&Stage::new(cells).samples());
-    adaptive
 }
 
 macro_rules! keeps_the_contract {
@@ -391,7 +375,6 @@ keeps_the_contract! {
     radials_in_the_better_way: Radials::default(), radials, all_radials;
     radials_in_cells: Radials::default(), far, all_radials;
     programs_in_lanes_and_by_the_interpreter: Programs::default(), programs, all_programs;
-    programs_on_cells: adaptive(), cells, all_programs;
 }
 
 /// The instruction sets of this machine.

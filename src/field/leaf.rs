@@ -617,7 +617,6 @@ impl Field {
         let limit = self.limit.unwrap_or(0.0);
         not_negative(label, "the limit of the vector's length", limit)?;
         self.region.validate(label)?;
-        self.sampling.validate(label)?;
         self.formula.validate(label)
     }
 }

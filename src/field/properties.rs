@@ -23,14 +23,6 @@ pub enum PropertyError {
         /// The body.
         body: RigidBodyHandle,
     },
-    /// A tolerance is zero, negative, infinite or NaN.
-    #[error("the tolerance of {body:?} must be more than zero, and finite, but is {tolerance}")]
-    Tolerance {
-        /// The body.
-        body: RigidBodyHandle,
-        /// The value found.
-        tolerance: Real,
-    },
     /// A property of a collider is out of its range.
     #[error("{quantity} of collider {collider:?} must be {requirement}, but is {value}")]
     Property {
@@ -216,13 +208,8 @@ impl Properties {
         &self.colliders
     }
 
-    pub(super) fn set_sampling(
-        &mut self,
-        body: RigidBodyHandle,
-        sampling: Option<Sampling>,
-    ) -> Result<(), PropertyError> {
+    pub(super) fn set_sampling(&mut self, body: RigidBodyHandle, sampling: Option<Sampling>) {
         let own = sampling.filter(|sampling| *sampling != Sampling::Auto);
-        check_tolerance(body, own)?;
         let parts = body.into_raw_parts();
         let known = self
             .samplings
@@ -235,7 +222,6 @@ impl Properties {
             (Err(place), Some(own)) => self.samplings.insert(place, (body, own)),
             (Err(_), None) => {}
         }
-        Ok(())
     }
 
     /// What bodies ask for, those that were removed since included, in the order of handles.
@@ -251,7 +237,7 @@ impl Properties {
                 overrides.push(*own);
             }
         }
-        overrides.sort_by_key(|own| own.key());
+        overrides.sort_unstable_by_key(|own| *own as u8);
         overrides
     }
 
@@ -274,17 +260,8 @@ impl Properties {
             checked.set(collider, properties)?;
         }
         for (body, own) in self.samplings {
-            checked.set_sampling(body, Some(own))?;
+            checked.set_sampling(body, Some(own));
         }
         Ok(checked)
-    }
-}
-
-fn check_tolerance(body: RigidBodyHandle, own: Option<Sampling>) -> Result<(), PropertyError> {
-    match own.and_then(Sampling::tolerance) {
-        Some(tolerance) if !(tolerance > 0.0 && tolerance.is_finite()) => {
-            Err(PropertyError::Tolerance { body, tolerance })
-        }
-        _ => Ok(()),
     }
 }

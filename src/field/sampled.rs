@@ -74,11 +74,7 @@ impl SamplingRule {
         let mut finest = finest.unwrap_or(SamplingRule::CENTRE);
         finest.apart |= reads_parts;
         if reacts {
-            // Reactions are kept sample by sample, which cells have not.
             finest.overridable = false;
-            if finest.sampling.tolerance().is_some() {
-                finest.sampling = Sampling::Volume;
-            }
         }
         // A scale over several fields may vary where they do not.
         if finest.sampling == Sampling::Centre && finest.auto && !at_centre {

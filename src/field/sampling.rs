@@ -1,8 +1,5 @@
 //! Where on a body a field is sampled.
 
-use super::error::{BuildError, positive};
-use crate::math::Real;
-
 /// Where on a body fields are sampled, and so what of their variation over the body is seen.
 ///
 /// Every sample stands for a fraction of its part (of its collider), by which its force is
@@ -11,10 +8,10 @@ use crate::math::Real;
 /// ```
 /// use rapier3d_fields::prelude::*;
 /// let zone = Region::cuboid(Vector::splat(3.0));
-/// let wind = Field::uniform(Vector::X).within(zone).sampled(Sampling::Adaptive { tolerance: 0.02 });
+/// let wind = Field::uniform(Vector::X).within(zone).sampled(Sampling::Volume);
 /// # let _ = wind;
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
@@ -71,53 +68,10 @@ pub enum Sampling {
     /// face (exact up to the third power), a ball at six points (third power), other shapes at
     /// patches of a triangle mesh (second power, but for the facets of the mesh).
     Surface,
-    /// Like [`Volume`](Self::Volume), but where the border of a region passes through a body, the
-    /// body is cut into cells, finer at the border, until the error that the border leaves is at
-    /// most this part of the wrench (its torque measured by the body's radius), or 4,096 cells
-    /// are used up. [`Fields::wrench_error`](crate::Fields::wrench_error) has the bound that was
-    /// reached, and says what it covers. Terms with a [reacting](crate::Field::reacting) field are
-    /// sampled at their volume instead.
-    Adaptive {
-        /// More than zero.
-        tolerance: Real,
-    },
-}
-
-impl Sampling {
-    /// The finer, the higher.
-    fn rank(self) -> u8 {
-        match self {
-            Sampling::Auto => 0,
-            Sampling::Centre => 1,
-            Sampling::Parts => 2,
-            Sampling::Volume => 3,
-            Sampling::Surface => 4,
-            Sampling::Adaptive { .. } => 5,
-        }
-    }
-
-    /// Tells samplings apart, and puts them in an order.
-    pub(super) fn key(self) -> (u8, u64) {
-        let tolerance = self.tolerance().map_or(0.0, crate::math::to_f64);
-        (self.rank(), tolerance.to_bits())
-    }
-
-    /// The tolerance, of adaptive sampling.
-    pub(crate) fn tolerance(self) -> Option<Real> {
-        match self {
-            Sampling::Adaptive { tolerance } => Some(tolerance),
-            _ => None,
-        }
-    }
-
-    pub(super) fn validate(self, field: &str) -> Result<(), BuildError> {
-        let tolerance = self.tolerance().unwrap_or(1.0);
-        positive(field, "the tolerance of the sampling", tolerance)
-    }
 }
 
 /// Whether a term cuts bodies where a border passes through them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) enum Cuts {
     #[default]
     Never,
@@ -131,7 +85,7 @@ pub(crate) enum Cuts {
 }
 
 /// How a term of the tree is sampled.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct SamplingRule {
     /// Never [`Sampling::Auto`].
     pub sampling: Sampling,
@@ -160,11 +114,11 @@ impl SamplingRule {
         let (a, b) = (self.sampling, other.sampling);
         let overridable = self.overridable && other.overridable;
         let apart = self.apart || other.apart;
-        let finest = match a.rank().cmp(&b.rank()) {
+        // Variants stand in order, the finest last.
+        let finest = match (a as u8).cmp(&(b as u8)) {
             std::cmp::Ordering::Less => other,
             std::cmp::Ordering::Greater => self,
             std::cmp::Ordering::Equal => SamplingRule {
-                sampling: if b.tolerance() < a.tolerance() { b } else { a },
                 auto: self.auto && other.auto,
                 ..self
             },
@@ -174,11 +128,5 @@ impl SamplingRule {
             apart,
             ..finest
         }
-    }
-
-    /// Tells apart those that are not sampled alike.
-    pub(crate) fn key(self) -> (u8, u64, bool, bool) {
-        let (rank, tolerance) = self.sampling.key();
-        (rank, tolerance, self.auto, self.overridable)
     }
 }

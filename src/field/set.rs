@@ -427,20 +427,9 @@ impl FieldSet {
 
     /// Sets where a body is sampled by all fields that leave it to [`Sampling::Auto`], laws
     /// between sites aside; without one, as each field asks for.
-    ///
-    /// If any body asks for [`Sampling::Adaptive`], radial fields within balls are evaluated one
-    /// by one, on all bodies.
-    ///
-    /// # Errors
-    /// A tolerance is not more than zero and finite.
-    pub fn set_sampling(
-        &mut self,
-        body: RigidBodyHandle,
-        sampling: impl Into<Option<Sampling>>,
-    ) -> Result<(), PropertyError> {
-        self.data.set_sampling(body, sampling.into())?;
+    pub fn set_sampling(&mut self, body: RigidBodyHandle, sampling: impl Into<Option<Sampling>>) {
+        self.data.set_sampling(body, sampling.into());
         self.changes.push(Change::Samplings);
-        Ok(())
     }
 }
 

@@ -6,7 +6,7 @@ use crate::compile::Plan;
 use crate::contact::{ContactPlan, FieldContact};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::{EnergyAudit, Explanation};
-use crate::eval::{PotentialEnergy, WrenchError};
+use crate::eval::PotentialEnergy;
 use crate::integrate::{StepWarning, Stiffness};
 use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::pipeline::{BodySample, FieldValue};
@@ -44,31 +44,8 @@ impl Fields {
         self.pipeline.last_wrench(&self.state, body)
     }
 
-    /// How far the wrench that [`Fields::sample`] gives may be off because borders of regions pass
-    /// through the body; `None` if it is not sampled [adaptively](crate::Sampling::Adaptive).
-    ///
-    /// It bounds what follows from not knowing where in a cell a border is, for forces that are
-    /// constant over each cell: so all of the error for uniform forces on a body of cuboids, but
-    /// not what a formula varies within a cell, nor what is uncertain about the volume in cells at
-    /// the surface of other shapes. Borders are those of regions, predicates and soft edges aside;
-    /// infinite if too many pass through one cell to be told apart (more than six of a term).
-    ///
-    /// # Errors
-    /// See [`StepError`].
-    pub fn wrench_error(
-        &self,
-        body: RigidBodyHandle,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Result<Option<WrenchError>, StepError> {
-        let view = View::new(bodies, colliders);
-        self.pipeline
-            .wrench_error(&self.definition(), (&self.state, 1.0), view, body)
-    }
-
     /// The points at which a body is sampled, as the world is now, whichever fields use them:
-    /// for drawing, and for checking against the [reference](crate::reference). Those of
-    /// [adaptive](crate::Sampling::Adaptive) sampling are the ones of a body clear of borders.
+    /// for drawing, and for checking against the [reference](crate::reference).
     pub fn samples(
         &self,
         body: RigidBodyHandle,

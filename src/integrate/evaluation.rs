@@ -7,7 +7,6 @@ use super::fault::Fault;
 use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Treatment};
 use super::{Integrator, StepContext};
-use crate::eval::WrenchError;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Lookup, Wrench, find, six};
@@ -25,8 +24,6 @@ pub(crate) struct Evaluation {
     /// In the order of their handles.
     pub bodies: Vec<RigidBodyHandle>,
     pub wrenches: Vec<Wrench>,
-    /// Of those bodies that were sampled adaptively.
-    pub errors: Vec<(RigidBodyHandle, WrenchError)>,
     /// Where the centres of mass were, under schemes that evaluate once a step.
     pub centres: Vec<Vector>,
     /// The velocities that the fields saw; empty if none reads them.
@@ -72,7 +69,6 @@ impl Evaluation {
     pub(crate) fn clear(&mut self) {
         self.bodies.clear();
         self.wrenches.clear();
-        self.errors.clear();
         self.centres.clear();
         self.sampled_at.clear();
         self.couplings.clear();
@@ -160,7 +156,6 @@ impl Evaluation {
         keep(&mut self.centres, &places);
         keep(&mut self.sampled_at, &places);
         keep(&mut self.couplings, &places);
-        self.errors.retain(|(body, _)| !gone.contains(body));
         let moved = |place: &mut usize| places[*place].map(|now| *place = now).is_some();
         self.estimates.retain_mut(|it| moved(&mut it.place));
         self.treatments.retain_mut(|it| moved(&mut it.0));
@@ -219,9 +214,6 @@ impl Integrator {
         let wrenches = &mut evaluation.wrenches;
         self.evaluator
             .wrenches(compiled, &frames, samples, moment, wrenches);
-        let bodies = evaluation.bodies.iter().enumerate();
-        let errors = bodies.filter_map(|(n, handle)| Some((*handle, self.evaluator.error(n)?)));
-        evaluation.errors.extend(errors);
         let fault = Fault::of_wrenches(wrenches, compiled, &frames, samples, moment);
         fault.map_or(Ok(()), Err)
     }

@@ -59,7 +59,6 @@ impl Scout {
         }
         let samples = &mut self.samples;
         samples.clone_from(context.samples);
-        samples.solids.clear();
         let placed = samples.placed().len();
         for sample in &mut samples.list[..placed] {
             let way = &self.ways[sample.body as usize];

@@ -17,12 +17,12 @@ use super::predicted::{PredictedFrames, PredictedMotions};
 use super::stiffness::Rates;
 
 use crate::eval::{Evaluator, Lineariser};
-use crate::math::{DPose3, DVec3, RigidBodyHandle};
+use crate::math::{DVec3, RigidBodyHandle};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
 use crate::rigid::{Lookup, Mobility, RigidState, Wrench, of_wrench, pair, six};
-use crate::sample::{Moment, SamplePoint, Samples, Solid};
+use crate::sample::{Moment, SamplePoint, Samples};
 
 /// Evaluations that solve the kicks of a scheme of fourth order, where forces read velocities:
 /// each brings the kick two orders closer to the implicit midpoint rule.
@@ -37,8 +37,6 @@ struct Group {
     several: Vec<SamplePoint>,
     /// From the centre of mass to each sample of `samples.list`, in the body's axes.
     arms: Vec<DVec3>,
-    /// The frame of each of `samples.solids` relative to the centre of mass, in the body's axes.
-    frames: Vec<DPose3>,
     wrenches: Vec<Wrench>,
     /// Of each body, where forces read velocities.
     solutions: Vec<Solution>,
@@ -422,20 +420,7 @@ impl Group {
     fn take(&mut self, handle: RigidBodyHandle, place: usize, all: &Samples) {
         let body = self.samples.bodies.len() as u32;
         let [sites, several] = all.of(place);
-        let (own, first) = (&mut self.samples, sites.start as u32);
-        for solid in all
-            .solids
-            .iter()
-            .filter(|solid| solid.body as usize == place)
-        {
-            let site = own.sites as u32 + solid.site - first;
-            let solid = solid.clone();
-            own.solids.push(Solid {
-                body,
-                site,
-                ..solid
-            });
-        }
+        let own = &mut self.samples;
         let moved = |sample: &SamplePoint| SamplePoint { body, ..*sample };
         own.attitudes.extend(all.attitudes.get(place));
         own.bulks.extend(all.bulks.get(place));
@@ -461,9 +446,6 @@ impl Group {
             |sample: &SamplePoint| state(sample.body).attitude.inverse() * to_dvec3(sample.arm);
         self.arms.clear();
         self.arms.extend(samples.list.iter().map(arm));
-        let frame = |solid: &Solid| state(solid.body).pose().inverse() * solid.pose;
-        self.frames.clear();
-        self.frames.extend(samples.solids.iter().map(frame));
     }
 
     /// Moves the samples to where their bodies are.
@@ -479,11 +461,6 @@ impl Group {
             sample.arm = from_dvec3(arm);
             sample.world_point = from_dvec3(state.position + arm);
             sample.velocity = from_dvec3(linvel + angvel.cross(arm));
-        }
-        for (solid, frame) in self.samples.solids.iter_mut().zip(&self.frames) {
-            let state = &states[solid.body as usize];
-            solid.pose = state.pose() * *frame;
-            solid.angvel = velocity(solid.body as usize, state).1;
         }
         for (body, attitude) in self.samples.attitudes.iter_mut().enumerate() {
             let state = &states[body];

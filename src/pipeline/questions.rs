@@ -7,7 +7,7 @@ use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, View};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
-use crate::eval::{Evaluator, PotentialEnergy, WrenchError};
+use crate::eval::{Evaluator, PotentialEnergy};
 use crate::field::{FieldSet, Frames, Query, Sampling, Span};
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
@@ -163,21 +163,6 @@ impl FieldPipeline {
     pub(crate) fn last_wrench(&self, state: &FieldState, body: RigidBodyHandle) -> Option<Wrench> {
         let evaluation = state.evaluation.as_ref().unwrap_or(&self.spare);
         evaluation.wrench(body)
-    }
-
-    /// How far the wrench on a body may be off, if it is sampled adaptively.
-    pub(crate) fn wrench_error(
-        &self,
-        fields: &Definition<'_>,
-        (state, dt): (&FieldState, Real),
-        view: View<'_>,
-        body: RigidBodyHandle,
-    ) -> Result<Option<WrenchError>, StepError> {
-        let scene = self.scene(fields, (state, dt), view);
-        let (evaluation, _) = scene.evaluate(fields, state)?;
-        let mut errors = evaluation.errors.iter();
-        let found = errors.find(|(handle, _)| *handle == body);
-        Ok(found.map(|(_, error)| *error))
     }
 
     /// How stiff the fields are for a body.

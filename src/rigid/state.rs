@@ -4,7 +4,7 @@ use super::body::Body;
 use super::mobility::{self, Mobility, TurnedInertia, six};
 use super::rotation::{Inertia, to_dquat};
 use super::wrench::Wrench;
-use crate::math::{DPose3, DQuat, DVec3, RigidBodyHandle, to_dvec3, to_f64};
+use crate::math::{DQuat, DVec3, RigidBodyHandle, to_dvec3, to_f64};
 
 /// Below it squares vanish.
 const SLOWEST: f64 = 1e-150;
@@ -78,11 +78,6 @@ impl RigidState {
             inv_mass: to_dvec3(body.inv_mass),
             inertia: mobility::turned_inertia(body),
         }
-    }
-
-    /// That of the centre of mass, turned like the body.
-    pub(crate) fn pose(&self) -> DPose3 {
-        DPose3::from_parts(self.position, self.attitude)
     }
 
     /// How readily it follows a wrench, where it is now.

@@ -4,7 +4,7 @@
 use super::part_shape::{Attitude, Bulk, PartShape, PartSolid};
 use super::properties::Properties;
 use super::shapes::Shapes;
-use super::{Kind, SamplePoint, Samples, Solid, owner};
+use super::{Kind, SamplePoint, Samples, owner};
 use crate::compile::{PartSampling, SamplingRequirements};
 use crate::math::{
     ColliderHandle, DMat3, DPose3, DVec3, InteractionGroups, Pose, Real, RigidBodyHandle,
@@ -399,18 +399,6 @@ impl Making<'_> {
                 }
             });
             self.several.extend(samples);
-        }
-        if wanted.cells
-            && let Some(cells) = self.shapes.cells(handle, collider)
-        {
-            self.samples.solids.push(Solid {
-                body: site.body,
-                site: number as u32,
-                local_pose,
-                pose: to_dpose3(&(body.pose * local_pose)),
-                angvel: to_dvec3(body.angvel),
-                cells,
-            });
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Sample: bodies → the points at which fields are sampled, with the properties they may ask for.
 
 mod cap;
-mod cells;
 mod clip;
 mod cloud;
 mod gather;
@@ -12,7 +11,6 @@ mod properties;
 mod samples;
 mod shapes;
 
-pub(crate) use cells::{Cell, Solid};
 pub(crate) use cloud::CloudRun;
 pub(crate) use gather::Gatherer;
 pub(crate) use part_shape::Attitude;

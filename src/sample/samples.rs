@@ -1,6 +1,5 @@
 //! Where fields are sampled, in the form the evaluators want.
 
-use super::cells::Solid;
 use super::cloud::Clouds;
 use super::part_shape::{Attitude, Bulk, PartShape};
 use super::point::{Kind, Moment, SamplePoint, UserValues};
@@ -22,8 +21,6 @@ pub(crate) struct Samples {
     pub clouds: Clouds,
     /// How many of the list are sites.
     pub sites: usize,
-    /// Parts that are to be cut into cells where a border passes through them.
-    pub solids: Vec<Solid>,
     /// By body, how it stands; empty if none is ever cut or sampled at many points.
     pub attitudes: Vec<Attitude>,
     /// By body, where its parts are; empty if none is ever cut.
@@ -74,7 +71,6 @@ impl Clone for Samples {
         self.left = from.left;
         self.stamp = from.stamp;
         self.list.clone_from(&from.list);
-        self.solids.clone_from(&from.solids);
         self.clouds.clone_from(&from.clouds);
         self.attitudes.clone_from(&from.attitudes);
         self.bulks.clone_from(&from.bulks);
@@ -93,7 +89,6 @@ impl Clone for Samples {
 impl Samples {
     pub(crate) fn clear(&mut self) {
         self.list.clear();
-        self.solids.clear();
         self.clouds.clear();
         self.attitudes.clear();
         self.bulks.clear();
@@ -155,11 +150,6 @@ impl Samples {
         for (number, (attitude, body)) in self.attitudes.iter_mut().zip(bodies).enumerate() {
             attitude.rotation = to_dquat(body.pose.rotation);
             attitude.angvel = velocity(number).1;
-        }
-        for solid in &mut self.solids {
-            let number = solid.body as usize;
-            solid.pose = to_dpose3(&(bodies[number].pose * solid.local_pose));
-            solid.angvel = to_dvec3(velocity(number).1);
         }
     }
 
@@ -261,7 +251,7 @@ impl Samples {
         let kind = match sampling {
             Sampling::Centre => Kind::Centre,
             Sampling::Volume | Sampling::Surface if auto && sample.is_ball => Kind::Site,
-            Sampling::Volume | Sampling::Adaptive { .. } => Kind::Volume,
+            Sampling::Volume => Kind::Volume,
             Sampling::Surface => Kind::Surface,
             Sampling::Auto | Sampling::Parts => Kind::Site,
         };

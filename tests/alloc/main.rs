@@ -284,11 +284,11 @@ fn boxes_in_wind() {
     assert_free(&wind.into(), &boxes);
 }
 
-/// Cut into cells where the border passes through them.
+/// Sampled at points of their volumes where the border passes through them.
 #[test]
 fn boxes_on_a_border() {
     let pull = Field::point_gravity(0.01).within(Region::ball(3.0));
-    let pull = pull.sampled(Sampling::Adaptive { tolerance: 0.1 });
+    let pull = pull.sampled(Sampling::Volume);
     assert_free(&pull.at(Vector::splat(0.75)).into(), &boxes);
 }
 

@@ -33,7 +33,7 @@ use edits::Edits;
 /// an end. Whoever changes what is drawn has to find them anew.
 const FOUND: [u64; 4] = [76, 353, 41500, 7_000_865];
 
-/// No step of these small worlds takes longer: the longest seen, substeps with adaptive sampling, takes seconds.
+/// No step of these small worlds takes longer: the longest seen takes seconds.
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// What came of a case: the bits after each step, or what is wrong.

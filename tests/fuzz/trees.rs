@@ -136,7 +136,7 @@ fn leaf(draw: &mut Draw, carriers: &Carriers) -> Field {
             Sampling::Volume,
             Sampling::Surface,
         ])),
-        5 => field.sampled(Sampling::Adaptive { tolerance: 0.1 }),
+        5 => field.sampled(Sampling::Volume),
         6 => field.strength(draw.number()),
         7 => field.enabled(false),
         8 => field.force_mode(ForceMode::VelocityChange),

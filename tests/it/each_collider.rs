@@ -131,20 +131,19 @@ fn laws() -> Vec<(&'static str, Field)> {
     ]
 }
 
-const SAMPLINGS: [Sampling; 6] = [
+const SAMPLINGS: [Sampling; 5] = [
     Sampling::Auto,
     Sampling::Centre,
     Sampling::Parts,
     Sampling::Volume,
     Sampling::Surface,
-    Sampling::Adaptive { tolerance: 0.01 },
 ];
 
 /// What samples of the list a law of that sampling takes.
 fn kind(law: &str, asked: Sampling) -> Sampling {
     match asked {
         Sampling::Auto if matches!(law, "wind zone" | "drag") => Sampling::Surface,
-        Sampling::Auto | Sampling::Adaptive { .. } => Sampling::Volume,
+        Sampling::Auto => Sampling::Volume,
         other => other,
     }
 }

@@ -117,7 +117,7 @@ impl Bench {
                     Some(Sampling::Volume),
                 ];
                 let sampling = all[*sampling as usize];
-                set.set_sampling(body, sampling).expect("a valid sampling");
+                set.set_sampling(body, sampling);
             }
             Edit::Axis(value) => {
                 set.set_axis("delta", Real::from(*value)).expect("declared");

@@ -147,7 +147,7 @@ fn rarities() -> Tree {
     layers
         .sum_union(mesh.limited_to(2.0))
         .sum_union(pull(compound).groups(InteractionGroups::none()))
-        .sum_union(pull(line).sampled(Sampling::Adaptive { tolerance: 0.5 }))
+        .sum_union(pull(line).sampled(Sampling::Volume))
         .sum_union(wind)
         .sum_union(push().within(ground))
 }

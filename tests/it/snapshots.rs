@@ -226,7 +226,7 @@ fn sampling_within_bodies_and_stiff_wells() {
             let half = Region::half_space(Vector::X, 1.5);
             let wind = Field::uniform(Vector::Y * 9.0)
                 .within(half)
-                .sampled(Sampling::Adaptive { tolerance: 0.5 });
+                .sampled(Sampling::Volume);
             let well = Field::spring(4000.0).within(Region::ball(2.0));
             let tree = wind.sum_union(well).sum_union(Field::buoyancy(0.5, 9.81));
             let fields = Fields::builder(tree).scheme(scheme).build();

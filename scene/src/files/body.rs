@@ -68,7 +68,7 @@ pub(super) struct BodyDoc {
     /// Where fields that leave it open sample the body.
     #[serde(
         default,
-        deserialize_with = "crate::choice::optional",
+        deserialize_with = "super::field::sampling",
         skip_serializing_if = "Option::is_none"
     )]
     pub sampling: Option<Sampling>,

@@ -1,6 +1,6 @@
 //! Fields, and what they are anchored to.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::error::{FileError, content};
 use super::fields::field::{Anchor, Coupling, Field, ForceMode, Sampling};
@@ -11,6 +11,7 @@ use super::names::{Directory, Names, Reference};
 use super::number::{Num, Quad, Triple, pose, quad, unless, unless_zero};
 use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};
+use crate::choice::{self, Choice};
 
 /// A field: a formula, and what was set on it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -47,7 +48,7 @@ pub(super) struct FieldDoc {
     reacting: bool,
     #[serde(
         default,
-        deserialize_with = "crate::choice::optional",
+        deserialize_with = "sampling",
         skip_serializing_if = "Option::is_none"
     )]
     sampled: Option<Sampling>,
@@ -199,6 +200,22 @@ impl AnchorDoc {
             },
         })
     }
+}
+
+struct SamplingChoice;
+
+impl<'de> Choice<'de> for SamplingChoice {
+    type Value = Option<Sampling>;
+    const WHAT: &'static str = "sampling";
+    const GONE: &'static [(&'static str, &'static str)] = &[("adaptive", "volume")];
+    fn read<D: Deserializer<'de>>(reader: D) -> Result<Option<Sampling>, D::Error> {
+        Sampling::deserialize(reader).map(Some)
+    }
+}
+
+/// Reads a sampling.
+pub(super) fn sampling<'de, D: Deserializer<'de>>(reader: D) -> Result<Option<Sampling>, D::Error> {
+    choice::read::<SamplingChoice, D>(reader)
 }
 
 impl FieldDoc {

@@ -133,10 +133,6 @@ fn what_is_not_possible_is_named_with_its_place_and_value() {
             "at `bodies[0].colliders[0].probe`: there is no axis `heat`",
         ),
         (
-            with_body(r#"{ "sampling": { "adaptive": { "tolerance": 0 } } }"#),
-            "at `bodies[0].sampling`: the tolerance of",
-        ),
-        (
             error(&scene(BALL, PULL).replace("1,", "2,")),
             "at `version`: expected 1, found 2",
         ),

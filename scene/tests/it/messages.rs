@@ -49,6 +49,10 @@ fn choices_that_are_none_are_explained() {
             "unknown variant `euler`, expected one of `",
         ),
         (
+            r#"{ "tree": { "field": { "formula": { "drag": {} }, "sampled": { "adaptive": { "tolerance": 0.1 } } } } }"#,
+            r#"the sampling `adaptive` no longer exists: write "volume" instead"#,
+        ),
+        (
             r#"{ "tree": { "empty": 1, "field": 2 } }"#,
             r#"`empty` has no settings: expected just "empty""#,
         ),

@@ -7,7 +7,6 @@ use super::content;
 use super::moments::Moments;
 use super::rule::Rule;
 use crate::math::{Real, SharedShape, Vector};
-use crate::sample::cells::Cells;
 use crate::sample::part_shape::PartSolid;
 
 /// What is known of a shape.
@@ -19,7 +18,6 @@ pub(super) struct Known {
     moments: OnceLock<Option<Moments>>,
     pub volume: Option<Arc<Rule>>,
     pub surface: Option<Arc<Rule>>,
-    pub cells: Option<Cells>,
     /// `None` if it is still to be made.
     pub solid: Option<PartSolid>,
 }
@@ -33,7 +31,6 @@ impl Known {
             moments: OnceLock::new(),
             volume: None,
             surface: None,
-            cells: None,
             solid: None,
         }
     }

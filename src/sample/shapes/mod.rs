@@ -11,9 +11,8 @@ mod volume;
 
 use std::sync::Arc;
 
-use super::cells::{Cells, Content};
 use super::part_shape::{Mesh, PartSolid};
-use crate::math::{ColliderHandle, DVec3, Real, SharedShape, Vector, to_f64};
+use crate::math::{ColliderHandle, Real, SharedShape, Vector, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
 use kinds::{Kinds, Known};
@@ -24,8 +23,6 @@ pub(super) use rule::Rule;
 pub(crate) struct Shapes {
     colliders: Coarena<Option<Met>>,
     kinds: Kinds,
-    /// What a grid around a ball holds of it, the same for all balls.
-    ball: Option<Arc<Content>>,
     /// That of a ball of radius one.
     ball_mesh: Option<Arc<Mesh>>,
 }
@@ -97,28 +94,6 @@ impl Shapes {
             false => known.surface = Some(rule.clone()),
         }
         Some(rule)
-    }
-
-    /// The cells a collider can be cut into, if it has a volume.
-    pub(super) fn cells(&mut self, handle: ColliderHandle, collider: &Collider) -> Option<Cells> {
-        if let Some(ball) = collider.shape().as_ball() {
-            let content = match &self.ball {
-                Some(content) => content.clone(),
-                None => {
-                    let unit = SharedShape::ball(1.0);
-                    let content = Arc::new(volume::content(&unit, DVec3::NEG_ONE, DVec3::ONE)?);
-                    self.ball.insert(content).clone()
-                }
-            };
-            let extent = DVec3::splat(to_f64(ball.radius));
-            return Some(Cells::partly(-extent, extent, content, DVec3::ZERO));
-        }
-        let known = self.known(handle, collider)?;
-        if known.cells.is_none() {
-            let moments = known.moments();
-            known.cells = moments.and_then(|moments| volume::cells(&known.shape, moments));
-        }
-        known.cells.clone()
     }
 
     /// What is cut of a collider.

@@ -1,20 +1,14 @@
-//! Samples of volumes, and cells of them.
-
-use std::sync::Arc;
+//! Samples of volumes.
 
 use super::moments::{Moments, cholesky, matched};
 use super::rule::{Rule, bounds};
-use crate::math::{DMat3, DVec3, SharedShape, from_dvec3, to_dvec3};
-use crate::sample::cells::{Cells, Content};
+use crate::math::{DMat3, DVec3, SharedShape, from_dvec3};
 
 /// Samples wanted of a volume: 3 × 3 × 3 of a cube.
 const FEWEST: usize = 27;
 
 /// Cells of a grid that are tried for samples, at most: thin, slanted shapes fill few of them.
 const MOST_TRIED: usize = 4096;
-
-/// Cells whose content is worked out, about that many.
-const FINEST: f64 = 32768.0;
 
 /// Points that share the volume equally: those of a grid that lie in the shape, moved (little) so
 /// that their moments up to the second are those of the shape.
@@ -75,39 +69,4 @@ fn finished(points: Vec<(DVec3, f64)>, spread: DMat3) -> Rule {
         samples: points.into_iter().map(sample).collect(),
         spread,
     }
-}
-
-/// The cells of a shape: exact for cuboids.
-pub(super) fn cells(shape: &SharedShape, moments: &Moments) -> Option<Cells> {
-    let (low, high) = bounds(shape)?;
-    if shape.as_cuboid().is_some() {
-        return Some(Cells::filled(low, high));
-    }
-    let content = Arc::new(content(shape, low, high)?);
-    Some(Cells::partly(low, high, content, moments.centre))
-}
-
-/// How much of the shape is in each cell of a grid over its bounds: all or nothing away from the
-/// surface, and in proportion to the distance from it within half a cell.
-pub(super) fn content(shape: &SharedShape, low: DVec3, high: DVec3) -> Option<Content> {
-    let extents = high - low;
-    let edge = (extents.element_product() / FINEST).cbrt();
-    let count = |axis: usize| (extents[axis] / edge).round().clamp(1.0, 128.0) as usize;
-    let counts = if edge > 0.0 {
-        [0, 1, 2].map(count)
-    } else {
-        return None;
-    };
-    let size = DVec3::new(counts[0] as f64, counts[1] as f64, counts[2] as f64);
-    let edges = extents / size;
-    let width = edges.element_product().cbrt();
-    Content::new(counts, |middle| {
-        let point = low + middle * edges;
-        let local_point = from_dvec3(point);
-        let projection = shape.project_local_point(local_point, false);
-        let distance = (to_dvec3(projection.point) - point).length();
-        let is_inside = projection.is_inside || shape.contains_local_point(local_point);
-        let depth = if is_inside { distance } else { -distance };
-        (0.5 + depth / width).clamp(0.0, 1.0)
-    })
 }
