@@ -454,7 +454,7 @@ impl Step {
     }
 
     /// How deep the sample lies in a set that is not made of others.
-    fn depth<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+    pub(super) fn depth<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
         match self {
             Step::Solid(solid, pose) => solid.depth(&local.point, pose),
             Step::Interval(axis, min, max) => {
