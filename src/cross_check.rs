@@ -38,7 +38,7 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::NarrowPhase;
 use crate::rigid::Lookup;
 
-/// What the fields found, for comparison after the next step.
+/// The contacts of the fields, for comparison after the next step.
 pub(crate) fn expect(
     settings: &CrossCheck,
     contacts: &[FieldContact],
@@ -53,7 +53,7 @@ pub(crate) fn expect(
     }
 }
 
-/// What is known of a pair: what the fields found, and all points that Rapier holds.
+/// The contact of a pair that the fields found, and all points that Rapier holds.
 #[derive(Default)]
 struct Seen {
     ours: Option<Sighting>,
@@ -78,7 +78,8 @@ impl CrossCheckReport {
     /// that colliders had when that step began.
     pub(crate) fn compare(
         &mut self,
-        (settings, watched): (&CrossCheck, &Watched),
+        settings: &CrossCheck,
+        watched: &Watched,
         expected: &Expected,
         after: &Stepped<'_, impl Lookup>,
         pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
@@ -124,7 +125,8 @@ impl CrossCheckReport {
     /// Adds who answered in a step.
     pub(crate) fn add_answers(
         &mut self,
-        (settings, watched): (&CrossCheck, &Watched),
+        settings: &CrossCheck,
+        watched: &Watched,
         contacts: &[FieldContact],
         narrow_phase: &NarrowPhase,
         world: &impl Lookup,
@@ -135,7 +137,7 @@ impl CrossCheckReport {
         }
         for pair in narrow_phase.contact_pairs() {
             let handles = in_order([pair.collider1, pair.collider2]);
-            if is_watched((settings, watched), handles) {
+            if is_watched(settings, watched, handles) {
                 self.answers.add_rapier(pair, world);
             }
         }
@@ -168,8 +170,8 @@ impl CrossCheckReport {
         };
         let sizes = Sizes::of_colliders(placed.colliders);
         let bands = Bands::at(&sizes, world_point, depth, &seen.theirs);
-        let sides = (seen.ours.is_some(), &seen.theirs[..]);
-        if let Some(reason) = judging.obstacle(pair, sides, &bands) {
+        let reason = judging.obstacle(pair, seen.ours.is_some(), &seen.theirs, &bands);
+        if let Some(reason) = reason {
             *reason(&mut self.last_step.not_comparable) += 1;
             return;
         }
@@ -240,7 +242,8 @@ impl CrossCheckReport {
         &mut self,
         settings: &CrossCheck,
         records: &[TouchRecord],
-        (world, dt): (&impl Lookup, Real),
+        world: &impl Lookup,
+        dt: Real,
         pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
     ) {
         let mut judge = TouchJudge::new(to_f64(dt));

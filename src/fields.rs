@@ -31,7 +31,7 @@ use crate::threads::Pool;
 /// `world.step_with_events(…)`. Around a pipeline of your own, [`Fields::begin`] and
 /// [`Fields::finish`] do the same, bit for bit.
 ///
-/// What a step does to bodies:
+/// A step does this to bodies:
 ///
 /// - The wrench on every awake dynamic body becomes motion by the [`Scheme`]. The user's own
 ///   forces, impulses, gravity, damping, locked axes, joints and contacts keep their meaning.
@@ -88,7 +88,7 @@ use crate::threads::Pool;
 pub struct Fields {
     /// How fields act.
     pub settings: FieldSettings,
-    /// What the next step takes over from the last one.
+    /// The state that the next step takes over from the last one.
     pub state: FieldState,
     /// The fields, and what is said of colliders and axes.
     pub set: FieldSet,
@@ -161,7 +161,7 @@ impl Fields {
         pool.run(|| self.finish(open, WorldMut::from(world)))
     }
 
-    /// What happens before Rapier's step, around a pipeline of your own: hand the
+    /// Begins a step around a pipeline of your own, before Rapier's step: hand the
     /// [hooks](OpenStep::hooks) of the open step to `PhysicsPipeline::step`, with the same gravity
     /// and parameters, then [finish](Fields::finish) it.
     ///
@@ -204,7 +204,7 @@ impl Fields {
         pipeline.begin(&fields, state, world, alone)
     }
 
-    /// What happens after Rapier's step: once for each of its steps.
+    /// Finishes a step after Rapier's step: call it once for each of its steps.
     ///
     /// Where fields pushed a body before it, a step that was not made is
     /// [an error](StepError::NotStepped), and one that was made twice

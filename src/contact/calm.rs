@@ -16,7 +16,7 @@ use crate::rapier::dynamics::{
 use crate::rapier::geometry::{Collider, ColliderMaterial};
 use crate::rigid::Lookup;
 
-/// What approaches by no more than this part of what may be an impact is slow, whatever rounding
+/// An approach of at most this share of the speed of an impact is slow, whatever rounding
 /// makes of it.
 const SURELY: Real = 0.98;
 
@@ -87,7 +87,7 @@ impl Calm {
                     continue;
                 };
                 let kind = kind_of(&mut self.kinds, claims, *handle, collider);
-                // What sleeps may hold contacts that were lifted off: it keeps its hook.
+                // A sleeping body may hold contacts that were lifted off: it keeps its hook.
                 let heard = body.is_sleeping() && claims.listens(*handle, collider);
                 if is_slow && !heard {
                     self.candidates.push((*handle, kind));
@@ -124,7 +124,7 @@ impl Calm {
             return;
         }
         let near = parameters.prediction_distance();
-        // What no field claims has no hook, however fast it is.
+        // A collider that no field claims has no hook, however fast it is.
         let mut unclaimed: Real = 0.0;
         for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
             let speed = fastest(body, world, near, parameters.dt);

@@ -1,4 +1,4 @@
-//! What detection fields find between two shapes, and how exactly.
+//! The contacts that detection fields find between two shapes, and how exact they are.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -60,7 +60,7 @@ impl fmt::Display for Capability {
     }
 }
 
-/// What detection fields find in a world: how many of its pairs of shapes, by their kinds. Printed,
+/// The contacts that detection fields find in a world, by the kinds of its pairs of shapes. Printed,
 /// it is a short report.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]

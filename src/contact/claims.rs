@@ -1,4 +1,4 @@
-//! What is claimed from Rapier, and which colliders listen for it.
+//! The pairs that are claimed from Rapier, and the colliders that listen for them.
 
 use super::laws::Laws;
 use super::rules::{Pairs, in_order};
@@ -154,7 +154,7 @@ impl Claims {
         self.laws.of(collider)
     }
 
-    /// What approaches a body more slowly is no impact, whatever else presses it.
+    /// A contact that approaches a body below this speed is no impact, whatever else presses the body.
     pub(super) fn slow(&self, starts: &Starts, body: RigidBodyHandle) -> Real {
         let restitution = if self.lossless { 1.0 } else { 0.0 };
         starts.slow(ContactLaw::restitution(restitution), [Some(body), None])

@@ -10,7 +10,7 @@ use super::hooks::Verdicts;
 use super::meet::next_touch;
 use super::modes::Detection;
 use super::paper_push::PaperPushes;
-use super::respond;
+use super::respond::Response;
 use super::resting::HeldPairs;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
@@ -32,7 +32,7 @@ pub(crate) struct Detector {
     sweep: Option<Box<Sweep>>,
     /// The bodies when Rapier's step began.
     pub starts: Arc<Starts>,
-    /// What overlaps at the end of the step.
+    /// The overlaps at the end of the step.
     found: Found,
     /// Whether any of it may be an impact.
     hit: bool,
@@ -42,8 +42,19 @@ pub(crate) struct Detector {
     pub not_finite: Vec<[ColliderHandle; 2]>,
     /// Whether the last step had more impacts than one step may have.
     pub exhausted: bool,
-    /// What touches what, in the order of the handles.
+    /// The contacts, in the order of the handles.
     pub contacts: Vec<FieldContact>,
+}
+
+/// A step over which touches are searched for.
+pub(crate) struct SweptStep<'a, A> {
+    /// When it began.
+    pub moment: Moment,
+    pub dt: Real,
+    /// Whether the fields answer a contact.
+    pub answers: A,
+    /// The decisions of Rapier's solver on claimed pairs.
+    pub verdicts: &'a Verdicts,
 }
 
 impl Detector {
@@ -77,16 +88,14 @@ impl Detector {
         log.map_or(&[], |log| &log.records)
     }
 
-    /// Finds and answers what touched during Rapier's step, from a moment on; says where the bodies
-    /// that were hit end. Does nothing unless detection is swept. `samples` fills in what a
+    /// Finds and answers what touched during Rapier's step; says where the bodies that were hit end. Does nothing unless detection is swept. `samples` fills in what a
     /// detection field under operators may ask of what approaches it.
     pub(crate) fn sweep(
         &mut self,
         compiled: &Compiled,
         world: &(impl Lookup + Frames),
-        (moment, dt): (Moment, Real),
+        step: SweptStep<'_, impl Fn(&FieldContact) -> bool>,
         samples: impl FnOnce(&mut Samples),
-        (answers, verdicts): (impl Fn(&FieldContact) -> bool, &Verdicts),
         pushes: &mut Vec<Push>,
     ) {
         self.touched.clear();
@@ -102,13 +111,13 @@ impl Detector {
             compiled,
             touch: &self.touch,
             masks: guarded.then_some(&mut self.masks),
-            moment,
+            moment: step.moment,
             starts: &self.starts,
-            answers: &answers,
-            verdicts,
+            answers: &step.answers,
+            verdicts: step.verdicts,
         };
-        let found = (&mut self.touched, pushes);
-        self.exhausted = sweep.run(scene, world, to_f64(dt), found);
+        let dt = to_f64(step.dt);
+        self.exhausted = sweep.run(scene, world, dt, &mut self.touched, pushes);
         self.not_finite.append(&mut sweep.not_finite);
     }
 
@@ -144,7 +153,7 @@ impl Detector {
         let masked = is_masked(compiled);
         let moved = self.touch.gather(world) || masked;
         if moved || held.is_none() && !found.anew {
-            self.touch.find((world, &*self.starts), held, found);
+            self.touch.find(world, &self.starts, held, found);
         } else {
             for (contact, _) in &mut found.contacts {
                 contact.approach_speed = approach_speed(contact, world, &self.starts);
@@ -153,15 +162,14 @@ impl Detector {
         self.hit = found.is_hit(world, &self.starts);
         if self.hit && !found.anew {
             // An impact runs through all that rests, and is to meet it where it is.
-            self.touch.find((world, &*self.starts), None, found);
+            self.touch.find(world, &self.starts, None, found);
         }
         if masked {
             self.masks.refresh(compiled, world, samples);
             let (touch, masks) = (&self.touch, &mut self.masks);
-            let fields = (touch, compiled);
             found
                 .contacts
-                .retain(|(contact, _)| masks.let_touch(fields, contact.colliders, moment));
+                .retain(|(contact, _)| masks.let_touch(touch, compiled, contact.colliders, moment));
         }
         found
             .contacts
@@ -186,12 +194,12 @@ impl Detector {
             return Pairs::default();
         }
         self.masks.refresh(compiled, world, samples);
-        let fields = (&self.touch, compiled);
-        let (masks, starts) = (&mut self.masks, &self.starts);
+        let (touch, masks, starts) = (&self.touch, &mut self.masks, &self.starts);
         let mut acts = |pair: &[ColliderHandle; 2]| {
-            masks.let_touch(fields, *pair, moment)
-                || next_touch(starts, *pair, world).is_some_and(|touch| {
-                    masks.let_meet(fields, &touch, moment, |body| starts.gained(body))
+            masks.let_touch(touch, compiled, *pair, moment)
+                || next_touch(starts, *pair, world).is_some_and(|meeting| {
+                    let gained = |body| starts.gained(body);
+                    masks.let_meet(touch, compiled, &meeting, moment, gained)
                 })
         };
         let pairs = pairs.filter(|pair| !acts(pair));
@@ -202,8 +210,10 @@ impl Detector {
     /// springs, and a bound of the square of the frequency at which it swings there.
     pub(crate) fn respond(
         &mut self,
-        (world, compiled): (&impl Lookup, &Compiled),
-        (moment, dt): (Moment, Real),
+        world: &impl Lookup,
+        compiled: &Compiled,
+        moment: Moment,
+        dt: Real,
         answers: impl Fn(&FieldContact) -> bool,
         pushes: &mut Vec<Push>,
     ) -> Option<(RigidBodyHandle, f64)> {
@@ -213,20 +223,25 @@ impl Detector {
             let late = !swept || matches!(contact.law, ContactLaw::Penalty { .. });
             late && answers(contact)
         };
-        let place = (world, &*self.starts);
         let springs = |contact: &FieldContact| matches!(contact.law, ContactLaw::Penalty { .. });
         if !self.hit && !self.contacts.iter().any(springs) {
             return None;
         }
-        let paper = PaperPushes {
-            masks: is_masked(compiled).then_some(&mut self.masks),
-            touch: &self.touch,
-            compiled,
-            moment,
-            known: HashMap::new(),
+        let response = Response {
+            world,
+            starts: &self.starts,
+            dt,
+            paper: PaperPushes {
+                masks: is_masked(compiled).then_some(&mut self.masks),
+                touch: &self.touch,
+                compiled,
+                moment,
+                known: HashMap::new(),
+            },
+            pushes,
+            not_finite: &mut self.not_finite,
         };
-        let (contacts, out) = (&mut self.contacts, (pushes, &mut self.not_finite));
-        respond::respond(contacts, &self.found, place, (dt, paper), answers, out)
+        response.answer(&mut self.contacts, &self.found, answers)
     }
 }
 

@@ -121,9 +121,10 @@ impl PointMotion {
     fn of(body: Option<RigidBodyHandle>, world: &impl Lookup, starts: &Starts) -> Self {
         let body = body.and_then(|handle| Some((handle, world.body(handle)?)));
         body.map_or(PointMotion::default(), |(handle, body)| PointMotion {
-            pivot: match body.is_dynamic() {
-                true => body.center_of_mass(),
-                false => body.position().transform_point(pivot(body)),
+            pivot: if body.is_dynamic() {
+                body.center_of_mass()
+            } else {
+                body.position().transform_point(pivot(body))
             },
             linvel: starts.pivot_velocity(handle, body),
             angvel: body.angvel(),
@@ -173,7 +174,8 @@ impl Discrete {
         &self,
         handle: ColliderHandle,
         collider: &Collider,
-        (body, dynamic): (Option<RigidBodyHandle>, bool),
+        body: Option<RigidBodyHandle>,
+        dynamic: bool,
     ) -> Part {
         Part {
             collider: handle,
@@ -194,19 +196,20 @@ impl Discrete {
         self.solids.clear();
         for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
             let start = self.balls.len() as u32;
-            let owner = (Some(handle), body.is_dynamic());
+            let (owner, dynamic) = (Some(handle), body.is_dynamic());
             for handle in body.colliders() {
                 if let Some(collider) = world.collider(*handle) {
                     let local_pose = collider.position_wrt_parent();
                     let pose = *body.position() * local_pose.copied().unwrap_or(Pose::IDENTITY);
-                    self.part(self.part_of(*handle, collider, owner), collider, pose);
+                    let part = self.part_of(*handle, collider, owner, dynamic);
+                    self.part(part, collider, pose);
                 }
             }
             self.cluster(start);
         }
         for (handle, collider) in world.free_colliders() {
             let start = self.balls.len() as u32;
-            let part = self.part_of(handle, collider, (None, false));
+            let part = self.part_of(handle, collider, None, false);
             self.part(part, collider, *collider.position());
             self.cluster(start);
         }
@@ -276,7 +279,8 @@ impl Discrete {
     /// `held` by Rapier its points may do.
     pub(super) fn find(
         &mut self,
-        (world, starts): (&impl Lookup, &Starts),
+        world: &impl Lookup,
+        starts: &Starts,
         held: Option<HeldPairs<'_>>,
         found: &mut Found,
     ) {
@@ -373,7 +377,7 @@ impl Discrete {
                 let size = size(one).min(size(two));
                 let relative = one.placed.pose.inv_mul(&two.placed.pose);
                 let swapped = found.collider1 != one.part.collider;
-                if !held.near((found, swapped), (&relative, size), &mut near) {
+                if !held.near(found, swapped, &relative, size, &mut near) {
                     near = one.search(two, apart);
                 }
                 one.placed.place(&two.placed, &near, points);
@@ -385,9 +389,10 @@ impl Discrete {
     /// Two solids; what has no bounds comes first.
     fn ordered(&self, pair: [u32; 2]) -> [&Solid; 2] {
         let [one, two] = pair.map(|number| &self.solids[number as usize]);
-        match two.place().bounded {
-            true => [one, two],
-            false => [two, one],
+        if two.place().bounded {
+            [one, two]
+        } else {
+            [two, one]
         }
     }
 

@@ -36,7 +36,7 @@ pub(crate) fn report(
     contacts: &[FieldContact],
     time: f64,
 ) {
-    // A channel whose other end is gone is no error: nobody listens any more.
+    // A channel whose other end is gone is no error: the listener has gone.
     let send = |event| {
         let _ = channel.send(event);
     };
@@ -45,7 +45,7 @@ pub(crate) fn report(
     for contact in contacts {
         let colliders = contact.colliders;
         let touched = touching.binary_search_by_key(&key(&colliders), key).is_ok();
-        // What swept detection found has touched anew.
+        // A contact of swept detection has touched anew.
         if contact.time_of_impact.is_some() || !touched {
             send(ContactEvent::Started {
                 colliders,

@@ -77,7 +77,7 @@ impl FieldContact {
     }
 }
 
-/// What balls and other shapes have in common.
+/// The properties that balls and other shapes have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Part {
     pub collider: ColliderHandle,

@@ -71,7 +71,8 @@ impl FieldMasks {
     /// Whether a detection field of one of two colliders acts on the other.
     pub(super) fn let_touch(
         &mut self,
-        (touch, compiled): (&Discrete, &Compiled),
+        touch: &Discrete,
+        compiled: &Compiled,
         [first, second]: [ColliderHandle; 2],
         moment: Moment,
     ) -> bool {
@@ -88,7 +89,8 @@ impl FieldMasks {
     /// then. `gained` is by how much faster a body becomes.
     pub(super) fn let_meet(
         &mut self,
-        (touch, compiled): (&Discrete, &Compiled),
+        touch: &Discrete,
+        compiled: &Compiled,
         meeting: &Touch,
         moment: Moment,
         gained: impl Fn(RigidBodyHandle) -> Vector,
@@ -120,7 +122,8 @@ impl FieldMasks {
         compiled: &Compiled,
         detector: &Detector,
         other: ColliderHandle,
-        (moment, world_point): (Moment, DVec3),
+        moment: Moment,
+        world_point: DVec3,
     ) -> bool {
         self.asks(compiled, detector, other, moment, At::Point(world_point))
     }
@@ -166,7 +169,7 @@ impl FieldMasks {
         Some(self.samples.query(&self.samples.list[*place], moment))
     }
 
-    /// What `other` is to a field; `None` of two that are not sampled.
+    /// `other` as a sample for a field; `None` if neither of the two is sampled.
     fn query(
         &self,
         detector: &Detector,

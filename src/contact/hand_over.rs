@@ -7,7 +7,7 @@ use super::{Detector, FieldContact};
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Real, Vector};
 
-/// A pair that overlaps at the end of so many steps running, though it was answered, or deeper each time,
+/// A pair that overlaps at the end of this many steps running, though it was answered, or deeper each time,
 /// is no impact.
 const STEPS: u8 = 3;
 
@@ -68,7 +68,8 @@ impl HandOver {
     pub(crate) fn update(
         &mut self,
         detector: &Detector,
-        (claims, verdicts): (&Claims, &Verdicts),
+        claims: &Claims,
+        verdicts: &Verdicts,
     ) -> Given {
         let mut given = Given::default();
         let unsound = &detector.not_finite;
@@ -110,7 +111,7 @@ impl HandOver {
             entry.answered = count(entry.answered, answered && !law.keeps_speed());
             entry.deeper = count(entry.deeper, grows);
             entry.depth = contact.depth;
-            // What settles by less than Rapier's solver tells from touching is at rest.
+            // A pair that sinks by less than the tolerance of Rapier's solver is at rest.
             if entry.deeper == STEPS && contact.depth > detector.starts.rebound() {
                 given.deeper.push((pair, contact.depth));
             }

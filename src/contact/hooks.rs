@@ -15,7 +15,7 @@ use crate::rapier::pipeline::{
 };
 use crate::rigid::Lookup;
 
-/// What the hooks of a step learn.
+/// The record of the hooks of a step.
 #[derive(Debug, Default)]
 pub(crate) struct Heard {
     /// Whether Rapier has asked about a claimed pair.
@@ -50,7 +50,7 @@ impl Heard {
         list.insert(in_order(pair));
     }
 
-    /// What became of pairs.
+    /// The decisions on the pairs, which are taken out.
     pub(crate) fn take(&mut self) -> Verdicts {
         let take = |list: &mut Mutex<Pairs>| {
             std::mem::take(list.get_mut().unwrap_or_else(PoisonError::into_inner))
@@ -71,7 +71,8 @@ impl Verdicts {
     /// Adds the claimed pairs that Rapier's solver has held without having asked.
     pub(crate) fn add_unasked(
         &mut self,
-        (claims, released): (&Claims, &Pairs),
+        claims: &Claims,
+        released: &Pairs,
         narrow_phase: &NarrowPhase,
         world: &impl Lookup,
     ) {
@@ -94,7 +95,7 @@ impl Verdicts {
     }
 }
 
-/// What became of claimed pairs in Rapier's step.
+/// The decisions on claimed pairs in Rapier's step.
 #[derive(Debug, Default)]
 pub(crate) struct Verdicts {
     /// Kept from any answer by the user's hooks.
@@ -112,8 +113,8 @@ pub(crate) struct Verdicts {
 /// lifted off, so that its solver finds nothing to do: they are impacts, which the fields answer. A pair
 /// that was answered in three steps running and still overlaps, or came to be deeper in three, is Rapier's
 /// until it parts.
-/// Whatever else comes goes to the user's hooks, for the colliders whose own `active_hooks` ask for
-/// it; a contact that they take away is nobody's.
+/// All other pairs go to the user's hooks, for the colliders whose own `active_hooks` ask for
+/// it; a contact that they take away is answered by neither side.
 pub struct StepHooks<'a> {
     pub(crate) claims: &'a Claims,
     pub(crate) listening: &'a Listening,
@@ -151,9 +152,10 @@ impl StepHooks<'_> {
         let pair = [context.collider1, context.collider2];
         let handles = [context.rigid_body1, context.rigid_body2];
         let (bodies, dt) = (context.bodies, self.starts.dt());
-        let deepest = match self.claims.swept {
-            true => Real::INFINITY,
-            false => bearable_depth(law, pair, context.colliders),
+        let deepest = if self.claims.swept {
+            Real::INFINITY
+        } else {
+            bearable_depth(law, pair, context.colliders)
         };
         let Some(manifold) = context.rigid_mut() else {
             return;
@@ -175,7 +177,7 @@ impl StepHooks<'_> {
         for contact in manifold.solver_contacts.iter_mut() {
             let point = (contact.anchor1 + contact.anchor2) * 0.5;
             let approach = (velocity(0, point) - velocity(1, point)).dot(normal).abs();
-            // What is not finite is Rapier's as well.
+            // A speed that is not finite is left to Rapier as well.
             let fast = approach >= slow;
             if !fast {
                 continue;

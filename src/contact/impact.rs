@@ -50,7 +50,6 @@ impl Sweep {
             let meeting = |spot| self.meeting(event, spot, &contact, places, scene);
             meetings.extend(spots[..count].iter().map(meeting));
             let own = &mut meetings[first..];
-            let sides = (contact.colliders, contact.has_field);
             let sampled = self.sampled(event, &contact, time).map(Some);
             let mut paper = PaperPushes {
                 masks: scene.masks.as_deref_mut(),
@@ -59,7 +58,7 @@ impl Sweep {
                 moment: scene.moment,
                 known,
             };
-            paper.note(&mut own[0], sides, &movers, sampled);
+            paper.note(&mut own[0], &contact, &movers, sampled);
             known = paper.known;
             let approach = own
                 .iter()
@@ -136,8 +135,8 @@ impl Sweep {
                     let detector = &scene.compiled.detectors[number as usize];
                     let collider = parts[other].collider;
                     points.into_iter().any(|point| {
-                        let at = (scene.moment, point);
-                        masks.lets_through_at(scene.compiled, detector, collider, at)
+                        let (compiled, moment) = (scene.compiled, scene.moment);
+                        masks.lets_through_at(compiled, detector, collider, moment, point)
                     })
                 })
             });

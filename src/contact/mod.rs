@@ -40,7 +40,7 @@ pub use modes::{Detection, Responder};
 
 pub(crate) use calm::Calm;
 pub(crate) use claims::{Claims, Listening, is_dominated};
-pub(crate) use detector::Detector;
+pub(crate) use detector::{Detector, SweptStep};
 pub(crate) use event::report;
 pub(crate) use hand_over::{Given, HandOver};
 pub(crate) use hooks::{Heard, Verdicts, to_ask, was_to_ask};

@@ -80,7 +80,7 @@ impl NearPairs {
         self.list.sort_unstable();
     }
 
-    /// What a box may meet; some is a little farther.
+    /// The candidates that a box may meet; some are a little farther away.
     pub(super) fn around<'a>(&'a self, bounds: &'a Aabb) -> impl Iterator<Item = u32> + 'a {
         let near = self.tree.intersect_aabb(bounds);
         near.chain(self.unbounded.iter().copied())

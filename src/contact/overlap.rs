@@ -256,8 +256,8 @@ impl PlacedShape {
         let relative = self.pose.inv_mul(&other.pose);
         let shapes = [&self.shape, &other.shape];
         let measure = |reach: Real| distance(shapes, &relative, 0.25 * reach);
-        let near = (&relative, self.skin + other.skin);
-        known.are_apart(pair, shapes, near, measure)
+        let near = self.skin + other.skin;
+        known.are_apart(pair, shapes, &relative, near, measure)
     }
 
     /// The points at which it overlaps another shape.

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::FieldContact;
 use super::discrete::Discrete;
 use super::field_mask::FieldMasks;
 use super::solve::{ContactBody, Meeting};
@@ -11,8 +12,8 @@ use crate::field::{ContactLaw, Query, Touch};
 use crate::math::{ColliderHandle, DVec3};
 use crate::sample::Moment;
 
-/// What parts touched so far at one moment, and what that gave each. All that touches one part is
-/// evaluated together, as any fields are that meet: so a push is the difference that a touch makes.
+/// The touches so far at one moment, and what each part got from them. All touches of one part are
+/// evaluated together, as fields that overlap are: so a push is the difference that a touch makes.
 pub(super) struct PaperPushes<'a> {
     pub masks: Option<&'a mut FieldMasks>,
     pub touch: &'a Discrete,
@@ -22,12 +23,12 @@ pub(super) struct PaperPushes<'a> {
 }
 
 impl PaperPushes<'_> {
-    /// The changes of velocity of the two parts of a meeting by each other's fields. `places` are
+    /// The changes of velocity of the two parts of a contact by each other's fields. `places` are
     /// where they are sampled, if elsewhere than where they are now.
     pub(super) fn note(
         &mut self,
         meeting: &mut Meeting,
-        (colliders, has_field): ([ColliderHandle; 2], [bool; 2]),
+        contact: &FieldContact,
         movers: &[ContactBody],
         places: [Option<DVec3>; 2],
     ) {
@@ -37,16 +38,17 @@ impl PaperPushes<'_> {
         let speeds = meeting.velocities(movers).map(DVec3::length);
         let approach_speed = meeting.approach(movers);
         for part in 0..2 {
-            if !has_field[1 - part] {
+            if !contact.has_field[1 - part] {
                 continue;
             }
             let touch = Touch {
-                collider: colliders[1 - part],
+                collider: contact.colliders[1 - part],
                 world_normal: [-meeting.normal, meeting.normal][part],
                 speed: speeds[part],
                 approach_speed,
             };
-            meeting.pushes[part] = self.push(meeting.law, colliders[part], touch, places[part]);
+            let pushed = contact.colliders[part];
+            meeting.pushes[part] = self.push(meeting.law, pushed, touch, places[part]);
         }
     }
 
@@ -58,7 +60,7 @@ impl PaperPushes<'_> {
         place: Option<DVec3>,
     ) -> DVec3 {
         let Some(masks) = self.masks.as_deref_mut() else {
-            return plain((self.touch, self.compiled), law, &touch);
+            return plain(self.touch, self.compiled, law, &touch);
         };
         let Some(mut query) = masks.sample(part, self.moment) else {
             return DVec3::ZERO;
@@ -67,21 +69,22 @@ impl PaperPushes<'_> {
         let (touches, before) = self.known.entry(part).or_default();
         touches.push(touch);
         query.touches.clone_from(touches);
-        let after = given((self.touch, self.compiled), law, masks, query);
+        let after = given(self.touch, self.compiled, law, masks, query);
         after - std::mem::replace(before, after)
     }
 }
 
-/// What the fields of a touched collider that stand by themselves give: each its push. A pair has
+/// The push of those fields of a touched collider that stand by themselves: one push each. A pair has
 /// one law: so a field that only observes pushes once, if the other side's law is the paper's.
-fn plain((touch, compiled): (&Discrete, &Compiled), law: ContactLaw, touched: &Touch) -> DVec3 {
+fn plain(touch: &Discrete, compiled: &Compiled, law: ContactLaw, touched: &Touch) -> DVec3 {
     let numbers = touch.detectors_of(touched.collider).iter();
     let detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
     let [mut pushing, mut observing] = [0.0_f64; 2];
     for detector in detectors.filter(|it| it.mask.is_none()) {
-        match detector.law.is_vector() {
-            true => pushing += 1.0,
-            false => observing = 1.0,
+        if detector.law.is_vector() {
+            pushing += 1.0;
+        } else {
+            observing = 1.0;
         }
     }
     law.push(touched) * pushing.max(observing)
@@ -89,7 +92,8 @@ fn plain((touch, compiled): (&Discrete, &Compiled), law: ContactLaw, touched: &T
 
 /// The change of velocity that all that touches a part gives it.
 fn given(
-    (touch, compiled): (&Discrete, &Compiled),
+    touch: &Discrete,
+    compiled: &Compiled,
     law: ContactLaw,
     masks: &mut FieldMasks,
     touching: Query,
@@ -97,7 +101,7 @@ fn given(
     let mut sum = DVec3::ZERO;
     let mut composites: Vec<FieldMask> = Vec::new();
     for touched in &touching.touches {
-        sum += plain((touch, compiled), law, touched);
+        sum += plain(touch, compiled, law, touched);
         let numbers = touch.detectors_of(touched.collider).iter();
         let masks = numbers.filter_map(|number| compiled.detectors[*number as usize].mask);
         for mask in masks {

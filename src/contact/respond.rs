@@ -10,94 +10,113 @@ use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::Lookup;
 
-/// Answers contacts by their laws, notes the impulses, and says how bodies go on; returns who is
-/// between the stiffest springs, and a bound of the square of the frequency at which it swings.
-pub(super) fn respond(
-    contacts: &mut [FieldContact],
-    found: &Found,
-    (world, starts): (&impl Lookup, &Starts),
-    (dt, mut paper): (Real, PaperPushes<'_>),
-    answers: impl Fn(&FieldContact) -> bool,
-    (pushes, not_finite): (&mut Vec<Push>, &mut Vec<[ColliderHandle; 2]>),
-) -> Option<(RigidBodyHandle, f64)> {
-    let slow = |contact: &FieldContact| to_f64(starts.slow(contact.law, contact.bodies));
-    let mut handles: Vec<RigidBodyHandle> =
-        contacts.iter().flat_map(|c| c.bodies).flatten().collect();
-    handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
-    handles.dedup();
-    handles.retain(|handle| world.body(*handle).is_some());
-    let bodies = handles.iter().filter_map(|handle| world.body(*handle));
-    let movers = bodies.zip(&handles).map(|(body, handle)| {
-        let start = starts.of(*handle, body);
-        ContactBody::pressed(body, &start, starts.pivot_velocity(*handle, body))
-    });
-    let mut movers: Vec<ContactBody> = movers.collect();
-    let place = |body: Option<RigidBodyHandle>| {
-        let key = body?.into_raw_parts();
-        let place = handles.binary_search_by_key(&key, |handle| handle.into_raw_parts());
-        place.ok()
-    };
-    let mut meetings = Vec::new();
-    let mut owners = Vec::new();
-    for (number, contact) in contacts.iter().enumerate() {
-        let law = if answers(contact) {
-            contact.law
-        } else {
-            ContactLaw::Observe
+/// The world in which contacts are answered, and the lists of what follows.
+pub(super) struct Response<'a, W> {
+    pub world: &'a W,
+    pub starts: &'a Starts,
+    pub dt: Real,
+    pub paper: PaperPushes<'a>,
+    /// How the bodies that were pushed go on.
+    pub pushes: &'a mut Vec<Push>,
+    /// Pairs whose answers are not finite.
+    pub not_finite: &'a mut Vec<[ColliderHandle; 2]>,
+}
+
+impl<W: Lookup> Response<'_, W> {
+    /// Answers contacts by their laws, and notes the impulses. Returns the body between the stiffest springs,
+    /// and a bound of the square of the frequency at which it swings.
+    pub(super) fn answer(
+        self,
+        contacts: &mut [FieldContact],
+        found: &Found,
+        answers: impl Fn(&FieldContact) -> bool,
+    ) -> Option<(RigidBodyHandle, f64)> {
+        let Response {
+            world,
+            starts,
+            dt,
+            mut paper,
+            pushes,
+            not_finite,
+        } = self;
+        let slow = |contact: &FieldContact| to_f64(starts.slow(contact.law, contact.bodies));
+        let mut handles: Vec<RigidBodyHandle> =
+            contacts.iter().flat_map(|c| c.bodies).flatten().collect();
+        handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
+        handles.dedup();
+        handles.retain(|handle| world.body(*handle).is_some());
+        let bodies = handles.iter().filter_map(|handle| world.body(*handle));
+        let movers = bodies.zip(&handles).map(|(body, handle)| {
+            let start = starts.of(*handle, body);
+            ContactBody::pressed(body, &start, starts.pivot_velocity(*handle, body))
+        });
+        let mut movers: Vec<ContactBody> = movers.collect();
+        let place = |body: Option<RigidBodyHandle>| {
+            let key = body?.into_raw_parts();
+            let place = handles.binary_search_by_key(&key, |handle| handle.into_raw_parts());
+            place.ok()
         };
-        let (places, slow) = (contact.bodies.map(place), slow(contact));
-        // A spring pushes at the deepest point, and the paper's law acts once.
-        let points = &found.points[found.contacts[number].1.clone()];
-        let deepest = contact.deepest();
-        let points = match law {
-            ContactLaw::Impulse { .. } => points,
-            _ => std::slice::from_ref(&deepest),
-        };
-        for point in points {
-            owners.push(number);
-            meetings.push(Meeting {
-                places,
-                point: to_dvec3(point.world_point),
-                normal: to_dvec3(point.world_normal),
-                depth: to_f64(point.depth),
-                law,
-                pushes: [DVec3::ZERO; 2],
-                slow,
-                impulses: [DVec3::ZERO; 2],
-                failed: false,
+        let mut meetings = Vec::new();
+        let mut owners = Vec::new();
+        for (number, contact) in contacts.iter().enumerate() {
+            let law = if answers(contact) {
+                contact.law
+            } else {
+                ContactLaw::Observe
+            };
+            let (places, slow) = (contact.bodies.map(place), slow(contact));
+            // A spring pushes at the deepest point, and the paper's law acts once.
+            let points = &found.points[found.contacts[number].1.clone()];
+            let deepest = contact.deepest();
+            let points = match law {
+                ContactLaw::Impulse { .. } => points,
+                _ => std::slice::from_ref(&deepest),
+            };
+            for point in points {
+                owners.push(number);
+                meetings.push(Meeting {
+                    places,
+                    point: to_dvec3(point.world_point),
+                    normal: to_dvec3(point.world_normal),
+                    depth: to_f64(point.depth),
+                    law,
+                    pushes: [DVec3::ZERO; 2],
+                    slow,
+                    impulses: [DVec3::ZERO; 2],
+                    failed: false,
+                });
+            }
+            if let Some(last) = meetings.last_mut() {
+                paper.note(last, contact, &movers, [None; 2]);
+            }
+        }
+        let stiffest = resolve(&mut movers, &mut meetings, to_f64(dt));
+        let stiffest = stiffest.map(|it| (handles[it.place], it.omega2));
+        for (number, meeting) in owners.into_iter().zip(&meetings) {
+            if meeting.failed {
+                not_finite.push(contacts[number].colliders);
+            }
+            for (sum, impulse) in contacts[number].impulses.iter_mut().zip(meeting.impulses) {
+                *sum += from_dvec3(impulse);
+            }
+        }
+        for (body, mover) in handles.iter().zip(movers).filter(|(_, mover)| mover.pushed) {
+            let Some(found) = world.body(*body) else {
+                continue;
+            };
+            let start = starts.of(*body, found);
+            let behind = start.turn.map_or(DVec3::ZERO, |turn| turn.behind);
+            let behind = mover.resistance.rotor.angvel(mover.attitude, behind);
+            let linvel = from_dvec3(mover.linvel) - start.behind;
+            let angvel = from_dvec3(mover.angvel - behind);
+            pushes.push(Push {
+                body: *body,
+                pose: None,
+                linvel,
+                angvel,
+                hit: None,
             });
         }
-        if let Some(last) = meetings.last_mut() {
-            let sides = (contact.colliders, contact.has_field);
-            paper.note(last, sides, &movers, [None; 2]);
-        }
+        stiffest
     }
-    let stiffest = resolve(&mut movers, &mut meetings, to_f64(dt));
-    let stiffest = stiffest.map(|it| (handles[it.place], it.omega2));
-    for (number, meeting) in owners.into_iter().zip(&meetings) {
-        if meeting.failed {
-            not_finite.push(contacts[number].colliders);
-        }
-        for (sum, impulse) in contacts[number].impulses.iter_mut().zip(meeting.impulses) {
-            *sum += from_dvec3(impulse);
-        }
-    }
-    for (body, mover) in handles.iter().zip(movers).filter(|(_, mover)| mover.pushed) {
-        let Some(found) = world.body(*body) else {
-            continue;
-        };
-        let start = starts.of(*body, found);
-        let behind = start.turn.map_or(DVec3::ZERO, |turn| turn.behind);
-        let behind = mover.resistance.rotor.angvel(mover.attitude, behind);
-        let linvel = from_dvec3(mover.linvel) - start.behind;
-        let angvel = from_dvec3(mover.angvel - behind);
-        pushes.push(Push {
-            body: *body,
-            pose: None,
-            linvel,
-            angvel,
-            hit: None,
-        });
-    }
-    stiffest
 }

@@ -26,7 +26,7 @@ pub(crate) struct HeldPairs<'a> {
 }
 
 impl<'a> HeldPairs<'a> {
-    /// What Rapier has found of them.
+    /// Their contacts as Rapier found them.
     pub(super) fn found(&self) -> impl Iterator<Item = &'a ContactPair> {
         let pairs = self.pairs;
         let found = self.narrow_phase.contact_pairs();
@@ -39,8 +39,10 @@ impl<'a> HeldPairs<'a> {
     /// in the normals, which were opposite.
     pub(super) fn near(
         &self,
-        (found, swapped): (&ContactPair, bool),
-        (relative, size): (&Pose, Real),
+        found: &ContactPair,
+        swapped: bool,
+        relative: &Pose,
+        size: Real,
         near: &mut Vec<ManifoldPoint>,
     ) -> bool {
         near.clear();
@@ -51,10 +53,10 @@ impl<'a> HeldPairs<'a> {
             let two = manifold
                 .subshape_pos2()
                 .map_or(Rotation::IDENTITY, |it| it.rotation);
-            let normals = match swapped {
-                false => [one * manifold.local_n1, two * manifold.local_n2],
-                true => [two * manifold.local_n2, one * manifold.local_n1],
-            };
+            let mut normals = [one * manifold.local_n1, two * manifold.local_n2];
+            if swapped {
+                normals.reverse();
+            }
             let tilt = (normals[0] + relative.rotation * normals[1]).length();
             for (point, tracked) in points_of(manifold, swapped).zip(&manifold.points) {
                 let [on_one, on_two] = point.local_points;

@@ -1,6 +1,6 @@
 //! How far pairs were apart when that was last looked at.
 //!
-//! What is near and hardly moves, in a heap say, need not be searched in every step: as long as two
+//! Near shapes that hardly move, as in a heap, need not be searched in every step: as long as two
 //! shapes have moved against each other by less than they were apart, they cannot touch. A pair
 //! that is left out so would not have been found, so nothing in a motion depends on what is kept.
 
@@ -24,7 +24,7 @@ const ROUNDINGS: Real = 64.0;
 /// be missed: this is ten times as much.
 const UNSURE: Real = 4e-3;
 
-/// Who was not asked about for so many rounds is forgotten.
+/// A pair that was not asked about for this many rounds is forgotten.
 const KEPT: u32 = 64;
 
 /// Distances of pairs, by their colliders.
@@ -79,7 +79,8 @@ impl Separations {
         &mut self,
         pair: [ColliderHandle; 2],
         shapes: [&SharedShape; 2],
-        (relative, near): (&Pose, Real),
+        relative: &Pose,
+        near: Real,
         measure: impl FnOnce(Real) -> Option<Real>,
     ) -> bool {
         let round = self.round;

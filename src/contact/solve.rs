@@ -23,7 +23,7 @@ const AT_REST: f64 = 16.0 * Real::EPSILON as f64;
 /// together costs the cube of their number.
 const MOST_AT_ONCE: usize = 48;
 
-/// What of a body an impulse acts on, apart from where it is.
+/// The resistance of a body to impulses, apart from its place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resistance {
     /// Zero along locked axes, and for bodies that nothing moves.
@@ -42,7 +42,7 @@ pub(super) struct ContactBody {
     pub attitude: DQuat,
     pub linvel: DVec3,
     pub angvel: DVec3,
-    /// What presses it.
+    /// The acceleration that presses it.
     pub acceleration: DVec3,
     pub pushed: bool,
 }
@@ -61,7 +61,7 @@ pub(super) struct Meeting {
     pub pushes: [DVec3; 2],
     /// Who approaches more slowly rests, and is not answered.
     pub slow: f64,
-    /// What each was given so far.
+    /// The impulses on each side so far.
     pub impulses: [DVec3; 2],
     /// Whether its answer would not be finite; then there is none.
     pub failed: bool,
@@ -304,7 +304,7 @@ impl Solver<'_> {
         }
     }
 
-    /// What is beyond all numbers in the end is not given.
+    /// Takes back impulses that are not finite in the end.
     fn take_back_unsound(&mut self) {
         let sound = |mover: &ContactBody| mover.linvel.is_finite() && mover.angvel.is_finite();
         if self
@@ -351,8 +351,8 @@ impl Solver<'_> {
     }
 
     /// Springs push, and their damping is solved for the approach that all of them leave in the middle of
-    /// the next step (implicit Euler): however strong, and however many push at one body, it turns nobody
-    /// back, and what presses does not make it creep.
+    /// the next step (implicit Euler): at any strength and any number of springs at one body, it turns no body
+    /// back, and a body under load does not creep.
     fn spring(&mut self, dt: f64) {
         let mut damped = Vec::new();
         for number in 0..self.meetings.len() {
@@ -442,7 +442,7 @@ impl Solver<'_> {
 
     /// Contacts that share a body that can be moved, directly or by way of others.
     fn clusters(&self, contacts: &[usize]) -> Vec<Vec<usize>> {
-        // Whoever is first in a chain of bodies stands for it.
+        // The first of a chain of bodies stands for it.
         let mut parent: Vec<usize> = (0..self.movers.len()).collect();
         fn find(parent: &mut [usize], mut one: usize) -> usize {
             while parent[one] != one {
@@ -586,7 +586,7 @@ impl Solver<'_> {
 mod tests {
     use super::*;
 
-    /// What could be given by mass properties that are none was left out without a word.
+    /// An answer by mass properties that are not finite was left out without a word.
     #[test]
     fn an_answer_that_is_not_finite_fails() {
         let body = |principal_to_body| ContactBody {

@@ -51,13 +51,13 @@ pub(crate) struct Starts {
     setting: Setting,
 }
 
-/// What Rapier's step depends on.
+/// The parameters of Rapier's step.
 #[derive(Clone, Copy, Debug, Default)]
 struct Setting {
     gravity: Vector,
     dt: Real,
     iterations: usize,
-    /// What would rebound lower than this is at rest.
+    /// A contact that would rebound lower than this is at rest.
     rebound: Real,
 }
 
@@ -74,12 +74,12 @@ pub(crate) enum KickShare {
     Within(Option<Arrival>),
 }
 
-/// What is known of a body that is moved within the step.
+/// The known end of the way of a body that is moved within the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arrival {
     /// With which it is to arrive.
     pub linvel: Vector,
-    /// What fields do to it when it starts.
+    /// The wrench of the fields at the start.
     pub first: Wrench,
 }
 
@@ -171,7 +171,7 @@ impl Start {
     }
 
     /// Adds what fields have given the body since `before`.
-    fn kick(&mut self, before: Vector, share: KickShare, (dt, inverse_mass): (Real, Vector)) {
+    fn kick(&mut self, before: Vector, share: KickShare, dt: Real, inverse_mass: Vector) {
         let taken = match share {
             KickShare::Half { free: true } => self.behind,
             _ => Vector::ZERO,
@@ -205,7 +205,7 @@ impl Start {
         self.spread + self.kicked
     }
 
-    /// What fields accelerate the body by, of all that does, if it is moved within the step and there is
+    /// The share of the fields in the acceleration of a body that is moved within the step, if there is
     /// no second half of a kick to come.
     pub(super) fn by_fields(&self, acceleration: DVec3) -> Option<DVec3> {
         let within = matches!(self.share, KickShare::Within(Some(_)));
@@ -278,7 +278,7 @@ impl Starts {
             let before = start.linvel;
             *start = Start::now(start.body, body, &self.setting);
             let inverse_mass = body.mass_properties().effective_inv_mass;
-            start.kick(before, share(start.body), (self.setting.dt, inverse_mass));
+            start.kick(before, share(start.body), self.setting.dt, inverse_mass);
         }
         let dt = to_f64(self.setting.dt);
         for (handle, changes) in momenta.filter(|_| dt > 0.0) {
@@ -331,7 +331,7 @@ impl Starts {
         bodies.all(|(handle, body)| self.of(handle, body).is_still(body))
     }
 
-    /// What would rebound lower than this is at rest.
+    /// A contact that would rebound lower than this is at rest.
     pub(super) fn rebound(&self) -> Real {
         self.setting.rebound
     }

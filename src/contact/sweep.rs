@@ -28,8 +28,8 @@ use crate::rapier::geometry::Aabb;
 use crate::rigid::Lookup;
 use crate::sample::Moment;
 
-/// Impacts of one step, at most: so many, and so many per body. A billiard of mass ratio 10⁴ has
-/// 314 in all; only what cannot come to rest goes beyond.
+/// The most impacts of one step, in all and for each body. A billiard of mass ratio 10⁴ has 314; only bodies
+/// that cannot come to rest have more.
 const MOST_IMPACTS: usize = 10_000;
 const MOST_PER_BODY: usize = 256;
 
@@ -38,7 +38,7 @@ const MOST_PER_BODY: usize = 256;
 const AT_ONCE: f64 = 1e-12;
 
 /// A pair of parts that loses speed and meets more often than this in one step stays together: it
-/// would meet without end, so from then on it is looked at only so many times a step.
+/// would meet without end, so from then on it is looked at only [`LOOKS`] times a step.
 const LASTING: u32 = 32;
 const LOOKS: f64 = 64.0;
 
@@ -97,7 +97,7 @@ impl PartialEq for Event {
 
 impl Eq for Event {}
 
-/// What a sweep needs to know of the world and of the fields.
+/// The inputs of a sweep, from the world and the fields.
 pub(super) struct Scene<'a> {
     pub compiled: &'a Compiled,
     pub touch: &'a Discrete,
@@ -107,7 +107,7 @@ pub(super) struct Scene<'a> {
     pub starts: &'a Starts,
     /// Whether the fields answer a contact.
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
-    /// What Rapier's solver has done with claimed pairs.
+    /// The decisions of Rapier's solver on claimed pairs.
     pub verdicts: &'a Verdicts,
 }
 
@@ -120,7 +120,8 @@ impl Sweep {
         mut scene: Scene<'_>,
         world: &impl Lookup,
         dt: f64,
-        (contacts, pushes): (&mut Vec<FieldContact>, &mut Vec<Push>),
+        contacts: &mut Vec<FieldContact>,
+        pushes: &mut Vec<Push>,
     ) -> bool {
         if scene.starts.all_still(world) {
             self.clear();

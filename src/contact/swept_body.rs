@@ -48,7 +48,7 @@ pub(super) struct SweptBody {
     ahead: DVec3,
     /// The angular velocity with which it goes on, if it was stopped for the rest of the step.
     stopped: Option<DVec3>,
-    /// What holds it, if it stood still over Rapier's step.
+    /// Its bounds, if it stood still over Rapier's step.
     still: Option<Aabb>,
     /// Impacts so far; events foreseen before the last are void.
     pub generation: u32,
@@ -63,11 +63,11 @@ pub(super) struct Member {
     pub shape: Form,
     /// Its `contact_skin`: it touches that much before its surface does.
     pub skin: f64,
-    /// What holds it, if its body stood still over Rapier's step.
+    /// Its bounds, if its body stood still over Rapier's step.
     pub bounds: Option<Aabb>,
 }
 
-/// What a part is to a swept detection.
+/// The shape of a part in swept detection.
 #[derive(Clone, Debug)]
 pub(super) enum Form {
     /// Exact. The radius is that with the skin.
@@ -114,11 +114,11 @@ impl SweptBodies {
             let local_com = to_dvec3(pivot(body));
             for collider in body.colliders() {
                 if let Some(found) = world.collider(*collider) {
-                    let part = touch.part_of(*collider, found, (Some(handle), body.is_dynamic()));
+                    let part = touch.part_of(*collider, found, Some(handle), body.is_dynamic());
                     let local = found.position_wrt_parent().copied();
                     let local = local.unwrap_or(Pose::IDENTITY);
                     let pose = still.then(|| *body.position() * local);
-                    self.add_part(part, found, (&local, pose.as_ref()), local_com);
+                    self.add_part(part, found, &local, pose.as_ref(), local_com);
                 }
             }
             if self.parts.len() > first {
@@ -128,9 +128,9 @@ impl SweptBodies {
         }
         for (handle, collider) in world.free_colliders() {
             let first = self.parts.len();
-            let part = touch.part_of(handle, collider, (None, false));
+            let part = touch.part_of(handle, collider, None, false);
             let pose = collider.position();
-            self.add_part(part, collider, (pose, Some(pose)), DVec3::ZERO);
+            self.add_part(part, collider, pose, Some(pose), DVec3::ZERO);
             if self.parts.len() > first {
                 self.add_track(SweptBody::free(), first);
             }
@@ -141,7 +141,8 @@ impl SweptBodies {
         &mut self,
         part: Part,
         collider: &Collider,
-        (local, still_at): (&Pose, Option<&Pose>),
+        local: &Pose,
+        still_at: Option<&Pose>,
         local_com: DVec3,
     ) {
         if !collider.is_enabled() || collider.is_sensor() {
@@ -195,7 +196,7 @@ impl SweptBodies {
     }
 }
 
-/// What holds a collider at a pose, and what is not told from touching it.
+/// The bounds of a collider at a pose, with the margin within which gaps count as touching.
 fn bounds_of(collider: &Collider, pose: &Pose) -> Aabb {
     let own = collider.shape().compute_aabb(pose);
     let far = own.mins.abs().max(own.maxs.abs()).max_element();
@@ -415,7 +416,7 @@ impl SweptBody {
         self.generation += 1;
     }
 
-    /// What to write into the body at the end of the step: pose, velocity, angular velocity.
+    /// The pose, velocity and angular velocity of the body at the end of the step.
     pub(super) fn finish(&self, dt: f64) -> (DPose3, DVec3, DVec3) {
         let attitude = self.path.attitude(dt);
         let origin = self.path.com(dt) - attitude * self.local_com;

@@ -195,7 +195,7 @@ pub(super) fn may_touch(
     if !is_solid(a) && !is_solid(b) {
         return true;
     }
-    // What has no bounds comes first: no motion of it moves its points little.
+    // A shape without bounds comes first: even a small motion moves some of its points far.
     let [a, b] = match b.member.shape {
         Form::Plane { .. } => [b, a],
         _ => [a, b],
@@ -212,14 +212,14 @@ pub(super) fn may_touch(
         let found = contact(a, b, span[0], far, DVec3::ZERO);
         Some(found.map_or(from_f64(far), |contact| contact.dist))
     };
-    !known.are_apart(pair, shapes, (&relative, from_f64(near)), measure)
+    !known.are_apart(pair, shapes, &relative, from_f64(near), measure)
 }
 
 /// How near two parts must be to touch in a span.
 struct WithinReach {
     /// No two points of them approach faster.
     speed: f64,
-    /// What cannot be told from touching.
+    /// A gap below this counts as touching.
     tolerance: f64,
     near: f64,
 }

@@ -1,4 +1,4 @@
-//! How parts came to touch within a step, for whoever checks it.
+//! How parts came to touch within a step, for the cross-check.
 
 use super::field_contact::FieldContact;
 use super::swept_body::Form;

@@ -17,7 +17,7 @@ pub(super) struct Path {
     pub acceleration: DVec3,
     pub jerk: DVec3,
     pub turn: Turn,
-    /// What a torque adds to that.
+    /// The part that a torque adds.
     pub bend: Option<Bend>,
 }
 
@@ -220,7 +220,7 @@ mod tests {
             let bounds = path.bounds();
             assert!(path.angvel(time, attitude).length() <= bounds.angvel);
         }
-        // What bends changes nothing at the ends.
+        // A bend changes nothing at the ends.
         for end in [0.25, 1.25] {
             let unbent = DQuat::from_rotation_x(0.4);
             assert!(path.attitude(end).angle_between(unbent) < 1e-12);

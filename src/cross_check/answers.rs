@@ -20,7 +20,7 @@ pub struct Answers {
     pub by_rapier: Answered,
 }
 
-/// What one side answered.
+/// The answers of one side.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)

@@ -34,11 +34,11 @@ pub(super) struct Bands {
     pub point: Real,
     /// Normals, in radians.
     pub normal: Real,
-    /// What rounding alone does to a length.
+    /// The error of a length by rounding alone.
     pub rounding: Real,
 }
 
-/// What bands depend on, of two colliders.
+/// The sizes of two colliders on which bands depend.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizes {
     /// From the origins of the bodies to the farthest points of the parts, together.

@@ -27,7 +27,8 @@ pub(crate) struct Stepped<'a, W> {
 
 /// Whether the fields look at a pair.
 pub(super) fn is_watched(
-    (settings, watched): (&CrossCheck, &Watched),
+    settings: &CrossCheck,
+    watched: &Watched,
     pair: [ColliderHandle; 2],
 ) -> bool {
     pair.iter().any(|it| watched.contains_key(it)) && settings.watches(pair)
@@ -36,7 +37,7 @@ pub(super) fn is_watched(
 /// Why a pair cannot be compared.
 pub(super) type Reason = fn(&mut NotComparable) -> &mut u64;
 
-/// What the reasons depend on.
+/// The inputs of the reasons.
 pub(super) struct Judging<'a, W> {
     pub settings: &'a CrossCheck,
     pub watched: &'a Watched,
@@ -47,15 +48,16 @@ pub(super) struct Judging<'a, W> {
 impl<W: Lookup> Judging<'_, W> {
     /// Whether the fields look at a pair.
     pub(super) fn watches(&self, pair: [ColliderHandle; 2]) -> bool {
-        is_watched((self.settings, self.watched), pair)
+        is_watched(self.settings, self.watched, pair)
     }
 
     /// Why a pair of which one side saw an overlap cannot be compared; `seen` says whether the
-    /// fields saw it.
+    /// fields saw it, and `spots` are what Rapier saw.
     pub(super) fn obstacle(
         &self,
         pair: [ColliderHandle; 2],
-        (seen, spots): (bool, &[Spot]),
+        seen: bool,
+        spots: &[Spot],
         bands: &Bands,
     ) -> Option<Reason> {
         let world = self.after.world;

@@ -1,4 +1,4 @@
-//! What a cross-check counts.
+//! The counts of a cross-check.
 
 use crate::math::Real;
 
@@ -68,7 +68,7 @@ pub struct NotComparable {
     pub recycled: u64,
     /// No body that moves was awake: Rapier keeps what it found before they fell asleep.
     pub asleep: u64,
-    /// What Rapier holds does not fit the poses at which the fields looked: a body was moved while
+    /// Rapier's contact does not fit the poses at which the fields looked: a body was moved while
     /// the step was open.
     pub moved: u64,
     /// Hooks of the user's own hid the pair from Rapier.

@@ -1,4 +1,4 @@
-//! What one side found and the other did not, or found otherwise.
+//! Contacts that one side found and the other did not, or found otherwise.
 
 use std::fmt;
 
@@ -18,13 +18,13 @@ pub struct Disagreement {
     pub world_point: Vector,
     /// The colliders, in the order of their handles.
     pub colliders: [ColliderHandle; 2],
-    /// What differs.
+    /// The difference.
     pub difference: Difference,
     /// How much it may differ there: a length, for normals an angle in radians.
     pub band: Real,
 }
 
-/// What differs, with the values of both sides.
+/// A difference, with the values of both sides.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)

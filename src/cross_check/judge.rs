@@ -9,7 +9,7 @@ use super::sighting::{Sighting, Spot, angle};
 use crate::math::{Pose, Real, Vector};
 use crate::rapier::geometry::Collider;
 
-/// What came of a comparison.
+/// The result of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Verdict {
     pub found: Found,
@@ -88,7 +88,7 @@ pub(super) fn judge(
     match (our, their) {
         (None, None) => Verdict::new(Found::Neither),
         (Some(our), None) => {
-            // What Rapier holds no point of it has found to be farther off than rounding, or it
+            // Without a point of Rapier's, the parts are farther apart than rounding, or Rapier
             // has not looked.
             let gap = deepest.unwrap_or(0.0);
             let difference = Difference::OnlyField { depth: our.depth };
@@ -97,13 +97,14 @@ pub(super) fn judge(
         (None, Some(depth)) => {
             Verdict::one_sided(Difference::OnlyRapier { depth }, depth, 0.0, bands.depth)
         }
-        (Some(our), Some(depth)) => both(our, (spots, depth), bands, placed),
+        (Some(our), Some(depth)) => both(our, spots, depth, bands, placed),
     }
 }
 
 fn both(
     our: &Sighting,
-    (spots, depth): (&[Spot], Real),
+    spots: &[Spot],
+    depth: Real,
     bands: &Bands,
     placed: &Placed<'_>,
 ) -> Verdict {
@@ -167,8 +168,8 @@ impl Placed<'_> {
         off(0, our.world_normal).max(off(1, -our.world_normal))
     }
 
-    /// Whether the parts overlap no deeper along a direction than a depth, to the band: then it is
-    /// a normal as good as any. Worked out from their farthest points, by neither side's way.
+    /// Whether the parts overlap no deeper along a direction than a depth, to the band: then the
+    /// direction may be their normal. Worked out from their farthest points, by neither side's way.
     /// Not known of parts that are not convex.
     fn is_as_shallow(&self, direction: Vector, depth: Real, bands: &Bands) -> bool {
         let farthest = |which: usize, towards: Vector| {

@@ -1,4 +1,4 @@
-//! What a cross-check watches, and whom it tells.
+//! The pairs that a cross-check watches, and the listener that it reports to.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -15,7 +15,7 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// It costs a detection and a walk over Rapier's contact pairs per step; off, which is the
 /// default, nothing but a test of one option.
 ///
-/// What is compared: pairs of which one collider at least has a detection field, of any shapes.
+/// Compares pairs of which at least one collider has a detection field, of any shapes.
 /// Rapier's contact counts if it overlaps, contact skins included; what it holds ready at a distance
 /// (`prediction_distance`) does not. Of several points the deepest counts. Presence, depth, normal
 /// and point are each judged against a band derived from rounding

@@ -1,4 +1,4 @@
-//! What each side saw of a pair.
+//! The contact of a pair as each side sees it.
 
 use std::collections::HashSet;
 
@@ -30,7 +30,7 @@ impl Sighting {
     }
 }
 
-/// What Rapier is to be held against after its step.
+/// The contacts with which Rapier's are compared after its step.
 #[derive(Debug, Default)]
 pub(crate) struct Expected {
     pub contacts: Vec<Sighting>,

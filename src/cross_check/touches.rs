@@ -10,7 +10,7 @@
 //! - **Way**: it is to carry the point from where Rapier had the body before its step to where it had
 //!   it after; one that begins with an impact, from where the way before has led.
 //!
-//! What is not told from a touch is the length of rounding in the parts' own frame, of the gap at which
+//! The tolerance of a touch is the length of rounding in the parts' own frame, of the gap at which
 //! swept detection takes shapes to touch and, for all but balls and cuboids, of Parry's search for their
 //! distance. A time may be wrong by that over the speed of approach.
 
@@ -43,7 +43,7 @@ const IN_THE_WORLD: f64 = 64.0;
 /// Moments before a touch at which the parts are looked at.
 const SAMPLES: u32 = 16;
 
-/// What came of a comparison.
+/// The result of a comparison.
 #[derive(Debug, Default)]
 pub(super) struct Outcome {
     pub differences: Vec<(Difference, Real)>,
@@ -124,7 +124,7 @@ impl TouchJudge {
     ) -> Outcome {
         let parts = Parts::new(record, colliders);
         let mut outcome = Outcome {
-            // What comes back within a step is another touch of the same pair that sampling missed.
+            // A body that comes back within a step touches the pair once more, which sampling missed.
             missed_by_sampling: self.met.insert(record.colliders) && !parts.overlap(self.dt),
             ..Outcome::default()
         };
@@ -242,7 +242,7 @@ impl<'a> Parts<'a> {
 
     /// Whether the parts overlap at a moment, as if nothing had answered them.
     fn overlap(&self, time: f64) -> bool {
-        // What Parry cannot tell was not shown to be missed.
+        // Where Parry finds no distance, a miss is not shown.
         let apart = self.gap(time, 0.0);
         apart.map_or(true, |gap| gap <= 0.0)
     }
@@ -267,7 +267,7 @@ impl<'a> Parts<'a> {
         let gap = self.gap(time, self.size)?;
         let before = self.gaps_before(2.0 * self.length)?;
         if gap < -length && before.iter().all(|(_, gap)| *gap <= length) {
-            // What has overlapped all the way has no time of a touch.
+            // Parts that have overlapped all the way have no time of a touch.
             return Ok(Some(|it| &mut it.overlapping));
         }
         outcome.judge(GAP, [gap.abs(), length], Difference::Gap { time, gap });

@@ -40,7 +40,7 @@ pub struct EnergyAudit {
     began: bool,
 }
 
-/// What one field does to the energy.
+/// The effect of one field on the energy.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -56,12 +56,12 @@ pub struct FieldEnergy {
     pub potential: Option<f64>,
     /// Work done on bodies since the audit began.
     pub work: f64,
-    /// What the sum of kinetic and potential energy gained where the field began or ended to act on
-    /// samples; zero for what has no potential.
+    /// The gain of kinetic and potential energy where the field began or ended to act on
+    /// samples; zero for a field without potential.
     pub border: f64,
 }
 
-/// What all fields do at one moment, by place in the tree.
+/// Power and potential of all fields at one moment, by place in the tree.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     power: Vec<f64>,
@@ -115,7 +115,8 @@ impl EnergyAudit {
         set: &FieldSet,
         world: &(impl Lookup + Frames),
         samples: &Samples,
-        (moment, dt): (Moment, Real),
+        moment: Moment,
+        dt: Real,
     ) {
         let tally = tally(set, world, samples, moment);
         let common = before.power.len().min(tally.power.len());
@@ -160,7 +161,7 @@ fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector)
     })
 }
 
-/// What all fields do to all sampled bodies right now.
+/// Power and potential of all fields on all sampled bodies as they are now.
 fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment) -> Tally {
     let count = set.nodes().0.len();
     let mut tally = Tally {
@@ -169,7 +170,7 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
         acts_on: vec![0; count],
     };
     for place in 0..count {
-        // A field with a potential has one even where nobody is in it.
+        // A field with a potential has one even where no body is in it.
         let field = set.field(place as u32);
         let known = field.is_some_and(|field| field.has_potential());
         tally.potential[place] = known.then_some(0.0);
@@ -191,8 +192,8 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
                 rest -= power;
                 let field = set.field(contribution.place);
                 let carrier = contribution.carrier;
-                // What is inside of a field that ends at once is another thing when it is more. Of
-                // what displaces a fluid more does not come at once.
+                // For a field that ends sharply, another share of the body inside is a crossing of the
+                // border. Buoyancy grows with the share, and nothing is crossed.
                 let ends = field.is_some_and(|field| !field.formula.reads_volume());
                 let how_much = ends.then(|| to_f64(sample.fraction).to_bits());
                 let who = (samples.bodies[body as usize], visit, carrier, how_much);
@@ -209,7 +210,7 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
                     *sum += potential * field.map_or(1.0, |f| f.energy_share(carried));
                 }
             }
-            // What an operation makes of its fields beyond their sum.
+            // The power of an operation beyond the sum of its fields.
             tally.power[term as usize] += rest;
         });
     }

@@ -37,7 +37,7 @@ pub(crate) fn blame(set: &FieldSet, fault: &Fault) -> StepError {
     }
 }
 
-/// The fields are asked one by one about no more bodies than so many fields have in all.
+/// The fields are asked one by one about at most this many bodies per field.
 const ASKED: usize = 1_000_000;
 
 /// The warnings for a fault, of each of its bodies, in a step that goes on. Of very many bodies in very
@@ -64,9 +64,10 @@ pub(crate) fn warn_of(
             collider,
             world_point,
             force,
-        } = match number <= most {
-            true => Culprit::of(set, fault, *place),
-            false => Culprit::unknown(fault, *place),
+        } = if number <= most {
+            Culprit::of(set, fault, *place)
+        } else {
+            Culprit::unknown(fault, *place)
         };
         warnings.push(match policy {
             FaultPolicy::LeaveOut => StepWarning::LeftOut {

@@ -9,7 +9,9 @@ pub(super) fn near(
     set: &FieldSet,
     term: u32,
     frames: &impl Frames,
-    (samples, moment, body): (&Samples, Moment, u32),
+    samples: &Samples,
+    moment: Moment,
+    body: u32,
 ) -> Vec<Border> {
     let centre = &samples.centres[body as usize];
     let bulk = samples.bulks.get(body as usize);

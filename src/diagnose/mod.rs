@@ -28,20 +28,20 @@ pub struct Explanation {
     pub body: RigidBodyHandle,
     /// The wrench that results from all fields.
     pub wrench: Wrench,
-    /// What single fields give, sample by sample. Fields whose region does not hold the sample
+    /// The forces of single fields, sample by sample. Fields whose region does not hold the sample
     /// are only counted.
     pub contributions: Vec<ExplainedField>,
-    /// What single fields give, summed over those samples where it counts, in the order in which
+    /// The wrenches of single fields, summed over those samples where they count, in the order in which
     /// they first do. Under a plain sum these, with `reaction`, add up to `wrench`.
     pub totals: Vec<FieldTotal>,
     /// How often a field's region did not hold a sample.
     pub outside: usize,
-    /// What the body feels for the forces of its own [reacting](crate::Field::reacting) fields on
+    /// The reaction on the body to the forces of its own [reacting](crate::Field::reacting) fields on
     /// others; part of `wrench`.
     pub reaction: Wrench,
 }
 
-/// What one field gives over all samples of a body.
+/// The wrench of one field over all samples of a body.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FieldTotal {
@@ -49,11 +49,11 @@ pub struct FieldTotal {
     pub field: String,
     /// Its own forces, before any operator, and their torque about the centre of mass.
     pub wrench: Wrench,
-    /// At so many samples it counts.
+    /// The number of samples at which it counts.
     pub samples: usize,
 }
 
-/// What one field gives at one sample.
+/// The force of one field at one sample.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ExplainedField {
@@ -66,7 +66,7 @@ pub struct ExplainedField {
     /// The field's own force there, in world axes, before any operator; `None` where it does not
     /// act.
     pub force: Option<Vector>,
-    /// What became of it.
+    /// Whether it counts, and if not, why.
     pub fate: Fate,
     /// The fields that overruled it.
     pub overruled_by: Vec<String>,
@@ -90,11 +90,12 @@ pub(crate) fn each_trace(
         let (term, how) = (term.root, set.nodes().how(term.root));
         let reference = Reference::of_term(set, term);
         if samples.cut(how, body).is_some() {
-            let borders = borders::near(set, term, frames, (samples, moment, body));
+            let borders = borders::near(set, term, frames, samples, moment, body);
             let whole = borders.is_empty() && how.cuts == Cuts::Bodies;
-            let pieces = match whole {
-                true => &[],
-                false => cutter.body(samples, body, &borders),
+            let pieces = if whole {
+                &[]
+            } else {
+                cutter.body(samples, body, &borders)
             };
             for piece in pieces {
                 let (query, weight, arm) = samples.of_piece(how, (body, piece), moment);
@@ -144,7 +145,7 @@ pub(crate) fn explain(
             } else if !is_contact(set, contribution.place) {
                 let place = contribution.place;
                 let explained = ExplainedField::new(set, sample, contribution);
-                explanation.add_to_totals((place, &mut known), &explained, sample);
+                explanation.add_to_totals(place, &mut known, &explained, sample);
                 explanation.contributions.push(explained);
             }
         }
@@ -209,10 +210,12 @@ impl ExplainedField {
 }
 
 impl Explanation {
-    /// `known`: the places among the totals, by those in the set.
+    /// Adds the force of the field at a place in the set. `known` are the places among the totals, by
+    /// those in the set.
     fn add_to_totals(
         &mut self,
-        (place, known): (u32, &mut HashMap<u32, usize>),
+        place: u32,
+        known: &mut HashMap<u32, usize>,
         explained: &ExplainedField,
         sample: &SamplePoint,
     ) {

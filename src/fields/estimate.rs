@@ -51,7 +51,7 @@ impl Fields {
     /// ```
     ///
     /// # Errors
-    /// What a step of a copy gives; see [`StepError`].
+    /// The errors of a step of a copy; see [`StepError`].
     pub fn estimate_error(
         &self,
         world: &PhysicsWorld,

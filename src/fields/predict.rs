@@ -1,4 +1,4 @@
-//! What comes next, on a copy of the world.
+//! Predictions, on a copy of the world.
 
 use super::Fields;
 use crate::bridge::StepError;

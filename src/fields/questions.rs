@@ -1,4 +1,4 @@
-//! What may be asked of the fields.
+//! Questions to the fields.
 
 use super::Fields;
 use crate::bridge::{StepError, View};
@@ -13,7 +13,7 @@ use crate::pipeline::{BodySample, FieldValue};
 use crate::rigid::Wrench;
 
 impl Fields {
-    /// What the compiler decided; prints as a short report.
+    /// The decisions of the compiler; prints as a short report.
     pub fn plan(&self) -> Plan {
         self.pipeline.plan(&self.set)
     }
@@ -91,7 +91,7 @@ impl Fields {
             .wrenches(&self.definition(), (&self.state, dt), view)
     }
 
-    /// What the last step may have got wrong: fields too stiff for the scheme and the time step
+    /// Possible errors of the last step: fields too stiff for the scheme and the time step
     /// (the worst body only), velocities that Rapier cut down, and bodies to which fields gave what
     /// cannot be given to Rapier. Empty if nothing.
     #[must_use]

@@ -36,7 +36,7 @@ impl Hierarchy {
         }
         for (number, bounds) in boxes {
             match bounds {
-                // What stands above it follows below.
+                // The nodes above it follow below.
                 Some(bounds) => drop(self.tree.insert_or_update_partially(bounds, number, 0.0)),
                 None => self.tree.remove(number),
             }

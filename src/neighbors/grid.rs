@@ -55,8 +55,8 @@ impl Grid {
         side
     }
 
-    /// Whether so many points in such a box would be sorted into the same cells; if not, it is to
-    /// be built anew.
+    /// Whether `count` points in such a box would be sorted into the same cells; if not, the grid is
+    /// to be built anew.
     pub(crate) fn keeps_shape(&mut self, extent: Vector, count: usize, side: Real) -> bool {
         let before = self.cells;
         self.shape(extent, count, side).recip() == self.per_length && self.cells == before

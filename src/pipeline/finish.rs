@@ -10,8 +10,8 @@ use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
 use crate::bridge::{self, Made, Push, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{
-    FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, Verdicts, is_dominated, report,
-    was_to_ask,
+    FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, SweptStep, Verdicts, is_dominated,
+    report, was_to_ask,
 };
 use crate::cross_check::Stepped;
 use crate::diagnose::{blame, sifted};
@@ -96,7 +96,7 @@ impl FieldPipeline {
             open.starts = Arc::default();
         }
         if let Some(expected) = &open.expected {
-            let settings = (&fields.settings.cross_check, &self.watched);
+            let settings = &fields.settings.cross_check;
             let (view, rollback) = (world.view(), &open.rollback);
             let after = Stepped {
                 world: &view,
@@ -107,7 +107,7 @@ impl FieldPipeline {
             };
             let pose_before = |handle| rollback.pose_before(handle, &view);
             let report = &mut state.cross_check;
-            report.compare(settings, expected, &after, pose_before);
+            report.compare(settings, &self.watched, expected, &after, pose_before);
         }
         if let Some(pair) = open.to_ask.filter(|_| !*open.heard.asked.get_mut())
             && was_to_ask(&open.claims, pair, world.narrow_phase, &world.view())
@@ -123,8 +123,8 @@ impl FieldPipeline {
         }
         let mut verdicts = open.heard.take();
         if open.unasked {
-            let claimed = (&*open.claims, &open.released);
-            verdicts.add_unasked(claimed, world.narrow_phase, &world.view());
+            let (claims, released) = (&*open.claims, &open.released);
+            verdicts.add_unasked(claims, released, world.narrow_phase, &world.view());
         }
         self.sweep(fields, (began, dt), (&verdicts, &open.given), world);
         let check = &fields.settings.cross_check;
@@ -132,7 +132,7 @@ impl FieldPipeline {
             let (records, view) = (self.detector.touch_log(), world.view());
             let pose_before = |handle| open.rollback.pose_before(handle, &view);
             let report = &mut state.cross_check;
-            report.compare_touches(check, records, (&view, dt), pose_before);
+            report.compare_touches(check, records, &view, dt, pose_before);
         }
         written += self.push(world);
         let now = began + to_f64(dt);
@@ -142,18 +142,16 @@ impl FieldPipeline {
         written += self.touch(fields, state, (&*open, &verdicts), world);
         if check.on {
             let (contacts, pairs) = (&self.detector.contacts, world.narrow_phase);
-            let watched = (check, &self.watched);
             let report = &mut state.cross_check;
-            report.add_answers(watched, contacts, pairs, &world.view());
+            report.add_answers(check, &self.watched, contacts, pairs, &world.view());
         }
         if fields.settings.audit {
             let view = world.view();
             let (_, samples) =
                 Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
-            let moment = (Now::last(began, dt).moment(), dt);
-            state
-                .audit
-                .end(&open.tally, fields.set, &view, &samples, moment);
+            let moment = Now::last(began, dt).moment();
+            let (audit, before) = (&mut state.audit, &open.tally);
+            audit.end(before, fields.set, &view, &samples, moment, dt);
         }
         let mut particles = 0;
         if open.soft.is_some() {
@@ -200,15 +198,16 @@ impl FieldPipeline {
         self.detector.sweep(
             &self.compiled,
             &view,
-            (moment(began, dt), dt),
-            |samples| Self::sites(properties, &view, displaced, samples),
-            (
-                |contact: &FieldContact| {
+            SweptStep {
+                moment: moment(began, dt),
+                dt,
+                answers: |contact: &FieldContact| {
                     rules.answers(contact, &verdicts.vetoed)
                         && !is_rapiers(contact, (joints, given), &view)
                 },
                 verdicts,
-            ),
+            },
+            |samples| Self::sites(properties, &view, displaced, samples),
             &mut self.pushes,
         );
     }
@@ -471,16 +470,14 @@ impl FieldPipeline {
                 rules.answers(contact, &verdicts.vetoed)
                     && !is_rapiers(contact, (joints, &open.given), &view)
             };
-            let (place, when) = ((&view, &self.compiled), (moment, dt));
-            let stiffest = self
-                .detector
-                .respond(place, when, answers, &mut self.pushes);
+            let (detector, compiled) = (&mut self.detector, &self.compiled);
+            let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
             self.warnings
                 .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
         }
         let written = self.push(world);
-        let claimed = (&*open.claims, verdicts);
-        let given = state.hand_over.update(&self.detector, claimed);
+        let hand_over = &mut state.hand_over;
+        let given = hand_over.update(&self.detector, &open.claims, verdicts);
         self.warnings.extend(warnings_of(given));
         self.detector.add_touches();
         if let Some(channel) = fields.events {

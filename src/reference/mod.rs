@@ -90,7 +90,7 @@ impl<'a> Reference<'a> {
         defined.then(|| Linearised::new(&value.vector))
     }
 
-    /// What each single field gives at a sample, and what became of it on the way to the root.
+    /// The force of each single field at a sample, and its fate on the way to the root.
     pub fn trace(&self, frames: &impl Frames, query: &Query) -> Trace {
         let mut walk = Walk::new(self.nodes, self.root, frames, query, Motion::of(query));
         walk.log = Some(Default::default());

@@ -1,4 +1,4 @@
-//! What became of each field on the way to the root.
+//! The fate of each field on the way to the root.
 
 use crate::math::{DVec3, RigidBodyHandle};
 
@@ -22,7 +22,7 @@ pub struct Contribution {
     pub potential: Option<f64>,
     /// The body that carries the field.
     pub carrier: Option<RigidBodyHandle>,
-    /// What became of it.
+    /// Whether it counts, and if not, why.
     pub fate: Fate,
 }
 
@@ -52,7 +52,7 @@ impl Contribution {
     }
 }
 
-/// What became of the force of one field.
+/// The fate of the force of one field.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {

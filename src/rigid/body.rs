@@ -1,4 +1,4 @@
-//! What the stages of a step need of a body, copied once.
+//! The state of a body for the stages of a step, copied once.
 
 use super::rotation::{Inertia, to_dquat};
 use crate::math::{AngularInertia, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};

@@ -61,7 +61,7 @@ impl Mobility {
         let largest = eigen.eigenvalues.amax();
         let values = eigen
             .eigenvalues
-            // What is locked comes out as zero, give or take rounding.
+            // A locked axis comes out as zero, up to rounding.
             .map(|value| {
                 if value > largest * 1e-12 {
                     value.sqrt()

@@ -23,7 +23,7 @@ const MOST_TO_THE_END: usize = 64;
 const MOST_TRIES: usize = 32;
 const ARRIVED: f64 = 1e-14;
 
-/// What resists the rotation of a body.
+/// The inertia of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rotor {
     /// Reciprocal principal moments; zero for an axis that nothing turns.
@@ -96,7 +96,7 @@ impl Rotor {
     ) -> Option<DQuat> {
         let (mut attitude, mut left) = (attitude, dt);
         for _ in 0..MOST_TO_THE_END {
-            let terms = self.series((attitude, momentum), left.abs(), smallest);
+            let terms = self.series(attitude, momentum, left.abs(), smallest);
             let piece = Piece { from: 0.0, terms };
             let reach = piece.reach(smallest);
             if reach.is_nan() || reach <= 0.0 {
@@ -138,7 +138,8 @@ impl Rotor {
     /// The Taylor series of the attitude, as far as terms count within `span`.
     fn series(
         &self,
-        (attitude, momentum): (DQuat, DVec3),
+        attitude: DQuat,
+        momentum: DVec3,
         span: f64,
         smallest: f64,
     ) -> [DQuat; ORDER + 1] {
@@ -202,7 +203,7 @@ impl Top {
         };
         let (mut from, mut attitude) = (from, attitude);
         loop {
-            let terms = rotor.series((attitude, momentum), to - from, SMALLEST_TERM);
+            let terms = rotor.series(attitude, momentum, to - from, SMALLEST_TERM);
             let piece = Piece { from, terms };
             let reach = piece.reach(SMALLEST_TERM);
             top.pieces.push(piece);

@@ -15,7 +15,7 @@ struct Scene {
     colliders: [Collider; 2],
     poses: [Pose; 2],
     spots: Vec<Spot>,
-    /// What sound fields find.
+    /// The contact that sound fields find.
     sound: Sighting,
 }
 

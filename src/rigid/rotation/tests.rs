@@ -3,7 +3,7 @@ use crate::math::{Pose, RigidBodyHandle, from_f64};
 use crate::rapier::dynamics::{LockedAxes, RigidBodyBuilder};
 use crate::rapier::pipeline::PhysicsWorld;
 
-/// What single roundings of [`Real`] may add up to in a test of some hundred of them.
+/// The sum of the roundings of [`Real`] in a test of some hundred of them.
 const ROUNDING: Real = 50.0 * Real::EPSILON;
 
 /// `assert!(a <= b)` that fails on NaN and says what was compared.
@@ -187,7 +187,7 @@ fn energy_error_is_bounded_for_any_top() {
     }
 }
 
-/// What Rapier does with a steady velocity.
+/// Rapier's rotation by a steady velocity.
 fn linearised(angvel: Vector, dt: Real, substeps: u32) -> DQuat {
     let half = to_dvec3(angvel) * (0.5 * to_f64(dt) / f64::from(substeps));
     let substep = DQuat::from_xyzw(half.x, half.y, half.z, 1.0).normalize();
