@@ -5,6 +5,7 @@
 //! not seen: only what is imported, or written as a path.
 
 mod graph;
+mod habits;
 mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -199,6 +200,48 @@ fn no_files_need_each_other_in_a_circle() {
         found.len(),
         found.join("\n")
     );
+}
+
+/// Rooms without tuples as arguments and without `match` on a bool; the list may only grow.
+const TIDY: [&str; 7] = [
+    "contact",
+    "cross_check",
+    "diagnose",
+    "fields",
+    "neighbors",
+    "reference",
+    "rigid",
+];
+
+#[test]
+fn tidy_rooms_stay_tidy() {
+    let sources = sources();
+    let is_tidy = |source: &&Source| {
+        let room = source.module.first();
+        room.is_some_and(|room| TIDY.contains(&room.as_str()))
+    };
+    let mut wrong = Vec::new();
+    for source in sources.files.iter().filter(is_tidy) {
+        let file = source.file.display();
+        let found = habits::of(source).into_iter();
+        wrong.extend(found.map(|habit| format!("{file}: {habit}")));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_check_notices_habits() {
+    let text = "fn a<F: Fn(u8) -> u8>((one, two): (u8, u8), f: F) {}\n\
+                fn b(pair: &'a mut (u8, u8), unit: (), list: Vec<(u8, u8)>) {}\n\
+                fn c([x, y]: [u8; 2], f: impl Fn((u8, u8)) -> u8, g: fn((u8, u8))) {}\n\
+                fn d() { match flag { true => 1, false => 2 } }";
+    let sources = small(&[("a.rs", text)]);
+    let expected = [
+        "fn a takes a tuple",
+        "fn b takes a tuple",
+        "2 arms match on a bool",
+    ];
+    assert_eq!(habits::of(&sources.files[0]), expected);
 }
 
 /// The order of `lib.rs` is that of the table, and no module is missing from it.
