@@ -21,15 +21,15 @@ pub use disagreement::{Difference, Disagreement};
 pub use report::CrossCheckReport;
 pub use settings::CrossCheck;
 
-pub(crate) use comparable::{Stepped, Watched};
+pub(crate) use comparable::{AfterStep, Watched};
 pub(crate) use sighting::Expected;
 
 use std::collections::BTreeMap;
 
 use bands::{Bands, Sizes};
 use comparable::{Judging, is_watched};
-use judge::{Found, Placed, Verdict, judge};
-use sighting::{Sighting, Spot, spots};
+use judge::{FoundBy, Placed, Verdict, judge};
+use sighting::{RapierPoint, Sighting, spots};
 use touches::TouchJudge;
 
 use crate::contact::{FieldContact, TouchRecord, in_order};
@@ -55,9 +55,9 @@ pub(crate) fn expect(
 
 /// The contact of a pair that the fields found, and all points that Rapier holds.
 #[derive(Default)]
-struct Seen {
+struct SeenPair {
     ours: Option<Sighting>,
-    theirs: Vec<Spot>,
+    theirs: Vec<RapierPoint>,
 }
 
 type Key = [(u32, u32); 2];
@@ -81,7 +81,7 @@ impl CrossCheckReport {
         settings: &CrossCheck,
         watched: &Watched,
         expected: &Expected,
-        after: &Stepped<'_, impl Lookup>,
+        after: &AfterStep<'_, impl Lookup>,
         pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
     ) {
         let judging = Judging {
@@ -95,11 +95,11 @@ impl CrossCheckReport {
         self.last_step = ContactCounts::default();
         self.last_touches = TouchCounts::default();
         self.last_step.not_comparable.sensor = judging.sensors();
-        let mut pairs: BTreeMap<Key, ([ColliderHandle; 2], Seen)> = BTreeMap::new();
+        let mut pairs: BTreeMap<Key, ([ColliderHandle; 2], SeenPair)> = BTreeMap::new();
         for our in &expected.contacts {
             let (_, seen) = pairs
                 .entry(key(our.colliders))
-                .or_insert((our.colliders, Seen::default()));
+                .or_insert((our.colliders, SeenPair::default()));
             seen.ours = Some(*our);
         }
         for pair in after.narrow_phase.contact_pairs() {
@@ -112,7 +112,7 @@ impl CrossCheckReport {
             if overlaps || pairs.contains_key(&key(handles)) {
                 let (_, seen) = pairs
                     .entry(key(handles))
-                    .or_insert((handles, Seen::default()));
+                    .or_insert((handles, SeenPair::default()));
                 seen.theirs = found;
             }
         }
@@ -148,7 +148,7 @@ impl CrossCheckReport {
         &mut self,
         judging: &Judging<'_, impl Lookup>,
         pair: [ColliderHandle; 2],
-        seen: &Seen,
+        seen: &SeenPair,
         pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
     ) {
         let world = judging.after.world;
@@ -161,7 +161,7 @@ impl CrossCheckReport {
             colliders: [one.0, two.0],
             poses: [one.1, two.1],
         };
-        let deepest = |a: &Spot, b: &Spot| a.depth.total_cmp(&b.depth);
+        let deepest = |a: &RapierPoint, b: &RapierPoint| a.depth.total_cmp(&b.depth);
         let their = seen.theirs.iter().copied().max_by(deepest);
         let ours = seen.ours.map(|our| (our.world_point, our.depth));
         let place = ours.or(their.map(|spot| (spot.world_point, spot.depth)));
@@ -194,12 +194,12 @@ impl CrossCheckReport {
     fn record(&mut self, verdict: &Verdict) {
         let counts = &mut self.last_step;
         match verdict.found {
-            Found::Neither => {}
-            Found::WithinBand => counts.within_band += 1,
-            Found::OnlyField => counts.only_field += 1,
-            Found::OnlyRapier => counts.only_rapier += 1,
-            Found::Both => counts.both += 1,
-            Found::Ambiguous => {
+            FoundBy::Neither => {}
+            FoundBy::WithinBand => counts.within_band += 1,
+            FoundBy::OnlyField => counts.only_field += 1,
+            FoundBy::OnlyRapier => counts.only_rapier += 1,
+            FoundBy::Both => counts.both += 1,
+            FoundBy::Ambiguous => {
                 counts.both += 1;
                 counts.ambiguous += 1;
             }

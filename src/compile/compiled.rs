@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
 use super::anchors::Anchors;
-use super::entries::{ConstantField, Detector, RadialBatch, RadialKey};
+use super::entries::{ConstantField, DetectionField, RadialBatch, RadialKey};
 use super::extent::Extent;
-use super::facts::{Facts, Tally};
+use super::facts::{FactCounts, Facts};
 use super::ordered::{Key, Ordered};
 use super::program::Program;
 use super::requirements::SamplingRequirements;
@@ -27,7 +27,7 @@ pub(crate) struct Compiled {
     pub radials: Ordered<RadialBatch>,
     pub programs: Ordered<Program>,
     pub roster: Roster,
-    pub detectors: Vec<Detector>,
+    pub detectors: Vec<DetectionField>,
     /// Changes whenever the detection fields may have.
     pub detectors_revision: u64,
     /// What bodies ask for in place of [`Sampling::Auto`](crate::field::Sampling).
@@ -47,7 +47,7 @@ pub(crate) struct Compiled {
     pub only_constants: bool,
 
     pub(super) terms: HashMap<Key, TermRecord, BuildHasherDefault<Fingerprint>>,
-    pub(super) tally: Tally,
+    pub(super) tally: FactCounts,
     pub(super) radial_ids: HashMap<RadialKey, u32>,
     /// Programs by their likeness.
     pub(super) alike: HashMap<u64, Vec<u32>, BuildHasherDefault<Fingerprint>>,

@@ -150,7 +150,7 @@ pub(crate) struct RadialSource {
 
 /// A detection field.
 #[derive(Clone, Debug)]
-pub(crate) struct Detector {
+pub(crate) struct DetectionField {
     pub serial: Key,
     /// The number of the instance within the term.
     pub instance: u32,

@@ -86,9 +86,9 @@ impl Facts {
 
 /// How many terms each fact holds of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Tally([u32; Facts::COUNT]);
+pub(super) struct FactCounts([u32; Facts::COUNT]);
 
-impl Tally {
+impl FactCounts {
     pub(super) fn add(&mut self, facts: Facts) {
         for (fact, count) in self.0.iter_mut().enumerate() {
             *count += u32::from(facts.holds(fact as u32));

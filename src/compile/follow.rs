@@ -1,7 +1,7 @@
 //! Following the changes of a set, term by term.
 
 use super::compiled::{Compiled, TermRecord};
-use super::entries::{ConstantField, Detector, RadialBatch, RadialSource};
+use super::entries::{ConstantField, DetectionField, RadialBatch, RadialSource};
 use super::facts::Facts;
 use super::lower::{Lowered, Lowering};
 use super::ordered::Key;
@@ -116,7 +116,7 @@ impl Compiled {
         self.constants.splice(start..start + count, constants);
     }
 
-    fn put_detectors(&mut self, serial: Key, new: Vec<Detector>, program: Option<u32>) {
+    fn put_detectors(&mut self, serial: Key, new: Vec<DetectionField>, program: Option<u32>) {
         let start = self
             .detectors
             .partition_point(|known| known.serial < serial);
@@ -127,7 +127,7 @@ impl Compiled {
             }
             detector
         });
-        let old: Vec<Detector> = self.detectors.splice(start..start + count, new).collect();
+        let old: Vec<DetectionField> = self.detectors.splice(start..start + count, new).collect();
         for detector in old {
             self.anchors.release(detector.anchor);
         }

@@ -2,7 +2,8 @@
 
 use super::anchors::{Anchors, NO_ANCHOR};
 use super::entries::{
-    ConstantField, Detector, FieldMask, RadialBatch, RadialKey, RadialSource, SourceLog, Weighting,
+    ConstantField, DetectionField, FieldMask, RadialBatch, RadialKey, RadialSource, SourceLog,
+    Weighting,
 };
 use super::facts::Facts;
 use super::program::Program;
@@ -20,7 +21,7 @@ pub(super) struct Lowered {
     pub constants: Vec<ConstantField>,
     pub radial: Option<RadialBatch>,
     pub program: Option<Program>,
-    pub detectors: Vec<Detector>,
+    pub detectors: Vec<DetectionField>,
 }
 
 /// Lowers terms of one set.
@@ -262,7 +263,7 @@ impl Lowering<'_> {
     ) {
         // Validation has refused detection fields that are anchored to anything else.
         if let Anchor::Collider { handle, .. } = anchor {
-            self.lowered.detectors.push(Detector {
+            self.lowered.detectors.push(DetectionField {
                 serial: self.serial,
                 instance,
                 leaf,

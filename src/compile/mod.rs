@@ -5,7 +5,7 @@
 //!
 //! - radial fields that differ only in strength and anchor become one [`RadialBatch`];
 //! - an unbounded uniform field becomes a constant ([`ConstantField`]);
-//! - detection fields go to the detector ([`Detector`]) and cost the force pass nothing;
+//! - detection fields go to the detector ([`DetectionField`]) and cost the force pass nothing;
 //! - every other term becomes a postfix [`Program`], with as many instances as it has anchors.
 
 mod anchors;
@@ -30,7 +30,7 @@ mod roster;
 pub(crate) use anchors::{AnchorId, NO_ANCHOR};
 pub(crate) use compiled::{Compiled, Prepared};
 pub(crate) use entries::{
-    ConstantField, Detector, FieldMask, RadialBatch, RadialSource, Weighting,
+    ConstantField, DetectionField, FieldMask, RadialBatch, RadialSource, Weighting,
 };
 pub use index_kind::IndexKind;
 pub(crate) use lane_forms::DEPTH;

@@ -28,7 +28,7 @@ const MOST_KINDS: usize = 16;
 pub(crate) struct Calm {
     /// Bodies that are slow, in the order of their handles, and how much faster another may be.
     slow: Vec<(RigidBodyHandle, Real)>,
-    kinds: Vec<Kind>,
+    kinds: Vec<ContactKind>,
     /// Whether each agrees with all.
     agree: Vec<bool>,
     /// Colliders of slow bodies, with the places of their kinds.
@@ -39,14 +39,14 @@ pub(crate) struct Calm {
 
 /// All of a collider that friction and restitution follow from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Kind {
+struct ContactKind {
     law: Option<ContactLaw>,
     material: ColliderMaterial,
 }
 
-impl Kind {
+impl ContactKind {
     /// Whether Rapier's friction between two is that of the law, and there is no restitution.
-    fn agrees(&self, other: &Kind) -> bool {
+    fn agrees(&self, other: &ContactKind) -> bool {
         let friction = match combined([self.law, other.law]) {
             None | Some(ContactLaw::Observe) => return true,
             Some(ContactLaw::Penalty { .. }) => return false,
@@ -101,7 +101,7 @@ impl Calm {
         if self.kinds.len() > MOST_KINDS {
             return;
         }
-        let agrees = |kind: &Kind| self.kinds.iter().all(|other| kind.agrees(other));
+        let agrees = |kind: &ContactKind| self.kinds.iter().all(|other| kind.agrees(other));
         self.agree.clear();
         self.agree.extend(self.kinds.iter().map(agrees));
         for (handle, _) in self.candidates.iter().filter(|(_, kind)| self.agree[*kind]) {
@@ -183,12 +183,12 @@ fn fastest(body: &RigidBody, world: &impl Lookup, near: Real, dt: Real) -> Real 
 
 /// The place of the kind of a collider among the kinds.
 fn kind_of(
-    kinds: &mut Vec<Kind>,
+    kinds: &mut Vec<ContactKind>,
     claims: &Claims,
     handle: ColliderHandle,
     collider: &Collider,
 ) -> usize {
-    let kind = Kind {
+    let kind = ContactKind {
         law: claims.law_of(handle),
         material: *collider.material(),
     };

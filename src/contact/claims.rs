@@ -1,6 +1,6 @@
 //! The pairs that are claimed from Rapier, and the colliders that listen for them.
 
-use super::laws::Laws;
+use super::laws::LawTable;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
 use super::{Responder, Rules};
@@ -15,7 +15,7 @@ use crate::rapier::pipeline::ActiveHooks;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Claims {
     rules: Rules,
-    laws: Laws,
+    laws: LawTable,
     /// Whether there is any field that answers.
     any: bool,
     /// Whether anything may rebound without loss.
@@ -117,7 +117,7 @@ impl Claims {
         let mut detectors = compiled.detectors.iter();
         Claims {
             rules: rules.clone(),
-            laws: Laws::new(compiled),
+            laws: LawTable::new(compiled),
             lossless: detectors.clone().any(|it| it.law.keeps_speed()),
             any: rules.claim_any() && detectors.any(|it| it.law != ContactLaw::Observe),
             swept,

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use super::discrete::{Discrete, Found, approach_speed};
+use super::discrete::{Discrete, FoundContacts, approach_speed};
 use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
 use super::hooks::Verdicts;
@@ -14,7 +14,7 @@ use super::respond::Response;
 use super::resting::HeldPairs;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
-use super::sweep::{Scene, Sweep};
+use super::sweep::{Sweep, SweepScene};
 use super::touch_record::{TouchLog, TouchRecord};
 use crate::bridge::Push;
 use crate::compile::Compiled;
@@ -33,7 +33,7 @@ pub(crate) struct Detector {
     /// The bodies when Rapier's step began.
     pub starts: Arc<Starts>,
     /// The overlaps at the end of the step.
-    found: Found,
+    found: FoundContacts,
     /// Whether any of it may be an impact.
     hit: bool,
     /// Touches of the step that has just ended, not yet among the contacts.
@@ -64,7 +64,7 @@ impl Detector {
             masks: FieldMasks::default(),
             sweep: (mode == Detection::Swept && !compiled.detectors.is_empty()).then(Box::default),
             starts: Arc::default(),
-            found: Found::default(),
+            found: FoundContacts::default(),
             hit: false,
             touched: Vec::new(),
             not_finite: Vec::new(),
@@ -107,7 +107,7 @@ impl Detector {
         if guarded {
             self.masks.refresh(compiled, world, samples);
         }
-        let scene = Scene {
+        let scene = SweepScene {
             compiled,
             touch: &self.touch,
             masks: guarded.then_some(&mut self.masks),

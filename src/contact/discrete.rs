@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::field_contact::{FieldContact, Part};
-use super::laws::Laws;
+use super::field_contact::{ContactPart, FieldContact};
+use super::laws::LawTable;
 use super::near_pairs::{NearPairs, Place};
 use super::overlap::{ManifoldPoint, OverlapPoint, PlacedBall, PlacedShape};
 use super::resting::{HeldPairs, StillPoints};
@@ -24,12 +24,12 @@ use crate::rigid::Lookup;
 pub(super) struct Discrete {
     /// Numbers of the detection fields of each collider.
     detectors: HashMap<ColliderHandle, Vec<u32>>,
-    laws: Laws,
+    laws: LawTable,
     /// Those of one body stand together.
     balls: Vec<Ball>,
     clusters: Vec<Cluster>,
     list: VerletList,
-    solids: Vec<Solid>,
+    solids: Vec<SolidPart>,
     /// The number of the solid of each collider, by its index.
     number_of: Vec<u32>,
     near: NearPairs,
@@ -40,26 +40,26 @@ pub(super) struct Discrete {
     still_points: StillPoints,
     separations: Separations,
     /// The balls and solids of the time before.
-    last: (Vec<Ball>, Vec<Solid>),
+    last: (Vec<Ball>, Vec<SolidPart>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ball {
-    part: Part,
+    part: ContactPart,
     placed: PlacedBall,
 }
 
 /// Another shape.
 #[derive(Debug, PartialEq)]
-struct Solid {
-    part: Part,
+struct SolidPart {
+    part: ContactPart,
     placed: PlacedShape,
     bounds: Aabb,
 }
 
-impl Solid {
+impl SolidPart {
     /// The points at which it is near another; none if they are known to be apart.
-    fn search(&self, other: &Solid, apart: &mut Separations) -> Vec<ManifoldPoint> {
+    fn search(&self, other: &SolidPart, apart: &mut Separations) -> Vec<ManifoldPoint> {
         let pair = [self.part.collider, other.part.collider];
         if self.placed.is_apart(&other.placed, pair, apart) {
             return Vec::new();
@@ -79,14 +79,14 @@ impl Solid {
 
 /// The contacts found, each with where it is among the points, and all points.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(super) struct FoundContacts {
     pub contacts: Vec<(FieldContact, Range<usize>)>,
     pub points: Vec<OverlapPoint>,
     /// Whether no point was taken from Rapier.
     pub anew: bool,
 }
 
-impl Found {
+impl FoundContacts {
     /// Whether at any contact two parts approach fast enough that it may be an impact: half as fast
     /// as what does not last, which leaves room for rounding and for what presses them.
     pub(super) fn is_hit(&self, world: &impl Lookup, starts: &Starts) -> bool {
@@ -149,7 +149,7 @@ impl Discrete {
         }
         Discrete {
             detectors,
-            laws: Laws::new(compiled),
+            laws: LawTable::new(compiled),
             balls: Vec::new(),
             clusters: Vec::new(),
             list: VerletList::default(),
@@ -176,8 +176,8 @@ impl Discrete {
         collider: &Collider,
         body: Option<RigidBodyHandle>,
         dynamic: bool,
-    ) -> Part {
-        Part {
+    ) -> ContactPart {
+        ContactPart {
             collider: handle,
             body,
             dynamic,
@@ -222,7 +222,7 @@ impl Discrete {
         !alike || self.balls != self.last.0
     }
 
-    fn part(&mut self, part: Part, collider: &Collider, pose: Pose) {
+    fn part(&mut self, part: ContactPart, collider: &Collider, pose: Pose) {
         if !collider.is_enabled() || collider.is_sensor() {
             return;
         }
@@ -240,7 +240,7 @@ impl Discrete {
             self.number_of
                 .resize(self.number_of.len().max(index + 1), 0);
             self.number_of[index] = self.solids.len() as u32;
-            self.solids.push(Solid {
+            self.solids.push(SolidPart {
                 part,
                 bounds: shape.compute_aabb(&pose).loosened(skin),
                 placed: PlacedShape { pose, shape, skin },
@@ -282,7 +282,7 @@ impl Discrete {
         world: &impl Lookup,
         starts: &Starts,
         held: Option<HeldPairs<'_>>,
-        found: &mut Found,
+        found: &mut FoundContacts,
     ) {
         found.contacts.clear();
         found.points.clear();
@@ -306,7 +306,7 @@ impl Discrete {
         if self.solids.is_empty() {
             return;
         }
-        self.near.refresh(self.solids.iter().map(Solid::place));
+        self.near.refresh(self.solids.iter().map(SolidPart::place));
         self.touch_balls(&mut finder);
         let mut apart = std::mem::take(&mut self.separations);
         apart.turn();
@@ -373,7 +373,7 @@ impl Discrete {
             }
             let [one, two] = self.ordered([a.min(b), a.max(b)]);
             finder.pair(&one.part, &two.part, |points| {
-                let size = |solid: &Solid| solid.bounds.half_extents().length();
+                let size = |solid: &SolidPart| solid.bounds.half_extents().length();
                 let size = size(one).min(size(two));
                 let relative = one.placed.pose.inv_mul(&two.placed.pose);
                 let swapped = found.collider1 != one.part.collider;
@@ -387,7 +387,7 @@ impl Discrete {
     }
 
     /// Two solids; what has no bounds comes first.
-    fn ordered(&self, pair: [u32; 2]) -> [&Solid; 2] {
+    fn ordered(&self, pair: [u32; 2]) -> [&SolidPart; 2] {
         let [one, two] = pair.map(|number| &self.solids[number as usize]);
         if two.place().bounded {
             [one, two]
@@ -418,12 +418,17 @@ impl Discrete {
 struct Finder<'a, W> {
     world: &'a W,
     starts: &'a Starts,
-    found: &'a mut Found,
+    found: &'a mut FoundContacts,
 }
 
 impl<W: Lookup> Finder<'_, W> {
     /// Looks whether two parts touch, if one of them wants to know.
-    fn pair(&mut self, one: &Part, two: &Part, overlaps: impl FnOnce(&mut Vec<OverlapPoint>)) {
+    fn pair(
+        &mut self,
+        one: &ContactPart,
+        two: &ContactPart,
+        overlaps: impl FnOnce(&mut Vec<OverlapPoint>),
+    ) {
         let detects = one.law.is_some() || two.law.is_some();
         if !detects || !one.may_touch(two) {
             return;

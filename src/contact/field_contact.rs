@@ -37,7 +37,7 @@ pub struct FieldContact {
 impl FieldContact {
     /// Of two parts, in any order; the normal is from the first to the second.
     pub(super) fn new(
-        [first, second]: [&Part; 2],
+        [first, second]: [&ContactPart; 2],
         point: Vector,
         normal: Vector,
         depth: Real,
@@ -79,7 +79,7 @@ impl FieldContact {
 
 /// The properties that balls and other shapes have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Part {
+pub(super) struct ContactPart {
     pub collider: ColliderHandle,
     pub body: Option<RigidBodyHandle>,
     pub dynamic: bool,
@@ -88,10 +88,10 @@ pub(super) struct Part {
     pub groups: InteractionGroups,
 }
 
-impl Part {
+impl ContactPart {
     /// Parts of one body never touch, nor do two that cannot move, nor what Rapier's collision
     /// groups keep apart.
-    pub(super) fn may_touch(&self, other: &Part) -> bool {
+    pub(super) fn may_touch(&self, other: &ContactPart) -> bool {
         let same = self.body.is_some() && self.body == other.body;
         !same && (self.dynamic || other.dynamic) && self.groups.test(other.groups)
     }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::discrete::Discrete;
-use crate::compile::{Compiled, Detector, FieldMask};
+use crate::compile::{Compiled, DetectionField, FieldMask};
 use crate::eval::Interpreter;
 use crate::field::{Frame, Frames, Motion, Query, real};
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};
@@ -24,12 +24,12 @@ enum At<'a> {
     Now,
     /// At a world point.
     Point(DVec3),
-    Touch(&'a Touch),
+    Touch(&'a NextTouch),
 }
 
 /// Two colliders as they are about to touch.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Touch {
+pub(super) struct NextTouch {
     pub pair: [ColliderHandle; 2],
     /// In how long.
     pub time: Real,
@@ -39,7 +39,7 @@ pub(super) struct Touch {
     pub into: Vector,
 }
 
-impl Touch {
+impl NextTouch {
     /// By how much a collider is moved: as far into the other as is not told from touching it.
     fn way(&self, collider: ColliderHandle) -> Vector {
         match self.pair.iter().position(|it| *it == collider) {
@@ -91,7 +91,7 @@ impl FieldMasks {
         &mut self,
         touch: &Discrete,
         compiled: &Compiled,
-        meeting: &Touch,
+        meeting: &NextTouch,
         moment: Moment,
         gained: impl Fn(RigidBodyHandle) -> Vector,
     ) -> bool {
@@ -120,7 +120,7 @@ impl FieldMasks {
     pub(super) fn lets_through_at(
         &mut self,
         compiled: &Compiled,
-        detector: &Detector,
+        detector: &DetectionField,
         other: ColliderHandle,
         moment: Moment,
         world_point: DVec3,
@@ -131,7 +131,7 @@ impl FieldMasks {
     fn asks(
         &mut self,
         compiled: &Compiled,
-        detector: &Detector,
+        detector: &DetectionField,
         other: ColliderHandle,
         moment: Moment,
         at: At<'_>,
@@ -172,7 +172,7 @@ impl FieldMasks {
     /// `other` as a sample for a field; `None` if neither of the two is sampled.
     fn query(
         &self,
-        detector: &Detector,
+        detector: &DetectionField,
         other: ColliderHandle,
         moment: Moment,
         at: At<'_>,

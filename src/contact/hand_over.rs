@@ -20,14 +20,14 @@ const SAME_DEPTH: Real = 1.0e-3;
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) struct HandOver(Vec<Entry>);
+pub(crate) struct HandOver(Vec<WatchedPair>);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-struct Entry {
+struct WatchedPair {
     pair: [ColliderHandle; 2],
     /// At the end of the last step.
     depth: Real,
@@ -45,7 +45,7 @@ pub(crate) struct Given {
     pub not_finite: Vec<[ColliderHandle; 2]>,
 }
 
-impl Entry {
+impl WatchedPair {
     fn key(&self) -> [(u32, u32); 2] {
         self.pair.map(ColliderHandle::into_raw_parts)
     }
@@ -58,9 +58,9 @@ impl HandOver {
         given.map(|entry| entry.pair).collect()
     }
 
-    fn of(&self, pair: [ColliderHandle; 2]) -> Option<&Entry> {
+    fn of(&self, pair: [ColliderHandle; 2]) -> Option<&WatchedPair> {
         let key = pair.map(ColliderHandle::into_raw_parts);
-        let place = self.0.binary_search_by_key(&key, Entry::key).ok()?;
+        let place = self.0.binary_search_by_key(&key, WatchedPair::key).ok()?;
         Some(&self.0[place])
     }
 
@@ -99,7 +99,7 @@ impl HandOver {
             else {
                 continue;
             };
-            let mut entry = was.copied().unwrap_or(Entry {
+            let mut entry = was.copied().unwrap_or(WatchedPair {
                 pair,
                 depth: Real::INFINITY,
                 answered: 0,
@@ -119,11 +119,11 @@ impl HandOver {
             now.push(entry);
         }
         // Rapier still holds these, though they do not overlap.
-        let close = |entry: &&Entry| entry.given && verdicts.held.contains(&entry.pair);
+        let close = |entry: &&WatchedPair| entry.given && verdicts.held.contains(&entry.pair);
         now.extend(self.0.iter().filter(close));
         for pair in unsound.iter().map(|pair| in_order(*pair)) {
             given.not_finite.push(pair);
-            now.push(Entry {
+            now.push(WatchedPair {
                 pair,
                 depth: 0.0,
                 answered: 0,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::FieldContact;
 use super::paper_push::PaperPushes;
 use super::solve::{ContactBody, Meeting, resolve};
-use super::sweep::{Event, Scene, Sweep};
+use super::sweep::{Event, Sweep, SweepScene};
 use super::time_of_impact::{ContactPoint, spots};
 use crate::field::ContactLaw;
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_f64};
@@ -16,7 +16,7 @@ impl Sweep {
     pub(super) fn happen(
         &mut self,
         batch: &[Event],
-        scene: &mut Scene<'_>,
+        scene: &mut SweepScene<'_>,
         world: &impl Lookup,
         dt: f64,
         contacts: &mut Vec<FieldContact>,
@@ -117,7 +117,7 @@ impl Sweep {
         event: &Event,
         spot: &ContactPoint,
         time: f64,
-        scene: &mut Scene<'_>,
+        scene: &mut SweepScene<'_>,
     ) -> Option<FieldContact> {
         let carried = self.carried(event.tracks, event.parts);
         let parts = carried.map(|carried| &carried.member.part);
@@ -177,7 +177,7 @@ impl Sweep {
         spot: &ContactPoint,
         contact: &FieldContact,
         places: [Option<usize>; 2],
-        scene: &Scene<'_>,
+        scene: &SweepScene<'_>,
     ) -> Meeting {
         let swapped = contact.colliders[0] != self.tracks.parts[event.parts[0]].part.collider;
         let (places, normal) = if swapped {

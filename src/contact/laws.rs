@@ -12,15 +12,15 @@ const TABLED: usize = 1 << 20;
 
 /// The law of each collider that has a detection field.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Laws {
+pub(crate) struct LawTable {
     /// By the index of a collider: its handle and law.
     table: Vec<Option<(ColliderHandle, ContactLaw)>>,
     beyond: HashMap<ColliderHandle, ContactLaw>,
 }
 
-impl Laws {
+impl LawTable {
     pub(crate) fn new(compiled: &Compiled) -> Self {
-        let mut laws = Laws::default();
+        let mut laws = LawTable::default();
         for detector in &compiled.detectors {
             laws.add(detector.collider, detector.law);
         }

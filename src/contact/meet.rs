@@ -1,6 +1,6 @@
 //! Where two colliders are about to touch.
 
-use super::field_mask::Touch;
+use super::field_mask::NextTouch;
 use super::hooks::velocity_at;
 use super::overlap::distance;
 use super::starts::Starts;
@@ -15,7 +15,7 @@ pub(super) fn next_touch(
     starts: &Starts,
     pair: [ColliderHandle; 2],
     world: &impl Lookup,
-) -> Option<Touch> {
+) -> Option<NextTouch> {
     let colliders = pair.map(|handle| world.collider(handle));
     let [Some(one), Some(two)] = colliders else {
         return None;
@@ -49,7 +49,7 @@ pub(super) fn next_touch(
         let hit = cast_shapes(&here, first, one, &there, second, two, options);
         hit.ok().flatten()?.time_of_impact
     };
-    Some(Touch {
+    Some(NextTouch {
         pair,
         time,
         ways: [first * time, second * time],

@@ -48,4 +48,4 @@ pub(crate) use jointed::Joints;
 pub(crate) use resting::HeldPairs;
 pub(crate) use rules::{Pairs, Rules, in_order};
 pub(crate) use starts::{Arrival, KickShare, Starts};
-pub(crate) use touch_record::{TouchRecord, Way};
+pub(crate) use touch_record::{TouchRecord, TouchWay};

@@ -1,7 +1,7 @@
 //! Answers to the contacts found at the end of a step.
 
 use super::FieldContact;
-use super::discrete::Found;
+use super::discrete::FoundContacts;
 use super::paper_push::PaperPushes;
 use super::solve::{ContactBody, Meeting, resolve};
 use super::starts::Starts;
@@ -28,7 +28,7 @@ impl<W: Lookup> Response<'_, W> {
     pub(super) fn answer(
         self,
         contacts: &mut [FieldContact],
-        found: &Found,
+        found: &FoundContacts,
         answers: impl Fn(&FieldContact) -> bool,
     ) -> Option<(RigidBodyHandle, f64)> {
         let Response {

@@ -10,7 +10,7 @@ use crate::math::{DQuat, DVec3, Real, Vector, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::dynamics::{LockedAxes, RigidBody};
 
 use super::lcp;
-use super::starts::{Start, pivot};
+use super::starts::{BodyStart, pivot};
 use crate::rigid::Rotor;
 
 /// A chain of bodies needs about as many rounds as it is long.
@@ -102,7 +102,7 @@ impl Resistance {
 
 impl ContactBody {
     /// A body on the parabola that Rapier takes it along, of which the pivot has a velocity.
-    pub(super) fn pressed(body: &RigidBody, start: &Start, linvel: Vector) -> Self {
+    pub(super) fn pressed(body: &RigidBody, start: &BodyStart, linvel: Vector) -> Self {
         let pose = to_dpose3(body.position());
         let resistance = Resistance::of(body);
         let behind = start.turn.map_or(DVec3::ZERO, |turn| turn.behind);

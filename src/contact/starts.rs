@@ -7,7 +7,7 @@ use crate::rigid::{Lookup, Wrench};
 
 /// A body when Rapier's step began.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Start {
+pub(super) struct BodyStart {
     pub body: RigidBodyHandle,
     pub pose: Pose,
     pub linvel: Vector,
@@ -45,15 +45,15 @@ pub(super) struct FreeTurn {
 /// impact.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Starts {
-    list: Vec<Option<Start>>,
+    list: Vec<Option<BodyStart>>,
     /// How fast each is accelerated; apart, since hooks ask for nothing else.
     pressed: Vec<(RigidBodyHandle, Real)>,
-    setting: Setting,
+    setting: StepSetting,
 }
 
 /// The parameters of Rapier's step.
 #[derive(Clone, Copy, Debug, Default)]
-struct Setting {
+struct StepSetting {
     gravity: Vector,
     dt: Real,
     iterations: usize,
@@ -129,9 +129,9 @@ impl FreeTurn {
     }
 }
 
-impl Start {
+impl BodyStart {
     /// A body that nothing but gravity and its own force acts on, with the state it has.
-    fn now(handle: RigidBodyHandle, body: &RigidBody, setting: &Setting) -> Self {
+    fn now(handle: RigidBodyHandle, body: &RigidBody, setting: &StepSetting) -> Self {
         let inverse_mass = body.mass_properties().effective_inv_mass;
         let pulled = if inverse_mass == Vector::ZERO {
             0.0
@@ -140,7 +140,7 @@ impl Start {
         };
         let spread = setting.gravity * pulled + body.user_force() * inverse_mass;
         let iterations = setting.iterations.max(1) + body.additional_solver_iterations();
-        Start {
+        BodyStart {
             body: handle,
             pose: *body.position(),
             linvel: body.linvel(),
@@ -156,7 +156,7 @@ impl Start {
 
     /// Of what has no body.
     pub(super) fn nowhere() -> Self {
-        Start {
+        BodyStart {
             body: RigidBodyHandle::invalid(),
             pose: Pose::IDENTITY,
             linvel: Vector::ZERO,
@@ -239,7 +239,7 @@ impl Starts {
         gravity: Vector,
         parameters: &IntegrationParameters,
     ) {
-        self.setting = Setting {
+        self.setting = StepSetting {
             gravity,
             dt: parameters.dt,
             iterations: parameters.num_solver_iterations,
@@ -249,14 +249,14 @@ impl Starts {
         for (handle, body) in world.bodies() {
             let index = handle.into_raw_parts().0 as usize;
             self.list.resize(self.list.len().max(index + 1), None);
-            self.list[index] = Some(Start::now(handle, body, &self.setting));
+            self.list[index] = Some(BodyStart::now(handle, body, &self.setting));
         }
         self.press();
     }
 
     fn press(&mut self) {
         let none = (RigidBodyHandle::invalid(), 0.0);
-        let pressed = |start: &Start| (start.body, start.acceleration().length());
+        let pressed = |start: &BodyStart| (start.body, start.acceleration().length());
         self.pressed.clear();
         let pressed = self.list.iter().map(|it| it.as_ref().map_or(none, pressed));
         self.pressed.extend(pressed);
@@ -276,7 +276,7 @@ impl Starts {
                 continue;
             };
             let before = start.linvel;
-            *start = Start::now(start.body, body, &self.setting);
+            *start = BodyStart::now(start.body, body, &self.setting);
             let inverse_mass = body.mass_properties().effective_inv_mass;
             start.kick(before, share(start.body), self.setting.dt, inverse_mass);
         }
@@ -300,17 +300,17 @@ impl Starts {
         }
     }
 
-    fn known(&self, handle: RigidBodyHandle) -> Option<&Start> {
+    fn known(&self, handle: RigidBodyHandle) -> Option<&BodyStart> {
         let start = self.list.get(handle.into_raw_parts().0 as usize)?;
         start.as_ref().filter(|start| start.body == handle)
     }
 
     /// How a body was; one that was not there yet has stood where it is.
-    pub(super) fn of(&self, handle: RigidBodyHandle, body: &RigidBody) -> Start {
-        self.known(handle).copied().unwrap_or(Start {
+    pub(super) fn of(&self, handle: RigidBodyHandle, body: &RigidBody) -> BodyStart {
+        self.known(handle).copied().unwrap_or(BodyStart {
             linvel: Vector::ZERO,
             angvel: Vector::ZERO,
-            ..Start::now(handle, body, &self.setting)
+            ..BodyStart::now(handle, body, &self.setting)
         })
     }
 

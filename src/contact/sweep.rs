@@ -98,7 +98,7 @@ impl PartialEq for Event {
 impl Eq for Event {}
 
 /// The inputs of a sweep, from the world and the fields.
-pub(super) struct Scene<'a> {
+pub(super) struct SweepScene<'a> {
     pub compiled: &'a Compiled,
     pub touch: &'a Discrete,
     pub masks: Option<&'a mut FieldMasks>,
@@ -117,7 +117,7 @@ impl Sweep {
     /// end. Returns whether there were more impacts than one step may have.
     pub(super) fn run(
         &mut self,
-        mut scene: Scene<'_>,
+        mut scene: SweepScene<'_>,
         world: &impl Lookup,
         dt: f64,
         contacts: &mut Vec<FieldContact>,

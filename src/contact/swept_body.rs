@@ -2,10 +2,10 @@
 //! what on them can touch.
 
 use super::discrete::Discrete;
-use super::field_contact::Part;
+use super::field_contact::ContactPart;
 use super::solve::{ContactBody, Resistance};
-use super::starts::{FreeTurn, Start, Starts, pivot};
-use super::trajectory::{Bend, Path, Turn};
+use super::starts::{BodyStart, FreeTurn, Starts, pivot};
+use super::trajectory::{Bend, BodyPath, Turn};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, RigidBodyHandle, SharedShape, from_dvec3, from_f64,
     to_dpose3, to_dvec3, to_f64,
@@ -24,7 +24,7 @@ const ROUNDINGS: f64 = 32.0;
 pub(super) struct SweptBody {
     pub body: Option<RigidBodyHandle>,
     pub dynamic: bool,
-    pub path: Path,
+    pub path: BodyPath,
     /// Its parts, by their place in the list of parts.
     pub parts: std::ops::Range<usize>,
     /// No part is farther from the centre of mass.
@@ -33,7 +33,7 @@ pub(super) struct SweptBody {
     pub detects: bool,
     /// Its motion, in full: see [`SweptBody::prepare`].
     pub resistance: Option<Resistance>,
-    start: Start,
+    start: BodyStart,
     /// Where Rapier left it, its frame and its velocity.
     end: DPose3,
     end_linvel: DVec3,
@@ -57,7 +57,7 @@ pub(super) struct SweptBody {
 /// A collider of a track.
 #[derive(Debug)]
 pub(super) struct Member {
-    pub part: Part,
+    pub part: ContactPart,
     /// From the centre of mass to the collider's frame, in the body's axes.
     pub arm: DVec3,
     pub shape: Form,
@@ -73,14 +73,14 @@ pub(super) enum Form {
     /// Exact. The radius is that with the skin.
     Ball { radius: f64, shape: SharedShape },
     /// Exact against balls while it does not turn. Its normal is in the body's axes.
-    Plane { normal: DVec3, shape: Solid },
+    Plane { normal: DVec3, shape: SweptSolid },
     /// By Parry.
-    Other(Solid),
+    Other(SweptSolid),
 }
 
 /// Any shape, in the body's axes.
 #[derive(Clone, Debug)]
-pub(super) struct Solid {
+pub(super) struct SweptSolid {
     pub shape: SharedShape,
     pub rotation: DQuat,
     pub reach: f64,
@@ -139,7 +139,7 @@ impl SweptBodies {
 
     fn add_part(
         &mut self,
-        part: Part,
+        part: ContactPart,
         collider: &Collider,
         local: &Pose,
         still_at: Option<&Pose>,
@@ -154,7 +154,7 @@ impl SweptBodies {
         let skin = to_f64(collider.contact_skin().max(0.0));
         let solid = || {
             let bounds = collider.shape().compute_local_bounding_sphere();
-            Solid {
+            SweptSolid {
                 shape: collider.shared_shape().clone(),
                 rotation: pose.rotation,
                 reach: to_f64(bounds.center.length() + bounds.radius) + skin,
@@ -214,7 +214,7 @@ impl Form {
 }
 
 impl SweptBody {
-    fn of_body(start: Start, body: &RigidBody, local_com: DVec3, dt: f64) -> Self {
+    fn of_body(start: BodyStart, body: &RigidBody, local_com: DVec3, dt: f64) -> Self {
         let (begin, end) = (to_dpose3(&start.pose), to_dpose3(body.position()));
         let [from, to] = [begin, end].map(|pose| pose.transform_point(local_com));
         let [linvel, acceleration, jerk, ahead] = way([from, to], &start, body, dt);
@@ -225,7 +225,7 @@ impl SweptBody {
         SweptBody {
             body: Some(start.body),
             dynamic: body.is_dynamic(),
-            path: Path {
+            path: BodyPath {
                 from: 0.0,
                 com: from,
                 linvel,
@@ -261,7 +261,7 @@ impl SweptBody {
         SweptBody {
             body: None,
             dynamic: false,
-            path: Path {
+            path: BodyPath {
                 from: 0.0,
                 com: DVec3::ZERO,
                 linvel: DVec3::ZERO,
@@ -274,7 +274,7 @@ impl SweptBody {
             reach: 0.0,
             detects: false,
             resistance: None,
-            start: Start::nowhere(),
+            start: BodyStart::nowhere(),
             end: DPose3::IDENTITY,
             end_linvel: DVec3::ZERO,
             end_momentum: None,
@@ -384,7 +384,7 @@ impl SweptBody {
             span,
         });
         let unbent = mover.angvel - bend.map_or(DVec3::ZERO, |bend| bend.angvel(time));
-        self.path = Path {
+        self.path = BodyPath {
             from: time,
             com: mover.com,
             linvel: mover.linvel,
@@ -401,7 +401,7 @@ impl SweptBody {
         let attitude = self.path.attitude(time);
         let angvel = self.path.angvel(time, attitude);
         self.stopped = self.stopped.or(Some(angvel));
-        self.path = Path {
+        self.path = BodyPath {
             from: time,
             com: self.path.com(time),
             linvel: DVec3::ZERO,
@@ -502,7 +502,7 @@ pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> 
 /// The velocity, acceleration and jerk with which a centre of mass began a step that took it along a
 /// way, and by how much it moved faster than it was. Of a body that something else pushed only the chord
 /// is known.
-fn way([from, to]: [DVec3; 2], start: &Start, body: &RigidBody, dt: f64) -> [DVec3; 4] {
+fn way([from, to]: [DVec3; 2], start: &BodyStart, body: &RigidBody, dt: f64) -> [DVec3; 4] {
     let straight = |linvel| [linvel, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO];
     let [linvel, acceleration, arrival] = start.way(from_f64(dt)).map(to_dvec3);
     if dt <= 0.0 {

@@ -3,7 +3,7 @@
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
 use super::overlap::{distance, manifold_points, nearest};
 use super::separation::Separations;
-use super::swept_body::{Form, Member, Solid, SweptBody};
+use super::swept_body::{Form, Member, SweptBody, SweptSolid};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
 };
@@ -445,7 +445,7 @@ fn own_rotation(shape: &Form) -> DQuat {
     match shape {
         Form::Ball { .. } => DQuat::IDENTITY,
         Form::Plane { shape, .. } | Form::Other(shape) => {
-            let Solid { rotation, .. } = shape;
+            let SweptSolid { rotation, .. } = shape;
             *rotation
         }
     }

@@ -3,7 +3,7 @@
 use super::field_contact::FieldContact;
 use super::swept_body::Form;
 use super::time_of_impact::MovingShape;
-use super::trajectory::Path;
+use super::trajectory::BodyPath;
 use crate::math::{ColliderHandle, DPose3, DQuat, DVec3, RigidBodyHandle, Vector};
 
 /// A touch, and the ways that led to it.
@@ -16,16 +16,16 @@ pub(crate) struct TouchRecord {
     pub world_normal: Vector,
     /// Since the step began.
     pub time: f64,
-    pub ways: [Way; 2],
+    pub ways: [TouchWay; 2],
 }
 
 /// How a part moved until it touched, and would have moved on. Times are since the step began.
 #[derive(Clone, Debug)]
-pub(crate) struct Way {
+pub(crate) struct TouchWay {
     pub body: Option<RigidBodyHandle>,
     /// Whether it is the one that Rapier's step led along, which no impact has changed yet.
     pub whole: bool,
-    path: Path,
+    path: BodyPath,
     /// From the centre of mass to the collider's frame, and the rotation of that, in the body's axes.
     arm: DVec3,
     own: DQuat,
@@ -44,7 +44,7 @@ impl TouchLog {
 
     /// Notes that two parts touch at a moment.
     pub(super) fn note(&mut self, parts: [MovingShape<'_>; 2], contact: &FieldContact, time: f64) {
-        let mut ways = parts.map(Way::of);
+        let mut ways = parts.map(TouchWay::of);
         if contact.colliders[0] != parts[0].member.part.collider {
             ways.swap(0, 1);
         }
@@ -66,13 +66,13 @@ impl TouchRecord {
     }
 }
 
-impl Way {
+impl TouchWay {
     fn of(part: MovingShape<'_>) -> Self {
         let own = match &part.member.shape {
             Form::Ball { .. } => DQuat::IDENTITY,
             Form::Plane { shape, .. } | Form::Other(shape) => shape.rotation,
         };
-        Way {
+        TouchWay {
             body: part.track.body,
             whole: part.track.generation == 0,
             path: part.track.path.clone(),
@@ -105,7 +105,7 @@ mod altered {
     use crate::contact::trajectory::Turn;
     use crate::rigid::Rotor;
 
-    impl Way {
+    impl TouchWay {
         /// A whole way of a part at an arm on a body that tumbles freely and is pulled.
         pub(crate) fn tumbling(
             body: Option<RigidBodyHandle>,
@@ -114,10 +114,10 @@ mod altered {
             arm: DVec3,
             dt: f64,
         ) -> Self {
-            Way {
+            TouchWay {
                 body,
                 whole: true,
-                path: Path {
+                path: BodyPath {
                     from: 0.0,
                     com,
                     linvel,
@@ -147,13 +147,13 @@ mod altered {
 
         /// A way that goes on elsewhere from a moment.
         pub(crate) fn anew(self, from: f64, leap: DVec3) -> Self {
-            let path = Path {
+            let path = BodyPath {
                 from,
                 com: self.path.com(from) + leap,
                 linvel: self.path.velocity(from),
                 ..self.path
             };
-            Way {
+            TouchWay {
                 whole: false,
                 path,
                 ..self

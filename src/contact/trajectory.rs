@@ -7,7 +7,7 @@ use crate::rigid::{Rotor, Top};
 /// a cubic where its acceleration is known to change, its rotation free or steady. Times are since the
 /// step began.
 #[derive(Clone, Debug)]
-pub(super) struct Path {
+pub(super) struct BodyPath {
     pub from: f64,
     /// The centre of mass at `from`.
     pub com: DVec3,
@@ -44,7 +44,7 @@ pub(super) enum Turn {
 
 /// Bounds of the rotation of a path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
+pub(super) struct RotationBounds {
     pub angvel: f64,
     /// Acceleration of a point at a distance of one from the centre of mass.
     pub acceleration: f64,
@@ -114,7 +114,7 @@ impl Turn {
     }
 }
 
-impl Path {
+impl BodyPath {
     pub(super) fn com(&self, time: f64) -> DVec3 {
         let since = time - self.from;
         let bent = self.acceleration * 0.5 + self.jerk * (since / 6.0);
@@ -154,7 +154,7 @@ impl Path {
         )
     }
 
-    pub(super) fn bounds(&self) -> Bounds {
+    pub(super) fn bounds(&self) -> RotationBounds {
         let [angvel, spin_up] = match &self.turn {
             Turn::Steady { angvel, .. } => [angvel.length(), 0.0],
             Turn::Free(top) => top.bounds(),
@@ -165,7 +165,7 @@ impl Path {
             span,
         }) = self.bend
         else {
-            return Bounds {
+            return RotationBounds {
                 angvel,
                 acceleration: angvel * angvel + spin_up,
             };
@@ -175,7 +175,7 @@ impl Path {
         let added = torque * half;
         let whole = angvel + added;
         // The unbent angular velocity is turned with the bend.
-        Bounds {
+        RotationBounds {
             angvel: whole,
             acceleration: whole * whole + spin_up + torque + added * angvel,
         }
@@ -189,7 +189,7 @@ mod tests {
     /// Velocities are what places and attitudes change by, and accelerations what velocities do.
     #[test]
     fn rates_are_those_of_the_path() {
-        let path = Path {
+        let path = BodyPath {
             from: 0.25,
             com: DVec3::new(1.0, -2.0, 0.5),
             linvel: DVec3::new(0.3, 0.7, -1.1),

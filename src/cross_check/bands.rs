@@ -16,7 +16,7 @@
 //! short by a share s is off by an angle of √(2 s).
 
 use super::report::CrossCheckReport;
-use super::sighting::Spot;
+use super::sighting::RapierPoint;
 use crate::math::{Real, Vector};
 use crate::rapier::geometry::Collider;
 
@@ -100,7 +100,12 @@ impl Sizes {
 
 impl Bands {
     /// At a contact of some depth; `spots` are what Rapier holds of the pair.
-    pub(super) fn at(sizes: &Sizes, world_point: Vector, depth: Real, spots: &[Spot]) -> Self {
+    pub(super) fn at(
+        sizes: &Sizes,
+        world_point: Vector,
+        depth: Real,
+        spots: &[RapierPoint],
+    ) -> Self {
         let rounding = CrossCheckReport::band(world_point, sizes.reach + sizes.skins);
         match sizes.radii {
             [None, None] => Self::of_manifolds(sizes, rounding, depth, spots),
@@ -124,8 +129,8 @@ impl Bands {
         }
     }
 
-    fn of_manifolds(sizes: &Sizes, rounding: Real, depth: Real, spots: &[Spot]) -> Self {
-        let most = |value: fn(&Spot) -> Real| spots.iter().map(value).fold(0.0, Real::max);
+    fn of_manifolds(sizes: &Sizes, rounding: Real, depth: Real, spots: &[RapierPoint]) -> Self {
+        let most = |value: fn(&RapierPoint) -> Real| spots.iter().map(value).fold(0.0, Real::max);
         let turn = most(|spot| spot.turn).min(MOST_TURN);
         let shift = most(|spot| spot.shift).min(MOST_SHIFT);
         let share = if sizes.cuboids { 0.0 } else { sizes.search() };

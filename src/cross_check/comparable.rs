@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::bands::Bands;
 use super::counts::NotComparable;
 use super::settings::CrossCheck;
-use super::sighting::{Expected, Spot};
+use super::sighting::{Expected, RapierPoint};
 use crate::contact::{Joints, Pairs};
 use crate::math::{ColliderHandle, RigidBodyHandle};
 use crate::rapier::dynamics::IntegrationParameters;
@@ -16,7 +16,7 @@ use crate::rigid::Lookup;
 pub(crate) type Watched = HashMap<ColliderHandle, bool>;
 
 /// The world after Rapier's step.
-pub(crate) struct Stepped<'a, W> {
+pub(crate) struct AfterStep<'a, W> {
     pub world: &'a W,
     pub narrow_phase: &'a NarrowPhase,
     pub joints: Joints<'a>,
@@ -42,7 +42,7 @@ pub(super) struct Judging<'a, W> {
     pub settings: &'a CrossCheck,
     pub watched: &'a Watched,
     pub expected: &'a Expected,
-    pub after: &'a Stepped<'a, W>,
+    pub after: &'a AfterStep<'a, W>,
 }
 
 impl<W: Lookup> Judging<'_, W> {
@@ -57,7 +57,7 @@ impl<W: Lookup> Judging<'_, W> {
         &self,
         pair: [ColliderHandle; 2],
         seen: bool,
-        spots: &[Spot],
+        spots: &[RapierPoint],
         bands: &Bands,
     ) -> Option<Reason> {
         let world = self.after.world;

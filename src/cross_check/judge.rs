@@ -5,14 +5,14 @@ mod mutants;
 
 use super::bands::Bands;
 use super::disagreement::Difference;
-use super::sighting::{Sighting, Spot, angle};
+use super::sighting::{RapierPoint, Sighting, angle};
 use crate::math::{Pose, Real, Vector};
 use crate::rapier::geometry::Collider;
 
 /// The result of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Verdict {
-    pub found: Found,
+    pub found: FoundBy,
     /// Each with its band.
     pub differences: Vec<(Difference, Real)>,
     /// The differences of depth, normal and point, of those that were judged.
@@ -23,7 +23,7 @@ pub(super) struct Verdict {
 
 /// Who found an overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Found {
+pub(super) enum FoundBy {
     Neither,
     /// By one side only, too shallow to be told from rounding.
     WithinBand,
@@ -42,7 +42,7 @@ pub(super) struct Placed<'a> {
 }
 
 impl Verdict {
-    fn new(found: Found) -> Self {
+    fn new(found: FoundBy) -> Self {
         Verdict {
             found,
             differences: Vec::new(),
@@ -54,11 +54,11 @@ impl Verdict {
     fn one_sided(difference: Difference, depth: Real, other: Real, band: Real) -> Self {
         // A gap counts as well: a side that holds the parts far apart does not nearly agree.
         if depth - other.min(0.0) <= band {
-            return Verdict::new(Found::WithinBand);
+            return Verdict::new(FoundBy::WithinBand);
         }
         let found = match difference {
-            Difference::OnlyField { .. } => Found::OnlyField,
-            _ => Found::OnlyRapier,
+            Difference::OnlyField { .. } => FoundBy::OnlyField,
+            _ => FoundBy::OnlyRapier,
         };
         Verdict {
             differences: vec![(difference, band)],
@@ -79,14 +79,14 @@ impl Verdict {
 /// Compares what the fields found, if they did, with what Rapier holds.
 pub(super) fn judge(
     our: Option<&Sighting>,
-    spots: &[Spot],
+    spots: &[RapierPoint],
     bands: &Bands,
     placed: &Placed<'_>,
 ) -> Verdict {
     let deepest = spots.iter().map(|spot| spot.depth).reduce(Real::max);
     let their = deepest.filter(|depth| *depth > 0.0);
     match (our, their) {
-        (None, None) => Verdict::new(Found::Neither),
+        (None, None) => Verdict::new(FoundBy::Neither),
         (Some(our), None) => {
             // Without a point of Rapier's, the parts are farther apart than rounding, or Rapier
             // has not looked.
@@ -103,25 +103,25 @@ pub(super) fn judge(
 
 fn both(
     our: &Sighting,
-    spots: &[Spot],
+    spots: &[RapierPoint],
     depth: Real,
     bands: &Bands,
     placed: &Placed<'_>,
 ) -> Verdict {
-    let mut verdict = Verdict::new(Found::Both);
+    let mut verdict = Verdict::new(FoundBy::Both);
     let difference = Difference::Depth {
         field: our.depth,
         rapier: depth,
     };
     verdict.judge(0, (our.depth - depth).abs(), bands.depth, difference);
     // Which of several points is the deepest rounding decides.
-    let as_deep = |spot: &&Spot| spot.depth >= depth - 2.0 * bands.depth;
-    let nearest = |off: &dyn Fn(&Spot) -> Real| {
+    let as_deep = |spot: &&RapierPoint| spot.depth >= depth - 2.0 * bands.depth;
+    let nearest = |off: &dyn Fn(&RapierPoint) -> Real| {
         let about = spots.iter().filter(as_deep);
         about.min_by(|a, b| off(a).total_cmp(&off(b))).copied()
     };
-    let turned = |spot: &Spot| angle(our.world_normal, spot.world_normal);
-    let apart = |spot: &Spot| our.world_point.distance(spot.world_point);
+    let turned = |spot: &RapierPoint| angle(our.world_normal, spot.world_normal);
+    let apart = |spot: &RapierPoint| our.world_point.distance(spot.world_point);
     let (Some(by_normal), Some(by_point)) = (nearest(&turned), nearest(&apart)) else {
         return verdict;
     };
@@ -132,7 +132,7 @@ fn both(
         both.all(|normal| placed.is_as_shallow(normal, depth, bands))
     };
     if !bands.knows_normal() || other_way && either_will_do(by_normal.world_normal) {
-        verdict.found = Found::Ambiguous;
+        verdict.found = FoundBy::Ambiguous;
         return verdict;
     }
     let difference = Difference::Normal {

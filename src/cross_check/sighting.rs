@@ -40,7 +40,7 @@ pub(crate) struct Expected {
 
 /// A point that Rapier holds of a pair.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
+pub(super) struct RapierPoint {
     /// The middle of the overlap, skins included.
     pub world_point: Vector,
     /// From the first to the second.
@@ -61,7 +61,7 @@ pub(super) fn spots(
     pair: &ContactPair,
     world: &impl Lookup,
     pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
-) -> Option<Vec<Spot>> {
+) -> Option<Vec<RapierPoint>> {
     let handles = [pair.collider1, pair.collider2];
     let poses = [pose_before(handles[0])?, pose_before(handles[1])?];
     let [one, two] = handles.map(|handle| world.collider(handle));
@@ -79,7 +79,7 @@ fn of_manifold(
     manifold: &ContactManifold,
     poses: [Pose; 2],
     skins: [Real; 2],
-) -> impl Iterator<Item = Spot> + '_ {
+) -> impl Iterator<Item = RapierPoint> + '_ {
     let frames = [
         manifold.subshape_pos1().prepend_to(&poses[0]),
         manifold.subshape_pos2().prepend_to(&poses[1]),
@@ -97,7 +97,7 @@ fn of_manifold(
         ];
         let between = ends[1] - ends[0];
         let apart = between.dot(seen[0]);
-        Spot {
+        RapierPoint {
             world_point: (ends[0] + ends[1]) * 0.5 + normal * ((skins[0] - skins[1]) * 0.5),
             world_normal: normal,
             depth: skins[0] + skins[1] - point.dist,
@@ -108,9 +108,9 @@ fn of_manifold(
     })
 }
 
-impl Spot {
+impl RapierPoint {
     fn flipped(self) -> Self {
-        Spot {
+        RapierPoint {
             world_normal: -self.world_normal,
             ..self
         }

@@ -24,7 +24,7 @@ use super::counts::{TouchCounts, TouchesNotComparable};
 use super::disagreement::Difference;
 use super::report::CrossCheckReport;
 use super::sighting::angle;
-use crate::contact::{TouchRecord, Way};
+use crate::contact::{TouchRecord, TouchWay};
 use crate::math::{
     ColliderHandle, DPose3, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, from_dvec3,
     from_f64, to_dpose3, to_dvec3, to_f64,
@@ -45,7 +45,7 @@ const SAMPLES: u32 = 16;
 
 /// The result of a comparison.
 #[derive(Debug, Default)]
-pub(super) struct Outcome {
+pub(super) struct TouchOutcome {
     pub differences: Vec<(Difference, Real)>,
     /// The errors of gap, normal, point and way.
     errors: [Real; 4],
@@ -65,7 +65,7 @@ const NORMAL: usize = 1;
 const POINT: usize = 2;
 const WAY: usize = 3;
 
-impl Outcome {
+impl TouchOutcome {
     pub(super) fn count(&self, counts: &mut TouchCounts) {
         counts.missed_by_sampling += u64::from(self.missed_by_sampling);
         if let Some(reason) = self.obstacle {
@@ -101,7 +101,7 @@ impl Outcome {
 pub(super) struct TouchJudge {
     dt: f64,
     /// The way of each body up to its last touch, and when that was.
-    before: HashMap<RigidBodyHandle, (Way, f64)>,
+    before: HashMap<RigidBodyHandle, (TouchWay, f64)>,
     met: HashSet<[ColliderHandle; 2]>,
 }
 
@@ -121,12 +121,12 @@ impl TouchJudge {
         record: &TouchRecord,
         colliders: [&Collider; 2],
         ends: [[Option<Pose>; 2]; 2],
-    ) -> Outcome {
+    ) -> TouchOutcome {
         let parts = Parts::new(record, colliders);
-        let mut outcome = Outcome {
+        let mut outcome = TouchOutcome {
             // A body that comes back within a step touches the pair once more, which sampling missed.
             missed_by_sampling: self.met.insert(record.colliders) && !parts.overlap(self.dt),
-            ..Outcome::default()
+            ..TouchOutcome::default()
         };
         outcome.obstacle = match parts.judge(&mut outcome) {
             Ok(obstacle) => obstacle,
@@ -144,7 +144,7 @@ impl TouchJudge {
         parts: &Parts<'_>,
         which: usize,
         ends: [Option<Pose>; 2],
-        outcome: &mut Outcome,
+        outcome: &mut TouchOutcome,
     ) {
         let (record, way) = (parts.record, &parts.record.ways[which]);
         // Of a ball only the centre shows.
@@ -198,7 +198,7 @@ struct Parts<'a> {
 }
 
 /// Where two shapes are nearest.
-struct Nearest {
+struct NearestPoints {
     dist: Real,
     /// From the first to the second, in the frame of the first.
     normal: Vector,
@@ -251,12 +251,12 @@ impl<'a> Parts<'a> {
     fn gap(&self, time: f64, near: f64) -> Result<Real, Unsupported> {
         let (near, skins) = (from_f64(near), self.skins[0] + self.skins[1]);
         let found = nearest(self.shapes, &self.relative(time, 0.0), near + skins)?;
-        let apart = |found: Nearest| found.dist - skins;
+        let apart = |found: NearestPoints| found.dist - skins;
         Ok(found.map_or(near.max(Real::MIN_POSITIVE), apart))
     }
 
     /// Judges all but the ways, or says why it cannot be.
-    fn judge(&self, outcome: &mut Outcome) -> Result<Option<Reason>, Unsupported> {
+    fn judge(&self, outcome: &mut TouchOutcome) -> Result<Option<Reason>, Unsupported> {
         let TouchRecord {
             time,
             world_normal,
@@ -306,7 +306,7 @@ impl<'a> Parts<'a> {
             .collect()
     }
 
-    fn judge_normal(&self, normal: Vector, outcome: &mut Outcome) -> Result<(), Unsupported> {
+    fn judge_normal(&self, normal: Vector, outcome: &mut TouchOutcome) -> Result<(), Unsupported> {
         let away = (self.length * self.size).sqrt();
         let relative = self.relative(self.record.time, away);
         let near = from_f64(self.size) + self.skins[0] + self.skins[1];
@@ -351,13 +351,13 @@ fn nearest(
     shapes: [&dyn Shape; 2],
     relative: &Pose,
     near: Real,
-) -> Result<Option<Nearest>, Unsupported> {
+) -> Result<Option<NearestPoints>, Unsupported> {
     let [one, two] = shapes;
     let is_plane = |shape: &dyn Shape| shape.as_halfspace().is_some();
     if is_plane(two) && !is_plane(one) {
         // Parry takes the pose the wrong way round if the half-space is second.
         let found = nearest([two, one], &relative.inverse(), near)?;
-        return Ok(found.map(|found| Nearest {
+        return Ok(found.map(|found| NearestPoints {
             normal: relative.rotation * -found.normal,
             ..found
         }));
@@ -371,7 +371,7 @@ fn nearest(
         return Ok(found.min_by(|a, b| a.dist.total_cmp(&b.dist)));
     }
     let found = query::contact(&Pose::IDENTITY, one, relative, two, near)?;
-    Ok(found.map(|found| Nearest {
+    Ok(found.map(|found| NearestPoints {
         dist: found.dist,
         normal: found.normal1,
     }))
@@ -382,13 +382,13 @@ fn manifolds(
     [one, two]: [&dyn Shape; 2],
     relative: &Pose,
     near: Real,
-) -> Result<Vec<Nearest>, Unsupported> {
+) -> Result<Vec<NearestPoints>, Unsupported> {
     let mut found: Vec<ContactManifold<(), ()>> = Vec::new();
     DefaultQueryDispatcher.contact_manifolds(relative, one, two, near, &mut found, &mut None)?;
     let all = found.iter().flat_map(|manifold| {
         let one = manifold.subshape_pos1().prepend_to(&Pose::IDENTITY);
         let normal = one.rotation * manifold.local_n1;
-        manifold.points.iter().map(move |point| Nearest {
+        manifold.points.iter().map(move |point| NearestPoints {
             dist: point.dist,
             normal,
         })

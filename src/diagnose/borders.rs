@@ -16,7 +16,7 @@ pub(super) fn near(
     let centre = &samples.centres[body as usize];
     let bulk = samples.bulks.get(body as usize);
     let extent = bulk.map_or(0.0, |bulk| bulk.extent);
-    let mut found = Found {
+    let mut found = BorderSearch {
         nodes: set.nodes(),
         frames,
         query: samples.query(centre, moment),
@@ -27,7 +27,7 @@ pub(super) fn near(
     found.borders
 }
 
-struct Found<'a, F> {
+struct BorderSearch<'a, F> {
     nodes: Nodes<'a>,
     frames: &'a F,
     query: Query,
@@ -35,7 +35,7 @@ struct Found<'a, F> {
     borders: Vec<Border>,
 }
 
-impl<F: Frames> Found<'_, F> {
+impl<F: Frames> BorderSearch<'_, F> {
     /// The depth of a tree is limited, so recursion is safe.
     fn below(&mut self, node: u32, instance: &Anchor) {
         match self.nodes.get(node) {

@@ -8,7 +8,7 @@ use super::quantity::Quantity;
 use crate::compile::{AnchorId, Key, RadialBatch, RadialSource};
 use crate::field::Frame;
 use crate::math::{DVec3, Real, Vector, to_f64};
-use crate::neighbors::{FEWEST_FOR_GRID, Grid};
+use crate::neighbors::{FEWEST_FOR_GRID, PointGrid};
 use crate::sample::owner;
 
 /// Sources in separate arrays, sorted by the cells of a grid if there are many, and in a cell by
@@ -22,7 +22,7 @@ pub(super) struct Sources {
     pub(super) z: Vec<Real>,
     pub(super) strength: Vec<Real>,
     pub(super) owner: Vec<Real>,
-    grid: Grid,
+    grid: PointGrid,
     gridded: bool,
     /// That of the batch they were taken from, if all its sources stand still; else zero.
     stamp: u64,

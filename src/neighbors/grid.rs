@@ -9,7 +9,7 @@ pub(crate) const FEWEST_FOR_GRID: usize = 64;
 
 /// Points sorted by cell, cells sorted by row: a query visits few, contiguous ranges of points.
 #[derive(Debug, Default)]
-pub(crate) struct Grid {
+pub(crate) struct PointGrid {
     origin: Vector,
     per_length: Real,
     cells: [usize; 3],
@@ -25,8 +25,8 @@ pub(crate) struct Grid {
 /// More cells than this per point cost more to clear than they save.
 const CELLS_PER_POINT: usize = 4;
 
-impl Grid {
-    /// Sorts `points` into cells of at least `side`. Afterwards [`Grid::order`] says which point
+impl PointGrid {
+    /// Sorts `points` into cells of at least `side`. Afterwards [`PointGrid::order`] says which point
     /// stands at which place.
     pub(crate) fn build(&mut self, points: &[Vector], side: Real) {
         let infinity = Vector::splat(Real::INFINITY);
@@ -203,7 +203,7 @@ mod tests {
                     Vector::new((t * 0.7).sin(), (t * 1.3).cos(), (t * 2.1).sin()) * scale
                 })
                 .collect();
-            let mut grid = Grid::default();
+            let mut grid = PointGrid::default();
             for side in [0.01, 0.5, 5.0] {
                 grid.build(&points, side);
                 for (i, centre) in points.iter().enumerate().step_by(17) {
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn takes_no_points_and_equal_points() {
-        let mut grid = Grid::default();
+        let mut grid = PointGrid::default();
         grid.build(&[], 1.0);
         grid.for_each_near(Vector::ZERO, 10.0, |range| {
             panic!("found {range:?} in nothing")

@@ -6,5 +6,5 @@ mod grid;
 mod verlet;
 
 pub(crate) use bvh::{Hierarchy, hierarchy};
-pub(crate) use grid::{FEWEST_FOR_GRID, Grid};
+pub(crate) use grid::{FEWEST_FOR_GRID, PointGrid};
 pub(crate) use verlet::{Cluster, VerletList};

@@ -1,7 +1,7 @@
 //! Which balls are near each other: a neighbour list that outlives the step (Verlet, Phys. Rev.
 //! 159 (1967) 98).
 
-use super::grid::{FEWEST_FOR_GRID, Grid};
+use super::grid::{FEWEST_FOR_GRID, PointGrid};
 use crate::math::{Real, Vector};
 
 /// The list reaches farther than asked by this share of the reach, and so holds until something
@@ -25,7 +25,7 @@ pub(crate) struct VerletList {
     skin: Real,
     /// The clusters as they were when the list was made.
     made_for: Vec<Cluster>,
-    grid: Grid,
+    grid: PointGrid,
     centres: Vec<Vector>,
     /// For each cluster, where its neighbours start; one more for the end.
     starts: Vec<u32>,

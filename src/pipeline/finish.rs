@@ -13,7 +13,7 @@ use crate::contact::{
     FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, SweptStep, Verdicts, is_dominated,
     report, was_to_ask,
 };
-use crate::cross_check::Stepped;
+use crate::cross_check::AfterStep;
 use crate::diagnose::{blame, sifted};
 use crate::integrate::{
     Deflection, FASTEST, Fault, FreeMotion, Motions, Redirected, StepWarning, warn_of_springs,
@@ -98,7 +98,7 @@ impl FieldPipeline {
         if let Some(expected) = &open.expected {
             let settings = &fields.settings.cross_check;
             let (view, rollback) = (world.view(), &open.rollback);
-            let after = Stepped {
+            let after = AfterStep {
                 world: &view,
                 narrow_phase: world.narrow_phase,
                 joints: joints(world),

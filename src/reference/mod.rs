@@ -11,7 +11,7 @@ pub use trace::{Contribution, Fate, Trace};
 
 use crate::field::{Anchor, BuildError, FieldSet, Frames, Motion, Nodes, Query, Tree, real};
 use crate::math::DVec3;
-use walk::Walk;
+use walk::TreeWalk;
 
 /// The reference evaluator of a tree.
 ///
@@ -58,7 +58,7 @@ impl<'a> Reference<'a> {
     /// The force of the composite field on a sample, in world axes; `None` where the field is not
     /// defined.
     pub fn force(&self, frames: &impl Frames, query: &Query) -> Option<DVec3> {
-        let walk = Walk::new(self.nodes, self.root, frames, query, Motion::of(query));
+        let walk = TreeWalk::new(self.nodes, self.root, frames, query, Motion::of(query));
         let value = walk.node(self.root, &Anchor::WORLD);
         value.defined.any().then(|| real(&value.vector))
     }
@@ -84,7 +84,7 @@ impl<'a> Reference<'a> {
     /// ```
     pub fn linearised(&self, frames: &impl Frames, query: &Query) -> Option<Linearised> {
         let motion = Motion::seeded(query);
-        let walk = Walk::new(self.nodes, self.root, frames, query, motion);
+        let walk = TreeWalk::new(self.nodes, self.root, frames, query, motion);
         let value = walk.node(self.root, &Anchor::WORLD);
         let defined = value.defined.any();
         defined.then(|| Linearised::new(&value.vector))
@@ -92,7 +92,7 @@ impl<'a> Reference<'a> {
 
     /// The force of each single field at a sample, and its fate on the way to the root.
     pub fn trace(&self, frames: &impl Frames, query: &Query) -> Trace {
-        let mut walk = Walk::new(self.nodes, self.root, frames, query, Motion::of(query));
+        let mut walk = TreeWalk::new(self.nodes, self.root, frames, query, Motion::of(query));
         walk.log = Some(Default::default());
         let value = walk.node(self.root, &Anchor::WORLD);
         Trace {

@@ -10,7 +10,7 @@ use crate::field::{
 use crate::math::{DVec3, InteractionGroups};
 
 /// A composite at a sample.
-pub(super) struct Value<T> {
+pub(super) struct TracedValue<T> {
     /// The pieces of the sample's neighbourhood it is defined on.
     pub defined: Pieces,
     pub vector: Vec3<T>,
@@ -18,9 +18,9 @@ pub(super) struct Value<T> {
     holds: Vec<u32>,
 }
 
-impl<T: Number> Value<T> {
+impl<T: Number> TracedValue<T> {
     fn undefined() -> Self {
-        Value {
+        TracedValue {
             defined: Pieces::NONE,
             vector: constant(DVec3::ZERO),
             holds: Vec::new(),
@@ -28,7 +28,7 @@ impl<T: Number> Value<T> {
     }
 }
 
-pub(super) struct Walk<'a, F, T> {
+pub(super) struct TreeWalk<'a, F, T> {
     nodes: Nodes<'a>,
     frames: &'a F,
     query: &'a Query,
@@ -37,7 +37,7 @@ pub(super) struct Walk<'a, F, T> {
     pub log: Option<RefCell<Vec<Contribution>>>,
 }
 
-impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
+impl<'a, F: Frames, T: Number> TreeWalk<'a, F, T> {
     /// A walk over the subtree at `root`.
     pub fn new(
         nodes: Nodes<'a>,
@@ -46,7 +46,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         query: &'a Query,
         motion: Motion<T>,
     ) -> Self {
-        let mut walk = Walk {
+        let mut walk = TreeWalk {
             nodes,
             frames,
             query,
@@ -98,20 +98,20 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
     }
 
     /// The depth of a tree is limited, so recursion is safe.
-    pub fn node(&self, node: u32, instance: &Anchor) -> Value<T> {
+    pub fn node(&self, node: u32, instance: &Anchor) -> TracedValue<T> {
         match self.nodes.get(node) {
             Node::Leaf(field) => self.leaf(node, field, instance),
-            Node::Vacant => Value::undefined(),
+            Node::Vacant => TracedValue::undefined(),
             Node::Operation { operator, operands } => {
                 let values = operands.iter().map(|operand| self.node(*operand, instance));
                 let combined = values.reduce(|u, v| self.apply(*operator, u, v));
-                combined.unwrap_or_else(Value::undefined)
+                combined.unwrap_or_else(TracedValue::undefined)
             }
             Node::Instances { prototype, anchors } => {
                 let values = anchors
                     .iter()
                     .map(|a| self.node(*prototype, &a.within(instance)));
-                values.fold(Value::undefined(), |u, v| {
+                values.fold(TracedValue::undefined(), |u, v| {
                     self.apply(Operator::SumUnion, u, v)
                 })
             }
@@ -133,19 +133,19 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         }
     }
 
-    fn leaf(&self, place: u32, field: &Field, instance: &Anchor) -> Value<T> {
+    fn leaf(&self, place: u32, field: &Field, instance: &Anchor) -> TracedValue<T> {
         let frame = match self.acting_frame(field, instance) {
             Ok(frame) => frame,
             Err(fate) => {
                 self.note(Contribution::none(place, fate));
-                return Value::undefined();
+                return TracedValue::undefined();
             }
         };
         let local = LocalQuery::moving(self.query, &self.motion, &frame);
         let defined = field.region.pieces(&local, &self.here);
         if !defined.any() {
             self.note(Contribution::none(place, Fate::OutsideRegion));
-            return Value::undefined();
+            return TracedValue::undefined();
         }
         let vector = field.force(&local);
         let entry = self.note(Contribution {
@@ -154,7 +154,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
             carrier: frame.body,
             ..Contribution::none(place, Fate::Counts)
         });
-        Value {
+        TracedValue {
             defined,
             vector,
             holds: entry.into_iter().collect(),
@@ -162,7 +162,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
     }
 
     /// The tables at [`Operator`], line by line, for U on E and V on G.
-    fn apply(&self, operator: Operator, u: Value<T>, v: Value<T>) -> Value<T> {
+    fn apply(&self, operator: Operator, u: TracedValue<T>, v: TracedValue<T>) -> TracedValue<T> {
         use Operator::*;
         let (e, g) = (u.defined, v.defined);
         let (on_e, on_g) = (e.any(), g.any());
@@ -183,17 +183,17 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
             } else {
                 self.lose(&v.holds, operator, None);
             }
-            return Value::undefined();
+            return TracedValue::undefined();
         }
         if !on_g {
-            return Value { defined, ..u };
+            return TracedValue { defined, ..u };
         }
         if operator == Difference {
             self.decide(&v.holds, Fate::Cuts);
-            return Value { defined, ..u };
+            return TracedValue { defined, ..u };
         }
         if !on_e {
-            return Value { defined, ..v };
+            return TracedValue { defined, ..v };
         }
         let size = |vector: &Vec3<T>| real(vector).length_squared();
         let v_wins = match operator {
@@ -205,11 +205,11 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
         match v_wins {
             Some(true) => {
                 self.lose(&u.holds, operator, Some(&v.holds));
-                Value { defined, ..v }
+                TracedValue { defined, ..v }
             }
             Some(false) => {
                 self.lose(&v.holds, operator, Some(&u.holds));
-                Value { defined, ..u }
+                TracedValue { defined, ..u }
             }
             None => {
                 let lesser = |a: T, b: T| if b.re() < a.re() { b } else { a };
@@ -222,7 +222,7 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
                 };
                 let mut holds = u.holds;
                 holds.extend(v.holds);
-                Value {
+                TracedValue {
                     defined,
                     vector,
                     holds,
@@ -232,8 +232,8 @@ impl<'a, F: Frames, T: Number> Walk<'a, F, T> {
     }
 
     /// The rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
-    fn layers(&self, values: Vec<Value<T>>, modes: &[Override]) -> Value<T> {
-        let mut gathered = Value::undefined();
+    fn layers(&self, values: Vec<TracedValue<T>>, modes: &[Override]) -> TracedValue<T> {
+        let mut gathered = TracedValue::undefined();
         let mut stopped_by: Option<Vec<u32>> = None;
         for (value, mode) in values.into_iter().zip(modes) {
             gathered.defined = self.here.union(gathered.defined, value.defined);

@@ -159,7 +159,7 @@ impl Inertia {
 
 /// One principal axis of a [`Splitting`].
 #[derive(Clone, Copy)]
-struct Axis {
+struct PrincipalAxis {
     direction: DVec3,
     /// Rate of turning per unit of angular momentum along the axis.
     rate: f64,
@@ -172,8 +172,8 @@ struct Splitting {
     /// 1/b, b the middle moment.
     common_rate: f64,
     /// The faster axis: its half turns on the outside have the smaller error constant.
-    outer: Axis,
-    inner: Axis,
+    outer: PrincipalAxis,
+    inner: PrincipalAxis,
     /// 2 E / |L|, the angular velocity along L.
     mean_speed: f64,
 }
@@ -192,7 +192,7 @@ impl Splitting {
             let most = momentum
                 .length_squared()
                 .min(twice_energy * inertia.moments[k]);
-            Axis {
+            PrincipalAxis {
                 direction: DVec3::AXES[k],
                 rate,
                 max_speed: rate.abs() * most.sqrt(),
@@ -227,7 +227,7 @@ impl Splitting {
     /// The rotation, in principal axes, of the two single-axis parts over `dt`.
     fn turn(&self, momentum: DVec3, dt: f64, steps: u32) -> DQuat {
         let h = dt / f64::from(steps);
-        let mut top = Top {
+        let mut top = SplitTop {
             momentum,
             rotation: DQuat::IDENTITY,
         };
@@ -242,13 +242,13 @@ impl Splitting {
 }
 
 /// A body in its own principal axes: the angular momentum it sees, and how far it has turned.
-struct Top {
+struct SplitTop {
     momentum: DVec3,
     rotation: DQuat,
 }
 
-impl Top {
-    fn turn(&mut self, axis: &Axis, h: f64) {
+impl SplitTop {
+    fn turn(&mut self, axis: &PrincipalAxis, h: f64) {
         let angle = axis.rate * axis.direction.dot(self.momentum) * h;
         let turn = DQuat::from_axis_angle(axis.direction, angle);
         self.rotation *= turn;

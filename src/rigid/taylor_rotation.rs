@@ -37,12 +37,12 @@ pub(crate) struct Top {
     rotor: Rotor,
     /// In the world.
     pub(crate) momentum: DVec3,
-    pieces: Vec<Piece>,
+    pieces: Vec<SeriesPiece>,
 }
 
 /// The attitude (body to world) as a power series in the time since `from`.
 #[derive(Clone, Debug)]
-struct Piece {
+struct SeriesPiece {
     from: f64,
     terms: [DQuat; ORDER + 1],
 }
@@ -97,7 +97,7 @@ impl Rotor {
         let (mut attitude, mut left) = (attitude, dt);
         for _ in 0..MOST_TO_THE_END {
             let terms = self.series(attitude, momentum, left.abs(), smallest);
-            let piece = Piece { from: 0.0, terms };
+            let piece = SeriesPiece { from: 0.0, terms };
             let reach = piece.reach(smallest);
             if reach.is_nan() || reach <= 0.0 {
                 return None;
@@ -204,7 +204,7 @@ impl Top {
         let (mut from, mut attitude) = (from, attitude);
         loop {
             let terms = rotor.series(attitude, momentum, to - from, SMALLEST_TERM);
-            let piece = Piece { from, terms };
+            let piece = SeriesPiece { from, terms };
             let reach = piece.reach(SMALLEST_TERM);
             top.pieces.push(piece);
             // False for NaN too.
@@ -238,7 +238,7 @@ impl Top {
     }
 }
 
-impl Piece {
+impl SeriesPiece {
     fn attitude(&self, since: f64) -> DQuat {
         let mut sum = self.terms[ORDER];
         for term in self.terms[..ORDER].iter().rev() {

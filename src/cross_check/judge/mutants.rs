@@ -14,7 +14,7 @@ struct Scene {
     name: &'static str,
     colliders: [Collider; 2],
     poses: [Pose; 2],
-    spots: Vec<Spot>,
+    spots: Vec<RapierPoint>,
     /// The contact that sound fields find.
     sound: Sighting,
 }
@@ -66,13 +66,13 @@ impl Scene {
         DefaultQueryDispatcher
             .contact_manifolds(&relative, a, b, 0.02, &mut manifolds, &mut None)
             .expect("manifolds");
-        let spots: Vec<Spot> = manifolds
+        let spots: Vec<RapierPoint> = manifolds
             .iter()
             .flat_map(|manifold| manifold.points.iter().map(move |point| (manifold, point)))
             .map(|(manifold, point)| {
                 let one = poses[0].transform_point(point.local_p1);
                 let two = poses[1].transform_point(point.local_p2);
-                Spot {
+                RapierPoint {
                     world_point: (one + two) * 0.5,
                     world_normal: poses[0].rotation * manifold.local_n1,
                     depth: -point.dist,
@@ -155,7 +155,7 @@ fn assert_reported(kind: &str, alter: impl Fn(&Scene, Sighting) -> Option<Sighti
 fn a_sound_detection_agrees() {
     for scene in scenes() {
         let verdict = scene.judge(Some(scene.sound));
-        assert_eq!(verdict.found, Found::Both, "{}", scene.name);
+        assert_eq!(verdict.found, FoundBy::Both, "{}", scene.name);
         assert!(verdict.differences.is_empty(), "{verdict:?}");
         assert_eq!(verdict.errors, [Some(0.0); 3]);
     }

@@ -39,7 +39,7 @@ fn colliders(scale: Real) -> [(&'static str, Collider); 3] {
 }
 
 /// The way of a part at an arm on a body that tumbles and falls.
-fn way(which: u32, number: f64) -> Way {
+fn way(which: u32, number: f64) -> TouchWay {
     let side = f64::from(which);
     let rotor = Rotor {
         inverse_moments: DVec3::new(1.0, 0.6, 0.4),
@@ -52,7 +52,7 @@ fn way(which: u32, number: f64) -> Way {
     let fall = DVec3::new(0.0, -9.81 * side, 1.0);
     let body = RigidBodyHandle::from_raw_parts(which, 0);
     let arm = DVec3::new(0.1, 0.2 - 0.3 * side, 0.15);
-    Way::tumbling(
+    TouchWay::tumbling(
         Some(body),
         [centre, linvel, fall],
         (rotor, attitude, angvel),
@@ -215,7 +215,7 @@ fn a_point_that_is_moved_by_a_tenth_of_a_radius() {
 /// A way that is wrong makes a touch that holds on it: what it joins on to shows.
 #[test]
 fn a_way_that_is_not_that_of_the_body() {
-    let altered: [fn(&mut Way); 4] = [
+    let altered: [fn(&mut TouchWay); 4] = [
         |way| way.shift(DVec3::X * 1e-3, DVec3::ZERO, DVec3::ZERO),
         |way| way.shift(DVec3::ZERO, DVec3::X * 0.06, DVec3::ZERO),
         |way| way.shift(DVec3::ZERO, DVec3::ZERO, DVec3::Y * 0.4),

@@ -8,7 +8,7 @@ use fearless_simd::{Simd, SimdBase, SimdMask, dispatch};
 use super::tiles::Tiles;
 use crate::eval::lanes::{Eight, Four, Row, level, spread, twice};
 use crate::math::{Real, Vector};
-use crate::neighbors::{FEWEST_FOR_GRID, Grid};
+use crate::neighbors::{FEWEST_FOR_GRID, PointGrid};
 use crate::threads::each_chunk;
 
 /// The list reaches farther than the range by this share of it, and so holds until a site has moved by
@@ -122,7 +122,7 @@ struct Search {
     centres: Vec<Vector>,
     radii: Vec<Real>,
     largest: Real,
-    grid: Grid,
+    grid: PointGrid,
     /// The balls in the order of the grid: x, y, z, radius, and which tile it is.
     sorted: [Vec<Real>; 5],
     /// Earlier tile and later, by chunks of the later ones.

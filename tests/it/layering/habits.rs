@@ -47,7 +47,9 @@ fn is_tuple(tokens: &[String]) -> bool {
     let inner = tokens.get(at + 1..).unwrap_or_default();
     tokens.get(at).is_some_and(|token| token == "(") && {
         let end = after_closing(tokens, at) - at - 2;
-        outside(&inner[..end.min(inner.len())], ",").next().is_some()
+        outside(&inner[..end.min(inner.len())], ",")
+            .next()
+            .is_some()
     }
 }
 
