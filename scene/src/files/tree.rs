@@ -68,44 +68,42 @@ pub(super) struct LayerDoc {
 
 crate::choice::one_of!(TreeDoc, "tree");
 
-fn operation(operator: Operator, operands: Vec<TreeDoc>) -> TreeDoc {
-    let make = match operator {
-        Operator::SumUnion => TreeDoc::SumUnion,
-        Operator::SumIntersection => TreeDoc::SumIntersection,
-        Operator::CrossUnion => TreeDoc::CrossUnion,
-        Operator::CrossIntersection => TreeDoc::CrossIntersection,
-        Operator::ReplaceUnion => TreeDoc::ReplaceUnion,
-        Operator::ReplaceIntersection => TreeDoc::ReplaceIntersection,
-        Operator::Difference => TreeDoc::Difference,
-        Operator::Strongest => TreeDoc::Strongest,
-        Operator::Weakest => TreeDoc::Weakest,
-        Operator::Minimum => TreeDoc::Minimum,
-        Operator::Maximum => TreeDoc::Maximum,
+/// The operators, each with its name in files.
+macro_rules! operations {
+    ($($operator:ident: $name:literal,)*) => {
+        fn operation(operator: Operator, operands: Vec<TreeDoc>) -> TreeDoc {
+            match operator {
+                $(Operator::$operator => TreeDoc::$operator(operands),)*
+            }
+        }
+
+        impl TreeDoc {
+            /// The operator, its name and its operands, if it is an operation.
+            fn as_operation(&self) -> Option<(Operator, &'static str, &[TreeDoc])> {
+                match self {
+                    $(TreeDoc::$operator(operands) => Some((Operator::$operator, $name, operands)),)*
+                    _ => None,
+                }
+            }
+        }
     };
-    make(operands)
+}
+
+operations! {
+    SumUnion: "sum-union",
+    SumIntersection: "sum-intersection",
+    CrossUnion: "cross-union",
+    CrossIntersection: "cross-intersection",
+    ReplaceUnion: "replace-union",
+    ReplaceIntersection: "replace-intersection",
+    Difference: "difference",
+    Strongest: "strongest",
+    Weakest: "weakest",
+    Minimum: "minimum",
+    Maximum: "maximum",
 }
 
 impl TreeDoc {
-    /// The operator and its operands, if it is an operation.
-    fn as_operation(&self) -> Option<(Operator, &'static str, &[TreeDoc])> {
-        Some(match self {
-            TreeDoc::SumUnion(o) => (Operator::SumUnion, "sum-union", o),
-            TreeDoc::SumIntersection(o) => (Operator::SumIntersection, "sum-intersection", o),
-            TreeDoc::CrossUnion(o) => (Operator::CrossUnion, "cross-union", o),
-            TreeDoc::CrossIntersection(o) => (Operator::CrossIntersection, "cross-intersection", o),
-            TreeDoc::ReplaceUnion(o) => (Operator::ReplaceUnion, "replace-union", o),
-            TreeDoc::ReplaceIntersection(o) => {
-                (Operator::ReplaceIntersection, "replace-intersection", o)
-            }
-            TreeDoc::Difference(o) => (Operator::Difference, "difference", o),
-            TreeDoc::Strongest(o) => (Operator::Strongest, "strongest", o),
-            TreeDoc::Weakest(o) => (Operator::Weakest, "weakest", o),
-            TreeDoc::Minimum(o) => (Operator::Minimum, "minimum", o),
-            TreeDoc::Maximum(o) => (Operator::Maximum, "maximum", o),
-            _ => return None,
-        })
-    }
-
     /// The trees it is made of, each with its path in this one.
     fn parts(&self) -> Vec<(String, &TreeDoc)> {
         if let Some((_, name, operands)) = self.as_operation() {
