@@ -91,9 +91,33 @@ fn matches_on_bool(source: &Source) -> usize {
     arms.count()
 }
 
-/// The habits of a file.
-pub fn of(source: &Source) -> Vec<String> {
+/// Words that say less than a plain sentence does.
+const VAGUE: [&str; 6] = [
+    "nobody",
+    "whoever",
+    "so many",
+    "as good as",
+    "is told of",
+    "are told of",
+];
+
+/// The comments that begin with "What" as a noun, or have a vague word.
+fn comments(text: &str) -> Vec<String> {
+    let lines = text.lines().map(str::trim);
+    let comments = lines.filter(|line| line.starts_with("//"));
+    let wrong = comments.filter(|line| {
+        let words = line.trim_start_matches(['/', '!', ' ', '-']);
+        let is_noun = words.starts_with("What ") && !words.contains('?');
+        let lower = words.to_lowercase();
+        is_noun || VAGUE.iter().any(|vague| lower.contains(vague))
+    });
+    wrong.map(|line| format!("`{line}`")).collect()
+}
+
+/// The habits of a file with this text.
+pub fn of(source: &Source, text: &str) -> Vec<String> {
     let mut found = with_tuples(source);
+    found.extend(comments(text));
     let arms = matches_on_bool(source);
     if arms > 0 {
         found.push(format!("{arms} arms match on a bool"));
