@@ -18,7 +18,6 @@ mod facts;
 mod follow;
 mod index_kind;
 mod instances;
-mod lane_forms;
 mod lower;
 mod ordered;
 mod plan;
@@ -33,7 +32,6 @@ pub(crate) use entries::{
     ConstantField, DetectionField, FieldMask, RadialBatch, RadialSource, Weighting,
 };
 pub use index_kind::IndexKind;
-pub(crate) use lane_forms::DEPTH;
 pub(crate) use ordered::{Key, Ordered, unique};
 pub use plan::{Plan, PlanEntry};
 pub(crate) use program::{Program, Step};

@@ -28,7 +28,7 @@ pub(crate) struct Program {
     pub reacts: bool,
     /// Whether any leaf can give a force; otherwise the program only masks detection fields.
     pub has_force: bool,
-    /// Whether it has a form for several samples at once.
+    /// Whether it can be asked about several samples at once.
     pub in_lanes: bool,
     /// Whether its forces change with the velocity of what they act on.
     pub reads_velocity: bool,
@@ -109,7 +109,8 @@ impl Program {
             .leaves
             .iter()
             .any(|leaf| leaf.enabled && !leaf.is_contact());
-        program.in_lanes = program.may_run_in_lanes();
+        program.in_lanes = program.leaves.iter().all(Field::knows_several)
+            && program.modifiers.iter().all(Modifier::knows_several);
         program.reads_velocity = program.leaves.iter().any(Field::reads_velocity)
             || program.modifiers.iter().any(Modifier::reads_velocity);
         places.leaves.extend(places.modifiers);

@@ -160,7 +160,7 @@ impl FieldMasks {
             let motion = Motion::of(query);
             self.machine.run(program, instance, frames, query, &motion)
         });
-        outcome.map_or(DVec3::ZERO, |outcome| real(&outcome.force))
+        outcome.map_or(DVec3::ZERO, |outcome| real(outcome.force))
     }
 
     /// A collider as fields see it, if they do.

@@ -1,6 +1,6 @@
 //! The borders of a term, as the tree has them.
 
-use crate::field::{Anchor, Border, FieldSet, Frames, Node, Nodes, Query};
+use crate::field::{Anchor, Border, FieldSet, Frames, Node, Nodes, Properties, Query};
 use crate::math::{DVec3, to_dvec3};
 use crate::sample::{Moment, Samples};
 

@@ -1,14 +1,11 @@
 //! Drag and wind in closed form: bodies in them ask for their derivatives at every step.
 
-use fearless_simd::dispatch;
+use fearless_simd::{Simd, dispatch};
 
 use super::lanes::level;
 use super::quantity::Terms;
-use super::waves::flow_at;
 use crate::compile::{Program, Step};
-use crate::field::{
-    Axis, Formula, Frame, Linearised, LocalQuery, Neighbourhood, Query, Scalar, real,
-};
+use crate::field::{Axis, Formula, Frame, Linearised, LocalQuery, Open, Query, Scalar, real};
 use crate::math::{DVec3, Vector};
 
 /// The force of a program that is one drag, in closed form; `None` where that is not known. Its derivative by
@@ -36,9 +33,9 @@ pub(super) fn drag_on(
     }
     let local = LocalQuery::new(query, frame);
     if !everywhere {
-        let open = Neighbourhood::open();
-        let defined = leaf.region.pieces(&local, &open).any();
-        if open.met_a_surface() {
+        let open = Open::<f64>::new();
+        let defined = leaf.region.set(&local, &open);
+        if open.on_a_surface() {
             return None;
         }
         if !defined {
@@ -51,14 +48,16 @@ pub(super) fn drag_on(
 
 /// What blows there, unless its derivatives are wanted that are not zero.
 fn flow_of(flow: &Formula, local: &LocalQuery<'_>, terms: Terms) -> Option<DVec3> {
-    let here = || real(&flow.vector(local));
+    let here = || real(flow.vector(local));
     match flow {
         Formula::Uniform(_) => Some(here()),
         _ if terms == Terms::All || flow.reads_velocity() => None,
         Formula::Turbulence(law) => {
             let (point, time) = (local.local_point(), local.query.time);
-            let found = dispatch!(level(), simd => flow_at(simd, law, point, time));
-            Some(if found.is_nan() { here() } else { found })
+            Some(dispatch!(level(), simd => simd.vectorize(
+                #[inline(always)]
+                || law.flow(point, time),
+            )))
         }
         _ => Some(here()),
     }

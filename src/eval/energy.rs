@@ -2,7 +2,7 @@
 
 use super::cut::{Asked, BodyCuts};
 use crate::compile::{Program, Step};
-use crate::field::{Field, Frame, LocalQuery, Neighbourhood, Operator, Query};
+use crate::field::{Field, Frame, LocalQuery, Open, Operator, Query};
 use crate::sample::{Moment, Samples};
 
 /// The potential of a program's fields, of those that have one and are not changed on the way, and
@@ -65,8 +65,7 @@ fn leaf_energy(
         return None;
     }
     let local = LocalQuery::new(query, frame);
-    let here = Neighbourhood::open();
-    if !field.region.pieces(&local, &here).any() {
+    if !field.region.set(&local, &Open::<f64>::new()) {
         return None;
     }
     let potential = field.potential_of(program.strength(instance, number), &local)?;

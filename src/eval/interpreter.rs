@@ -1,27 +1,27 @@
-//! Programs: composite terms, evaluated at one sample at a time.
+//! Programs: composite terms, at one sample, with or without derivatives, or at several samples at once.
 
 use crate::compile::{Program, Step};
 use crate::field::{
-    Frame, LocalQuery, Motion, Neighbourhood, Normal, Number, Operator, Override, Pieces, Query,
-    Vec3, constant,
+    Asked, Frame, LocalQuery, Mask, Motion, Neighbourhood, Normal, Number, Open, Operator,
+    Override, Query, Sets, Single, Stack, Vec3,
 };
-use crate::math::DVec3;
 
 /// A composite at a sample.
-#[derive(Clone, Copy, Debug)]
-struct Value<T> {
-    defined: Pieces,
-    vector: Vec3<T>,
+#[derive(Clone, Copy)]
+pub(super) struct Value<T: Number, S> {
+    pub defined: S,
+    pub vector: Vec3<T>,
     /// Whether the vector would hold that of the leaf that is watched, were it not zero.
-    watched: bool,
+    watched: T::Mask,
 }
 
-impl<T: Number> Value<T> {
-    fn undefined() -> Self {
+impl<T: Number, S> Value<T, S> {
+    #[inline(always)]
+    fn undefined(nowhere: S) -> Self {
         Value {
-            defined: Pieces::NONE,
-            vector: constant(DVec3::ZERO),
-            watched: false,
+            defined: nowhere,
+            vector: Vec3::zero(),
+            watched: false.into(),
         }
     }
 }
@@ -35,38 +35,27 @@ pub(crate) struct Outcome<T = f64> {
     watched: bool,
 }
 
-/// Evaluates programs; keeps its stack between calls. With numbers that carry derivatives it
-/// gives the derivatives of the force, too.
-#[derive(Debug)]
-pub(crate) struct Interpreter<T = f64> {
-    stack: Vec<Value<T>>,
+/// Evaluates programs at one sample at a time; keeps its buffer between calls.
+#[derive(Debug, Default)]
+pub(crate) struct Interpreter {
     normals: Vec<Normal>,
 }
 
-impl<T> Default for Interpreter<T> {
-    fn default() -> Self {
-        Interpreter {
-            stack: Vec::new(),
-            normals: Vec::new(),
-        }
-    }
-}
-
-/// One sample before one instance of a program.
-#[derive(Clone, Copy)]
-struct SampleContext<'a, T> {
+/// One sample, or several, before one instance of a program.
+pub(super) struct SampleContext<'a, T: Asked> {
     pub program: &'a Program,
     pub instance: usize,
     pub frames: &'a [Option<Frame>],
-    pub query: &'a Query,
+    pub query: &'a T::Query,
     pub motion: &'a Motion<T>,
     /// A leaf of which is asked whether it contributes.
     pub watched: Option<u32>,
 }
 
-impl<T: Number> Interpreter<T> {
-    /// The program's instance at a sample; `None` where it is not defined.
-    pub(crate) fn run(
+impl Interpreter {
+    /// The program's instance at a sample; `None` where it is not defined. With numbers that carry
+    /// derivatives it gives those of the force, too.
+    pub(crate) fn run<T: Single>(
         &mut self,
         program: &Program,
         instance: usize,
@@ -74,14 +63,9 @@ impl<T: Number> Interpreter<T> {
         query: &Query,
         motion: &Motion<T>,
     ) -> Option<Outcome<T>> {
-        self.run_at(&SampleContext {
-            program,
-            instance,
-            frames,
-            query,
-            motion,
-            watched: None,
-        })
+        self.run_at(&SampleContext::new(
+            program, instance, frames, query, motion,
+        ))
     }
 
     /// Whether a leaf contributes to a program's instance at a sample, be it by zero.
@@ -91,158 +75,218 @@ impl<T: Number> Interpreter<T> {
         instance: usize,
         frames: &[Option<Frame>],
         query: &Query,
-        motion: &Motion<T>,
+        motion: &Motion<f64>,
     ) -> bool {
         let outcome = self.run_at(&SampleContext {
+            watched: Some(leaf),
+            ..SampleContext::new(program, instance, frames, query, motion)
+        });
+        outcome.is_some_and(|outcome| outcome.watched)
+    }
+
+    /// Like [`Interpreter::run`].
+    pub(super) fn run_at<T: Single>(&mut self, place: &SampleContext<'_, T>) -> Option<Outcome<T>> {
+        let open = Open::<T>::new();
+        let value = place.walk(&open);
+        if !open.on_a_surface() {
+            return outcome(value, &open);
+        }
+        // The sample lies on a surface: find the pieces around it, and walk again.
+        self.normals.clear();
+        for (leaf, field) in place.program.leaves.iter().enumerate() {
+            if let Some(local) = place.acting(leaf).filter(|(_, acts)| *acts) {
+                field.region.touched(&local.0, &mut self.normals);
+            }
+        }
+        let here = Neighbourhood::of(&self.normals);
+        outcome(place.walk(&here), &here)
+    }
+}
+
+fn outcome<T: Single, S: Sets<T>>(value: Value<T, S::Set>, here: &S) -> Option<Outcome<T>> {
+    here.any(value.defined).then_some(Outcome {
+        force: value.vector,
+        watched: value.watched,
+    })
+}
+
+impl<'a, T: Asked> SampleContext<'a, T> {
+    #[inline(always)]
+    pub(super) fn new(
+        program: &'a Program,
+        instance: usize,
+        frames: &'a [Option<Frame>],
+        query: &'a T::Query,
+        motion: &'a Motion<T>,
+    ) -> Self {
+        SampleContext {
             program,
             instance,
             frames,
             query,
             motion,
-            watched: Some(leaf),
-        });
-        outcome.is_some_and(|outcome| outcome.watched)
+            watched: None,
+        }
     }
 
-    fn run_at(&mut self, place: &SampleContext<'_, T>) -> Option<Outcome<T>> {
-        let open = Neighbourhood::open();
-        let outcome = self.walk(place, &open);
-        if !open.met_a_surface() {
-            return outcome;
-        }
-        // The sample lies on a surface: find the pieces around it, and walk again.
-        self.normals.clear();
-        for (leaf, field) in place.program.leaves.iter().enumerate() {
-            if let Some(local) = place.acting(leaf) {
-                field.region.touched(&local, &mut self.normals);
-            }
-        }
-        let here = Neighbourhood::of(&self.normals);
-        self.walk(place, &here)
-    }
-
-    fn walk(&mut self, place: &SampleContext<'_, T>, here: &Neighbourhood) -> Option<Outcome<T>> {
-        let program = place.program;
-        self.stack.clear();
-        for step in &program.steps {
+    /// The program, step by step.
+    #[inline(always)]
+    pub(super) fn walk<S: Sets<T>>(&self, here: &S) -> Value<T, S::Set> {
+        let undefined = Value::undefined(here.all(false.into()));
+        let mut stack = Stack::<_, 8>::new(undefined);
+        for step in &self.program.steps {
             match *step {
-                Step::Nowhere => self.stack.push(Value::undefined()),
-                Step::Leaf(leaf) => self.stack.push(place.leaf_value(leaf, here)),
+                Step::Nowhere => stack.push(undefined),
+                Step::Leaf(leaf) => stack.push(self.leaf_value(leaf, here)),
                 Step::Apply(operator, count) => {
-                    self.combine(count, |operands| {
-                        let combined = operands.iter().copied();
-                        combined.reduce(|u, v| apply(operator, u, v, here))
-                    });
+                    let count = count as usize;
+                    let mut all = stack.last(count, 0);
+                    for number in 1..count {
+                        all = apply(operator, all, stack.last(count, number), here);
+                    }
+                    stack.replace(count, all);
                 }
                 Step::Layers(count, modes) => {
-                    let modes = &program.modes[modes as usize];
-                    self.combine(count, |operands| Some(layers(operands, modes, here)));
+                    let mut gathered = Layers::new(undefined);
+                    let modes = &self.program.modes[modes as usize];
+                    for (number, mode) in modes.iter().enumerate() {
+                        gathered.add(stack.last(count as usize, number), mode, here);
+                    }
+                    stack.replace(count as usize, gathered.value);
                 }
                 Step::Modify(number) => {
-                    if let Some(value) = self.stack.last_mut().filter(|v| v.defined.any()) {
-                        place.modify(number, value);
-                    }
+                    stack.replace(1, self.modified(number, stack.top(), here));
                 }
             }
         }
-        let value = self.stack.pop()?;
-        value.defined.any().then_some(Outcome {
-            force: value.vector,
-            watched: value.watched,
-        })
+        stack.top()
     }
 
-    /// Puts one value in place of the last `count`.
-    fn combine(&mut self, count: u32, rule: impl FnOnce(&[Value<T>]) -> Option<Value<T>>) {
-        let start = self.stack.len() - count as usize;
-        let combined = rule(&self.stack[start..]).unwrap_or_else(Value::undefined);
-        self.stack.truncate(start);
-        self.stack.push(combined);
-    }
-}
-
-impl<'a, T: Number> SampleContext<'a, T> {
+    #[inline(always)]
     fn frame(&self, anchored: usize) -> Option<&'a Frame> {
         self.program.frame(self.instance, anchored, self.frames)
     }
 
-    /// The sample as a leaf sees it, if the leaf is there and acts on the sample.
-    fn acting(&self, leaf: usize) -> Option<LocalQuery<'a, T>> {
+    /// The sample as a leaf sees it, if the leaf is there, and whether it acts on the sample.
+    #[inline(always)]
+    fn acting(&self, leaf: usize) -> Option<(LocalQuery<'a, T>, T::Mask)> {
         let frame = self.frame(leaf)?;
         let acts = self.program.leaves[leaf].acts_on(self.query, frame);
-        acts.then(|| LocalQuery::moving(self.query, self.motion, frame))
+        acts.any()
+            .then(|| (LocalQuery::moving(self.query, self.motion, frame), acts))
     }
 
-    fn leaf_value(&self, leaf: u32, here: &Neighbourhood) -> Value<T> {
-        let Some(local) = self.acting(leaf as usize) else {
-            return Value::undefined();
+    #[inline(always)]
+    fn leaf_value<S: Sets<T>>(&self, leaf: u32, here: &S) -> Value<T, S::Set> {
+        let nowhere = here.all(false.into());
+        let Some((local, acts)) = self.acting(leaf as usize) else {
+            return Value::undefined(nowhere);
         };
         let field = &self.program.leaves[leaf as usize];
-        let defined = field.region.pieces(&local, here);
-        if !defined.any() {
-            return Value::undefined();
+        let holds = if field.region.is_everywhere() {
+            here.all(true.into())
+        } else {
+            T::apart(
+                #[inline(always)]
+                || field.region.set(&local, here),
+            )
+        };
+        let defined = here.intersection(here.all(acts), holds);
+        if !here.any(defined).any() {
+            return Value::undefined(nowhere);
         }
         Value {
             defined,
-            vector: field.force_of(self.program.strength(self.instance, leaf as usize), &local),
-            watched: self.watched == Some(leaf),
+            vector: self.force(leaf as usize, &local),
+            watched: (self.watched == Some(leaf)).into(),
         }
     }
 
-    fn modify(&self, number: u32, value: &mut Value<T>) {
+    #[inline(always)]
+    fn force(&self, leaf: usize, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let strength = self.program.strength(self.instance, leaf);
+        T::apart(
+            #[inline(always)]
+            || self.program.leaves[leaf].force_of(strength, local),
+        )
+    }
+
+    #[inline(always)]
+    fn modified<S: Sets<T>>(
+        &self,
+        number: u32,
+        value: Value<T, S::Set>,
+        here: &S,
+    ) -> Value<T, S::Set> {
+        if !here.any(value.defined).any() {
+            return value;
+        }
         let frame = self.frame(self.program.leaves.len() + number as usize);
         let local = frame.map(|frame| LocalQuery::moving(self.query, self.motion, frame));
         let modifier = &self.program.modifiers[number as usize];
-        value.vector = modifier.apply(value.vector, local.as_ref());
+        let vector = T::apart(
+            #[inline(always)]
+            || modifier.apply(value.vector, local.as_ref()),
+        );
+        Value { vector, ..value }
     }
 }
 
 /// An operator on the values of its operands; see the table at [`Operator`].
-fn apply<T: Number>(
+#[inline(always)]
+fn apply<T: Asked, S: Sets<T>>(
     operator: Operator,
-    u: Value<T>,
-    v: Value<T>,
-    here: &Neighbourhood,
-) -> Value<T> {
-    let (e, g) = (u.defined, v.defined);
-    let defined = operator.set(e, g, here);
-    if !defined.any() {
-        return Value::undefined();
-    }
-    if !g.any() {
-        return Value { defined, ..u };
-    }
-    if !e.any() {
-        return Value { defined, ..v };
-    }
+    u: Value<T, S::Set>,
+    v: Value<T, S::Set>,
+    here: &S,
+) -> Value<T, S::Set> {
+    let (e, g) = (here.any(u.defined), here.any(v.defined));
+    let alone = Vec3::select(e, u.vector, v.vector);
     let watched = match operator {
         Operator::Difference => u.watched,
-        Operator::ReplaceUnion | Operator::ReplaceIntersection => v.watched,
-        _ => u.watched || v.watched,
+        Operator::ReplaceUnion | Operator::ReplaceIntersection => {
+            (g & v.watched) | (!g & u.watched)
+        }
+        _ => (e & u.watched) | (g & v.watched),
     };
     Value {
-        defined,
-        vector: operator.vector(u.vector, v.vector),
+        defined: operator.set(u.defined, v.defined, here),
+        vector: Vec3::select(e & g, operator.vector(u.vector, v.vector), alone),
         watched,
     }
 }
 
 /// The rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
-fn layers<T: Number>(operands: &[Value<T>], modes: &[Override], here: &Neighbourhood) -> Value<T> {
-    let mut gathered = Value::undefined();
-    let mut stopped = false;
-    for (value, mode) in operands.iter().zip(modes) {
-        gathered.defined = here.union(gathered.defined, value.defined);
-        if stopped || !value.defined.any() {
-            continue;
+struct Layers<T: Number, S> {
+    undefined: Value<T, S>,
+    value: Value<T, S>,
+    stopped: T::Mask,
+}
+
+impl<T: Asked, S: Copy> Layers<T, S> {
+    #[inline(always)]
+    fn new(undefined: Value<T, S>) -> Self {
+        Layers {
+            undefined,
+            value: undefined,
+            stopped: false.into(),
         }
-        if mode.replaces {
-            gathered.vector = constant(DVec3::ZERO);
-            gathered.watched = false;
-        }
-        gathered.vector += value.vector;
-        gathered.watched |= value.watched;
-        stopped = mode.stops;
     }
-    gathered
+
+    #[inline(always)]
+    fn add(&mut self, next: Value<T, S>, mode: &Override, here: &impl Sets<T, Set = S>) {
+        let gathered = &mut self.value;
+        gathered.defined = here.union(gathered.defined, next.defined);
+        let counts = here.any(next.defined) & !self.stopped;
+        let before = if mode.replaces {
+            &self.undefined
+        } else {
+            &*gathered
+        };
+        let sum = before.vector + next.vector;
+        let watched = before.watched | next.watched;
+        gathered.vector = Vec3::select(counts, sum, gathered.vector);
+        gathered.watched = (counts & watched) | (!counts & gathered.watched);
+        self.stopped = self.stopped | (counts & mode.stops.into());
+    }
 }

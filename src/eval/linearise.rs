@@ -18,7 +18,7 @@ use crate::sample::{Kind, Moment, SamplePoint, Samples};
 /// One sample of a body: what is asked, and how it moves.
 struct Seeded {
     query: Query,
-    motion: OnceCell<Motion<Dual>>,
+    motion: OnceCell<Motion<Dual<6>>>,
 }
 
 impl Seeded {
@@ -29,7 +29,7 @@ impl Seeded {
         }
     }
 
-    fn motion(&self) -> &Motion<Dual> {
+    fn motion(&self) -> &Motion<Dual<6>> {
         self.motion.get_or_init(|| Motion::seeded(&self.query))
     }
 }
@@ -38,7 +38,7 @@ impl Seeded {
 #[derive(Default)]
 struct Sum {
     /// Of what carries derivatives along.
-    varying: Option<Vec3<Dual>>,
+    varying: Option<Vec3<Dual<6>>>,
     /// Of what has them in closed form.
     closed: Linearised,
 }
@@ -50,7 +50,7 @@ impl Sum {
         self.closed.by_velocity += closed.by_velocity;
     }
 
-    fn vary(&mut self, force: Vec3<Dual>) {
+    fn vary(&mut self, force: Vec3<Dual<6>>) {
         match &mut self.varying {
             Some(sum) => *sum += force,
             none => *none = Some(force),
@@ -58,7 +58,7 @@ impl Sum {
     }
 
     fn total(mut self) -> Linearised {
-        if let Some(varying) = &self.varying {
+        if let Some(varying) = self.varying {
             self.add(&Linearised::new(varying));
         }
         self.closed
@@ -70,7 +70,7 @@ impl Sum {
 pub(crate) struct Lineariser {
     frames: FrameCache,
     index: ProgramIndex,
-    machine: Interpreter<Dual>,
+    machine: Interpreter,
     found: Vec<(Key, u32)>,
     /// By batch: its sources, and whether they are those of the world that was prepared.
     sources: Vec<(Sources, bool)>,

@@ -22,7 +22,6 @@ mod radial;
 mod sources;
 #[cfg(test)]
 mod tests;
-mod waves;
 mod wide;
 
 use crate::compile::{Compiled, RadialBatch, Weighting};

@@ -259,7 +259,7 @@ impl Programs {
         let machine = &mut self.machine;
         let outcome = machine.run(program, instance, asked.frames, &query, &motion);
         if let Some(outcome) = outcome {
-            self.add_force(asked, place, from_dvec3(real(&outcome.force)), sums);
+            self.add_force(asked, place, from_dvec3(real(outcome.force)), sums);
         }
     }
 
@@ -311,7 +311,7 @@ impl Programs {
                 let mut force = |query| {
                     let motion = Motion::of(query);
                     let outcome = machine.run(program, instance, frames, query, &motion);
-                    outcome.map(|outcome| real(&outcome.force))
+                    outcome.map(|outcome| real(outcome.force))
                 };
                 match asked {
                     Asked::Whole(query) => {

@@ -1,26 +1,28 @@
-//! Programs on eight samples at a time: what the [interpreter](super::interpreter) gives, but for roundings of
-//! an `f64`.
+//! Programs on eight samples at a time: the walk of the [interpreter](super::interpreter), over
+//! [`Lanes`], so that each sample has the bits that it would have by itself.
 //!
-//! Where these could decide (at borders, and between vectors of which the longer counts), and where a number
-//! is not finite, a sample is *in doubt*, and the interpreter is asked.
+//! On the surface of a region, and where a number is not finite, a sample is *in doubt*, and the
+//! interpreter is asked.
 
-mod asked;
-mod chunk;
-mod leaf;
-mod local;
-mod operators;
-mod region;
-mod scale;
+use fearless_simd::Simd;
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
+use super::interpreter::SampleContext;
+use crate::compile::Program;
+use crate::field::{Frame, LANES, Lanes, Motion, Number, Numbers, Open, Plain, Queries, Vec3};
+use crate::math::{DVec3, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::sample::{Moment, SamplePoint, Samples};
 
-use crate::compile::{DEPTH, Step};
-use crate::math::{DVec3, Vector, from_dvec3};
-use crate::sample::SamplePoint;
+/// How many samples.
+pub(super) const WIDTH: usize = LANES;
 
-pub(super) use asked::Asked;
-pub(super) use chunk::WIDTH;
-use chunk::{Chunk, Mask, Value};
+/// An instance of a program, and when it is asked.
+pub(super) struct Asked<'a> {
+    pub program: &'a Program,
+    pub instance: usize,
+    pub frames: &'a [Option<Frame>],
+    pub samples: &'a Samples,
+    pub moment: Moment,
+}
 
 /// What an instance gives to up to eight samples; by bit, where it is defined, and who is in doubt.
 #[derive(Debug, Default)]
@@ -39,60 +41,70 @@ impl Found {
 }
 
 impl Asked<'_> {
-    /// Runs the instance on up to eight samples, and at least one.
+    /// Runs the instance on up to eight samples, and at least one, with some instructions.
     #[inline(always)]
     pub(super) fn on<S: Simd>(&self, simd: S, samples: &[&SamplePoint]) -> Found {
-        let chunk = &Chunk::new(simd, samples);
-        let mut doubt = chunk.none();
-        let value = self.walk(chunk, &mut doubt);
-        let zero = chunk.splat(0.0);
-        let mut finite = chunk.here;
-        for part in value.vector {
-            finite &= part.is_finite();
-        }
-        let doubt = (doubt | (value.defined & !finite)) & chunk.here;
-        let [x, y, z] = value
-            .vector
-            .map(|part| finite.select(part, zero).to_array());
+        simd.vectorize(
+            #[inline(always)]
+            || self.run(samples),
+        )
+    }
+
+    #[inline(always)]
+    fn run(&self, samples: &[&SamplePoint]) -> Found {
+        let last = samples.len().min(WIDTH) - 1;
+        // The last one fills up.
+        let samples: [&SamplePoint; WIDTH] = std::array::from_fn(|lane| samples[lane.min(last)]);
+        let point = |axis| of_each(&samples, |sample| to_dvec3(sample.world_point)[axis]);
+        let velocity = |axis| of_each(&samples, |sample| to_dvec3(sample.velocity)[axis]);
+        let here = Open::new();
+        let queries = self.queries(&samples);
+        let motion = Motion {
+            point: Vec3::new(point(0), point(1), point(2)),
+            velocity: Vec3::new(velocity(0), velocity(1), velocity(2)),
+        };
+        let (program, frames) = (self.program, self.frames);
+        let place = SampleContext::new(program, self.instance, frames, &queries, &motion);
+        let value = place.walk(&here);
+        let Vec3 { x, y, z } = value.vector;
+        let finite = is_finite(x) & is_finite(y) & is_finite(z);
+        let doubtful = here.on_a_surface() | (value.defined & !finite);
+        let asked = (2 << last) - 1;
         Found {
-            forces: [x, y, z],
-            defined: (value.defined & chunk.here & !doubt).to_bitmask(),
-            doubtful: doubt.to_bitmask(),
+            forces: [x.0, y.0, z.0],
+            defined: (value.defined & !doubtful).bits() & asked,
+            doubtful: doubtful.bits() & asked,
         }
     }
 
     #[inline(always)]
-    fn walk<S: Simd>(&self, chunk: &Chunk<'_, S>, doubt: &mut Mask<S>) -> Value<S> {
-        let undefined = Value::undefined(chunk.simd);
-        let mut stack = [undefined; DEPTH];
-        let mut top = 0;
-        for step in &self.program.steps {
-            let (kept, value) = match *step {
-                Step::Nowhere => (top, undefined),
-                Step::Leaf(leaf) => (top, self.leaf(chunk, leaf as usize, doubt)),
-                Step::Apply(operator, count) => {
-                    let kept = top - count as usize;
-                    let operands = &stack[kept..top];
-                    (kept, operators::all(operator, operands, chunk, doubt))
-                }
-                Step::Layers(count, modes) => {
-                    let kept = top - count as usize;
-                    let modes = &self.program.modes[modes as usize];
-                    (kept, operators::layers(&stack[kept..top], modes, chunk))
-                }
-                Step::Modify(number) => {
-                    let value = stack[top - 1];
-                    (top - 1, self.modified(chunk, number as usize, value, doubt))
-                }
-            };
-            stack[kept] = value;
-            top = kept + 1;
-        }
-        match top {
-            0 => undefined,
-            _ => stack[top - 1],
+    fn queries(&self, samples: &[&SamplePoint; WIDTH]) -> Queries {
+        Queries {
+            numbers: Numbers {
+                time: self.moment.time,
+                dt: to_f64(self.moment.dt),
+                radius: of_each(samples, |sample| to_f64(sample.radius)),
+                mass: of_each(samples, |sample| to_f64(sample.mass)),
+                share: of_each(samples, |sample| to_f64(sample.share)),
+                charge: of_each(samples, |sample| to_f64(sample.charge)),
+                fraction: of_each(samples, |sample| to_f64(sample.fraction)),
+            },
+            span: self.moment.span,
+            bodies: samples.map(|sample| self.samples.bodies[sample.body as usize]),
+            groups: samples.map(|sample| sample.groups),
         }
     }
+}
+
+/// A number of each sample.
+#[inline(always)]
+fn of_each(samples: &[&SamplePoint; WIDTH], number: impl Fn(&SamplePoint) -> f64) -> Lanes {
+    Lanes::from_fn(|lane| number(samples[lane]))
+}
+
+#[inline(always)]
+fn is_finite(numbers: Lanes) -> <Lanes as Number>::Mask {
+    numbers.abs().below(f64::INFINITY)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::anchor::Frame;
 use super::formula::Formula;
 use super::leaf::Field;
+use super::number::{constant, real};
 use super::region::Step;
 use super::solid::Solid;
 use super::surface::Surface;
@@ -70,7 +71,7 @@ impl Border {
         let curved = |curvature: f64| {
             let seen = self.outermost(p);
             let distance = seen.distance / seen.slope;
-            (distance, seen.outward.normalize_or_zero(), curvature)
+            (distance, real(seen.outward).normalize_or_zero(), curvature)
         };
         let (distance, outward, curvature) = match (&self.solid, number) {
             (Solid::Cuboid { half_extents }, 0..6) => {
@@ -109,7 +110,7 @@ impl Border {
     /// it is from its tangent plane there; without bound if it has another face that near.
     fn bend(&self, point: DVec3, within: f64) -> f64 {
         let seen = self.outermost(point);
-        let Some(outward) = seen.outward.try_normalize() else {
+        let Some(outward) = real(seen.outward).try_normalize() else {
             return f64::INFINITY;
         };
         let foot = point - outward * (seen.distance / seen.slope);
@@ -149,7 +150,8 @@ impl Border {
                 found = surface;
             }
         };
-        self.solid.for_each_surface(point, &Pose::IDENTITY, visit);
+        self.solid
+            .for_each_surface(constant(point), &Pose::IDENTITY, visit);
         found
     }
 }
@@ -169,7 +171,7 @@ fn around() -> impl Iterator<Item = DVec3> {
 fn passes(solid: &Solid, pose: &DPose3, (world_point, within): (DVec3, f64)) -> bool {
     let point = pose.inverse_transform_point(world_point);
     let mut excess = f64::NEG_INFINITY;
-    solid.for_each_surface(point, &Pose::IDENTITY, |surface| {
+    solid.for_each_surface(constant(point), &Pose::IDENTITY, |surface: Surface| {
         excess = excess.max(surface.distance);
     });
     excess.is_nan() || excess.abs() <= within

@@ -41,7 +41,7 @@ mod search;
 #[cfg(test)]
 mod tests;
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 
 use diagram::{Diagram, NOWHERE, Rule, Set, WHOLE};
 pub(crate) use plane::Normal;
@@ -67,8 +67,6 @@ pub(crate) struct Neighbourhood {
     planes: Vec<Plane>,
     /// The sets met so far.
     sets: RefCell<Diagram>,
-    /// Whether a surface was met that is not among the planes.
-    unknown_surface: Cell<bool>,
 }
 
 impl Neighbourhood {
@@ -77,7 +75,6 @@ impl Neighbourhood {
         Neighbourhood {
             planes: Vec::new(),
             sets: RefCell::default(),
-            unknown_surface: Cell::new(false),
         }
     }
 
@@ -87,12 +84,6 @@ impl Neighbourhood {
             planes: Plane::through(normals),
             ..Neighbourhood::open()
         }
-    }
-
-    /// Whether the sample turned out to lie on a surface that this neighbourhood does not know,
-    /// so that what was found holds for closed sets only.
-    pub(crate) fn met_a_surface(&self) -> bool {
-        self.unknown_surface.get()
     }
 
     /// The pieces in either set.
@@ -108,11 +99,6 @@ impl Neighbourhood {
     /// The pieces in `a` and not in `b`.
     pub(crate) fn difference(&self, a: Pieces, b: Pieces) -> Pieces {
         self.combine(Rule::FirstOnly, a, b)
-    }
-
-    /// The pieces that do not lie in `set`.
-    pub(crate) fn complement(&self, set: Pieces) -> Pieces {
-        self.difference(Pieces::ALL, set)
     }
 
     /// What a rule leaves may be sides of planes that no piece lies on; then it is nothing.
@@ -142,10 +128,8 @@ impl Neighbourhood {
             Some((k, same_side))
         });
         // Without that plane among the pieces the surface is not told apart: a closed set.
-        let Some((k, same_side)) = plane else {
-            self.unknown_surface.set(true);
-            return Pieces::ALL;
-        };
-        Pieces(self.sets.borrow_mut().side(k, same_side))
+        plane.map_or(Pieces::ALL, |(k, same_side)| {
+            Pieces(self.sets.borrow_mut().side(k, same_side))
+        })
     }
 }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::axis::Axis;
 use super::error::BuildError;
-use super::formula::Law;
-use super::number::{Number, Vec3, chain, constant, differences, real};
-use super::query::{LocalQuery, Sample};
+use super::formula::{Law, alone};
+use super::number::{Vec3, chain, constant, differences, real};
+use super::query::{Alone, Asked, LocalQuery, Sample, Single};
 use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
 
 type Function<R> = dyn Fn(&Sample<'_>) -> R + Send + Sync;
@@ -94,12 +94,13 @@ impl<R> Closure<R> {
 
 impl<R: Output> Closure<R> {
     /// The result for a sample.
-    pub(crate) fn at<T: Number>(&self, local: &LocalQuery<'_, T>) -> R {
-        self.beside(local, local.local_point(), real(&local.velocity))
+    pub(crate) fn at<T: Asked>(&self, local: &LocalQuery<'_, T>) -> R {
+        let result = |one: LocalQuery<'_>| self.beside(&one, real(one.point), real(one.velocity));
+        local.single().map_or(R::NONE, result)
     }
 
     /// The result for a sample that was moved.
-    fn beside<T: Number>(&self, local: &LocalQuery<'_, T>, point: DVec3, velocity: DVec3) -> R {
+    fn beside<T: Single>(&self, local: &LocalQuery<'_, T>, point: DVec3, velocity: DVec3) -> R {
         let Some(function) = &self.function else {
             return R::NONE;
         };
@@ -133,23 +134,28 @@ pub(super) fn difference_step(x: f64) -> f64 {
     to_f64(Real::EPSILON).cbrt() * x.abs().max(1.0)
 }
 
+impl Alone for Closure {
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let (p, v) = (real(local.point), real(local.velocity));
+        let inputs = [local.point, local.velocity];
+        let inputs: [T; 6] = std::array::from_fn(|k| inputs[k / 3][k % 3]);
+        let at = |p, v| to_dvec3(self.beside(local, p, v));
+        chain(constant(at(p, v)), inputs, || {
+            let here = [p.x, p.y, p.z, v.x, v.y, v.z];
+            let steps = here.map(difference_step);
+            let moved =
+                |[x, y, z, vx, vy, vz]: [f64; 6]| at(DVec3::new(x, y, z), DVec3::new(vx, vy, vz));
+            differences(here, steps, moved).map(constant)
+        })
+    }
+}
+
 impl Law for Closure {
     fn kind(&self) -> &'static str {
         "closure"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let (p, v) = (real(&local.point), real(&local.velocity));
-        let inputs = [local.point, local.velocity];
-        let inputs: [T; 6] = std::array::from_fn(|k| inputs[k / 3][k % 3]);
-        let at = |p, v| to_dvec3(self.beside(local, p, v));
-        chain(at(p, v), inputs, || {
-            let here = [p.x, p.y, p.z, v.x, v.y, v.z];
-            differences(here, here.map(difference_step), |[x, y, z, vx, vy, vz]| {
-                at(DVec3::new(x, y, z), DVec3::new(vx, vy, vz))
-            })
-        })
-    }
+    alone!();
 
     fn reads_velocity(&self) -> bool {
         self.reads_velocity

@@ -3,6 +3,7 @@
 mod cells;
 
 use super::error::{BuildError, FINITE, bad};
+use super::number::constant;
 use super::surface::Surface;
 use crate::math::{DVec2, DVec3, SharedShape, to_dvec3, to_f64};
 use cells::{Cell, Cells, Triangle};
@@ -78,7 +79,7 @@ impl Ground {
         let folded = gap == 0.0 && here.any(|other| other.gradient != first.gradient);
         Surface {
             distance,
-            outward: if folded { DVec3::ZERO } else { normal },
+            outward: constant(if folded { DVec3::ZERO } else { normal }),
             slope: self.least_share * normal.length(),
         }
     }
@@ -127,7 +128,7 @@ fn wall(cells: Cells<'_>, near: DVec2) -> Surface {
         Some(way) => Surface::new(sign * way.length(), -sign * DVec3::new(way.x, 0.0, way.y)),
         None => Surface {
             distance: sign * beyond,
-            outward: DVec3::ZERO,
+            outward: constant(DVec3::ZERO),
             slope: 0.0,
         },
     }

@@ -10,7 +10,7 @@ use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
 use super::lifetime::{Lifetime, Span};
 use super::linearised::Linearised;
 use super::number::{Number, Vec3, constant, limited, real, rotate};
-use super::query::{LocalQuery, Query};
+use super::query::{Asked, LocalQuery, Properties, Query, Single};
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
@@ -368,36 +368,54 @@ impl Field {
         self.enabled && self.lifetime.share_of(span) > 0.0
     }
 
-    /// Whether the field acts on the sample at all, its region aside: it is on, its groups allow
-    /// it, and the sample is not of the body that carries the field.
-    pub(crate) fn acts_on(&self, query: &Query, frame: &Frame) -> bool {
-        !frame.carries(query)
-            && self.is_on(query.span())
-            && self.groups.is_none_or(|groups| groups.test(query.groups))
+    /// Which samples the field acts on at all, its region aside: it is on, its groups allow them, and
+    /// they are not of the body that carries the field.
+    #[inline(always)]
+    pub(crate) fn acts_on<Q: Properties>(
+        &self,
+        query: &Q,
+        frame: &Frame,
+    ) -> <Q::Plain as Number>::Mask {
+        let is_on = self.is_on(query.span());
+        let mut acts = !query.is_of(frame.body) & is_on.into();
+        if let Some(groups) = self.groups {
+            acts = acts & query.interacts(groups);
+        }
+        acts
     }
 
     /// The force on a sample where the field is defined, in world axes.
-    pub(crate) fn force<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    pub(crate) fn force<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         self.force_of(self.strength, local)
     }
 
     /// Like [`Self::force`], with another strength than the field's own.
-    pub(crate) fn force_of<T: Number>(&self, strength: Real, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    #[inline(always)]
+    pub(crate) fn force_of<T: Asked>(&self, strength: Real, local: &LocalQuery<'_, T>) -> Vec3<T> {
         if self.is_contact() && local.touch().is_none() {
-            return constant(DVec3::ZERO);
+            return Vec3::zero();
         }
-        let mut vector = if strength == 1.0 {
-            self.formula.vector(local)
-        } else {
-            self.times(strength, local)
-        };
+        let mut vector = self.formula.times(to_f64(strength), local);
         if let Some(scale) = &self.scale {
-            vector *= scale.at(local);
+            vector = vector
+                * T::apart(
+                    #[inline(always)]
+                    || scale.at(local),
+                );
         }
         if let Some(limit) = self.limit {
             vector = limited(vector, to_f64(limit));
         }
-        rotate(local.rotation, &vector) * self.weight(local)
+        rotate(local.rotation, vector) * self.weight(local)
+    }
+
+    /// Whether it can be asked about several samples at once.
+    pub(crate) fn knows_several(&self) -> bool {
+        let of_users = |coupling: &Coupling| matches!(coupling, Coupling::Axis(Axis::User(_)));
+        !of_users(&self.coupling)
+            && self.formula.knows_several()
+            && self.region.knows_several()
+            && self.scale.as_ref().is_none_or(Scalar::knows_several)
     }
 
     /// The same force with its derivative by velocity in closed form, if it is a drag, in a `flow` that is
@@ -415,44 +433,19 @@ impl Field {
         let weight = weight * to_f64(strength);
         let matrix = DMat3::from_quat(turn);
         Some(Linearised {
-            force: turn * (real(&drag.force::<f64>(&constant(past))) * weight),
+            force: turn * (real(drag.force::<f64>(constant(past))) * weight),
             by_position: DMat3::ZERO,
             by_velocity: matrix * (drag.slope(past) * weight) * matrix.transpose(),
         })
     }
 
-    /// The formula's vector times a strength, before the bound that a radial law has of its own.
-    fn times<T: Number>(&self, strength: Real, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let strength = T::from(to_f64(strength));
-        match &self.formula {
-            Formula::Radial(Radial {
-                strongest: Some(bound),
-                ..
-            }) => limited(self.unbounded().vector(local) * strength, to_f64(*bound)),
-            Formula::Nearest(Nearest { radial, .. }) if radial.strongest.is_some() => {
-                let bound = radial.strongest.map_or(f64::INFINITY, to_f64);
-                limited(self.unbounded().vector(local) * strength, bound)
-            }
-            formula => formula.vector(local) * strength,
-        }
-    }
-
-    /// The formula without the bound that a radial law has of its own.
-    fn unbounded(&self) -> Formula {
-        let mut formula = self.formula.clone();
-        if let Formula::Radial(radial) | Formula::Nearest(Nearest { radial, .. }) = &mut formula {
-            radial.strongest = None;
-        }
-        formula
-    }
-
     /// The potential energy of a sample, where the field has a potential.
-    pub(crate) fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+    pub(crate) fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         self.potential_of(self.strength, local)
     }
 
     /// Like [`Self::potential`], with another strength than the field's own.
-    pub(crate) fn potential_of<T: Number>(
+    pub(crate) fn potential_of<T: Single>(
         &self,
         strength: Real,
         local: &LocalQuery<'_, T>,
@@ -467,8 +460,9 @@ impl Field {
     }
 
     /// The number that turns the formula's vector into a force on the sample.
-    fn weight<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
-        let query = local.query;
+    #[inline(always)]
+    fn weight<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+        let numbers = local.query.numbers();
         // What a touch gives is a change of velocity, whatever the field says.
         let mode = if self.is_contact() {
             ForceMode::VelocityChange
@@ -477,15 +471,15 @@ impl Field {
         };
         let coupled = match (&self.coupling, mode) {
             (Coupling::Axis(axis), _) => local.coordinate(axis).unwrap_or(f64::NAN.into()),
-            (Coupling::Share, ForceMode::Force) => query.share.into(),
+            (Coupling::Share, ForceMode::Force) => T::of(numbers.share),
             (Coupling::Share | Coupling::Each, _) => 1.0.into(),
         };
         let whole = match mode {
             ForceMode::Force => coupled,
-            ForceMode::Acceleration => coupled * query.mass,
-            ForceMode::VelocityChange => coupled * (query.mass / query.dt),
+            ForceMode::Acceleration => coupled * T::of(numbers.mass),
+            ForceMode::VelocityChange => coupled * T::of(numbers.mass / numbers.dt),
         };
-        whole * (query.fraction * self.lifetime.share_of(query.span()))
+        whole * T::of(numbers.fraction * self.lifetime.share_of(local.query.span()))
     }
 
     /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that

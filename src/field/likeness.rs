@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use super::closure::Closure;
 use super::formula::Formula;
 use super::leaf::Field;
-use super::number::constant;
+use super::number::{constant, real};
 use super::query::{LocalQuery, Query};
 use super::region::Step;
 use super::solid::Solid;
@@ -35,7 +35,7 @@ impl Field {
         match code(&self.formula) {
             // Equal to itself only.
             Some(closure) => print.write_usize(std::ptr::from_ref(closure).addr()),
-            None => print.numbers(self.formula.vector(&seen_from(NEAR)).as_slice()),
+            None => print.numbers(&real(self.formula.vector(&seen_from(NEAR))).to_array()),
         }
         let far = seen_from(FAR);
         for step in &self.region.steps {
@@ -44,7 +44,8 @@ impl Field {
                 // Its surfaces take time to find.
                 Step::Solid(Solid::Shape(_), _) | Step::Predicate(_) => {}
                 Step::Solid(solid, pose) => {
-                    solid.for_each_surface(FAR, pose, |surface| print.number(surface.distance));
+                    let far = constant(FAR);
+                    solid.for_each_surface(far, pose, |surface| print.number(surface.distance));
                 }
                 Step::Interval(axis, min, max) => {
                     axis.hash(&mut print);

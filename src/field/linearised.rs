@@ -27,10 +27,10 @@ impl Default for Linearised {
 
 impl Linearised {
     /// Of a force that carries its derivatives.
-    pub(crate) fn new(force: &Vec3<Dual>) -> Self {
+    pub(crate) fn new(force: Vec3<Dual<6>>) -> Self {
         let column = |k: usize| {
-            let slope = |row: usize| force[row].eps.0.map_or(0.0, |eps| eps[k]);
-            DVec3::new(slope(0), slope(1), slope(2))
+            let Vec3 { x, y, z } = force;
+            DVec3::new(x.slopes[k], y.slopes[k], z.slopes[k])
         };
         Linearised {
             force: real(force),

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::anchor::Anchor;
 use super::axis::Axis;
-use super::number::{Number, Vec3, limited};
-use super::query::LocalQuery;
+use super::number::{Vec3, limited};
+use super::query::{Asked, LocalQuery};
 use super::scalar::Scalar;
 use crate::math::{Real, to_f64};
 
@@ -38,6 +38,14 @@ impl Modifier {
         }
     }
 
+    /// Whether it can be asked about several samples at once.
+    pub(crate) fn knows_several(&self) -> bool {
+        match self {
+            Modifier::Scale { scale, .. } => scale.knows_several(),
+            Modifier::Limit(_) => true,
+        }
+    }
+
     /// Whether two differ in their anchors at most.
     pub(crate) fn is_like(&self, other: &Modifier) -> bool {
         match (self, other) {
@@ -49,7 +57,8 @@ impl Modifier {
 
     /// The changed vector. `local` is the sample in the frame of the anchor; where that is not (or
     /// no longer) there, a scale leaves the vector as it is.
-    pub(crate) fn apply<T: Number>(
+    #[inline(always)]
+    pub(crate) fn apply<T: Asked>(
         &self,
         vector: Vec3<T>,
         local: Option<&LocalQuery<'_, T>>,

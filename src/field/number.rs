@@ -1,108 +1,216 @@
-//! Numbers that carry derivatives along.
+//! The numbers that the meaning of fields is written over, once.
 //!
-//! Formulas, scalars and the walks over trees are written once, over any [`Number`]. With `f64`
-//! they give the force; with [`Dual`], the force and its exact derivative (forward mode) by the
-//! point and the velocity of the sample.
+//! Formulas, regions, scales, operators and the walk over programs are the same text for all of them:
+//!
+//! | number | what it gives |
+//! |---|---|
+//! | `f64` | one sample |
+//! | [`Lanes`] | eight samples at once, each with the very bits of `f64` |
+//! | [`Dual`] of `f64` | one sample, with exact derivatives (forward mode) |
+//!
+//! So what depends on a number is no branch but a [`select`](Number::select) between two results.
 
-use num_dual::{DualNum, DualSVec64};
+mod dual;
+mod lanes;
+mod sine;
+mod vec3;
 
-use crate::math::{DQuat, DVec3};
+use std::fmt::Debug;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// A real number, or one with derivatives.
-pub(crate) trait Number: DualNum<Primitive = f64> + Copy {}
+pub(crate) use dual::Dual;
+pub(crate) use lanes::{LANES, LaneMask, Lanes};
+pub(crate) use sine::sin_cos;
+pub(crate) use vec3::{
+    Vec3, chain, constant, cross, differences, direction, length, limited, real, rotate,
+};
 
-impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
+/// Arithmetic with numbers of the same kind, and with constants.
+pub(crate) trait Number:
+    Copy
+    + Debug
+    + From<f64>
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+{
+    /// The same without derivatives, which is what can be compared.
+    type Plain: Plain<Mask = Self::Mask>;
+    /// What comparisons give.
+    type Mask: Mask;
+    /// Whether derivatives are carried along.
+    const HAS_SLOPES: bool;
 
-/// A number with its derivatives by the world point (first three) and the world velocity (last
-/// three) of the sample.
-pub(crate) type Dual = DualSVec64<6>;
+    /// The number without its derivatives.
+    fn re(self) -> Self::Plain;
 
-pub(crate) type Vec3<T> = nalgebra::Vector3<T>;
+    /// A number that depends on nothing.
+    fn of(plain: Self::Plain) -> Self;
 
-/// A vector that depends on nothing.
-pub(crate) fn constant<T: Number>(v: DVec3) -> Vec3<T> {
-    Vec3::new(v.x.into(), v.y.into(), v.z.into())
-}
+    /// `yes` where the mask is set, else `no`.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-/// The vector without its derivatives.
-pub(crate) fn real<T: Number>(v: &Vec3<T>) -> DVec3 {
-    DVec3::new(v.x.re(), v.y.re(), v.z.re())
-}
+    /// A function of this number, given its value and its derivative here.
+    fn follow(self, value: Self::Plain, slope: impl FnOnce() -> Self::Plain) -> Self;
 
-/// |v|; its slope at zero, where there is none, is taken as zero.
-pub(crate) fn length<T: Number>(v: &Vec3<T>) -> T {
-    root(v.dot(v))
-}
-
-/// √x; its slope at zero, where there is none, is taken as zero.
-pub(crate) fn root<T: Number>(x: T) -> T {
-    if x.re() == 0.0 { 0.0.into() } else { x.sqrt() }
-}
-
-/// v/|v|, or zero.
-pub(crate) fn direction<T: Number>(v: &Vec3<T>) -> Vec3<T> {
-    let length = length(v);
-    if length.re() == 0.0 {
-        return constant(DVec3::ZERO);
+    /// Its derivative at zero, which is infinite, is taken as zero.
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let root = self.re().map(f64::sqrt);
+        self.follow(root, || {
+            let zero = root.equals(0.0);
+            Self::Plain::select(zero, 0.0.into(), Self::Plain::from(0.5) / root)
+        })
     }
-    v / length
-}
 
-/// `v` turned by `rotation`.
-pub(crate) fn rotate<T: Number>(rotation: DQuat, v: &Vec3<T>) -> Vec3<T> {
-    // An unrotated frame must not cost the last bit: boundaries are compared exactly.
-    if rotation == DQuat::IDENTITY {
-        return *v;
+    #[inline(always)]
+    fn exp(self) -> Self {
+        let value = self.re().map(f64::exp);
+        self.follow(value, || value)
     }
-    let axis = constant::<T>(rotation.xyz());
-    let across = axis.cross(v) * T::from(2.0);
-    v + across * T::from(rotation.w) + axis.cross(&across)
-}
 
-/// A function known only by its value and, on demand, its slope along each input: its value as a
-/// number that follows the inputs to first order.
-pub(crate) fn chain<T: Number, const N: usize>(
-    value: DVec3,
-    inputs: [T; N],
-    slopes: impl FnOnce() -> [DVec3; N],
-) -> Vec3<T> {
-    let mut result = constant(value);
-    if T::NDERIV > 0 {
-        for (input, slope) in inputs.into_iter().zip(slopes()) {
-            // Zero, but for the derivative.
-            let moved = input - T::from(input.re());
-            result += constant::<T>(slope) * moved;
-        }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.follow(self.re().map(f64::ln), || self.re().recip())
     }
-    result
-}
 
-/// Slopes by central differences, with a step for each input.
-pub(crate) fn differences<const N: usize>(
-    at: [f64; N],
-    steps: [f64; N],
-    function: impl Fn([f64; N]) -> DVec3,
-) -> [DVec3; N] {
-    std::array::from_fn(|k| {
-        let moved = |by: f64| {
-            let mut inputs = at;
-            inputs[k] += by;
-            function(inputs)
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self::from(1.0) / self
+    }
+
+    /// The number to a power. Common ones take no logarithm.
+    #[inline(always)]
+    fn powf(self, power: f64) -> Self {
+        let (x, one) = (self.re(), Self::Plain::from(1.0));
+        let value = if power == -1.5 {
+            one / (x * x.map(f64::sqrt))
+        } else if power == -1.0 {
+            one / x
+        } else if power == -0.5 {
+            one / x.map(f64::sqrt)
+        } else if power == 0.0 {
+            one
+        } else if power == 0.5 {
+            x.map(f64::sqrt)
+        } else if power == 1.0 {
+            x
+        } else {
+            x.map(|x| x.powf(power))
         };
-        (moved(steps[k]) - moved(-steps[k])) / (2.0 * steps[k])
-    })
+        self.follow(value, || {
+            let at_zero = if power == 1.0 { 1.0 } else { 0.0 };
+            Self::Plain::select(x.equals(0.0), at_zero.into(), value / x * power)
+        })
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::select(self.re().below(0.0), -self, self)
+    }
+
+    /// The lesser of two numbers; the first, if they are equal or not comparable.
+    #[inline(always)]
+    fn lesser(self, other: Self) -> Self {
+        Self::select(other.re().below(self.re()), other, self)
+    }
+
+    /// The greater of two numbers; likewise.
+    #[inline(always)]
+    fn greater(self, other: Self) -> Self {
+        Self::select(other.re().above(self.re()), other, self)
+    }
 }
 
-/// The vector, no longer than `limit`.
-pub(crate) fn limited<T: Number>(vector: Vec3<T>, limit: f64) -> Vec3<T> {
-    if limit == 0.0 {
-        // Its slope is zero, too, however small the vector.
-        return constant(DVec3::ZERO);
+/// A number without derivatives: one, or several at once.
+pub(crate) trait Plain: Number<Plain = Self> {
+    /// A function of each.
+    fn map(self, function: impl Fn(f64) -> f64) -> Self;
+
+    /// The number, if it is one; of several, there is none.
+    fn single(self) -> Option<f64>;
+
+    fn below(self, other: impl Into<Self>) -> Self::Mask;
+
+    fn equals(self, other: impl Into<Self>) -> Self::Mask;
+
+    #[inline(always)]
+    fn above(self, other: impl Into<Self>) -> Self::Mask {
+        other.into().below(self)
     }
-    let size = length(&vector);
-    if size.re() > limit {
-        vector * (size.recip() * limit)
-    } else {
-        vector
+
+    #[inline(always)]
+    fn at_most(self, other: impl Into<Self>) -> Self::Mask {
+        let other = other.into();
+        self.below(other) | self.equals(other)
+    }
+}
+
+/// Which of several numbers, or whether.
+pub(crate) trait Mask:
+    Copy + Debug + From<bool> + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// Whether it is set for any.
+    fn any(self) -> bool;
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+}
+
+impl Number for f64 {
+    type Plain = f64;
+    type Mask = bool;
+    const HAS_SLOPES: bool = false;
+
+    #[inline(always)]
+    fn re(self) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn of(plain: f64) -> f64 {
+        plain
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: f64, no: f64) -> f64 {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn follow(self, value: f64, _: impl FnOnce() -> f64) -> f64 {
+        value
+    }
+}
+
+impl Plain for f64 {
+    #[inline(always)]
+    fn map(self, function: impl Fn(f64) -> f64) -> f64 {
+        function(self)
+    }
+
+    #[inline(always)]
+    fn single(self) -> Option<f64> {
+        Some(self)
+    }
+
+    #[inline(always)]
+    fn below(self, other: impl Into<f64>) -> bool {
+        self < other.into()
+    }
+
+    #[inline(always)]
+    fn equals(self, other: impl Into<f64>) -> bool {
+        self == other.into()
     }
 }

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use super::boundary::{Neighbourhood, Pieces};
-use super::number::{Number, Vec3};
+use super::number::{Number, Plain, Vec3};
+use super::query::Asked;
+use super::sets::Sets;
 
 /// The operators of the algebra.
 ///
@@ -102,7 +103,8 @@ impl Operator {
     }
 
     /// The set of the result, for sets of the operands.
-    pub(crate) fn set(self, e: Pieces, g: Pieces, here: &Neighbourhood) -> Pieces {
+    #[inline(always)]
+    pub(crate) fn set<T: Asked, S: Sets<T>>(self, e: S::Set, g: S::Set, here: &S) -> S::Set {
         match self {
             Operator::Difference => here.difference(e, g),
             _ if self.is_intersection() => here.intersection(e, g),
@@ -111,25 +113,18 @@ impl Operator {
     }
 
     /// The vector where both operands are defined.
+    #[inline(always)]
     pub(crate) fn vector<T: Number>(self, u: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
         use Operator::*;
-        let choose = |takes_v: fn(f64, f64) -> bool| {
-            Vec3::from_fn(|k, _| {
-                let v_wins = takes_v(u[k].re(), v[k].re());
-                if v_wins { v[k] } else { u[k] }
-            })
-        };
-        let (long_u, long_v) = (u.dot(&u).re(), v.dot(&v).re());
         match self {
             SumUnion | SumIntersection => u + v,
-            CrossUnion | CrossIntersection => u.cross(&v),
+            CrossUnion | CrossIntersection => u.cross(v),
             ReplaceUnion | ReplaceIntersection => v,
             Difference => u,
-            Strongest if long_v > long_u => v,
-            Weakest if long_v < long_u => v,
-            Strongest | Weakest => u,
-            Minimum => choose(|u, v| v < u),
-            Maximum => choose(|u, v| v > u),
+            Strongest => Vec3::select(v.dot(v).re().above(u.dot(u).re()), v, u),
+            Weakest => Vec3::select(v.dot(v).re().below(u.dot(u).re()), v, u),
+            Minimum => u.zip(v, T::lesser),
+            Maximum => u.zip(v, T::greater),
         }
     }
 

@@ -3,8 +3,8 @@
 use super::axis::Axis;
 use super::boundary::Normal;
 use super::error::{BuildError, bad, finite, positive, rigid};
-use super::number::{Number, constant, root, rotate};
-use super::query::LocalQuery;
+use super::number::{Vec3, rotate};
+use super::query::{Asked, LocalQuery, Single};
 use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
 
 /// A half-space or a ball over several axes, in a frame at `pose` in that of the field.
@@ -77,7 +77,6 @@ impl OverAxes {
         }
     }
 
-    /// The coordinates along the axes; NaN where the user's axis has no value.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn has_equal_lengths(&self) -> bool {
         let axes = self.axes.len();
@@ -87,21 +86,22 @@ impl OverAxes {
         }
     }
 
-    fn coordinates<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec<T> {
+    /// The sample point in the frame of the set.
+    #[inline(always)]
+    fn point<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let pose = to_dpose3(&self.pose);
-        let arm = local.point - constant(pose.translation);
-        let point = rotate(pose.rotation.inverse(), &arm);
-        let coordinate = |axis: &Axis| match axis.spatial() {
-            Some(k) => point[k],
-            None => local.coordinate(axis).unwrap_or(f64::NAN.into()),
-        };
-        self.axes.iter().map(coordinate).collect()
+        rotate(pose.rotation.inverse(), local.point - pose.translation)
     }
 
     /// How far outside the sample is, negative inside and zero on the border: along the steepest
     /// direction for a half-space, in units of the smallest radius for a ball.
-    pub(crate) fn excess<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
-        let coordinates = self.coordinates(local).into_iter();
+    #[inline(always)]
+    pub(crate) fn excess<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+        let point = self.point(local);
+        let coordinates = self.axes.iter().map(|axis| match axis.spatial() {
+            Some(k) => point[k],
+            None => local.coordinate(axis).unwrap_or(f64::NAN.into()),
+        });
         match &self.shape {
             Shape::HalfSpace {
                 coefficients,
@@ -110,7 +110,7 @@ impl OverAxes {
                 let mut sum = T::from(-to_f64(*offset));
                 let mut steepness = 0.0;
                 for (x, c) in coordinates.zip(coefficients) {
-                    sum += x * to_f64(*c);
+                    sum = sum + x * to_f64(*c);
                     steepness += to_f64(*c) * to_f64(*c);
                 }
                 sum / steepness.sqrt()
@@ -120,26 +120,30 @@ impl OverAxes {
                 let mut smallest = f64::INFINITY;
                 for ((x, c), r) in coordinates.zip(centre).zip(radii) {
                     let along = (x - to_f64(*c)) / to_f64(*r);
-                    sum += along * along;
+                    sum = sum + along * along;
                     smallest = smallest.min(to_f64(*r));
                 }
-                (root(sum) - 1.0) * smallest
+                (sum.sqrt() - 1.0) * smallest
             }
         }
     }
 
     /// The direction of the steepest way out, in the space of all axes.
-    pub(crate) fn outward<T: Number>(&self, local: &LocalQuery<'_, T>) -> Normal {
+    pub(crate) fn outward<T: Single>(&self, local: &LocalQuery<'_, T>) -> Normal {
         let slopes: Vec<f64> = match &self.shape {
             Shape::HalfSpace { coefficients, .. } => {
                 coefficients.iter().map(|c| to_f64(*c)).collect()
             }
             Shape::Ball { centre, radii } => {
-                let coordinates = self.coordinates(local).into_iter();
-                let slope = |((x, c), r): ((T, &Real), &Real)| {
-                    (x.re() - to_f64(*c)) / (to_f64(*r) * to_f64(*r))
+                let point = self.point(local);
+                let coordinate = |axis: &Axis| match axis.spatial() {
+                    Some(k) => point[k].re(),
+                    None => local.axis(axis).unwrap_or(f64::NAN),
                 };
-                coordinates.zip(centre).zip(radii).map(slope).collect()
+                let slope = |((axis, c), r): ((&Axis, &Real), &Real)| {
+                    (coordinate(axis) - to_f64(*c)) / (to_f64(*r) * to_f64(*r))
+                };
+                self.axes.iter().zip(centre).zip(radii).map(slope).collect()
             }
         };
         let mut in_space = DVec3::ZERO;

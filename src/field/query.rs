@@ -6,7 +6,9 @@ use super::anchor::Frame;
 use super::axis::Axis;
 use super::boundary::Normal;
 use super::lifetime::Span;
-use super::number::{Dual, Number, Vec3, constant, length, real, rotate};
+use super::number::{
+    Dual, LANES, LaneMask, Lanes, Number, Plain, Vec3, constant, cross, length, real, rotate,
+};
 use crate::math::{
     ColliderHandle, DMat3, DQuat, DVec3, InteractionGroups, Real, RigidBodyHandle, Vector,
     from_f64, to_dpose3, to_dvec3,
@@ -97,10 +99,179 @@ impl Default for Query {
 }
 
 impl Query {
+    fn user_index(&self, name: &str) -> Option<usize> {
+        self.user.iter().position(|(known, _)| **known == *name)
+    }
+
+    /// The value of a user's axis, where it has one.
+    fn user_value(&self, name: &str) -> Option<f64> {
+        Some(self.user[self.user_index(name)?].1)
+    }
+}
+
+/// A number that fields can be asked with, and what else they are told of a sample, or of several.
+pub(crate) trait Asked: Number {
+    /// The properties of what is asked about.
+    type Query: Properties<Plain = Self::Plain>;
+
+    /// Does something in a function of its own; with several samples not, where what is not inlined
+    /// would have to do with the instructions of the build.
+    fn apart<R>(something: impl FnOnce() -> R) -> R;
+
+    /// The vector of a law that knows one sample at a time: of several, not a number.
+    fn alone(law: &impl Alone, local: &LocalQuery<'_, Self>) -> Vec3<Self>;
+}
+
+/// The number of one sample, with or without derivatives.
+pub(crate) trait Single: Asked<Plain = f64, Mask = bool, Query = Query> {}
+
+impl<T: Asked<Plain = f64, Mask = bool, Query = Query>> Single for T {}
+
+/// A law that knows one sample at a time.
+pub(crate) trait Alone {
+    /// The vector at a sample, in the field's frame.
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
+}
+
+macro_rules! single {
+    ($([$($generics:tt)*] $Number:ty),*) => {$(
+        impl<$($generics)*> Asked for $Number {
+            type Query = Query;
+
+            #[inline(never)]
+            fn apart<R>(something: impl FnOnce() -> R) -> R {
+                something()
+            }
+
+            #[inline(always)]
+            fn alone(law: &impl Alone, local: &LocalQuery<'_, Self>) -> Vec3<Self> {
+                law.vector_alone(local)
+            }
+        }
+    )*};
+}
+
+single!([] f64, [const K: usize] Dual<K>);
+
+impl Asked for Lanes {
+    type Query = Queries;
+
+    #[inline(always)]
+    fn apart<R>(something: impl FnOnce() -> R) -> R {
+        something()
+    }
+
+    #[inline(always)]
+    fn alone(_: &impl Alone, _: &LocalQuery<'_, Self>) -> Vec3<Self> {
+        constant(DVec3::NAN)
+    }
+}
+
+/// What is the same wherever a sample is seen from, and carries no derivatives.
+pub(crate) trait Properties {
+    type Plain: Plain;
+
+    fn numbers(&self) -> Numbers<Self::Plain>;
     /// What lifetimes are asked about.
-    pub(crate) fn span(&self) -> Span {
+    fn span(&self) -> Span;
+    /// Which samples are of a body.
+    fn is_of(&self, body: Option<RigidBodyHandle>) -> <Self::Plain as Number>::Mask;
+    /// Which samples are of colliders whose groups interact with these.
+    fn interacts(&self, groups: InteractionGroups) -> <Self::Plain as Number>::Mask;
+    /// The query, if one sample is asked about.
+    fn single(&self) -> Option<&Query>;
+}
+
+/// Those of a [`Query`] that laws for several samples read.
+#[derive(Clone, Copy)]
+pub(crate) struct Numbers<P> {
+    pub time: f64,
+    pub dt: f64,
+    pub radius: P,
+    pub mass: P,
+    pub share: P,
+    pub charge: P,
+    pub fraction: P,
+}
+
+impl Properties for Query {
+    type Plain = f64;
+
+    #[inline(always)]
+    fn numbers(&self) -> Numbers<f64> {
+        Numbers {
+            time: self.time,
+            dt: self.dt,
+            radius: self.radius,
+            mass: self.mass,
+            share: self.share,
+            charge: self.charge,
+            fraction: self.fraction,
+        }
+    }
+
+    fn span(&self) -> Span {
         let moment = Span::at(self.time);
         self.step.map_or(moment, |[start, end]| Span { start, end })
+    }
+
+    fn is_of(&self, body: Option<RigidBodyHandle>) -> bool {
+        body.is_some() && body == self.body
+    }
+
+    fn interacts(&self, groups: InteractionGroups) -> bool {
+        groups.test(self.groups)
+    }
+
+    fn single(&self) -> Option<&Query> {
+        Some(self)
+    }
+}
+
+/// What fields are told of several samples at once.
+pub(crate) struct Queries {
+    pub numbers: Numbers<Lanes>,
+    pub span: Span,
+    pub bodies: [RigidBodyHandle; LANES],
+    pub groups: [InteractionGroups; LANES],
+}
+
+impl Properties for Queries {
+    type Plain = Lanes;
+
+    #[inline(always)]
+    fn numbers(&self) -> Numbers<Lanes> {
+        self.numbers
+    }
+
+    #[inline(always)]
+    fn span(&self) -> Span {
+        self.span
+    }
+
+    #[inline(always)]
+    fn is_of(&self, body: Option<RigidBodyHandle>) -> LaneMask {
+        match body {
+            Some(body) => LaneMask::from_fn(|lane| self.bodies[lane] == body),
+            None => false.into(),
+        }
+    }
+
+    #[inline(always)]
+    fn interacts(&self, groups: InteractionGroups) -> LaneMask {
+        LaneMask::from_fn(|lane| groups.test(self.groups[lane]))
+    }
+
+    #[inline(always)]
+    fn single(&self) -> Option<&Query> {
+        None
+    }
+}
+
+impl Frame {
+    /// Whether a sample is of the body that the frame belongs to.
+    pub(crate) fn carries(&self, query: &Query) -> bool {
+        query.is_of(self.body)
     }
 }
 
@@ -109,13 +280,6 @@ impl Query {
 pub(crate) struct Motion<T> {
     pub point: Vec3<T>,
     pub velocity: Vec3<T>,
-}
-
-impl Frame {
-    /// Whether a sample is of the body that the frame belongs to.
-    pub(crate) fn carries(&self, query: &Query) -> bool {
-        self.body.is_some() && self.body == query.body
-    }
 }
 
 impl Motion<f64> {
@@ -127,30 +291,29 @@ impl Motion<f64> {
     }
 }
 
-impl Motion<Dual> {
-    /// With the derivatives by the point and the velocity themselves.
+impl Motion<Dual<6>> {
+    /// With the derivatives by the point (first three) and the velocity (last three) themselves.
     pub(crate) fn seeded(query: &Query) -> Self {
-        let plain = Motion::of(query);
-        let seed = |v: Vec3<f64>, first: usize| {
-            let component = |k: usize| Dual::from(v[k]).derivative(first + k);
+        let seed = |v: DVec3, first: usize| {
+            let component = |k: usize| Dual::input(v[k], first + k);
             Vec3::new(component(0), component(1), component(2))
         };
         Motion {
-            point: seed(plain.point, 0),
-            velocity: seed(plain.velocity, 3),
+            point: seed(query.world_point, 0),
+            velocity: seed(query.world_velocity, 3),
         }
     }
 }
 
 /// A query as a field sees it: point and velocity relative to the field's frame, in its axes.
-pub(crate) struct LocalQuery<'a, T = f64> {
+pub(crate) struct LocalQuery<'a, T: Asked = f64> {
     pub point: Vec3<T>,
     pub velocity: Vec3<T>,
     /// Frame to world.
     pub rotation: DQuat,
     /// The collider that carries the field.
     pub collider: Option<ColliderHandle>,
-    pub query: &'a Query,
+    pub query: &'a T::Query,
 }
 
 impl<'a> LocalQuery<'a> {
@@ -159,83 +322,98 @@ impl<'a> LocalQuery<'a> {
     }
 }
 
-impl<'a, T: Number> LocalQuery<'a, T> {
-    pub(crate) fn moving(query: &'a Query, motion: &Motion<T>, frame: &Frame) -> Self {
+impl<'a, T: Asked> LocalQuery<'a, T> {
+    #[inline(always)]
+    pub(crate) fn moving(query: &'a T::Query, motion: &Motion<T>, frame: &Frame) -> Self {
         let pose = to_dpose3(&frame.pose);
-        let arm = motion.point - constant(pose.translation);
-        let turning = constant::<T>(to_dvec3(frame.angvel)).cross(&arm);
-        let velocity = motion.velocity - constant(to_dvec3(frame.velocity)) - turning;
+        let arm = motion.point - pose.translation;
+        let mut velocity = motion.velocity - to_dvec3(frame.velocity);
+        if frame.angvel != Vector::ZERO {
+            velocity = velocity - cross(to_dvec3(frame.angvel), arm);
+        }
         let to_local = pose.rotation.inverse();
         LocalQuery {
-            point: rotate(to_local, &arm),
-            velocity: rotate(to_local, &velocity),
+            point: rotate(to_local, arm),
+            velocity: rotate(to_local, velocity),
             rotation: pose.rotation,
             collider: frame.collider,
             query,
         }
     }
 
+    /// The same without derivatives, if it is one sample.
+    pub(crate) fn single(&self) -> Option<LocalQuery<'a>> {
+        let number = |x: T| x.re().single().unwrap_or(f64::NAN);
+        Some(LocalQuery {
+            point: self.point.map(number),
+            velocity: self.velocity.map(number),
+            rotation: self.rotation,
+            collider: self.collider,
+            query: self.query.single()?,
+        })
+    }
+
     /// How the sample touches the collider that carries the field.
     pub(crate) fn touch(&self) -> Option<&'a Touch> {
-        let collider = self.collider?;
-        let mut touches = self.query.touches.iter();
+        let (collider, query) = (self.collider?, self.query.single()?);
+        let mut touches = query.touches.iter();
         touches.find(|touch| touch.collider == collider)
     }
 
-    /// The sample point without derivatives, in the field's frame.
-    pub(crate) fn local_point(&self) -> DVec3 {
-        real(&self.point)
-    }
-
     /// The coordinate of the sample along `axis`; `None` where the user's axis has no value.
-    pub(crate) fn axis(&self, axis: &Axis) -> Option<f64> {
-        self.coordinate(axis).map(|value| value.re())
-    }
-
-    /// Like [`Self::axis`], with derivatives.
+    #[inline(always)]
     pub(crate) fn coordinate(&self, axis: &Axis) -> Option<T> {
         Some(match axis {
             Axis::X => self.point.x,
             Axis::Y => self.point.y,
             Axis::Z => self.point.z,
-            Axis::Time => self.query.time.into(),
-            Axis::Speed => length(&self.velocity),
+            Axis::Time => self.query.numbers().time.into(),
+            Axis::Speed => length(self.velocity),
             Axis::VelocityX => self.velocity.x,
             Axis::VelocityY => self.velocity.y,
             Axis::VelocityZ => self.velocity.z,
-            Axis::Distance => length(&self.point),
+            Axis::Distance => length(self.point),
             Axis::ClosingSpeed => self.closing_speed(),
             Axis::TimeToClosest => self.time_to_closest(),
             Axis::ClosestDistance => self.closest_distance(),
-            Axis::Radius => self.query.radius.into(),
-            Axis::Mass => self.query.mass.into(),
-            Axis::Charge => self.query.charge.into(),
-            Axis::User(_) => self.query.user[self.user_index(axis)?].1.into(),
+            Axis::Radius => T::of(self.query.numbers().radius),
+            Axis::Mass => T::of(self.query.numbers().mass),
+            Axis::Charge => T::of(self.query.numbers().charge),
+            Axis::User(name) => self.query.single()?.user_value(name)?.into(),
         })
     }
 
+    #[inline(always)]
     fn closing_speed(&self) -> T {
-        let distance = length(&self.point);
-        if distance.re() == 0.0 {
-            return 0.0.into();
-        }
-        -self.point.dot(&self.velocity) / distance
+        let distance = length(self.point);
+        let approach = -self.point.dot(self.velocity) / distance;
+        T::select(distance.re().equals(0.0), 0.0.into(), approach)
     }
 
+    #[inline(always)]
     fn time_to_closest(&self) -> T {
-        let square = self.velocity.dot(&self.velocity);
-        if square.re() == 0.0 {
-            return f64::INFINITY.into();
-        }
-        -self.point.dot(&self.velocity) / square
+        let square = self.velocity.dot(self.velocity);
+        let time = -self.point.dot(self.velocity) / square;
+        T::select(square.re().equals(0.0), f64::INFINITY.into(), time)
     }
 
+    #[inline(always)]
     fn closest_distance(&self) -> T {
-        let speed = length(&self.velocity);
-        if speed.re() == 0.0 {
-            return length(&self.point);
-        }
-        length(&self.point.cross(&self.velocity)) / speed
+        let speed = length(self.velocity);
+        let aside = length(self.point.cross(self.velocity)) / speed;
+        T::select(speed.re().equals(0.0), length(self.point), aside)
+    }
+}
+
+impl<T: Single> LocalQuery<'_, T> {
+    /// The sample point without derivatives, in the field's frame.
+    pub(crate) fn local_point(&self) -> DVec3 {
+        real(self.point)
+    }
+
+    /// Like [`Self::coordinate`], without derivatives.
+    pub(crate) fn axis(&self, axis: &Axis) -> Option<f64> {
+        self.coordinate(axis).map(T::re)
     }
 
     /// The direction of growing `axis` in the space of all axes; not for x, y, z.
@@ -243,7 +421,10 @@ impl<'a, T: Number> LocalQuery<'a, T> {
         let mut normal = self.blank_normal();
         let slot = match SLOTS.iter().position(|a| a == axis) {
             Some(slot) => Some(3 + slot),
-            None => self.user_index(axis).map(|i| 3 + SLOTS.len() + i),
+            None => self
+                .query
+                .user_index(axis.name())
+                .map(|i| 3 + SLOTS.len() + i),
         };
         if let Some(slot) = slot {
             normal[slot] = sign;
@@ -260,13 +441,6 @@ impl<'a, T: Number> LocalQuery<'a, T> {
 
     fn blank_normal(&self) -> Normal {
         vec![0.0; 3 + SLOTS.len() + self.query.user.len()]
-    }
-
-    fn user_index(&self, axis: &Axis) -> Option<usize> {
-        let names = self.query.user.iter();
-        names
-            .into_iter()
-            .position(|(name, _)| **name == *axis.name())
     }
 }
 

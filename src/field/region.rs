@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use super::any_shape::AnyShape;
 use super::axis::Axis;
-use super::boundary::{Neighbourhood, Normal, Pieces};
+use super::boundary::Normal;
 use super::closure::Closure;
 use super::error::{BuildError, rigid, validate_interval};
-use super::number::Number;
+use super::number::real;
 use super::over_axes::OverAxes;
-use super::query::{LocalQuery, Sample};
+use super::query::{Asked, LocalQuery, Sample, Single};
+use super::sets::{Outward, Sets};
 use super::solid::Solid;
+use super::stack::Stack;
 use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 
 /// Where a field is defined: a set in the space of all axes, in the field's own frame.
@@ -344,74 +346,63 @@ impl Region {
         Ok(())
     }
 
-    /// The pieces of the neighbourhood that lie in the region.
-    pub(crate) fn pieces<T: Number>(
-        &self,
-        local: &LocalQuery<'_, T>,
-        here: &Neighbourhood,
-    ) -> Pieces {
-        if let [only] = &self.steps[..] {
-            return only.pieces(local, here);
-        }
-        let mut stack: Vec<Pieces> = Vec::with_capacity(4);
+    /// Whether it can be asked about several samples at once.
+    pub(crate) fn knows_several(&self) -> bool {
+        let of_users = |axis: &Axis| matches!(axis, Axis::User(_));
+        !self.has_code()
+            && !self.axes().any(of_users)
+            && self.steps.iter().all(|step| match step {
+                Step::Solid(solid, _) => solid.knows_several(),
+                _ => true,
+            })
+    }
+
+    /// What of the neighbourhood lies in the region.
+    #[inline(always)]
+    pub(crate) fn set<T: Asked, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
+        let mut stack = Stack::<S::Set, 4>::new(here.all(false.into()));
         for step in &self.steps {
-            let set = match step {
+            match step {
                 Step::Complement => {
-                    let set = stack.pop().unwrap_or(Pieces::NONE);
-                    here.complement(set)
+                    let all = here.all(true.into());
+                    stack.replace(1, here.difference(all, stack.top()));
                 }
-                Step::Union | Step::Intersection | Step::Difference => {
-                    let right = stack.pop().unwrap_or(Pieces::NONE);
-                    let left = stack.pop().unwrap_or(Pieces::NONE);
-                    match step {
-                        Step::Union => here.union(left, right),
-                        Step::Intersection => here.intersection(left, right),
-                        _ => here.difference(left, right),
-                    }
-                }
-                set => set.pieces(local, here),
-            };
-            stack.push(set);
+                Step::Union => stack.combine(|left, right| here.union(left, right)),
+                Step::Intersection => stack.combine(|left, right| here.intersection(left, right)),
+                Step::Difference => stack.combine(|left, right| here.difference(left, right)),
+                set => stack.push(set.set(local, here)),
+            }
         }
-        stack.pop().unwrap_or(Pieces::NONE)
+        stack.top()
     }
 
     /// How deep the sample lies inside the region, negative outside: for solids and intervals no
     /// more than the distance from the border, along whichever axis it is; without a border,
     /// infinite. For sets over several axes it is in units of the smallest radius or steepest
     /// slope.
-    pub(crate) fn depth<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
-        if let [only] = &self.steps[..] {
-            return only.depth(local);
-        }
-        let mut stack: Vec<T> = Vec::with_capacity(4);
+    #[inline(always)]
+    pub(crate) fn depth<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+        let mut stack = Stack::<T, 4>::new(f64::NAN.into());
         for step in &self.steps {
-            let depth = match step {
-                Step::Complement => -stack.pop().unwrap_or(f64::NAN.into()),
-                Step::Union | Step::Intersection | Step::Difference => {
-                    let right = stack.pop().unwrap_or(f64::NAN.into());
-                    let left = stack.pop().unwrap_or(f64::NAN.into());
-                    match step {
-                        Step::Union => -lesser(-left, -right),
-                        Step::Intersection => lesser(left, right),
-                        _ => lesser(left, -right),
-                    }
-                }
-                set => set.depth(local),
-            };
-            stack.push(depth);
+            match step {
+                Step::Complement => stack.replace(1, -stack.top()),
+                Step::Union => stack.combine(|left, right| -(-left).lesser(-right)),
+                Step::Intersection => stack.combine(T::lesser),
+                Step::Difference => stack.combine(|left, right| left.lesser(-right)),
+                set => stack.push(set.depth(local)),
+            }
         }
-        stack.pop().unwrap_or(f64::NAN.into())
+        stack.top()
     }
 
     /// Adds the outward normals of the surfaces that the sample lies on exactly.
-    pub(crate) fn touched<T: Number>(&self, local: &LocalQuery<'_, T>, normals: &mut Vec<Normal>) {
+    pub(crate) fn touched<T: Single>(&self, local: &LocalQuery<'_, T>, normals: &mut Vec<Normal>) {
         for step in &self.steps {
             match step {
                 Step::Solid(solid, pose) => {
-                    solid.for_each_surface(local.local_point(), pose, |surface| {
+                    solid.for_each_surface(local.point.re(), pose, |surface| {
                         if surface.distance == 0.0 {
-                            normals.push(local.spatial_normal(surface.outward));
+                            normals.push(local.spatial_normal(real(surface.outward)));
                         }
                     });
                 }
@@ -429,47 +420,56 @@ impl Region {
         }
     }
 }
+
 impl Step {
-    /// The pieces that lie in a set that is not made of others.
-    fn pieces<T: Number>(&self, local: &LocalQuery<'_, T>, here: &Neighbourhood) -> Pieces {
+    /// What lies in a set that is not made of others.
+    #[inline(always)]
+    fn set<T: Asked, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
+        let everywhere = here.all(true.into());
         match self {
             Step::Solid(solid, pose) => {
-                let mut inside = Pieces::ALL;
-                solid.for_each_surface(local.local_point(), pose, |surface| {
-                    let normal = || local.spatial_normal(surface.outward);
-                    inside = here.intersection(inside, here.behind(surface.distance, normal));
-                });
+                let mut inside = everywhere;
+                solid.for_each_surface(
+                    local.point.re(),
+                    pose,
+                    #[inline(always)]
+                    |surface| {
+                        let outward = Outward::Space(surface.outward);
+                        let behind = here.behind(surface.distance, outward, local);
+                        inside = here.intersection(inside, behind);
+                    },
+                );
                 inside
             }
             Step::Interval(axis, min, max) => {
-                let value = local.axis(axis).unwrap_or(f64::NAN);
-                let above = here.behind(to_f64(*min) - value, || local.normal_along(axis, -1.0));
-                let below = here.behind(value - to_f64(*max), || local.normal_along(axis, 1.0));
+                let value = local.coordinate(axis).unwrap_or(f64::NAN.into()).re();
+                let (low, high) = (-value + to_f64(*min), value - to_f64(*max));
+                let above = here.behind(low, Outward::Along(axis, -1.0), local);
+                let below = here.behind(high, Outward::Along(axis, 1.0), local);
                 here.intersection(above, below)
             }
-            Step::OverAxes(set) => here.behind(set.excess(local).re(), || set.outward(local)),
-            Step::Predicate(predicate) if !predicate.at(local) => Pieces::NONE,
-            _ => Pieces::ALL,
+            Step::OverAxes(set) => {
+                here.behind(set.excess(local).re(), Outward::OverAxes(set), local)
+            }
+            Step::Predicate(predicate) => here.all(predicate.at(local).into()),
+            _ => everywhere,
         }
     }
 
     /// How deep the sample lies in a set that is not made of others.
-    pub(super) fn depth<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
+    #[inline(always)]
+    pub(super) fn depth<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
         match self {
-            Step::Solid(solid, pose) => solid.depth(&local.point, pose),
+            Step::Solid(solid, pose) => solid.depth(local.point, pose),
             Step::Interval(axis, min, max) => {
                 let value = local.coordinate(axis).unwrap_or(f64::NAN.into());
-                lesser(value - to_f64(*min), -value + to_f64(*max))
+                (value - to_f64(*min)).lesser(-value + to_f64(*max))
             }
             Step::OverAxes(set) => -set.excess(local),
             Step::Predicate(predicate) if !predicate.at(local) => f64::NEG_INFINITY.into(),
             _ => f64::INFINITY.into(),
         }
     }
-}
-
-fn lesser<T: Number>(a: T, b: T) -> T {
-    if b.re() < a.re() { b } else { a }
 }
 
 /// Where a region is put: made from a pose or from a point.

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use super::axis::Axis;
 use super::closure::Closure;
 use super::error::{BuildError, bad, finite, positive};
-use super::number::{Number, length};
-use super::query::{LocalQuery, Sample};
+use super::number::{Number, Plain, length};
+use super::query::{Asked, LocalQuery, Sample};
 use super::region::Region;
+use super::stack::Stack;
 use crate::math::{Real, to_f64};
 
 /// A number for each sample: masks, soft edges, falloff curves, time envelopes.
@@ -210,32 +211,35 @@ impl Scalar {
     }
 
     /// The number at a sample.
-    pub(crate) fn at<T: Number>(&self, local: &LocalQuery<'_, T>) -> T {
-        let nan = || T::from(f64::NAN);
-        let mut stack: Vec<T> = Vec::with_capacity(4);
+    #[inline(always)]
+    pub(crate) fn at<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+        let nan = T::from(f64::NAN);
+        let mut stack = Stack::<T, 4>::new(nan);
         for step in &self.steps {
-            let value = match step {
-                Step::Constant(value) => to_f64(*value).into(),
-                Step::Axis(axis) => local.coordinate(axis).unwrap_or_else(nan),
-                Step::Distance => length(&local.point),
-                Step::Depth(region) => region.depth(local),
-                Step::Function(function) => to_f64(function.at(local)).into(),
-                Step::Curve(curve) => curve.at(stack.pop().unwrap_or_else(nan)),
-                Step::Plus | Step::Times | Step::Lesser | Step::Greater => {
-                    let right = stack.pop().unwrap_or_else(nan);
-                    let left = stack.pop().unwrap_or_else(nan);
-                    match step {
-                        Step::Plus => left + right,
-                        Step::Times => left * right,
-                        Step::Lesser if right.re() < left.re() => right,
-                        Step::Greater if right.re() > left.re() => right,
-                        _ => left,
-                    }
-                }
-            };
-            stack.push(value);
+            match step {
+                Step::Constant(value) => stack.push(to_f64(*value).into()),
+                Step::Axis(axis) => stack.push(local.coordinate(axis).unwrap_or(nan)),
+                Step::Distance => stack.push(length(local.point)),
+                Step::Depth(region) => stack.push(region.depth(local)),
+                Step::Function(function) => stack.push(to_f64(function.at(local)).into()),
+                Step::Curve(curve) => stack.replace(1, curve.at(stack.top())),
+                Step::Plus => stack.combine(|left, right| left + right),
+                Step::Times => stack.combine(|left, right| left * right),
+                Step::Lesser => stack.combine(T::lesser),
+                Step::Greater => stack.combine(T::greater),
+            }
         }
-        stack.pop().unwrap_or_else(nan)
+        stack.top()
+    }
+
+    /// Whether it can be asked about several samples at once.
+    pub(crate) fn knows_several(&self) -> bool {
+        self.steps.iter().all(|step| match step {
+            Step::Axis(axis) => !matches!(axis, Axis::User(_)),
+            Step::Depth(region) => region.knows_several(),
+            Step::Function(_) => false,
+            _ => true,
+        })
     }
 
     /// The axes it names.
@@ -301,18 +305,31 @@ impl From<Real> for Scalar {
     }
 }
 
+/// The value and the slope of lines between points.
+fn between(points: &[(Real, Real)], x: f64) -> (f64, f64) {
+    let above = points.partition_point(|(at, _)| to_f64(*at) <= x);
+    let number = |k: usize| (to_f64(points[k].0), to_f64(points[k].1));
+    if x.is_nan() {
+        return (x, x);
+    }
+    if above == 0 || above == points.len() {
+        return (number(above.saturating_sub(1)).1, 0.0);
+    }
+    let ((x0, y0), (x1, y1)) = (number(above - 1), number(above));
+    let slope = (y1 - y0) / (x1 - x0);
+    ((x - x0) * slope + y0, slope)
+}
+
 impl Curve {
+    #[inline(always)]
     pub(crate) fn at<T: Number>(&self, x: T) -> T {
         match self {
             Curve::Ramp { from, to, smooth } => {
                 let (from, to) = (to_f64(*from), to_f64(*to));
                 let t = (x - from) / (to - from);
-                match t.re() {
-                    below if below <= 0.0 => 0.0.into(),
-                    above if above >= 1.0 => 1.0.into(),
-                    _ if *smooth => t * t * (t * -2.0 + 3.0),
-                    _ => t,
-                }
+                let bent = if *smooth { t * t * (t * -2.0 + 3.0) } else { t };
+                let above = T::select(t.re().below(1.0), bent, 1.0.into());
+                T::select(t.re().at_most(0.0), 0.0.into(), above)
             }
             Curve::Power(n) => x.powf(to_f64(*n)),
             Curve::Exponential(rate) => (x * to_f64(*rate)).exp(),
@@ -321,16 +338,8 @@ impl Curve {
                 (t * t * -0.5).exp()
             }
             Curve::Table(points) => {
-                let above = points.partition_point(|(at, _)| to_f64(*at) <= x.re());
-                let number = |k: usize| (to_f64(points[k].0), to_f64(points[k].1));
-                if x.re().is_nan() {
-                    return x;
-                }
-                if above == 0 || above == points.len() {
-                    return number(above.saturating_sub(1)).1.into();
-                }
-                let ((x0, y0), (x1, y1)) = (number(above - 1), number(above));
-                (x - x0) * ((y1 - y0) / (x1 - x0)) + y0
+                let value = x.re().map(|x| between(points, x).0);
+                x.follow(value, || x.re().map(|x| between(points, x).1))
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Closed bodies in space, as intersections of what lies behind surfaces.
 
 use super::error::{BuildError, bad, positive, validate_interval};
-use super::number::{Number, Vec3, constant, real};
+use super::number::{Number, Plain, Vec3, constant, direction, length, rotate};
 use super::solid_shape::SolidShape;
 use super::surface::Surface;
 use crate::math::{DPose3, DVec3, Pose, Real, Vector, to_dpose3, to_dvec3, to_f64};
@@ -65,96 +65,118 @@ pub enum Solid {
     Shape(SolidShape),
 }
 
+/// The nearer of two planes across an axis.
+#[inline(always)]
+fn slab<P: Plain>(p: Vec3<P>, axis: usize, half: f64) -> (P, Vec3<P>) {
+    let side = P::select(p[axis].below(0.0), (-1.0).into(), 1.0.into());
+    (p[axis].abs() - half, constant(DVec3::AXES[axis]) * side)
+}
+
 impl Solid {
     /// Visits the surfaces whose inner sides intersect in the solid.
     ///
     /// `point` is in the frame of the field, `pose` the frame of the solid in it; directions are
     /// returned in the frame of the field.
-    pub(super) fn for_each_surface(
+    #[inline(always)]
+    pub(super) fn for_each_surface<P: Plain>(
         &self,
-        point: DVec3,
+        point: Vec3<P>,
         pose: &Pose,
-        mut visit: impl FnMut(Surface),
+        mut visit: impl FnMut(Surface<P>),
     ) {
         let pose: DPose3 = to_dpose3(pose);
         let p = if pose == DPose3::IDENTITY {
             point
         } else {
-            pose.inverse_transform_point(point)
+            rotate(pose.rotation.inverse(), point - pose.translation)
         };
-        let mut surface = |distance: f64, outward: DVec3| {
-            visit(Surface::new(distance, pose.rotation * outward));
-        };
-        let mut slab = |axis: usize, half: f64| {
-            let mut outward = DVec3::ZERO;
-            outward[axis] = p[axis].signum();
-            surface(p[axis].abs() - half, outward);
-        };
-        let around_y = DVec3::new(p.x, 0.0, p.z);
-        match self {
-            Solid::Ball { radius } => surface(p.length() - to_f64(*radius), p),
-            Solid::Cuboid { half_extents } => {
-                let half = to_dvec3(*half_extents);
-                (0..3).for_each(|axis| slab(axis, half[axis]));
-            }
-            Solid::Cylinder {
-                half_height,
-                radius,
-            } => {
-                slab(1, to_f64(*half_height));
-                surface(around_y.length() - to_f64(*radius), around_y);
-            }
-            Solid::Cone {
-                half_height,
-                radius,
-            } => {
-                let (h, r) = (to_f64(*half_height), to_f64(*radius));
-                surface(-h - p.y, DVec3::NEG_Y);
-                // The mantle: radius r at the base, 0 at the apex.
-                let side = around_y.normalize_or_zero() * (2.0 * h) + DVec3::Y * r;
-                let distance = around_y.length() * 2.0 * h - r * (h - p.y);
-                surface(distance / (2.0 * h).hypot(r), side);
-            }
-            Solid::Capsule {
-                half_height,
-                radius,
-            } => {
-                let h = to_f64(*half_height);
-                let from_axis = p - DVec3::Y * p.y.clamp(-h, h);
-                surface(from_axis.length() - to_f64(*radius), from_axis);
-            }
-            Solid::HalfSpace { outward } => {
-                let outward = to_dvec3(*outward);
-                surface(p.dot(outward), outward);
-            }
-            Solid::Slab { axis, min, max } => {
-                let outward = DVec3::AXES[*axis];
-                surface(to_f64(*min) - p[*axis], -outward);
-                surface(p[*axis] - to_f64(*max), outward);
-            }
-            Solid::Shape(shape) => shape.for_each_surface(p, |seen| {
-                visit(Surface {
-                    outward: pose.rotation * seen.outward,
-                    ..seen
-                });
-            }),
+        if let Solid::Shape(shape) = self {
+            return shape.for_each_surface(p, |seen| {
+                let outward = rotate(pose.rotation, seen.outward);
+                visit(Surface { outward, ..seen });
+            });
         }
+        for number in 0..3 {
+            if let Some(seen) = self.surface(number, p) {
+                let outward = rotate(pose.rotation, seen.outward);
+                visit(Surface { outward, ..seen });
+            }
+        }
+    }
+
+    /// A surface by its number, in the frame of the solid.
+    #[inline(always)]
+    fn surface<P: Plain>(&self, number: usize, p: Vec3<P>) -> Option<Surface<P>> {
+        let axes = DVec3::AXES.map(constant::<P>);
+        let around_y = Vec3::new(p.x, P::from(0.0), p.z);
+        let (distance, outward) = match (self, number) {
+            (Solid::Ball { radius }, 0) => (length(p) - to_f64(*radius), p),
+            (Solid::Cuboid { half_extents }, axis) => slab(p, axis, to_dvec3(*half_extents)[axis]),
+            (Solid::Cylinder { half_height, .. }, 0) => slab(p, 1, to_f64(*half_height)),
+            (Solid::Cylinder { radius, .. }, 1) => (length(around_y) - to_f64(*radius), around_y),
+            (Solid::Cone { half_height, .. }, 0) => (-p.y - to_f64(*half_height), -axes[1]),
+            (
+                Solid::Cone {
+                    half_height,
+                    radius,
+                },
+                1,
+            ) => {
+                let (h, r) = (to_f64(*half_height), to_f64(*radius));
+                // The mantle: radius r at the base, 0 at the apex.
+                let side = direction(around_y) * P::from(2.0 * h) + axes[1] * P::from(r);
+                let distance = length(around_y) * (2.0 * h) - (-p.y + h) * r;
+                (distance / (2.0 * h).hypot(r), side)
+            }
+            (
+                Solid::Capsule {
+                    half_height,
+                    radius,
+                },
+                0,
+            ) => {
+                let h = to_f64(*half_height);
+                let along = p.y.greater((-h).into()).lesser(h.into());
+                let from_axis = Vec3::new(p.x, p.y - along, p.z);
+                (length(from_axis) - to_f64(*radius), from_axis)
+            }
+            (Solid::HalfSpace { outward }, 0) => {
+                let outward = constant(to_dvec3(*outward));
+                (p.dot(outward), outward)
+            }
+            (Solid::Slab { axis, min, .. }, 0) => (-p[*axis] + to_f64(*min), -axes[*axis]),
+            (Solid::Slab { axis, max, .. }, 1) => (p[*axis] - to_f64(*max), axes[*axis]),
+            _ => return None,
+        };
+        Some(Surface::seen(distance, outward))
     }
 
     /// How deep a point of the field's frame lies inside, negative outside; no more than its
     /// distance from the surface.
-    pub(super) fn depth<T: Number>(&self, point: &Vec3<T>, pose: &Pose) -> T {
+    #[inline(always)]
+    pub(super) fn depth<T: Number>(&self, point: Vec3<T>, pose: &Pose) -> T {
         let mut excess = T::from(f64::NEG_INFINITY);
-        self.for_each_surface(real(point), pose, |surface| {
-            if surface.distance > excess.re() {
-                let outward = surface.outward.normalize_or_zero() * surface.slope;
-                let outward = constant::<T>(outward);
-                // Zero, but for the derivative.
-                let moved = point - constant::<T>(real(point));
-                excess = outward.dot(&moved) + surface.distance;
-            }
-        });
+        self.for_each_surface(
+            point.re(),
+            pose,
+            #[inline(always)]
+            |surface| {
+                let mut here = T::of(surface.distance);
+                if T::HAS_SLOPES {
+                    let outward = Vec3::of(direction(surface.outward) * surface.slope);
+                    // Zero, but for the derivative.
+                    let moved = point - Vec3::of(point.re());
+                    here = outward.dot(moved) + here;
+                }
+                excess = excess.greater(here);
+            },
+        );
         -excess
+    }
+
+    /// Whether it can be asked about several points at once.
+    pub(super) fn knows_several(&self) -> bool {
+        !matches!(self, Solid::Shape(_))
     }
 
     /// Farthest distance of the solid from its own origin, if it is bounded.

@@ -4,6 +4,7 @@ use super::any_shape::AnyShape;
 use super::closed_mesh::{MeshFault, oriented};
 use super::error::{BuildError, bad};
 use super::ground::Ground;
+use super::number::{Plain, Vec3};
 use super::surface::Surface;
 use crate::math::{DVec3, Real, SharedShape, from_dvec3, to_dvec3};
 
@@ -71,13 +72,22 @@ impl SolidShape {
     }
 
     /// Visits the surfaces whose inner sides intersect in the solid, in its own frame.
-    pub(super) fn for_each_surface(&self, point: DVec3, mut visit: impl FnMut(Surface)) {
+    pub(super) fn for_each_surface<P: Plain>(
+        &self,
+        point: Vec3<P>,
+        mut visit: impl FnMut(Surface<P>),
+    ) {
+        let number = |axis: usize| point[axis].single();
+        let (Some(x), Some(y), Some(z)) = (number(0), number(1), number(2)) else {
+            return visit(Surface::new(f64::NAN, DVec3::ZERO).lift());
+        };
+        let point = DVec3::new(x, y, z);
         match &self.inside {
             Inside::Nothing(_) | Inside::Unknown(_) => {
-                visit(Surface::new(f64::INFINITY, DVec3::ZERO));
+                visit(Surface::new(f64::INFINITY, DVec3::ZERO).lift());
             }
-            Inside::Shape(AnyShape(shape)) => visit(nearest_surface(shape, point)),
-            Inside::Below(ground) => ground.for_each_surface(point, visit),
+            Inside::Shape(AnyShape(shape)) => visit(nearest_surface(shape, point).lift()),
+            Inside::Below(ground) => ground.for_each_surface(point, |seen| visit(seen.lift())),
         }
     }
 

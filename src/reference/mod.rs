@@ -60,7 +60,7 @@ impl<'a> Reference<'a> {
     pub fn force(&self, frames: &impl Frames, query: &Query) -> Option<DVec3> {
         let walk = TreeWalk::new(self.nodes, self.root, frames, query, Motion::of(query));
         let value = walk.node(self.root, &Anchor::WORLD);
-        value.defined.any().then(|| real(&value.vector))
+        value.defined.any().then(|| real(value.vector))
     }
 
     /// The force with its derivatives by the point and the velocity of the sample; `None` where
@@ -87,7 +87,7 @@ impl<'a> Reference<'a> {
         let walk = TreeWalk::new(self.nodes, self.root, frames, query, motion);
         let value = walk.node(self.root, &Anchor::WORLD);
         let defined = value.defined.any();
-        defined.then(|| Linearised::new(&value.vector))
+        defined.then(|| Linearised::new(value.vector))
     }
 
     /// The force of each single field at a sample, and its fate on the way to the root.
@@ -96,7 +96,7 @@ impl<'a> Reference<'a> {
         walk.log = Some(Default::default());
         let value = walk.node(self.root, &Anchor::WORLD);
         Trace {
-            force: value.defined.any().then(|| real(&value.vector)),
+            force: value.defined.any().then(|| real(value.vector)),
             contributions: walk
                 .log
                 .map_or_else(Vec::new, std::cell::RefCell::into_inner),

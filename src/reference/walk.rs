@@ -1,13 +1,13 @@
-//! The walk itself, over any [`Number`], with or without a log.
+//! The walk itself, over the [numbers](Single) of one sample, with or without a log.
 
 use std::cell::RefCell;
 
 use super::trace::{Contribution, Fate};
 use crate::field::{
-    Anchor, Field, Frame, Frames, LocalQuery, Motion, Neighbourhood, Node, Nodes, Normal, Number,
-    Operator, Override, Pieces, Query, Vec3, constant, real,
+    Anchor, Field, Frame, Frames, LocalQuery, Modifier, Motion, Neighbourhood, Node, Nodes, Normal,
+    Operator, Override, Pieces, Properties, Query, Single, Vec3, real,
 };
-use crate::math::{DVec3, InteractionGroups};
+use crate::math::InteractionGroups;
 
 /// A composite at a sample.
 pub(super) struct TracedValue<T> {
@@ -18,11 +18,11 @@ pub(super) struct TracedValue<T> {
     holds: Vec<u32>,
 }
 
-impl<T: Number> TracedValue<T> {
+impl<T: Single> TracedValue<T> {
     fn undefined() -> Self {
         TracedValue {
             defined: Pieces::NONE,
-            vector: constant(DVec3::ZERO),
+            vector: Vec3::zero(),
             holds: Vec::new(),
         }
     }
@@ -37,7 +37,7 @@ pub(super) struct TreeWalk<'a, F, T> {
     pub log: Option<RefCell<Vec<Contribution>>>,
 }
 
-impl<'a, F: Frames, T: Number> TreeWalk<'a, F, T> {
+impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
     /// A walk over the subtree at `root`.
     pub fn new(
         nodes: Nodes<'a>,
@@ -116,15 +116,8 @@ impl<'a, F: Frames, T: Number> TreeWalk<'a, F, T> {
                 })
             }
             Node::Modified { operand, modifier } => {
-                let mut value = self.node(*operand, instance);
-                if value.defined.any() {
-                    let anchor = modifier.anchor().map(|anchor| anchor.within(instance));
-                    let frame = anchor.and_then(|anchor| self.frames.frame(&anchor));
-                    let local =
-                        frame.map(|frame| LocalQuery::moving(self.query, &self.motion, &frame));
-                    value.vector = modifier.apply(value.vector, local.as_ref());
-                }
-                value
+                let value = self.node(*operand, instance);
+                self.modified(value, modifier, instance)
             }
             Node::Layers { operands, modes } => {
                 let values = operands.iter().map(|operand| self.node(*operand, instance));
@@ -133,6 +126,24 @@ impl<'a, F: Frames, T: Number> TreeWalk<'a, F, T> {
         }
     }
 
+    // Not inlined, as the leaf is not: what calls itself must not need much of the stack.
+    #[inline(never)]
+    fn modified(
+        &self,
+        mut value: TracedValue<T>,
+        modifier: &Modifier,
+        instance: &Anchor,
+    ) -> TracedValue<T> {
+        if value.defined.any() {
+            let anchor = modifier.anchor().map(|anchor| anchor.within(instance));
+            let frame = anchor.and_then(|anchor| self.frames.frame(&anchor));
+            let local = frame.map(|frame| LocalQuery::moving(self.query, &self.motion, &frame));
+            value.vector = modifier.apply(value.vector, local.as_ref());
+        }
+        value
+    }
+
+    #[inline(never)]
     fn leaf(&self, place: u32, field: &Field, instance: &Anchor) -> TracedValue<T> {
         let frame = match self.acting_frame(field, instance) {
             Ok(frame) => frame,
@@ -142,14 +153,14 @@ impl<'a, F: Frames, T: Number> TreeWalk<'a, F, T> {
             }
         };
         let local = LocalQuery::moving(self.query, &self.motion, &frame);
-        let defined = field.region.pieces(&local, &self.here);
+        let defined = field.region.set(&local, &self.here);
         if !defined.any() {
             self.note(Contribution::none(place, Fate::OutsideRegion));
             return TracedValue::undefined();
         }
         let vector = field.force(&local);
         let entry = self.note(Contribution {
-            force: Some(real(&vector)),
+            force: Some(real(vector)),
             potential: field.potential(&local).map(|potential| potential.re()),
             carrier: frame.body,
             ..Contribution::none(place, Fate::Counts)
@@ -195,11 +206,11 @@ impl<'a, F: Frames, T: Number> TreeWalk<'a, F, T> {
         if !on_e {
             return TracedValue { defined, ..v };
         }
-        let size = |vector: &Vec3<T>| real(vector).length_squared();
+        let size = |vector: Vec3<T>| real(vector).length_squared();
         let v_wins = match operator {
             ReplaceUnion | ReplaceIntersection => Some(true),
-            Strongest => Some(size(&v.vector) > size(&u.vector)),
-            Weakest => Some(size(&v.vector) < size(&u.vector)),
+            Strongest => Some(size(v.vector) > size(u.vector)),
+            Weakest => Some(size(v.vector) < size(u.vector)),
             _ => None,
         };
         match v_wins {
@@ -215,9 +226,9 @@ impl<'a, F: Frames, T: Number> TreeWalk<'a, F, T> {
                 let lesser = |a: T, b: T| if b.re() < a.re() { b } else { a };
                 let greater = |a: T, b: T| if b.re() > a.re() { b } else { a };
                 let vector = match operator {
-                    CrossUnion | CrossIntersection => u.vector.cross(&v.vector),
-                    Minimum => u.vector.zip_map(&v.vector, lesser),
-                    Maximum => u.vector.zip_map(&v.vector, greater),
+                    CrossUnion | CrossIntersection => u.vector.cross(v.vector),
+                    Minimum => u.vector.zip(v.vector, lesser),
+                    Maximum => u.vector.zip(v.vector, greater),
                     _ => u.vector + v.vector,
                 };
                 let mut holds = u.holds;
@@ -249,7 +260,7 @@ impl<'a, F: Frames, T: Number> TreeWalk<'a, F, T> {
                     &gathered.holds,
                     overruled("replace", self.places(&value.holds)),
                 );
-                gathered.vector = constant(DVec3::ZERO);
+                gathered.vector = Vec3::zero();
                 gathered.holds.clear();
             }
             gathered.vector += value.vector;

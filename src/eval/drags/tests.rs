@@ -6,7 +6,7 @@ use super::*;
 use crate::compile::Compiled;
 use crate::eval::Interpreter;
 use crate::eval::wide::tests::{Moving, regions, samples};
-use crate::field::{Dual, Field, FieldSet, Frames, Motion, Span, Turbulence};
+use crate::field::{Field, FieldSet, Frames, Motion, Span, Turbulence};
 use crate::math::RigidBodyHandle;
 use crate::sample::Moment;
 
@@ -56,9 +56,9 @@ proptest! {
         let Some(closed) = drag_on(program, 0, &frames, &query, terms) else {
             return Ok(());
         };
-        let motion = Motion::<Dual>::seeded(&query);
-        let want = Interpreter::<Dual>::default().run(program, 0, &frames, &query, &motion);
-        let want = want.map_or(Linearised::default(), |found| Linearised::new(&found.force));
+        let motion = Motion::seeded(&query);
+        let want = Interpreter::default().run(program, 0, &frames, &query, &motion);
+        let want = want.map_or(Linearised::default(), |found| Linearised::new(found.force));
         let size = 1.0 + want.force.length() + want.by_velocity.col(0).length();
         prop_assert!(closed.force.abs_diff_eq(want.force, 1e-12 * size));
         prop_assert!(closed.by_velocity.abs_diff_eq(want.by_velocity, 1e-12 * size));

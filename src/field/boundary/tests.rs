@@ -5,6 +5,11 @@ fn vectors<const N: usize>(normals: &[[f64; N]]) -> Vec<Normal> {
     normals.iter().map(|n| n.to_vec()).collect()
 }
 
+/// The pieces that do not lie in a set.
+fn complement(here: &Neighbourhood, set: Pieces) -> Pieces {
+    here.difference(Pieces::ALL, set)
+}
+
 /// The half-spaces behind planes.
 fn sides(here: &Neighbourhood, normals: &[Normal]) -> Vec<Pieces> {
     let side = |n: &Normal| here.behind(0.0, || n.clone());
@@ -19,7 +24,7 @@ fn pieces(normals: &[[f64; 3]]) -> usize {
     let piece = |number: &u32| {
         let side = |(k, side): (usize, &Pieces)| match number >> k & 1 {
             1 => *side,
-            _ => here.complement(*side),
+            _ => complement(&here, *side),
         };
         let sides = sides.iter().enumerate().map(side);
         sides
@@ -73,7 +78,7 @@ fn axes_beyond_space_are_planes_too() {
     let [a, b] = sides(&here, &normals)[..] else {
         panic!("two planes");
     };
-    for (a, b) in [(a, b), (a, here.complement(b)), (here.complement(a), b)] {
+    for (a, b) in [(a, b), (a, complement(&here, b)), (complement(&here, a), b)] {
         assert!(here.intersection(a, b).any() && here.difference(a, b).any());
     }
 }
@@ -140,11 +145,11 @@ fn the_apex_of_a_pyramid_of_any_number_of_sides() {
         let all = sides.iter().copied();
         let inside = all.fold(Pieces::ALL, |a, b| here.intersection(a, b));
         assert!(inside.any(), "{count} sides");
-        assert!(here.complement(inside).any());
-        let mut cut = sides.iter().map(|side| here.complement(*side));
+        assert!(complement(&here, inside).any());
+        let mut cut = sides.iter().map(|side| complement(&here, *side));
         assert!(cut.all(|cut| cut.any() && !here.intersection(inside, cut).any()));
         // Above all sides at once, and above one and none of the others.
-        let above = sides.iter().map(|side| here.complement(*side));
+        let above = sides.iter().map(|side| complement(&here, *side));
         let above = above.fold(Pieces::ALL, |a, b| here.intersection(a, b));
         assert!(above.any());
         let others = sides[1..].iter().copied();
@@ -154,7 +159,7 @@ fn the_apex_of_a_pyramid_of_any_number_of_sides() {
         if count % 4 == 0 {
             let [a, b, c, d] = [0, 1, 2, 3].map(|quarter| sides[quarter * count / 4]);
             let low = here.intersection(a, c);
-            let high = here.intersection(here.complement(b), here.complement(d));
+            let high = here.intersection(complement(&here, b), complement(&here, d));
             assert!(!here.intersection(low, high).any());
         }
     }
@@ -233,7 +238,7 @@ fn sets_hold_what_the_list_of_all_pieces_says() {
                 type Both = fn(bool, bool) -> bool;
                 let (set, rule): (Pieces, Both) = match dice.below(4) {
                     0 => (here.union(a, b), |a, b| a || b),
-                    1 => (here.complement(a), |a, _| !a),
+                    1 => (complement(&here, a), |a, _| !a),
                     2 => (here.difference(a, b), |a, b| a && !b),
                     _ => (here.intersection(a, b), |a, b| a && b),
                 };

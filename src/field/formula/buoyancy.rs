@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::Law;
+use super::{Law, alone};
 use crate::field::error::{BuildError, all_finite};
-use crate::field::number::{Number, Vec3};
-use crate::field::query::LocalQuery;
+use crate::field::number::Vec3;
+use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, to_f64};
 
 /// The weight of the displaced fluid: F = density · gravity · V(h) ŷ for a fluid that fills the
@@ -49,7 +49,7 @@ enum Displacing<T> {
 }
 
 /// What the sample stands for, unless it has no volume or is in the air.
-fn submersion<T: Number>(local: &LocalQuery<'_, T>) -> Option<Displacing<T>> {
+fn submersion<T: Single>(local: &LocalQuery<'_, T>) -> Option<Displacing<T>> {
     let query = local.query;
     let up = local.rotation * DVec3::Y;
     let variance = up.dot(query.spread * up);
@@ -65,12 +65,8 @@ fn submersion<T: Number>(local: &LocalQuery<'_, T>) -> Option<Displacing<T>> {
     (depth.re() > 0.0 && query.volume > 0.0).then_some(piece)
 }
 
-impl Law for Buoyancy {
-    fn kind(&self) -> &'static str {
-        "buoyancy"
-    }
-
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+impl Alone for Buoyancy {
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let whole = local.query.volume;
         let volume = match submersion(local) {
             None => 0.0.into(),
@@ -80,8 +76,16 @@ impl Law for Buoyancy {
         };
         Vec3::new(0.0.into(), volume * self.weight_per_volume(), 0.0.into())
     }
+}
 
-    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+impl Law for Buoyancy {
+    fn kind(&self) -> &'static str {
+        "buoyancy"
+    }
+
+    alone!();
+
+    fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         let cap = |r: f64, h: T| h * h * h * (-h * 0.25 + r) * (PI / 3.0);
         let whole = local.query.volume;
         let sum = match submersion(local) {

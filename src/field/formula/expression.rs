@@ -10,12 +10,12 @@ mod token;
 use names::Names;
 use program::Program;
 
-use super::Law;
+use super::{Law, alone};
 use crate::field::axis::Axis;
 use crate::field::error::BuildError;
 use crate::field::expression_error::ExpressionError;
-use crate::field::number::{Number, Vec3, constant};
-use crate::field::query::LocalQuery;
+use crate::field::number::{Vec3, constant};
+use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::DVec3;
 
 /// The components of a vector, written as text: `"-x / (x^2 + y^2)"`.
@@ -116,12 +116,8 @@ impl From<Expression> for [String; 3] {
     }
 }
 
-impl Law for Expression {
-    fn kind(&self) -> &'static str {
-        "expression"
-    }
-
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+impl Alone for Expression {
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let Ok([x, y, z]) = &self.programs else {
             return constant(DVec3::NAN);
         };
@@ -132,6 +128,14 @@ impl Law for Expression {
         };
         Vec3::new(x.value(axis), y.value(axis), z.value(axis))
     }
+}
+
+impl Law for Expression {
+    fn kind(&self) -> &'static str {
+        "expression"
+    }
+
+    alone!();
 
     fn reads_velocity(&self) -> bool {
         self.axes.iter().any(Axis::reads_velocity)

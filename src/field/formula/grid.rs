@@ -1,9 +1,9 @@
 //! Vectors on a regular grid.
 
-use super::Law;
+use super::{Law, alone};
 use crate::field::error::{BuildError, bad, finite_vector, positive};
 use crate::field::number::{Number, Vec3, constant};
-use crate::field::query::LocalQuery;
+use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// Vectors at the nodes of a regular grid, interpolated trilinearly between them. Where the field
@@ -69,7 +69,7 @@ impl Grid {
     }
 
     /// Along one axis: the node below the point, and the fraction of a cell beyond it.
-    fn place<T: Number>(&self, axis: usize, x: T) -> (usize, T) {
+    fn place<T: Number<Plain = f64>>(&self, axis: usize, x: T) -> (usize, T) {
         let (low, high) = (to_f64(self.low[axis]), to_f64(self.high[axis]));
         let cells = self.counts[axis] - 1;
         let place = (x - low) * (cells as f64 / (high - low));
@@ -84,30 +84,35 @@ impl Grid {
     }
 }
 
-impl Law for Grid {
-    fn kind(&self) -> &'static str {
-        "grid"
-    }
-
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+impl Alone for Grid {
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let places = [0, 1, 2].map(|axis| self.place(axis, local.point[axis]));
-        let mut sum = constant(DVec3::ZERO);
+        let mut sum = Vec3::zero();
         for corner in 0..8 {
             let mut weight = T::from(1.0);
             let mut node = [0; 3];
             for (axis, (below, fraction)) in places.iter().enumerate() {
                 let upper = corner >> axis & 1;
                 node[axis] = below + upper;
-                weight *= if upper == 1 {
-                    *fraction
-                } else {
-                    -*fraction + 1.0
-                };
+                weight = weight
+                    * if upper == 1 {
+                        *fraction
+                    } else {
+                        -*fraction + 1.0
+                    };
             }
             sum += constant::<T>(self.value(node)) * weight;
         }
         sum
     }
+}
+
+impl Law for Grid {
+    fn kind(&self) -> &'static str {
+        "grid"
+    }
+
+    alone!();
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {
         let cells = |n: &usize| *n >= 2;

@@ -1,9 +1,9 @@
 //! The linear kernel of PhysX 2.8.
 
-use super::Law;
+use super::{Law, alone};
 use crate::field::error::{BuildError, all_finite, finite_vector};
-use crate::field::number::{Number, Vec3, constant, direction, length};
-use crate::field::query::LocalQuery;
+use crate::field::number::{Number, Vec3, constant, direction, length, real};
+use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// In coordinates p of place and v of velocity,
@@ -76,38 +76,34 @@ pub enum Coordinates {
 
 impl Coordinates {
     /// The triad at a point, and the coordinates of the point.
-    fn triad<T: Number>(self, p: &Vec3<T>) -> Option<([Vec3<T>; 3], Vec3<T>)> {
+    fn triad<T: Number<Plain = f64>>(self, p: Vec3<T>) -> Option<([Vec3<T>; 3], Vec3<T>)> {
         let zero = T::from(0.0);
         let y = constant::<T>(DVec3::Y);
         let from_axis = Vec3::new(p.x, zero, p.z);
         let (outward, place) = match self {
             Coordinates::Cartesian => {
                 let axes = DVec3::AXES.map(constant::<T>);
-                return Some((axes, *p));
+                return Some((axes, p));
             }
-            Coordinates::Spherical => (*p, Vec3::new(length(p), zero, zero)),
-            Coordinates::Cylindrical => (from_axis, Vec3::new(length(&from_axis), p.y, zero)),
+            Coordinates::Spherical => (p, Vec3::new(length(p), zero, zero)),
+            Coordinates::Cylindrical => (from_axis, Vec3::new(length(from_axis), p.y, zero)),
             Coordinates::Toroidal { radius } => {
-                let from_ring = p - direction(&from_axis) * T::from(to_f64(radius));
-                (from_ring, Vec3::new(length(&from_ring), zero, zero))
+                let from_ring = p - direction(from_axis) * T::from(to_f64(radius));
+                (from_ring, Vec3::new(length(from_ring), zero, zero))
             }
         };
-        let e1 = direction(&outward);
-        let around = direction(&y.cross(&from_axis));
-        let is_axis = real_is_zero(&e1) || real_is_zero(&around);
+        let e1 = direction(outward);
+        let around = direction(y.cross(from_axis));
+        let is_axis = real(e1) == DVec3::ZERO || real(around) == DVec3::ZERO;
         (!is_axis).then(|| match self {
             Coordinates::Cylindrical => ([e1, y, around], place),
-            _ => ([e1, around, e1.cross(&around)], place),
+            _ => ([e1, around, e1.cross(around)], place),
         })
     }
 }
 
-fn real_is_zero<T: Number>(v: &Vec3<T>) -> bool {
-    v.iter().all(|x| x.re() == 0.0)
-}
-
 /// The rows times a vector.
-fn times<T: Number>(rows: &[Vector; 3], v: &Vec3<T>) -> Vec3<T> {
+fn times<T: Number>(rows: &[Vector; 3], v: Vec3<T>) -> Vec3<T> {
     let row = |k: usize| constant::<T>(to_dvec3(rows[k])).dot(v);
     Vec3::new(row(0), row(1), row(2))
 }
@@ -132,16 +128,12 @@ impl LinearKernel {
     }
 }
 
-impl Law for LinearKernel {
-    fn kind(&self) -> &'static str {
-        "linear kernel"
-    }
-
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let Some((triad, place)) = self.coordinates.triad(&local.point) else {
+impl Alone for LinearKernel {
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let Some((triad, place)) = self.coordinates.triad(local.point) else {
             return constant(DVec3::ZERO);
         };
-        let along = |k: usize| triad[k].dot(&local.velocity);
+        let along = |k: usize| triad[k].dot(local.velocity);
         let velocity = Vec3::new(along(0), along(1), along(2));
         let off = constant::<T>(to_dvec3(self.position_target)) - place;
         let slower = constant::<T>(to_dvec3(self.velocity_target)) - velocity;
@@ -150,16 +142,24 @@ impl Law for LinearKernel {
             noise = to_dvec3(self.noise) * hash(local.local_point(), local.query.time);
         }
         let force = constant::<T>(to_dvec3(self.constant) + noise)
-            + times(&self.position_multiplier, &off)
-            + times(&self.velocity_multiplier, &slower);
+            + times(&self.position_multiplier, off)
+            + times(&self.velocity_multiplier, slower);
         let (l, q) = (self.falloff_linear, self.falloff_quadratic);
-        let mut sum = constant(DVec3::ZERO);
+        let mut sum = Vec3::zero();
         for k in 0..3 {
             let falloff = off[k].abs() * to_f64(l[k]) + off[k] * off[k] * to_f64(q[k]) + 1.0;
             sum += triad[k] * (force[k] / falloff);
         }
         sum
     }
+}
+
+impl Law for LinearKernel {
+    fn kind(&self) -> &'static str {
+        "linear kernel"
+    }
+
+    alone!();
 
     fn reads_velocity(&self) -> bool {
         self.velocity_multiplier != [Vector::ZERO; 3]

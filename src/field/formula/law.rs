@@ -2,19 +2,48 @@
 
 use crate::field::axis::Axis;
 use crate::field::error::BuildError;
-use crate::field::number::{Number, Vec3};
-use crate::field::query::LocalQuery;
+use crate::field::number::Vec3;
+use crate::field::query::{Asked, LocalQuery, Single};
+
+/// What a [`Law`] says that knows one sample at a time.
+macro_rules! alone {
+    () => {
+        fn vector<T: $crate::field::Asked>(
+            &self,
+            local: &$crate::field::LocalQuery<'_, T>,
+        ) -> $crate::field::Vec3<T> {
+            T::alone(self, local)
+        }
+
+        fn knows_several(&self) -> bool {
+            false
+        }
+    };
+}
+pub(crate) use alone;
 
 /// One kind of formula.
 pub(crate) trait Law {
     /// Its name, for messages and plans.
     fn kind(&self) -> &'static str;
 
-    /// The vector at a sample, in the field's frame.
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
+    /// The vector at a sample, or at several, in the field's frame. A law that must branch
+    /// says `alone!()` here, and is [`Alone`](crate::field::query::Alone).
+    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
+
+    /// The vector times a strength, before a bound.
+    #[inline(always)]
+    fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        self.vector(local) * T::from(strength)
+    }
+
+    /// Whether it can be asked about several samples at once.
+    fn knows_several(&self) -> bool {
+        true
+    }
 
     /// The potential U with F = −∇U at a sample, where there is one.
-    fn potential<T: Number>(&self, _local: &LocalQuery<'_, T>) -> Option<T> {
+    fn potential<T: Single>(&self, _local: &LocalQuery<'_, T>) -> Option<T> {
         None
     }
 

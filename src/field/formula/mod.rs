@@ -22,7 +22,7 @@ pub use buoyancy::Buoyancy;
 pub use expression::Expression;
 pub use grid::Grid;
 pub use kernel::{Coordinates, LinearKernel};
-pub(crate) use law::Law;
+pub(crate) use law::{Law, alone};
 pub use nearest::Nearest;
 pub use path::Path;
 pub use radial::{Profile, Radial};
@@ -35,8 +35,8 @@ use super::axis::Axis;
 use super::closure::Closure;
 use super::contact::ContactLaw;
 use super::error::{BuildError, bad};
-use super::number::{Number, Vec3, constant, length, real};
-use super::query::LocalQuery;
+use super::number::{Plain, Vec3, constant, length, real};
+use super::query::{Alone, Asked, LocalQuery, Single};
 use crate::math::{DVec3, Real, to_f64};
 
 /// What a field does where it is defined. Made by the constructors of [`Field`](crate::Field).
@@ -86,16 +86,19 @@ pub enum Formula {
     Expression(Arc<Expression>),
 }
 
-/// Does the same with whatever law a formula is.
+/// Does the same with whatever law a formula is; with a wind perhaps something else.
 macro_rules! with_law {
     ($formula:expr, $law:ident => $result:expr) => {
+        with_law!($formula, $law => $result, wind: $result)
+    };
+    ($formula:expr, $law:ident => $result:expr, wind: $of_wind:expr) => {
         match $formula {
             Formula::Uniform($law) => $result,
             Formula::Radial($law) => $result,
             Formula::Nearest($law) => $result,
             Formula::Spring($law) => $result,
             Formula::Drag($law) => $result,
-            Formula::Wind($law) => $result,
+            Formula::Wind($law) => $of_wind,
             Formula::Magnetic($law) => $result,
             Formula::Swirl($law) => $result,
             Formula::Buoyancy($law) => $result,
@@ -112,12 +115,31 @@ macro_rules! with_law {
 }
 
 impl Formula {
-    pub(crate) fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    /// The vector at a sample, in the field's frame.
+    #[inline(always)]
+    pub(crate) fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         with_law!(self, law => law.vector(local))
     }
 
+    /// The same, as the flow of a wind: a function that calls itself would not be inlined.
+    #[inline(always)]
+    fn flow<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        with_law!(self, law => law.vector(local), wind: law.within_a_wind(local))
+    }
+
+    /// The vector times a strength, before the bound that a law has of its own.
+    #[inline(always)]
+    pub(crate) fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        with_law!(self, law => law.times(strength, local))
+    }
+
+    /// Whether it can be asked about several samples at once.
+    pub(crate) fn knows_several(&self) -> bool {
+        with_law!(self, law => law.knows_several())
+    }
+
     /// The potential at a sample, for the vector as it stands, where the formula has one.
-    pub(crate) fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+    pub(crate) fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         with_law!(self, law => law.potential(local))
     }
 
@@ -128,9 +150,9 @@ impl Formula {
         flow: impl FnOnce(&Formula) -> Option<DVec3>,
     ) -> Option<(&Drag, DVec3)> {
         match self {
-            Formula::Drag(drag) => Some((drag, real(&local.velocity))),
+            Formula::Drag(drag) => Some((drag, real(local.velocity))),
             Formula::Wind(wind) => {
-                let past = real(&local.velocity) - flow(&wind.flow)?;
+                let past = real(local.velocity) - flow(&wind.flow)?;
                 let within = past.length() <= to_f64(wind.speed_cap);
                 within.then_some((&wind.drag, past))
             }
@@ -240,19 +262,33 @@ pub struct Wind {
     pub speed_cap: Real,
 }
 
+impl Wind {
+    #[inline(never)]
+    fn within_a_wind<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        self.vector(local)
+    }
+}
+
 impl Law for Wind {
     fn kind(&self) -> &'static str {
         "wind"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let past = local.velocity - self.flow.vector(local);
-        let speed = length(&past);
+    #[inline(always)]
+    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let past = local.velocity - self.flow.flow(local);
         let cap = to_f64(self.speed_cap);
-        if speed.re() <= cap {
-            return self.drag.force(&past);
+        if cap == f64::INFINITY {
+            return self.drag.force(past);
         }
-        self.drag.force(&(past * (speed.recip() * cap)))
+        let speed = length(past);
+        let shortened = past * (speed.recip() * cap);
+        let within = speed.re().at_most(cap);
+        self.drag.force(Vec3::select(within, past, shortened))
+    }
+
+    fn knows_several(&self) -> bool {
+        !matches!(*self.flow, Formula::Wind(_)) && self.flow.knows_several()
     }
 
     fn reads_velocity(&self) -> bool {
@@ -280,17 +316,21 @@ impl Law for Wind {
     }
 }
 
+impl Alone for ContactLaw {
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let push = local.touch().map_or(DVec3::ZERO, |it| self.push(it));
+        constant(local.rotation.inverse() * push)
+    }
+}
+
 impl Law for ContactLaw {
     fn kind(&self) -> &'static str {
         "contact"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let push = local.touch().map_or(DVec3::ZERO, |it| self.push(it));
-        constant(local.rotation.inverse() * push)
-    }
+    alone!();
 
-    fn potential<T: Number>(&self, _: &LocalQuery<'_, T>) -> Option<T> {
+    fn potential<T: Single>(&self, _: &LocalQuery<'_, T>) -> Option<T> {
         Some(0.0.into())
     }
 

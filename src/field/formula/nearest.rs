@@ -1,13 +1,13 @@
 //! Radial forces from a shape rather than a point.
 
-use super::Law;
 use super::radial::Radial;
+use super::{Law, alone};
 use crate::field::any_shape::AnyShape;
 use crate::field::closure::difference_step;
 use crate::field::error::BuildError;
-use crate::field::number::{Number, Vec3, chain, differences};
-use crate::field::query::LocalQuery;
-use crate::math::{DVec3, SharedShape, from_dvec3, to_dvec3};
+use crate::field::number::{Vec3, chain, constant, differences, limited};
+use crate::field::query::{Alone, Asked, LocalQuery, Single};
+use crate::math::{DVec3, SharedShape, from_dvec3, to_dvec3, to_f64};
 
 /// A radial force whose distance vector d is measured from the nearest point of a shape: the pull
 /// of a ring, a wall, a planet that is a cube. Inside a solid shape d is zero, and so is the force
@@ -33,22 +33,36 @@ impl Nearest {
     }
 
     /// d.
-    fn distance<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn distance<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let from = |point: DVec3| {
             let projection = self.shape.0.project_local_point(from_dvec3(point), true);
             point - to_dvec3(projection.point)
         };
         let p = local.local_point();
         if self.shape.0.contains_local_point(from_dvec3(p)) {
-            return Vec3::from_element(0.0.into());
+            return Vec3::zero();
         }
         let inputs = [local.point.x, local.point.y, local.point.z];
-        chain(from(p), inputs, || {
+        chain(constant(from(p)), inputs, || {
             let at = [p.x, p.y, p.z];
-            differences(at, at.map(difference_step), |[x, y, z]| {
-                from(DVec3::new(x, y, z))
-            })
+            let moved = |[x, y, z]: [f64; 3]| from(DVec3::new(x, y, z));
+            differences(at, at.map(difference_step), moved).map(constant)
         })
+    }
+
+    /// The same, not bounded.
+    pub(crate) fn unbounded(&self) -> Nearest {
+        Nearest {
+            shape: self.shape.clone(),
+            radial: self.radial.unbounded(),
+        }
+    }
+}
+
+impl Alone for Nearest {
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let d = self.distance(local);
+        d * self.radial.factor(d.dot(d))
     }
 }
 
@@ -57,14 +71,20 @@ impl Law for Nearest {
         "nearest point"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let d = self.distance(local);
-        d * self.radial.factor(d.dot(&d))
+    alone!();
+
+    #[inline(always)]
+    fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let vector = self.unbounded().vector(local) * T::from(strength);
+        match self.radial.strongest {
+            Some(bound) => limited(vector, to_f64(bound)),
+            None => vector,
+        }
     }
 
-    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+    fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         let d = self.distance(local);
-        self.radial.potential_at(d.dot(&d))
+        self.radial.potential_at(d.dot(d))
     }
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {

@@ -1,9 +1,9 @@
 //! Following a path.
 
-use super::Law;
+use super::{Law, alone};
 use crate::field::error::{BuildError, all_finite, bad, finite_vector};
 use crate::field::number::{Number, Vec3, constant};
-use crate::field::query::LocalQuery;
+use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// Towards and along a path of straight pieces: F = k (g − p) + c (speed · t − v), for the goal g
@@ -79,20 +79,20 @@ impl Path {
     }
 
     /// The place along the path nearest to a point, as a length from its start.
-    fn nearest<T: Number>(&self, point: &Vec3<T>) -> T {
+    fn nearest<T: Number<Plain = f64>>(&self, point: Vec3<T>) -> T {
         let mut best: Option<(f64, T)> = None;
         for (k, ends) in self.points.windows(2).enumerate() {
             let along = ends[1] - ends[0];
             let length = along.length();
-            let from_start = point - constant(ends[0]);
-            let mut place = from_start.dot(&constant(along)) / length;
+            let from_start = point - ends[0];
+            let mut place = from_start.dot(constant(along)) / length;
             if place.re() <= 0.0 || place.re().is_nan() {
                 place = 0.0.into();
             } else if place.re() > length {
                 place = length.into();
             }
             let aside = from_start - constant::<T>(along / length) * place;
-            let distance2 = aside.dot(&aside).re();
+            let distance2 = aside.dot(aside).re();
             if best.is_none_or(|(least, _)| distance2 < least) {
                 best = Some((distance2, place + self.lengths[k]));
             }
@@ -101,10 +101,10 @@ impl Path {
     }
 
     /// The point of the path at a length from its start, and the direction of the path there.
-    fn at<T: Number>(&self, mut place: T) -> (Vec3<T>, DVec3) {
+    fn at<T: Number<Plain = f64>>(&self, mut place: T) -> (Vec3<T>, DVec3) {
         let total = self.lengths.last().copied().unwrap_or(0.0);
         if self.closed {
-            place -= (place.re() / total).floor() * total;
+            place = place - (place.re() / total).floor() * total;
         }
         let last = self.points.len() - 1;
         if place.re() >= total {
@@ -176,18 +176,22 @@ impl From<Path> for Settings {
     }
 }
 
-impl Law for Path {
-    fn kind(&self) -> &'static str {
-        "path"
-    }
-
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let place = self.nearest(&local.point) + to_f64(self.look_ahead);
+impl Alone for Path {
+    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let place = self.nearest(local.point) + to_f64(self.look_ahead);
         let (goal, direction) = self.at(place);
         let wanted = constant::<T>(direction * to_f64(self.speed));
         let (k, c) = (to_f64(self.stiffness), to_f64(self.damping));
         (goal - local.point) * T::from(k) + (wanted - local.velocity) * T::from(c)
     }
+}
+
+impl Law for Path {
+    fn kind(&self) -> &'static str {
+        "path"
+    }
+
+    alone!();
 
     fn reads_velocity(&self) -> bool {
         self.damping != 0.0

@@ -1,11 +1,9 @@
 //! Forces along the line through the field's origin.
 
-use num_dual::Dual64;
-
 use super::Law;
 use crate::field::error::{BuildError, bad, finite, not_negative, positive};
-use crate::field::number::{Number, Vec3, root};
-use crate::field::query::LocalQuery;
+use crate::field::number::{Dual, Number, Plain, Vec3, limited};
+use crate::field::query::{Asked, LocalQuery, Single};
 use crate::math::{Real, to_f64};
 
 /// A force d/r · (f(r) − f(r_c)) for the distance vector d from the field's origin, |d| = r.
@@ -114,7 +112,16 @@ impl Radial {
         self.strongest.is_none()
     }
 
+    /// The same law, not bounded.
+    pub(crate) fn unbounded(self) -> Radial {
+        Radial {
+            strongest: None,
+            ..self
+        }
+    }
+
     /// The factor s with F = s d, given r².
+    #[inline(always)]
     pub(crate) fn factor<T: Number>(&self, r2: T) -> T {
         self.factor_less(self.shift(), r2)
     }
@@ -122,52 +129,35 @@ impl Radial {
     /// The factor and its derivative by r², as a function of r².
     pub(crate) fn slope(&self) -> impl Fn(f64) -> (f64, f64) {
         let shift = self.shift();
-        let hot = match self.profile {
-            // Without a power to be taken.
-            Profile::Power {
-                strength,
-                power: -2.0,
-                softening: 0.0,
-            } if self.is_plain() => Some(to_f64(strength)),
-            _ => None,
-        };
-        move |r2| match hot {
-            Some(strength) => {
-                let inverse2 = r2.recip();
-                let inverse = inverse2.sqrt();
-                let (plain, end) = (strength * inverse2 * inverse, shift * inverse);
-                (plain - end, (0.5 * end - 1.5 * plain) * inverse2)
-            }
-            None => {
-                let factor = self.factor_less(shift, Dual64::from(r2).derivative());
-                (factor.re, factor.eps)
-            }
+        move |r2| {
+            let factor = self.factor_less(shift, Dual::<1>::input(r2, 0));
+            (factor.re, factor.slopes[0])
         }
     }
 
     /// The factor, with the shift that is taken off the force at hand.
+    #[inline(always)]
     fn factor_less<T: Number>(&self, shift: f64, r2: T) -> T {
-        let at_centre = r2.re() == 0.0;
-        if self.is_plain() && (self.shifted_at.is_none() || at_centre) {
-            return self.profile.factor(r2);
+        let own = self.profile.factor(r2);
+        if self.is_plain() && self.shifted_at.is_none() {
+            return own;
         }
-        if at_centre {
-            return 0.0.into();
-        }
-        let r = root(r2);
+        let at_centre = r2.re().equals(0.0);
+        let r = r2.sqrt();
         if self.is_plain() {
-            return self.profile.factor(r2) - r.recip() * shift;
+            return T::select(at_centre, own, own - r.recip() * shift);
         }
-        let force = if r.re() < self.nearest.map_or(0.0, to_f64) {
-            T::from(self.force_when_near())
-        } else {
-            self.profile.factor(r2) * r - shift
-        };
-        let bound = self.strongest.map_or(f64::INFINITY, to_f64);
-        if force.re().abs() > bound {
-            return r.recip() * bound.copysign(force.re());
+        let mut force = own * r - shift;
+        if let Some(nearest) = self.nearest {
+            let near = r.re().below(to_f64(nearest));
+            force = T::select(near, self.force_when_near().into(), force);
         }
-        force / r
+        if let Some(bound) = self.strongest.map(to_f64) {
+            let is_push = force.re().above(0.0);
+            let bounded = T::select(is_push, bound.into(), (-bound).into());
+            force = T::select(force.re().abs().above(bound), bounded, force);
+        }
+        T::select(at_centre, 0.0.into(), force / r)
     }
 
     /// The force at the nearest distance, which it keeps below.
@@ -200,7 +190,7 @@ impl Radial {
     }
 
     /// The potential, given r²; a bounded force is given none.
-    pub(crate) fn potential_at<T: Number>(&self, r2: T) -> Option<T> {
+    pub(crate) fn potential_at<T: Number<Plain = f64>>(&self, r2: T) -> Option<T> {
         if !self.has_potential() {
             return None;
         }
@@ -208,18 +198,18 @@ impl Radial {
         let nearest2 = nearest * nearest;
         Some(if r2.re() < nearest2 {
             let at_nearest = self.shifted_potential(T::from(nearest2));
-            at_nearest + (-root(r2) + nearest) * self.force_when_near()
+            at_nearest + (-r2.sqrt() + nearest) * self.force_when_near()
         } else {
             self.shifted_potential(r2)
         })
     }
 
-    fn shifted_potential<T: Number>(&self, r2: T) -> T {
+    fn shifted_potential<T: Number<Plain = f64>>(&self, r2: T) -> T {
         let inner = self.profile.potential(r2);
         match self.shifted_at.map(to_f64) {
             Some(cutoff) => {
                 let at_cutoff = self.profile.potential(cutoff * cutoff);
-                inner - at_cutoff + (root(r2) - cutoff) * self.shift()
+                inner - at_cutoff + (r2.sqrt() - cutoff) * self.shift()
             }
             None => inner,
         }
@@ -273,12 +263,22 @@ impl Law for Radial {
         self.profile.kind()
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        local.point * self.factor(local.point.dot(&local.point))
+    #[inline(always)]
+    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        local.point * self.factor(local.point.dot(local.point))
     }
 
-    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
-        self.potential_at(local.point.dot(&local.point))
+    #[inline(always)]
+    fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let vector = self.unbounded().vector(local) * T::from(strength);
+        match self.strongest {
+            Some(bound) => limited(vector, to_f64(bound)),
+            None => vector,
+        }
+    }
+
+    fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        self.potential_at(local.point.dot(local.point))
     }
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {
@@ -326,6 +326,7 @@ impl Profile {
     }
 
     /// f(r)/r.
+    #[inline(always)]
     fn factor<T: Number>(&self, r2: T) -> T {
         match *self {
             Profile::Power {
@@ -335,12 +336,11 @@ impl Profile {
             } => {
                 let (power, softening) = (to_f64(power), to_f64(softening));
                 let rho2 = r2 + softening * softening;
-                if rho2.re() == 0.0 && power >= 0.0 {
-                    // The slope of f = k r is k at the centre, too; steeper powers are flat there.
-                    let slope = if power == 1.0 { to_f64(strength) } else { 0.0 };
-                    return slope.into();
-                }
-                rho2.powf((power - 1.0) / 2.0) * to_f64(strength)
+                let factor = rho2.powf((power - 1.0) / 2.0) * to_f64(strength);
+                // The slope of f = k r is k at the centre, too; other powers push nowhere there.
+                let flat = power >= 0.0 && power != 1.0;
+                let at_centre = rho2.re().equals(0.0) & flat.into();
+                T::select(at_centre, 0.0.into(), factor)
             }
             Profile::LennardJones { epsilon, sigma } => {
                 let s2 = r2.recip() * (to_f64(sigma) * to_f64(sigma));
@@ -351,7 +351,7 @@ impl Profile {
                 strength,
                 screening,
             } => {
-                let (r, inverse) = (root(r2), to_f64(screening).recip());
+                let (r, inverse) = (r2.sqrt(), to_f64(screening).recip());
                 let decay = (-r * inverse).exp() * to_f64(strength);
                 decay * (r.recip() + inverse) / r2
             }
@@ -360,12 +360,10 @@ impl Profile {
                 stiffness,
                 rest_length,
             } => {
-                let (r, a) = (root(r2), to_f64(stiffness));
-                if r.re() == 0.0 {
-                    return 0.0.into();
-                }
+                let (r, a) = (r2.sqrt(), to_f64(stiffness));
                 let decay = (-(r - to_f64(rest_length)) * a).exp();
-                (decay * decay - decay) * (2.0 * to_f64(depth) * a) / r
+                let factor = (decay * decay - decay) * (2.0 * to_f64(depth) * a) / r;
+                T::select(r.re().equals(0.0), 0.0.into(), factor)
             }
             Profile::Gaussian { height, width } => {
                 let inverse2 = (to_f64(width) * to_f64(width)).recip();
@@ -375,17 +373,16 @@ impl Profile {
                 stiffness,
                 diameter,
             } => {
-                let r = root(r2);
+                let r = r2.sqrt();
                 let depth = -r + to_f64(diameter);
-                if depth.re() <= 0.0 || r.re() == 0.0 {
-                    return 0.0.into();
-                }
-                depth * root(depth) * to_f64(stiffness) / r
+                let parted = depth.re().at_most(0.0) | r.re().equals(0.0);
+                let factor = depth * depth.sqrt() * to_f64(stiffness) / r;
+                T::select(parted, 0.0.into(), factor)
             }
         }
     }
 
-    fn potential<T: Number>(&self, r2: T) -> T {
+    fn potential<T: Number<Plain = f64>>(&self, r2: T) -> T {
         match *self {
             Profile::Power {
                 strength,
@@ -409,7 +406,7 @@ impl Profile {
                 strength,
                 screening,
             } => {
-                let r = root(r2);
+                let r = r2.sqrt();
                 (-r / to_f64(screening)).exp() * to_f64(strength) / r
             }
             Profile::Morse {
@@ -417,7 +414,7 @@ impl Profile {
                 stiffness,
                 rest_length,
             } => {
-                let stretch = root(r2) - to_f64(rest_length);
+                let stretch = r2.sqrt() - to_f64(rest_length);
                 let decay = (-stretch * to_f64(stiffness)).exp();
                 (decay * decay - decay * 2.0) * to_f64(depth)
             }
@@ -429,11 +426,11 @@ impl Profile {
                 stiffness,
                 diameter,
             } => {
-                let depth = -root(r2) + to_f64(diameter);
+                let depth = -r2.sqrt() + to_f64(diameter);
                 if depth.re() <= 0.0 {
                     return 0.0.into();
                 }
-                depth * depth * root(depth) * (0.4 * to_f64(stiffness))
+                depth * depth * depth.sqrt() * (0.4 * to_f64(stiffness))
             }
         }
     }

@@ -2,8 +2,8 @@
 
 use super::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
-use crate::field::number::{Number, Vec3, constant, direction, length};
-use crate::field::query::LocalQuery;
+use crate::field::number::{Vec3, constant, direction, length};
+use crate::field::query::{Asked, LocalQuery, Single};
 use crate::math::{Real, Vector, to_dvec3, to_f64};
 
 /// F = the vector. Potential −F·d.
@@ -25,12 +25,13 @@ impl Law for Uniform {
         "uniform"
     }
 
-    fn vector<T: Number>(&self, _: &LocalQuery<'_, T>) -> Vec3<T> {
+    #[inline(always)]
+    fn vector<T: Asked>(&self, _: &LocalQuery<'_, T>) -> Vec3<T> {
         constant(to_dvec3(self.vector))
     }
 
-    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
-        Some(-constant::<T>(to_dvec3(self.vector)).dot(&local.point))
+    fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        Some(-constant::<T>(to_dvec3(self.vector)).dot(local.point))
     }
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {
@@ -65,18 +66,20 @@ impl Law for Spring {
         "spring"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    #[inline(always)]
+    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let (k, rest) = (to_f64(self.stiffness), to_f64(self.rest_length));
-        let d = &local.point;
-        let pull = match rest {
-            0.0 => d * T::from(-k),
-            _ => direction(d) * ((length(d) - rest) * -k),
+        let d = local.point;
+        let pull = if rest == 0.0 {
+            d * T::from(-k)
+        } else {
+            direction(d) * ((length(d) - rest) * -k)
         };
         pull - local.velocity * T::from(to_f64(self.damping))
     }
 
-    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
-        let stretch = length(&local.point) - to_f64(self.rest_length);
+    fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+        let stretch = length(local.point) - to_f64(self.rest_length);
         Some(stretch * stretch * (to_f64(self.stiffness) / 2.0))
     }
 

@@ -2,8 +2,8 @@
 
 use super::Law;
 use crate::field::error::{BuildError, all_finite, not_negative};
-use crate::field::number::{Number, Vec3};
-use crate::field::query::LocalQuery;
+use crate::field::number::{Plain, Vec3};
+use crate::field::query::{Asked, LocalQuery, Single};
 use crate::math::{Real, to_f64};
 
 /// Around the y axis of the field's frame: with ρ the distance vector from the axis,
@@ -42,21 +42,25 @@ impl Law for Swirl {
         "swirl"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    #[inline(always)]
+    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let (x, z) = (local.point.x, local.point.z);
         let core = to_f64(self.core);
         let s2 = x * x + z * z + core * core;
         let power = to_f64(self.power);
         let along = T::from(to_f64(self.along));
-        if s2.re() == 0.0 && power >= 0.0 || self.around == 0.0 && self.inward == 0.0 {
+        if self.around == 0.0 && self.inward == 0.0 {
             return Vec3::new(0.0.into(), along, 0.0.into());
         }
-        let scale = s2.powf((power - 1.0) / 2.0);
+        let mut scale = s2.powf((power - 1.0) / 2.0);
+        if power >= 0.0 {
+            scale = T::select(s2.re().equals(0.0), 0.0.into(), scale);
+        }
         let (around, inward) = (scale * to_f64(self.around), scale * to_f64(self.inward));
         Vec3::new(z * around - x * inward, along, -x * around - z * inward)
     }
 
-    fn potential<T: Number>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
+    fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         let lift = local.point.y * -to_f64(self.along);
         (self.around == 0.0 && self.inward == 0.0).then_some(lift)
     }

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use super::Law;
 use super::random::Random;
 use crate::field::error::{BuildError, all_finite, bad, positive};
-use crate::field::number::{Number, Vec3, chain, real};
-use crate::field::query::LocalQuery;
+use crate::field::number::{LANES, Lanes, Plain, Vec3, chain, constant, real, sin_cos};
+use crate::field::query::{Asked, LocalQuery, Properties};
 use crate::math::{DVec3, Real, to_f64};
 
 /// A random flow without sources, the curl of a random vector potential: a sum of plane waves
@@ -16,8 +16,7 @@ use crate::math::{DVec3, Real, to_f64};
 /// `size` to `size`/`detail`, their energies like Kolmogorov's k^(−5/3) spectrum, and their
 /// frequencies grow with k^(2/3) as eddies turn over. (Kraichnan, Phys. Fluids 13, 1970; Fung,
 /// Hunt, Malik and Perkins, J. Fluid Mech. 236, 1992.) The mean square of the flow is `speed`².
-/// Smooth and without divergence everywhere; no potential. The same seed gives the same flow up
-/// to the rounding of the platform's sine.
+/// Smooth and without divergence everywhere; no potential.
 #[derive(Clone, Debug, PartialEq)]
 #[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
@@ -53,14 +52,18 @@ pub(crate) struct Waves {
     pub sine: [Each; 3],
 }
 
+/// One of them, or several.
+struct Wave<P> {
+    along: Vec3<P>,
+    frequency: P,
+    cosine: Vec3<P>,
+    sine: Vec3<P>,
+}
+
 fn set(vectors: &mut [Each; 3], n: usize, vector: DVec3) {
     for (axis, numbers) in vectors.iter_mut().enumerate() {
         numbers[n] = vector[axis];
     }
-}
-
-fn get(vectors: &[Each; 3], n: usize) -> DVec3 {
-    DVec3::from_array(vectors.each_ref().map(|numbers| numbers[n]))
 }
 
 impl Turbulence {
@@ -88,6 +91,18 @@ impl Turbulence {
     pub fn turnover(mut self, rate: Real) -> Self {
         self.turnover = rate;
         self.made()
+    }
+
+    /// The flow at a point.
+    #[inline(always)]
+    pub(crate) fn flow(&self, point: DVec3, time: f64) -> DVec3 {
+        real(self.waves.at_one(point, time)[0])
+    }
+
+    /// The flow at a point, and its derivatives, with the instructions of the build.
+    #[inline(never)]
+    fn sums(&self, point: DVec3, time: f64) -> Sums<f64> {
+        self.waves.at_one(point, time)
     }
 
     fn made(mut self) -> Self {
@@ -164,28 +179,75 @@ impl From<Turbulence> for Settings {
     }
 }
 
+/// The flow of some waves, and its derivatives along x, y and z.
+type Sums<P> = [Vec3<P>; 4];
+
+/// What one wave, or several, add to the flow and its derivatives.
+#[inline(always)]
+fn flow_of<P: Plain>(wave: Wave<P>, point: Vec3<P>, time: f64, sums: &mut Sums<P>) {
+    let (sin, cos) = sin_cos(wave.along.dot(point) + wave.frequency * time);
+    sums[0] += wave.cosine * cos + wave.sine * sin;
+    let turned = wave.sine * cos - wave.cosine * sin;
+    for axis in 0..3 {
+        sums[axis + 1] += turned * wave.along[axis];
+    }
+}
+
+impl Waves {
+    /// Some waves, of which `number` gives those of a column.
+    #[inline(always)]
+    fn wave<P: Plain>(&self, number: impl Fn(&Each) -> P) -> Wave<P> {
+        let vector = |[x, y, z]: &[Each; 3]| Vec3::new(number(x), number(y), number(z));
+        Wave {
+            along: vector(&self.along),
+            frequency: number(&self.frequency),
+            cosine: vector(&self.cosine),
+            sine: vector(&self.sine),
+        }
+    }
+
+    /// At one point: eight waves at once.
+    #[inline(always)]
+    fn at_one(&self, point: DVec3, time: f64) -> Sums<f64> {
+        let mut sums = [Vec3::zero(); 4];
+        for first in (0..WAVES).step_by(LANES) {
+            let wave = self.wave(|column| Lanes::from_fn(|lane| column[first + lane]));
+            flow_of(wave, constant(point), time, &mut sums);
+        }
+        sums.map(|vector| vector.map(Lanes::total))
+    }
+
+    /// At several points: wave by wave, in the order of the sums above.
+    #[inline(always)]
+    fn at_several<P: Plain>(&self, point: Vec3<P>, time: f64) -> Vec3<P> {
+        let mut flow = Vec3::zero();
+        for lane in 0..LANES {
+            let mut sums = [Vec3::zero(); 4];
+            for n in (lane..WAVES).step_by(LANES) {
+                flow_of(self.wave(|column| column[n].into()), point, time, &mut sums);
+            }
+            flow = if lane == 0 { sums[0] } else { flow + sums[0] };
+        }
+        flow
+    }
+}
+
 impl Law for Turbulence {
     fn kind(&self) -> &'static str {
         "turbulence"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let point = real(&local.point);
-        let (mut flow, mut slopes) = (DVec3::ZERO, [DVec3::ZERO; 3]);
-        for n in 0..WAVES {
-            let waves = &self.waves;
-            let (along, frequency) = (get(&waves.along, n), waves.frequency[n]);
-            let (cosine, sine) = (get(&waves.cosine, n), get(&waves.sine, n));
-            let (sin, cos) = (along.dot(point) + frequency * local.query.time).sin_cos();
-            flow += cosine * cos + sine * sin;
-            if T::NDERIV > 0 {
-                let turned = sine * cos - cosine * sin;
-                for (slope, along) in slopes.iter_mut().zip(along.to_array()) {
-                    *slope += turned * along;
-                }
-            }
-        }
-        chain(flow, local.point.into(), || slopes)
+    #[inline(always)]
+    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        let (point, time) = (local.point, local.query.numbers().time);
+        let Some(one) = local.single() else {
+            return Vec3::of(self.waves.at_several(point.re(), time));
+        };
+        let [flow, slopes @ ..] = self.sums(one.local_point(), time);
+        let of_single = |vector: Vec3<f64>| vector.map(T::Plain::from);
+        chain(of_single(flow), [point.x, point.y, point.z], || {
+            slopes.map(of_single)
+        })
     }
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {

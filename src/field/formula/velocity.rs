@@ -3,7 +3,7 @@
 use super::law::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Number, Vec3, constant, length};
-use crate::field::query::LocalQuery;
+use crate::field::query::{Asked, LocalQuery, Single};
 use crate::math::{DMat3, DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// F = −(c₁ + c₂ |v|) v, with v relative to the field's frame.
@@ -26,9 +26,13 @@ pub struct Drag {
 
 impl Drag {
     /// The force on what moves with `velocity` through the medium.
-    pub(crate) fn force<T: Number>(&self, velocity: &Vec3<T>) -> Vec3<T> {
-        let rate = length(velocity) * to_f64(self.quadratic) + to_f64(self.linear);
-        velocity * -rate
+    #[inline(always)]
+    pub(crate) fn force<T: Number>(&self, velocity: Vec3<T>) -> Vec3<T> {
+        let (linear, quadratic) = (to_f64(self.linear), to_f64(self.quadratic));
+        if quadratic == 0.0 {
+            return velocity * T::from(-linear);
+        }
+        velocity * -(length(velocity) * quadratic + linear)
     }
 
     /// The same with its derivative: −(c₁ + c₂ |v|) − c₂ v vᵀ/|v|.
@@ -49,8 +53,9 @@ impl Law for Drag {
         "drag"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        self.force(&local.velocity)
+    #[inline(always)]
+    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        self.force(local.velocity)
     }
 
     fn reads_velocity(&self) -> bool {
@@ -87,11 +92,12 @@ impl Law for Magnetic {
         "magnetic"
     }
 
-    fn vector<T: Number>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        local.velocity.cross(&constant(to_dvec3(self.field)))
+    #[inline(always)]
+    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        local.velocity.cross(constant(to_dvec3(self.field)))
     }
 
-    fn potential<T: Number>(&self, _: &LocalQuery<'_, T>) -> Option<T> {
+    fn potential<T: Single>(&self, _: &LocalQuery<'_, T>) -> Option<T> {
         Some(0.0.into())
     }
 

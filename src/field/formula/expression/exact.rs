@@ -10,7 +10,7 @@ use crate::field::number::Number;
 const LEAST: f64 = f64::MIN_POSITIVE;
 
 /// |x|; at zero, the slope is that on the right.
-pub(super) fn abs<T: Number>(x: T) -> T {
+pub(super) fn abs<T: Number<Plain = f64>>(x: T) -> T {
     match x.re() {
         // Also without the sign of −0.
         0.0 => x - x.re(),
@@ -19,8 +19,19 @@ pub(super) fn abs<T: Number>(x: T) -> T {
     }
 }
 
+/// A function of x, given its value and its derivative, which is taken as zero where it is not finite.
+pub(super) fn by<T: Number<Plain = f64>>(
+    x: T,
+    function: fn(f64) -> f64,
+    slope: impl FnOnce(f64) -> f64,
+) -> T {
+    let value = function(x.re());
+    let slope = || Some(slope(x.re())).filter(|slope| !slope.is_infinite());
+    x.follow(value, || slope().unwrap_or(0.0))
+}
+
 /// √x.
-pub(super) fn sqrt<T: Number>(x: T) -> T {
+pub(super) fn sqrt<T: Number<Plain = f64>>(x: T) -> T {
     if x.re() < LEAST {
         return x.re().sqrt().into();
     }
@@ -28,63 +39,35 @@ pub(super) fn sqrt<T: Number>(x: T) -> T {
 }
 
 /// ∛x.
-pub(super) fn cbrt<T: Number>(x: T) -> T {
+pub(super) fn cbrt<T: Number<Plain = f64>>(x: T) -> T {
     if x.re().abs() < LEAST {
         return x.re().cbrt().into();
     }
-    x.cbrt()
+    by(x, f64::cbrt, |x| 1.0 / (3.0 * x.cbrt() * x.cbrt()))
 }
 
-pub(super) fn asin<T: Number>(x: T) -> T {
-    if x.re().abs() >= 1.0 {
-        return x.re().asin().into();
-    }
-    x.asin()
-}
-
-pub(super) fn acos<T: Number>(x: T) -> T {
-    if x.re().abs() >= 1.0 {
-        return x.re().acos().into();
-    }
-    x.acos()
-}
-
-pub(super) fn acosh<T: Number>(x: T) -> T {
-    if x.re() <= 1.0 {
-        return x.re().acosh().into();
-    }
-    x.acosh()
-}
-
-/// By what does not overflow, however large x.
-pub(super) fn tanh<T: Number>(x: T) -> T {
-    let less = |x: T| (x * -2.0).exp_m1();
-    if x.re() < 0.0 {
-        let less = less(-x);
-        return less / (less + 2.0);
-    }
-    let less = less(x);
-    -less / (less + 2.0)
+pub(super) fn atan<T: Number<Plain = f64>>(x: T) -> T {
+    by(x, f64::atan, |x| 1.0 / (1.0 + x * x))
 }
 
 /// The angle of the point (x, y); at the origin, its slope is taken as zero.
-pub(super) fn atan2<T: Number>(y: T, x: T) -> T {
+pub(super) fn atan2<T: Number<Plain = f64>>(y: T, x: T) -> T {
     let angle = y.re().atan2(x.re());
     let origin = y.re() == 0.0 && x.re() == 0.0;
-    if T::NDERIV == 0 || origin {
+    if !T::HAS_SLOPES || origin {
         return angle.into();
     }
     // By the smaller of the two quotients, so that neither axis divides by zero.
     let turned = if x.re().abs() >= y.re().abs() {
-        (y / x).atan()
+        atan(y / x)
     } else {
-        -(x / y).atan()
+        -atan(x / y)
     };
     turned - turned.re() + angle
 }
 
 /// The length of a vector of any dimension; at zero, its slope is taken as zero.
-pub(super) fn hypot<T: Number>(components: &[T]) -> T {
+pub(super) fn hypot<T: Number<Plain = f64>>(components: &[T]) -> T {
     let sizes = components.iter().map(|x| x.re().abs());
     let largest = sizes.clone().fold(0.0, f64::max);
     if !(LEAST..f64::INFINITY).contains(&largest) {
@@ -106,19 +89,19 @@ pub(super) fn whole(exponent: f64) -> Option<i32> {
 }
 
 /// x to a whole exponent, as a product: exact at zero and below, where logarithms are not.
-pub(super) fn product<T: Number>(x: T, exponent: i32) -> T {
+pub(super) fn product<T: Number<Plain = f64>>(x: T, exponent: i32) -> T {
     // The reciprocal first: x to the exponent could overflow where the result does not.
     let mut square = if exponent < 0 { x.recip() } else { x };
     let mut result = T::from(1.0);
     let mut left = exponent.unsigned_abs();
     while left > 0 {
         if left % 2 == 1 {
-            result *= square;
+            result = result * square;
         }
         left /= 2;
         // One square more than needed could overflow.
         if left > 0 {
-            square *= square;
+            square = square * square;
         }
     }
     result
@@ -126,19 +109,19 @@ pub(super) fn product<T: Number>(x: T, exponent: i32) -> T {
 
 /// x to the exponent y. Of a base that is not positive, powers have no slope along the exponent;
 /// it is taken as zero.
-pub(super) fn power<T: Number>(x: T, y: T) -> T {
+pub(super) fn power<T: Number<Plain = f64>>(x: T, y: T) -> T {
     let (base, exponent) = (x.re(), y.re());
     let logarithm_is_finite = (LEAST..f64::INFINITY).contains(&base);
     if let Some(whole) = whole(exponent) {
         let value = product(x, whole);
-        if T::NDERIV == 0 || !logarithm_is_finite {
+        if !T::HAS_SLOPES || !logarithm_is_finite {
             return value;
         }
         // Times one, but for its slope.
         return value * ((y - exponent) * x.ln()).exp();
     }
     let value = base.powf(exponent);
-    if T::NDERIV == 0 || base.abs() < LEAST || !value.is_finite() {
+    if !T::HAS_SLOPES || base.abs() < LEAST || !value.is_finite() {
         return value.into();
     }
     let (size, y) = if base < 0.0 {

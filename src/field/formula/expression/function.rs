@@ -1,6 +1,8 @@
 //! The functions of expressions.
 
-use super::exact;
+use std::f64::consts::{LOG2_E, LOG10_E};
+
+use super::exact::{self, by};
 use crate::field::number::Number;
 
 /// A function, or an operator that is one.
@@ -131,31 +133,33 @@ pub(super) fn known() -> String {
 }
 
 /// Whether a number stands for what is true.
-pub(super) fn holds<T: Number>(x: &T) -> bool {
+pub(super) fn holds<T: Number<Plain = f64>>(x: &T) -> bool {
     x.re() != 0.0
 }
 
 impl Function {
     /// The value. Of other numbers of arguments than it takes, there is none.
-    pub(super) fn of<T: Number>(self, arguments: &[T]) -> T {
+    pub(super) fn of<T: Number<Plain = f64>>(self, arguments: &[T]) -> T {
         let truth = |yes: bool| T::from(f64::from(yes));
         match (self, arguments) {
             (Function::Abs, &[x]) => exact::abs(x),
             (Function::Sign, [x]) => sign(x.re()).into(),
             (Function::Signum, [x]) => x.re().signum().into(),
-            (Function::Sin, [x]) => x.sin(),
-            (Function::Cos, [x]) => x.cos(),
-            (Function::Tan, [x]) => x.tan(),
-            (Function::Asin, &[x]) => exact::asin(x),
-            (Function::Acos, &[x]) => exact::acos(x),
-            (Function::Atan, [x]) => x.atan(),
+            (Function::Sin, &[x]) => by(x, f64::sin, f64::cos),
+            (Function::Cos, &[x]) => by(x, f64::cos, |x| -x.sin()),
+            (Function::Tan, &[x]) => by(x, f64::tan, |x| 1.0 + x.tan() * x.tan()),
+            (Function::Asin, &[x]) => by(x, f64::asin, |x| 1.0 / (1.0 - x * x).sqrt()),
+            (Function::Acos, &[x]) => by(x, f64::acos, |x| -1.0 / (1.0 - x * x).sqrt()),
+            (Function::Atan, &[x]) => exact::atan(x),
             (Function::Atan2, &[y, x]) => exact::atan2(y, x),
-            (Function::Sinh, [x]) => x.sinh(),
-            (Function::Cosh, [x]) => x.cosh(),
-            (Function::Tanh, &[x]) => exact::tanh(x),
-            (Function::Asinh, [x]) => x.asinh(),
-            (Function::Acosh, &[x]) => exact::acosh(x),
-            (Function::Atanh, [x]) => x.atanh(),
+            (Function::Sinh, &[x]) => by(x, f64::sinh, f64::cosh),
+            (Function::Cosh, &[x]) => by(x, f64::cosh, f64::sinh),
+            (Function::Tanh, &[x]) => by(x, f64::tanh, |x| (1.0 / x.cosh()).powi(2)),
+            (Function::Asinh, &[x]) => by(x, f64::asinh, |x| 1.0 / x.hypot(1.0)),
+            (Function::Acosh, &[x]) => by(x, f64::acosh, |x| {
+                1.0 / ((x - 1.0).sqrt() * (x + 1.0).sqrt())
+            }),
+            (Function::Atanh, &[x]) => by(x, f64::atanh, |x| 1.0 / (1.0 - x * x)),
             (Function::Floor, [x]) => x.re().floor().into(),
             (Function::Ceil, [x]) => x.re().ceil().into(),
             (Function::Round, [x]) => x.re().round().into(),
@@ -163,8 +167,8 @@ impl Function {
             (Function::Fract, &[x]) => x - x.re().trunc(),
             (Function::Exp, [x]) => x.exp(),
             (Function::Ln, [x]) => x.ln(),
-            (Function::Log2, [x]) => x.log2(),
-            (Function::Log10, [x]) => x.log10(),
+            (Function::Log2, &[x]) => by(x, f64::log2, |x| LOG2_E / x),
+            (Function::Log10, &[x]) => by(x, f64::log10, |x| LOG10_E / x),
             (Function::Sqrt, &[x]) => exact::sqrt(x),
             (Function::Cbrt, &[x]) => exact::cbrt(x),
             (Function::Power, &[x, y]) => exact::power(x, y),
@@ -192,7 +196,7 @@ fn sign(x: f64) -> f64 {
 }
 
 /// The first that is better than all others; what is NaN is passed over.
-fn chosen<T: Number>(all: &[T], better: fn(f64, f64) -> bool) -> T {
+fn chosen<T: Number<Plain = f64>>(all: &[T], better: fn(f64, f64) -> bool) -> T {
     let nan = T::from(f64::NAN);
     all.iter().fold(nan, |best, x| {
         let wins = best.re().is_nan() || better(x.re(), best.re());
@@ -201,7 +205,7 @@ fn chosen<T: Number>(all: &[T], better: fn(f64, f64) -> bool) -> T {
 }
 
 /// x within its bounds; of bounds in the wrong order, the upper counts.
-fn clamp<T: Number>(x: T, low: T, high: T) -> T {
+fn clamp<T: Number<Plain = f64>>(x: T, low: T, high: T) -> T {
     let raised = if x.re() < low.re() { low } else { x };
     if raised.re() > high.re() {
         high

@@ -101,7 +101,7 @@ impl Program {
     }
 
     /// The result, with a value for each axis.
-    pub(super) fn value<T: Number>(&self, axis: impl Fn(usize) -> T) -> T {
+    pub(super) fn value<T: Number<Plain = f64>>(&self, axis: impl Fn(usize) -> T) -> T {
         /// Deeper ones are rare, and allocate.
         const SHALLOW: usize = 12;
         let zero = T::from(0.0);
@@ -113,7 +113,7 @@ impl Program {
 }
 
 /// The number that instructions leave at the bottom of a stack.
-fn run<T: Number>(ops: &[Op], stack: &mut [T], axis: impl Fn(usize) -> T) -> T {
+fn run<T: Number<Plain = f64>>(ops: &[Op], stack: &mut [T], axis: impl Fn(usize) -> T) -> T {
     let mut depth = 0;
     let mut at = 0;
     while let Some(op) = ops.get(at) {
@@ -130,19 +130,19 @@ fn run<T: Number>(ops: &[Op], stack: &mut [T], axis: impl Fn(usize) -> T) -> T {
             Op::Negate => stack[depth - 1] = -stack[depth - 1],
             Op::Add => {
                 depth -= 1;
-                stack[depth - 1] += stack[depth];
+                stack[depth - 1] = stack[depth - 1] + stack[depth];
             }
             Op::Subtract => {
                 depth -= 1;
-                stack[depth - 1] -= stack[depth];
+                stack[depth - 1] = stack[depth - 1] - stack[depth];
             }
             Op::Multiply => {
                 depth -= 1;
-                stack[depth - 1] *= stack[depth];
+                stack[depth - 1] = stack[depth - 1] * stack[depth];
             }
             Op::Divide => {
                 depth -= 1;
-                stack[depth - 1] /= stack[depth];
+                stack[depth - 1] = stack[depth - 1] / stack[depth];
             }
             Op::Whole(exponent) => stack[depth - 1] = exact::product(stack[depth - 1], exponent),
             Op::Call(function, arguments) => {

@@ -123,9 +123,8 @@ impl Tree {
         }
     }
 
-    fn value<T: Number>(&self, [x, y]: [T; 2]) -> T {
-        // With derivatives, quotients are rounded once more.
-        if T::NDERIV > 0 && self.is_constant() {
+    fn value<T: Number<Plain = f64>>(&self, [x, y]: [T; 2]) -> T {
+        if T::HAS_SLOPES && self.is_constant() {
             return self.value([f64::NAN; 2]).into();
         }
         let at = |tree: &Tree| tree.value([x, y]);
@@ -225,17 +224,17 @@ proptest! {
     #[test]
     fn what_is_written_is_read(tree in tree(), point in point()) {
         let expected = tree.value(point);
-        let seeded = [0, 1].map(|k| Dual::from(point[k]).derivative(k));
-        let slopes = |dual: Dual| dual.eps.0.unwrap_or_default();
+        let seeded = [0, 1].map(|k| Dual::<2>::input(point[k], k));
+        let slopes = |dual: Dual<2>| dual.slopes;
         let moved = tree.value(seeded);
         for text in [tree.bracketed(), tree.bare()] {
             let found = at(&text, point);
             prop_assert!(same(found, expected), "{text}: {found}, not {expected}");
             let found = at(&text, seeded);
-            prop_assert!(same(found.re, moved.re), "{text}: {found}, not {moved}");
+            prop_assert!(same(found.re, moved.re), "{text}: {found:?}, not {moved:?}");
             for (a, b) in slopes(found).iter().zip(slopes(moved).iter()) {
                 // Of a constant, the program has the value, and no slopes that are NaN.
-                prop_assert!(same(*a, *b) || b.is_nan(), "{text}: {found}, not {moved}");
+                prop_assert!(same(*a, *b) || b.is_nan(), "{text}: {found:?}, not {moved:?}");
             }
         }
     }
@@ -275,7 +274,7 @@ fn check(text: &str) -> Result<(), TestCaseError> {
     match &expression.programs {
         Ok([program, ..]) => {
             program.value(|_| 1.0);
-            program.value(|_| Dual::from(1.0).derivative(0));
+            program.value(|_| Dual::<1>::input(1.0, 0));
         }
         Err(error) => {
             let last = text.chars().count() + 1;

@@ -1,0 +1,66 @@
+//! A stack whose first values need no allocation.
+
+/// Values: the top one, `FEW` below it where the stack is, and what is deeper on the heap.
+pub(crate) struct Stack<T, const FEW: usize> {
+    /// What is taken from an empty stack, if there is no other.
+    top: T,
+    few: [Option<T>; FEW],
+    more: Vec<T>,
+    len: usize,
+}
+
+impl<T: Copy, const FEW: usize> Stack<T, FEW> {
+    #[inline(always)]
+    pub(crate) fn new(none: T) -> Self {
+        Stack {
+            top: none,
+            few: [const { None }; FEW],
+            more: Vec::new(),
+            len: 0,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn push(&mut self, value: T) {
+        if let Some(below) = self.len.checked_sub(1) {
+            match self.few.get_mut(below) {
+                Some(place) => *place = Some(self.top),
+                None => self.more.push(self.top),
+            }
+        }
+        self.top = value;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    pub(crate) fn top(&self) -> T {
+        self.top
+    }
+
+    /// The `number`-th of the last `count` values, the deepest first.
+    #[inline(always)]
+    pub(crate) fn last(&self, count: usize, number: usize) -> T {
+        let place = self.len + number - count;
+        if place + 1 == self.len {
+            return self.top;
+        }
+        match self.few.get(place) {
+            Some(value) => value.unwrap_or(self.top),
+            None => self.more[place - FEW],
+        }
+    }
+
+    /// Puts one value in place of the last `count`.
+    #[inline(always)]
+    pub(crate) fn replace(&mut self, count: usize, value: T) {
+        self.len = self.len + 1 - count;
+        self.more.truncate((self.len - 1).saturating_sub(FEW));
+        self.top = value;
+    }
+
+    /// Puts one value in place of two, of which the right one is on top.
+    #[inline(always)]
+    pub(crate) fn combine(&mut self, combine: impl FnOnce(T, T) -> T) {
+        self.replace(2, combine(self.last(2, 0), self.top));
+    }
+}
