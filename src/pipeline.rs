@@ -2,6 +2,7 @@
 //! out and written; Rapier steps; then the same once more, and contacts are detected, answered and
 //! checked.
 
+mod at_centres;
 mod begin;
 mod faults;
 mod finish;
@@ -10,7 +11,6 @@ mod questions;
 mod settings;
 mod stages;
 mod state;
-mod uniform;
 
 pub use open_step::OpenStep;
 pub use questions::{BodySample, FieldValue};
@@ -25,10 +25,11 @@ use crate::bridge::{Push, Reader, Rollback, SoftBodies, Stepped, WakePolicy};
 use crate::compile::Compiled;
 use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, Rules};
 use crate::cross_check::Watched;
+use crate::eval::{Centre, CentreEvaluator};
 use crate::field::FieldSet;
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Redone, StepWarning};
 use crate::math::{Real, RigidBodyHandle, Vector};
-use crate::rigid::{Body, Wrench};
+use crate::rigid::{Body, BodySet, Wrench};
 use crate::sample::{Gatherer, Properties, Samples};
 
 /// What a step did.
@@ -92,6 +93,17 @@ pub struct FieldPipeline {
     on_fault: FaultPolicy,
     /// Bodies that are to be disabled in this half of the step.
     condemned: Vec<RigidBodyHandle>,
+    centres: CentreEvaluator,
+    /// A buffer for bodies that are evaluated together.
+    waiting: Vec<Centre>,
+    /// What acts at centres of mass in this half of the step.
+    shown: Evaluation,
+    /// Whether only linear velocities are written in it.
+    only_linear: bool,
+    /// A body for which fields at centres of mass did not do in the last step.
+    blocker: Option<RigidBodyHandle>,
+    /// Whether the first half of the step was one at centres of mass.
+    at_centres: bool,
     /// An evaluation that nothing begins with any more. What it holds is that of the last step, if
     /// the state has none.
     spare: Evaluation,
@@ -102,7 +114,7 @@ pub struct FieldPipeline {
     restless: Vec<RigidBodyHandle>,
     links: Vec<RigidBodyHandle>,
     /// Bodies that Rapier's solver holds.
-    held: Vec<RigidBodyHandle>,
+    held: BodySet,
     softs: SoftBodies,
     pub(crate) detector: Detector,
     /// The revision of the detection fields that it was made for.
@@ -118,6 +130,8 @@ pub struct FieldPipeline {
     redone: Vec<Redone>,
     /// Whether bodies were added or removed since the last step.
     other_bodies: bool,
+    /// The same of colliders.
+    other_colliders: bool,
     /// Bodies sampled in the last step.
     sampled: usize,
     /// Whether it has made a step.
@@ -147,12 +161,18 @@ impl Default for FieldPipeline {
             alone: false,
             on_fault: FaultPolicy::default(),
             condemned: Vec::new(),
+            centres: CentreEvaluator::default(),
+            waiting: Vec::new(),
+            shown: Evaluation::default(),
+            only_linear: false,
+            blocker: None,
+            at_centres: false,
             spare: Evaluation::default(),
             spare_record: OpenRecord::default(),
             acting: Vec::new(),
             restless: Vec::new(),
             links: Vec::new(),
-            held: Vec::new(),
+            held: BodySet::new(),
             softs: SoftBodies::default(),
             detection: Detection::default(),
             pushes: Vec::new(),
@@ -163,6 +183,7 @@ impl Default for FieldPipeline {
             warnings: Vec::new(),
             redone: Vec::new(),
             other_bodies: false,
+            other_colliders: false,
             sampled: 0,
             met: false,
         }

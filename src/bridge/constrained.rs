@@ -4,6 +4,7 @@ use super::world::WorldMut;
 use crate::math::{ColliderSet, RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::{ImpulseJointSet, MultibodyJointSet, RigidBody};
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
+use crate::rigid::BodySet;
 
 /// What may hold bodies.
 #[derive(Clone, Copy)]
@@ -29,11 +30,6 @@ impl<'a> Constraints<'a> {
             contacts: world.narrow_phase.contact_pairs().next().is_some(),
             jointed: !world.impulse_joints.is_empty(),
         }
-    }
-
-    /// Whether there are none at all.
-    pub(crate) fn none(&self) -> bool {
-        !self.contacts && !self.jointed
     }
 
     /// Whether Rapier's solver pushed a body in its last step, or is to hold it by a joint in any.
@@ -98,21 +94,20 @@ impl<'a> Constraints<'a> {
         })
     }
 
-    /// Those of some bodies that are held, in their order.
-    pub(crate) fn among(
-        &self,
-        bodies: impl Iterator<Item = RigidBodyHandle>,
-        held: &mut Vec<RigidBodyHandle>,
-    ) {
+    /// Finds all bodies that contacts or impulse joints hold, looking at each of these once. Links of
+    /// multibodies are none for that alone: what moves them is worked out for all links together.
+    pub(crate) fn find_held(&self, held: &mut BodySet) {
         held.clear();
-        if self.none() {
-            return;
+        for pair in self.pairs.contact_pairs().filter(|pair| is_pushed(pair)) {
+            for collider in [pair.collider1, pair.collider2] {
+                let body = self.colliders.get(collider).and_then(|it| it.parent());
+                body.into_iter().for_each(|body| held.insert(body));
+            }
         }
-        let is_held = |handle: &RigidBodyHandle| {
-            let body = self.bodies.get(*handle);
-            body.is_some_and(|body| self.hold(*handle, body))
-        };
-        held.extend(bodies.filter(is_held));
+        for (_, joint) in self.joints.iter().filter(|it| it.1.data.is_enabled()) {
+            held.insert(joint.body1());
+            held.insert(joint.body2());
+        }
     }
 }
 

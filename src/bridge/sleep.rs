@@ -1,7 +1,7 @@
 //! When fields wake sleeping bodies.
 
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
-use crate::rigid::{Body, Wrench};
+use crate::rigid::{Body, Wrench, find};
 
 /// When fields wake sleeping bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,6 +101,11 @@ impl Resting {
         let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
         self.0
             .binary_search_by_key(&index(&handle), |(known, _)| index(known))
+    }
+
+    /// Forgets bodies that are awake, in the order of their handles.
+    pub(crate) fn forget(&mut self, awake: &[RigidBodyHandle]) {
+        self.0.retain(|(body, _)| find(awake, *body).is_none());
     }
 
     pub(crate) fn is_empty(&self) -> bool {

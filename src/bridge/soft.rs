@@ -86,7 +86,7 @@ impl SoftBodies {
         self.left_out.resize(samples.list.len(), false);
         let forces = &mut self.forces;
         self.evaluator
-            .wrenches(compiled, frames, samples, moment, forces);
+            .wrenches(compiled, frames, samples, moment, forces, None);
         Fault::of_wrenches(forces, compiled, frames, samples, moment)
     }
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
 use super::anchors::Anchors;
+use super::at_centres::AtCentres;
 use super::entries::{ConstantField, DetectionField, RadialBatch, RadialKey};
 use super::extent::Extent;
 use super::facts::{FactCounts, Facts};
@@ -35,6 +36,8 @@ pub(crate) struct Compiled {
     pub requirements: SamplingRequirements,
     /// Whether any field depends on velocities.
     pub reads_velocity: bool,
+    /// Whether any does but drag and wind in [closed form](Program::as_drag).
+    pub reads_velocity_otherwise: bool,
     /// Whether any field depends on the user's axes.
     pub reads_user_axes: bool,
     /// Whether any field may change in time while its anchor stands still.
@@ -43,8 +46,8 @@ pub(crate) struct Compiled {
     pub torque_possible: bool,
     /// Whether the force at a point, on what rests there, never changes.
     pub is_static: bool,
-    /// Whether all forces are the same everywhere.
-    pub only_constants: bool,
+    /// The bodies on which it can be evaluated at their centres of mass alone.
+    pub at_centres: Option<AtCentres>,
 
     pub(super) terms: HashMap<Key, TermRecord, BuildHasherDefault<Fingerprint>>,
     pub(super) tally: FactCounts,

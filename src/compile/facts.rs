@@ -33,7 +33,9 @@ impl Facts {
     const PIECES: u32 = 14;
     const POINTS: u32 = 15;
     const APART: u32 = 16;
-    const COUNT: usize = 17;
+    /// Depends on velocities, and is no drag or wind in closed form.
+    pub(super) const READS_VELOCITY_OTHERWISE: u32 = 17;
+    const COUNT: usize = 18;
 
     pub(super) fn set(&mut self, fact: u32) {
         self.0 |= 1 << fact;

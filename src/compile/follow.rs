@@ -1,5 +1,6 @@
 //! Following the changes of a set, term by term.
 
+use super::at_centres::AtCentres;
 use super::compiled::{Compiled, TermRecord};
 use super::entries::{ConstantField, DetectionField, RadialBatch, RadialSource};
 use super::facts::Facts;
@@ -233,11 +234,11 @@ impl Compiled {
         self.requirements = tally.wanted();
         self.requirements.parts |= !self.overrides.is_empty();
         self.reads_velocity = tally.any(Facts::READS_VELOCITY);
+        self.reads_velocity_otherwise = tally.any(Facts::READS_VELOCITY_OTHERWISE);
         self.reads_time = tally.any(Facts::READS_TIME);
         self.reads_user_axes = tally.any(Facts::READS_USER_AXES);
         self.torque_possible = tally.any(Facts::TURNS) || !self.overrides.is_empty();
         self.is_static = !tally.any(Facts::MOVES) && !tally.any(Facts::READS_TIME);
-        self.only_constants = !tally.any(Facts::VARIES);
         if std::mem::take(&mut self.masks_moved) || self.detectors_changed {
             self.place_masks();
         }
@@ -248,6 +249,11 @@ impl Compiled {
             self.extent
                 .renew(&self.radials, &self.programs, &self.anchors);
         }
+        let alone = self.detectors.is_empty() && self.overrides.is_empty();
+        let still = alone && !self.tally.any(Facts::MOVES);
+        let radials = self.radials.iter().map(|(_, batch)| batch);
+        let programs = self.programs.iter().map(|(_, program)| program);
+        self.at_centres = still.then(|| AtCentres::of(radials, programs)).flatten();
         self.revision = set.revision();
     }
 

@@ -74,6 +74,8 @@ impl Lowering<'_> {
             facts.set_if(Facts::TURNS, !at_centres || program.how.cuts != Cuts::Never);
             facts.set(Facts::VARIES);
             facts.set_if(Facts::UNBOUNDED, program.reach.is_none());
+            let otherwise = program.reads_velocity && program.as_drag().is_none();
+            facts.set_if(Facts::READS_VELOCITY_OTHERWISE, otherwise);
         }
         let mut answers = lowered.detectors.iter();
         let answers = answers.any(|detector| detector.law != ContactLaw::Observe);

@@ -9,6 +9,7 @@
 //! - every other term becomes a postfix [`Program`], with as many instances as it has anchors.
 
 mod anchors;
+mod at_centres;
 mod batches;
 mod compiled;
 mod cost;
@@ -27,6 +28,7 @@ mod requirements;
 mod roster;
 
 pub(crate) use anchors::{AnchorId, NO_ANCHOR};
+pub(crate) use at_centres::AtCentres;
 pub(crate) use compiled::{Compiled, Prepared};
 pub(crate) use entries::{
     ConstantField, DetectionField, FieldMask, RadialBatch, RadialSource, Weighting,

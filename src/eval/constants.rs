@@ -2,13 +2,53 @@
 
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::frames::FrameCache;
-use crate::compile::{ConstantField, Weighting};
+use crate::compile::ConstantField;
 use crate::field::{ForceMode, Frames};
-use crate::math::Vector;
+use crate::math::{Real, Vector};
+use crate::sample::SamplePoint;
 
 /// Adds up all constants first: one weight of a body for all of a kind.
 #[derive(Debug, Default)]
 pub(super) struct Constants;
+
+/// The sums of some constants, by what they are.
+#[derive(Debug)]
+pub(super) struct Pull {
+    force: Vector,
+    acceleration: Vector,
+    /// A change of velocity over the step.
+    change: Vector,
+    dt: Real,
+}
+
+impl Pull {
+    /// In a step of length `dt`.
+    pub(super) fn of(constants: &[ConstantField], dt: Real) -> Self {
+        let sum = |mode: ForceMode| -> Vector {
+            let fields = constants.iter().filter(|constant| constant.mode == mode);
+            fields.map(|constant| constant.vector).sum()
+        };
+        Pull {
+            force: sum(ForceMode::Force),
+            acceleration: sum(ForceMode::Acceleration),
+            change: sum(ForceMode::VelocityChange),
+            dt,
+        }
+    }
+
+    /// The force on a body, or on a particle of a soft body.
+    pub(super) fn on(&self, sample: &SamplePoint) -> Vector {
+        let mass = sample.mass;
+        let mut pull = self.force * sample.share;
+        if self.acceleration != Vector::ZERO {
+            pull += self.acceleration * mass;
+        }
+        if self.change != Vector::ZERO {
+            pull += self.change * (mass / self.dt);
+        }
+        pull
+    }
+}
 
 impl BatchEvaluator<[ConstantField]> for Constants {
     fn add(
@@ -18,21 +58,10 @@ impl BatchEvaluator<[ConstantField]> for Constants {
         _: &mut FrameCache,
         sums: &mut Sums<'_>,
     ) {
-        for mode in [
-            ForceMode::Force,
-            ForceMode::Acceleration,
-            ForceMode::VelocityChange,
-        ] {
-            let fields = constants.iter().filter(|constant| constant.mode == mode);
-            let vector: Vector = fields.map(|constant| constant.vector).sum();
-            if vector == Vector::ZERO {
-                continue;
-            }
-            let weighting = Weighting::shared(mode);
-            let bodies = scene.samples.centres.iter().zip(&mut *sums.wrenches);
-            for (centre, wrench) in bodies {
-                wrench.force += vector * scene.samples.weight(centre, &weighting, scene.moment);
-            }
+        let pull = Pull::of(constants, scene.moment.dt);
+        let bodies = scene.samples.centres.iter().zip(&mut *sums.wrenches);
+        if !constants.is_empty() {
+            bodies.for_each(|(centre, wrench)| wrench.force += pull.on(centre));
         }
     }
 }

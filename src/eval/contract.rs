@@ -1,6 +1,7 @@
 //! What every evaluator promises.
 
 use super::frames::FrameCache;
+use super::slowings::BodySlowings;
 use crate::compile::Compiled;
 use crate::field::Frames;
 use crate::math::Vector;
@@ -21,6 +22,8 @@ pub(super) struct Sums<'a> {
     pub forces: &'a mut [Vector],
     /// What acts on each body as a whole, beside the forces on its samples.
     pub wrenches: &'a mut [Wrench],
+    /// How drag and wind slow the bodies, if that is asked for.
+    pub slowings: Option<&'a mut BodySlowings>,
 }
 
 /// Evaluates batches of one kind. `tests` in this folder hold each one to it:

@@ -5,8 +5,47 @@ use fearless_simd::{Simd, dispatch};
 use super::lanes::level;
 use super::quantity::Terms;
 use crate::compile::{Program, Step};
-use crate::field::{Axis, Formula, Frame, Linearised, LocalQuery, Open, Query, Scalar, real};
-use crate::math::{DVec3, Vector};
+use crate::field::{
+    Axis, ForceMode, Formula, Frame, Linearised, LocalQuery, Open, Query, Scalar, real,
+};
+use crate::math::{DVec3, Vector, to_f64};
+use crate::rigid::Slowing;
+use crate::sample::{Moment, SamplePoint};
+
+/// An instance of a program that may be a drag or a wind.
+pub(super) struct DragOn<'a> {
+    pub program: &'a Program,
+    pub instance: usize,
+    pub moment: Moment,
+}
+
+impl DragOn<'_> {
+    /// How its `force` on a sample falls with the velocity there; `None` if it is
+    /// [none](Program::as_drag).
+    pub(super) fn slowing(&self, sample: &SamplePoint, force: DVec3) -> Option<Slowing> {
+        let drag = self.program.as_drag()?;
+        let field = &self.program.leaves[0];
+        let strength = to_f64(self.program.strength(self.instance, 0));
+        let share = field.lifetime.share_of(self.moment.span);
+        let weight = self.weight(field.mode, sample) * strength * share;
+        Some(Slowing::of_drag(
+            force,
+            weight,
+            [drag.linear, drag.quadratic].map(to_f64),
+        ))
+    }
+
+    /// What turns the vector of a field that is shared out by mass into a force on a sample.
+    fn weight(&self, mode: ForceMode, sample: &SamplePoint) -> f64 {
+        let mass = to_f64(sample.mass);
+        let whole = match mode {
+            ForceMode::Force => to_f64(sample.share),
+            ForceMode::Acceleration => mass,
+            ForceMode::VelocityChange => mass / to_f64(self.moment.dt),
+        };
+        whole * to_f64(sample.fraction)
+    }
+}
 
 /// The force of a program that is one drag, in closed form; `None` where that is not known. Its derivative by
 /// place is right only if all terms are asked for.
@@ -26,7 +65,7 @@ pub(super) fn drag_on(
     let reads_velocity = |scale: &Scalar| scale.axes().any(Axis::reads_velocity);
     let known = match terms {
         Terms::All => still,
-        Terms::ThatReadVelocities => !leaf.scale.as_ref().is_some_and(reads_velocity),
+        _ => !leaf.scale.as_ref().is_some_and(reads_velocity),
     };
     if !known || !leaf.acts_on(query, frame) {
         return None;

@@ -172,7 +172,13 @@ impl Lineariser {
         self.index.at(compiled, sample.world_point, &mut self.found);
         for (_, number) in &self.found {
             let program = compiled.programs.get(*number);
-            let asked = |program: &&Program| terms == Terms::All || program.reads_velocity;
+            let asked = |program: &&Program| match terms {
+                Terms::All => true,
+                Terms::ThatReadVelocities => program.reads_velocity,
+                Terms::ThatReadVelocitiesOtherwise => {
+                    program.reads_velocity && program.as_drag().is_none()
+                }
+            };
             let Some(program) = program.filter(asked).filter(|program| wanted(program)) else {
                 continue;
             };

@@ -1,5 +1,6 @@
 //! Evaluate: batches × samples → forces.
 
+mod at_centres;
 mod clouds;
 mod constants;
 mod contract;
@@ -19,6 +20,7 @@ mod pairwise;
 mod programs;
 mod quantity;
 mod radial;
+mod slowings;
 mod sources;
 #[cfg(test)]
 mod tests;
@@ -30,10 +32,12 @@ use crate::math::{Vector, to_f64};
 use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
+pub(crate) use at_centres::{AT_ONCE, Centre, CentreEvaluator, CentreForce};
 pub(crate) use interpreter::Interpreter;
 pub(crate) use linearise::Lineariser;
 pub use quantity::PotentialEnergy;
 pub(crate) use quantity::Terms;
+pub(crate) use slowings::{BodySlowing, BodySlowings};
 
 use constants::Constants;
 use contract::{BatchEvaluator, Scene, Sums};
@@ -53,7 +57,8 @@ pub(crate) struct Evaluator {
 }
 
 impl Evaluator {
-    /// The wrench on each body of `samples`.
+    /// The wrench on each body of `samples`; what drag and wind have a part in, and how that falls with the
+    /// velocities, goes to `slowings`, if given.
     pub(crate) fn wrenches(
         &mut self,
         compiled: &Compiled,
@@ -61,6 +66,7 @@ impl Evaluator {
         samples: &Samples,
         moment: Moment,
         wrenches: &mut Vec<Wrench>,
+        slowings: Option<&mut BodySlowings>,
     ) {
         let scene = Scene {
             compiled,
@@ -75,6 +81,7 @@ impl Evaluator {
         let sums = &mut Sums {
             forces: &mut self.forces,
             wrenches,
+            slowings,
         };
         Constants.add((0, &compiled.constants), &scene, frames, sums);
         self.radials
@@ -122,6 +129,7 @@ impl Evaluator {
         let sums = &mut Sums {
             forces: &mut self.forces,
             wrenches: &mut of_bodies,
+            slowings: None,
         };
         let (radials, quantity) = (&compiled.radials, Quantity::Potential);
         self.radials

@@ -4,6 +4,7 @@ use fearless_simd::dispatch;
 
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::cut::{Asked, BodyCuts};
+use super::drags::DragOn;
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
@@ -11,7 +12,8 @@ use super::lanes::{lanes_of, level};
 use super::wide::{Asked as Wide, Found, WIDTH};
 use crate::compile::{Compiled, Key, Program};
 use crate::field::{Cuts, Frames, Motion, real};
-use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64};
+use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3};
+
 use crate::sample::{SamplePoint, Samples};
 use crate::threads::each_chunk;
 
@@ -240,7 +242,7 @@ impl Programs {
         });
         for (found, run) in all_found.iter().zip(run.chunks(WIDTH)) {
             for lane in lanes_of(found.defined) {
-                self.add_force(asked, run[lane].1, found.force(lane), sums);
+                self.add_force(asked, run[lane].1, found.exact_force(lane), sums);
             }
             for lane in lanes_of(found.doubtful) {
                 self.add_one(asked, run[lane].1, sums);
@@ -259,13 +261,25 @@ impl Programs {
         let machine = &mut self.machine;
         let outcome = machine.run(program, instance, asked.frames, &query, &motion);
         if let Some(outcome) = outcome {
-            self.add_force(asked, place, from_dvec3(real(outcome.force)), sums);
+            self.add_force(asked, place, real(outcome.force), sums);
         }
     }
 
     /// Adds a force on one sample; takes note of its reaction.
-    fn add_force(&mut self, asked: &Wide<'_>, place: u32, force: Vector, sums: &mut Sums<'_>) {
+    fn add_force(&mut self, asked: &Wide<'_>, place: u32, exact: DVec3, sums: &mut Sums<'_>) {
         let (samples, count) = (asked.samples, asked.samples.centres.len());
+        if let Some(slowings) = &mut sums.slowings {
+            let sample = sample_at(samples, place);
+            let drag = DragOn {
+                program: asked.program,
+                instance: asked.instance,
+                moment: asked.moment,
+            };
+            if let Some(slowing) = drag.slowing(sample, exact) {
+                slowings.add(sample.body, to_dvec3(sample.arm), exact, &slowing);
+            }
+        }
+        let force = from_dvec3(exact);
         match (place as usize).checked_sub(count) {
             Some(place) => sums.forces[place] += force,
             None => sums.wrenches[place as usize].force += force,

@@ -27,4 +27,6 @@ pub(super) enum Quantity {
 pub(crate) enum Terms {
     All,
     ThatReadVelocities,
+    /// Those without drag and wind that have [`BodySlowings`](super::BodySlowings).
+    ThatReadVelocitiesOtherwise,
 }

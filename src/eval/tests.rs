@@ -148,6 +148,7 @@ impl Stage {
         let mut sums = Sums {
             forces: &mut forces,
             wrenches: &mut wrenches,
+            slowings: None,
         };
         evaluator.begin(&scene, &mut frames);
         for batch in batches(&self.compiled) {

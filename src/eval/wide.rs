@@ -9,7 +9,7 @@ use fearless_simd::Simd;
 use super::interpreter::SampleContext;
 use crate::compile::Program;
 use crate::field::{Frame, LANES, Lanes, Motion, Number, Numbers, Open, Plain, Queries, Vec3};
-use crate::math::{DVec3, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::math::{DVec3, to_dvec3, to_f64};
 use crate::sample::{Moment, SamplePoint, Samples};
 
 /// How many samples.
@@ -33,10 +33,10 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// The force on a sample on which it is defined.
-    pub(super) fn force(&self, lane: usize) -> Vector {
+    /// The force on a sample on which it is defined, not rounded.
+    pub(super) fn exact_force(&self, lane: usize) -> DVec3 {
         let [x, y, z] = &self.forces;
-        from_dvec3(DVec3::new(x[lane], y[lane], z[lane]))
+        DVec3::new(x[lane], y[lane], z[lane])
     }
 }
 

@@ -7,7 +7,7 @@ use super::scheme::Scheme;
 use crate::compile::Compiled;
 use crate::field::{Anchor, Span};
 use crate::math::{Real, RigidBodyHandle, Vector};
-use crate::rigid::{Body, Lookup};
+use crate::rigid::{Body, BodySet, Lookup};
 use crate::sample::{Moment, Samples};
 
 /// What a stage of a step is given.
@@ -40,8 +40,8 @@ pub(crate) struct MotionRules<'a> {
     pub max_speed: Real,
     /// Links of multibodies, in the order of their handles: they ignore impulses.
     pub links: &'a [RigidBodyHandle],
-    /// Bodies that Rapier's solver holds, by contacts or joints, in the order of their handles.
-    pub held: &'a [RigidBodyHandle],
+    /// Bodies that Rapier's solver holds, by contacts or joints.
+    pub held: &'a BodySet,
     /// What else moves those of them whose forces read velocities.
     pub reactions: Option<&'a Reactions>,
     pub on_fault: FaultPolicy,

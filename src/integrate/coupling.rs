@@ -1,8 +1,9 @@
 //! Forces that read velocities, linear in them: kicks solve for the velocities they end in.
 
-use super::exponential::{mean3, mean6, phi1};
+use super::exponential::{mean3, mean6};
+use crate::eval::BodySlowing;
 use crate::rapier::na::{Matrix3, Matrix6, Vector6};
-use crate::rigid::{Mobility, Wrench, join, rounded};
+use crate::rigid::{Mobility, Wrench, join, phi1, rounded};
 
 /// Two evaluations that differ by no more than this part are the same, but for rounding.
 const SAME: f64 = 1e-5;
@@ -48,6 +49,21 @@ impl Slope {
         {
             true => Slope::OfPoint(slope.fixed_view::<3, 3>(0, 0).into_owned()),
             false => Slope::OfBody(*slope),
+        }
+    }
+
+    /// Of drag and wind.
+    pub(super) fn of_drags(drags: &BodySlowing) -> Self {
+        if drags.at_centre {
+            return Slope::OfPoint(drags.slope.fixed_view::<3, 3>(0, 0).into_owned());
+        }
+        Slope::OfBody(drags.slope)
+    }
+
+    pub(super) fn plus(&self, other: &Slope) -> Self {
+        match (self, other) {
+            (Slope::OfPoint(one), Slope::OfPoint(other)) => Slope::OfPoint(one + other),
+            _ => Slope::OfBody(self.matrix() + other.matrix()),
         }
     }
 

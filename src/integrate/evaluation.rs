@@ -9,7 +9,7 @@ use super::stiffness::{Estimate, Treatment};
 use super::{Integrator, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
 use crate::rapier::na::Vector6;
-use crate::rigid::{Lookup, Wrench, find, six};
+use crate::rigid::{Lookup, Wrench, find, find_near, six};
 
 /// The wrenches on some bodies, and what is known of them beyond that. Outlives its step: unless
 /// something changes, the next one begins with it.
@@ -49,6 +49,11 @@ impl Evaluation {
     /// The place of a body.
     pub(crate) fn place_of(&self, body: RigidBodyHandle) -> Option<usize> {
         find(&self.bodies, body)
+    }
+
+    /// The place of a body that is mostly at the place `guess`.
+    pub(crate) fn place_near(&self, guess: usize, body: RigidBodyHandle) -> Option<usize> {
+        find_near(&self.bodies, guess, body)
     }
 
     pub(super) fn estimate(&self, place: usize) -> Option<&Estimate> {
@@ -212,8 +217,13 @@ impl Integrator {
         let frames = self.motions.frames(context, &[], 0.0);
         let (compiled, samples, moment) = (context.compiled, context.samples, context.moment());
         let wrenches = &mut evaluation.wrenches;
+        self.slowings.start(0);
+        let slowings = compiled.reads_velocity.then(|| {
+            self.slowings.start(samples.bodies.len());
+            &mut self.slowings
+        });
         self.evaluator
-            .wrenches(compiled, &frames, samples, moment, wrenches);
+            .wrenches(compiled, &frames, samples, moment, wrenches, slowings);
         let fault = Fault::of_wrenches(wrenches, compiled, &frames, samples, moment);
         fault.map_or(Ok(()), Err)
     }

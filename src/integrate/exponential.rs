@@ -2,11 +2,7 @@
 //! Hochbruck and A. Ostermann, Acta Numerica 19 (2010) 209, §2).
 
 use crate::rapier::na::{Const, DimMin, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
-
-/// φ₁(x) = (eˣ − 1)/x.
-pub(super) fn phi1(x: f64) -> f64 {
-    if x == 0.0 { 1.0 } else { x.exp_m1() / x }
-}
+use crate::rigid::phi1;
 
 /// φ₁(A) x of three components; `None` if it is not finite or beyond [`LARGEST`].
 pub(super) fn mean3(rate: &Matrix3<f64>, x: Vector3<f64>) -> Option<Vector3<f64>> {
@@ -31,6 +27,28 @@ pub(super) fn mean6(rate: &Matrix6<f64>, x: &Vector6<f64>) -> Option<Vector6<f64
 /// The library's exponential takes the tenth power of a matrix, and with no end if that overflows.
 const LARGEST: f64 = 1e28;
 
+/// By the series of φ₁, where its terms do not cancel.
+fn by_series<const N: usize>(
+    rate: &SMatrix<f64, N, N>,
+    x: &SVector<f64, N>,
+) -> Option<SVector<f64, N>> {
+    let rows = rate.row_iter().map(|row| row.lp_norm(1));
+    // Not so if anything is NaN.
+    if !rows.into_iter().all(|sum| sum <= 0.5) {
+        return None;
+    }
+    let (mut mean, mut term) = (*x, *x);
+    let size = x.amax();
+    for order in 2..20 {
+        term = rate * term / f64::from(order);
+        mean += term;
+        if term.amax() <= f64::EPSILON * 0.125 * size {
+            break;
+        }
+    }
+    mean.iter().all(|x| x.is_finite()).then_some(mean)
+}
+
 /// As a column of the exponential of (A, x; 0, 0), which has a row and a column more.
 fn by_exponential<const N: usize, const MORE: usize>(
     rate: &SMatrix<f64, N, N>,
@@ -39,6 +57,9 @@ fn by_exponential<const N: usize, const MORE: usize>(
 where
     Const<MORE>: DimMin<Const<MORE>, Output = Const<MORE>>,
 {
+    if let Some(mean) = by_series(rate, x) {
+        return Some(mean);
+    }
     // A force of any size is as exact as one of size 1.
     let size = x.amax();
     if size == 0.0 {

@@ -7,11 +7,11 @@
 
 use super::StepContext;
 use super::coupling::Besides;
-use super::exponential::phi1;
 use super::motion::VelocityUpdate;
-use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
+use crate::eval::CentreForce;
+use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
-use crate::rigid::{Body, Lookup, Wrench, six};
+use crate::rigid::{Body, Lookup, Wrench, phi1, six, stopped};
 
 /// How a body moves freely in a step.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +31,14 @@ impl<W: Lookup> StepContext<'_, W> {
 }
 
 impl FreeMotion {
+    /// Nothing but fields.
+    pub(crate) const NONE: FreeMotion = FreeMotion {
+        own: Vector::ZERO,
+        damping: [0.0; 2],
+        iteration: 1.0,
+        dt: 0.0,
+    };
+
     pub(crate) fn new(body: &Body, gravity: Vector, iterations: u32, dt: Real) -> Self {
         let weight = gravity * (body.gravity_scale * body.mass);
         let count = body.iterations(iterations).max(1);
@@ -85,6 +93,23 @@ impl FreeMotion {
             twist += body.angular_momentum_now() * rate.exp_m1();
         }
         (self.kicked(body, wrench, duration), twist)
+    }
+
+    /// The velocity after a force at the centre of mass and all of this have acted for `duration`, exactly
+    /// where the force is linear in the velocity: drag of any strength stops a body and never turns it back.
+    #[inline]
+    pub(crate) fn slowed(
+        &self,
+        linvel: Vector,
+        inv_mass: Real,
+        felt: &CentreForce,
+        duration: Real,
+    ) -> Vector {
+        let (now, damping) = (to_dvec3(linvel), to_f64(self.damping[0]));
+        let (inv_mass, duration) = (to_f64(inv_mass), to_f64(duration));
+        let all = felt.force * inv_mass + to_dvec3(self.own) - now * damping;
+        let mean = felt.slowing.mean(all, inv_mass, damping, duration);
+        from_dvec3(stopped(now, mean * duration))
     }
 
     /// What Rapier is to be given for a body that is to move at `linvel`.

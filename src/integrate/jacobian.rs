@@ -75,33 +75,27 @@ pub(crate) fn by_velocity(
     samples: &Samples,
     body: usize,
     moment: Moment,
+    terms: Terms,
 ) -> (Vector6<f64>, Slope) {
     let (mut wrench, mut at_centre) = (Vector6::zeros(), matrix(DMat3::ZERO));
     let mut whole: Option<Matrix6<f64>> = None;
-    lineariser.of_body(
-        world,
-        Terms::ThatReadVelocities,
-        samples,
-        moment,
-        body,
-        |sample, slope| {
-            let b = matrix(slope.by_velocity);
-            wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
-            if sample.arm == Vector::ZERO {
-                match &mut whole {
-                    None => at_centre += b,
-                    Some(whole) => {
-                        let mut force = whole.fixed_view_mut::<3, 3>(0, 0);
-                        force += b;
-                    }
+    lineariser.of_body(world, terms, samples, moment, body, |sample, slope| {
+        let b = matrix(slope.by_velocity);
+        wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
+        if sample.arm == Vector::ZERO {
+            match &mut whole {
+                None => at_centre += b,
+                Some(whole) => {
+                    let mut force = whole.fixed_view_mut::<3, 3>(0, 0);
+                    force += b;
                 }
-                return;
             }
-            let whole = whole.get_or_insert_with(|| Slope::OfPoint(at_centre).matrix());
-            let arm = cross_matrix(to_dvec3(sample.arm));
-            add(whole, [b, -b * arm], arm);
-        },
-    );
+            return;
+        }
+        let whole = whole.get_or_insert_with(|| Slope::OfPoint(at_centre).matrix());
+        let arm = cross_matrix(to_dvec3(sample.arm));
+        add(whole, [b, -b * arm], arm);
+    });
     let slope = whole.map_or(Slope::OfPoint(at_centre), |whole| Slope::of_body(&whole));
     (wrench, slope)
 }

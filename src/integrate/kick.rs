@@ -438,10 +438,8 @@ impl<W: Lookup> Kick<'_, W> {
             return Ok(());
         }
         let load = Load::new(body, wrench, self.wake, context.dt);
-        let [speed, turn] = load.speeds;
-        let adds_up = load.adds_up(body, context.rules.gravity);
-        if !(speed <= FASTEST && turn <= FASTEST && adds_up) {
-            return Err(Faster(speed));
+        if !load.is_bearable(body, context.rules.gravity) {
+            return Err(Faster(load.speeds[0]));
         }
         motions.loads.push(load);
         Ok(())

@@ -9,14 +9,14 @@
 use super::StepContext;
 use super::free_motion::FreeMotion;
 use super::motion::{VelocityUpdate, kicked};
+use crate::eval::CentreForce;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
-use crate::rigid::{Body, Lookup, Wrench, find};
+use crate::rigid::{Body, Lookup, Wrench};
 
 impl<W: Lookup> StepContext<'_, W> {
     /// Whether Rapier's solver holds a body.
     pub(super) fn is_held(&self, body: &Body) -> bool {
-        let held = self.rules.held;
-        !held.is_empty() && find(held, body.handle).is_some()
+        self.rules.held.contains(body.handle)
     }
 }
 
@@ -92,6 +92,22 @@ pub(crate) fn complete(
         update.linvel -= motion.taken_back(body, before.given, wrench, duration);
     }
     Some(update)
+}
+
+/// The same for a body that nothing holds, pushed at its centre of mass by a force that falls with the
+/// velocity. `was_free`: whether its kick before Rapier's step held Rapier's own pull.
+pub(crate) fn complete_slowed(
+    body: &Body,
+    motion: &FreeMotion,
+    felt: &CentreForce,
+    was_free: bool,
+    duration: Real,
+) -> VelocityUpdate {
+    let acting = if was_free { *motion } else { FreeMotion::NONE };
+    let mut update = acting.kicked(body, Wrench::ZERO, duration);
+    update.linvel = acting.slowed(body.linvel, body.inv_mass.x, felt, duration);
+    update.linvel += motion.catches_up(was_free, true);
+    update
 }
 
 impl FreeMotion {

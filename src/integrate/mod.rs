@@ -39,14 +39,14 @@ pub(crate) use evaluation::Evaluation;
 pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use kick::{Deflection, Redirected};
-pub(crate) use load::{Before, complete};
+pub(crate) use load::{Before, complete, complete_slowed};
 pub(crate) use motion::{Arrived, FASTEST, Load, Motions, TurnAfter, VelocityUpdate, kicked};
 pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
 pub(crate) use reaction::Reactions;
 pub(crate) use redo::Redone;
-pub(crate) use watch::{warn_of_caps, warn_of_springs};
+pub(crate) use watch::{Caps, stiff_from, warn_of_caps, warn_of_springs};
 
-use crate::eval::{Evaluator, Lineariser};
+use crate::eval::{BodySlowings, Evaluator, Lineariser};
 use crate::math::RigidBodyHandle;
 
 /// Buffers of the stage.
@@ -54,6 +54,8 @@ use crate::math::RigidBodyHandle;
 pub(crate) struct Integrator {
     pub(crate) evaluator: Evaluator,
     lineariser: Lineariser,
+    /// How drag and wind slow the bodies, as they were last evaluated.
+    slowings: BodySlowings,
     scout: scout::Scout,
     substeps: substeps::SubstepIntegrator,
     /// Bodies that are moved together.

@@ -10,8 +10,9 @@ use super::secant::fourth_power;
 use super::stability::COUPLED;
 use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext};
+use crate::eval::Terms;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
-use crate::rapier::na::Vector6;
+use crate::rapier::na::{Matrix3, Vector6};
 use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
@@ -373,16 +374,31 @@ impl Integrator {
         jacobian::of_body(&mut self.lineariser, world, samples, place, moment, angvel)
     }
 
-    /// The part of it by velocities.
+    /// The wrench on a body that changes with its velocities, and how: of drag and wind as the last
+    /// evaluation has it, of other fields from the lineariser.
     fn by_velocity(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         place: usize,
     ) -> (Vector6<f64>, Slope) {
-        let frames = self.motions.frames(context, &[], 0.0);
-        let world = (context.compiled, &frames);
-        let (samples, moment) = (context.samples, context.moment());
-        jacobian::by_velocity(&mut self.lineariser, world, samples, place, moment)
+        let drags = self.slowings.on(place);
+        let terms = match drags {
+            Some(_) => Terms::ThatReadVelocitiesOtherwise,
+            None => Terms::ThatReadVelocities,
+        };
+        let mut sum = drags.map(|it| (it.wrench, Slope::of_drags(&it)));
+        if sum.is_none() || context.compiled.reads_velocity_otherwise {
+            let frames = self.motions.frames(context, &[], 0.0);
+            let world = (context.compiled, &frames);
+            let (samples, moment) = (context.samples, context.moment());
+            let lineariser = &mut self.lineariser;
+            let other = jacobian::by_velocity(lineariser, world, samples, place, moment, terms);
+            sum = Some(match sum {
+                Some((wrench, slope)) => (wrench + other.0, slope.plus(&other.1)),
+                None => other,
+            });
+        }
+        sum.unwrap_or_else(|| (Vector6::zeros(), Slope::OfPoint(Matrix3::zeros())))
     }
 
     /// Takes the derivatives by velocity, since kicks solve for it.
@@ -390,7 +406,10 @@ impl Integrator {
         if !context.compiled.reads_velocity {
             return;
         }
-        self.prepare(context);
+        let closed = self.slowings.of_any() && !context.compiled.reads_velocity_otherwise;
+        if !closed {
+            self.prepare(context);
+        }
         evaluation.couplings.clear();
         for place in 0..evaluation.bodies.len() {
             let (wrench, body) = (evaluation.wrenches[place], &context.bodies[place]);

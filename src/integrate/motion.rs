@@ -457,6 +457,12 @@ impl Load {
         force.is_finite() && torque.is_finite()
     }
 
+    /// Whether Rapier can be given it.
+    pub(crate) fn is_bearable(&self, body: &Body, gravity: Vector) -> bool {
+        let slow = |speed: Real| speed <= FASTEST;
+        self.speeds.into_iter().all(slow) && self.adds_up(body, gravity)
+    }
+
     /// The wrench that makes these velocities of those of a body within a step.
     pub(super) fn making(body: &Body, update: &VelocityUpdate, dt: Real) -> Wrench {
         let attitude = to_dquat(body.pose.rotation);

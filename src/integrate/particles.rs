@@ -9,7 +9,7 @@ use super::coupling::{Besides, Coupling};
 use super::jacobian::by_velocity;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
-use crate::eval::Lineariser;
+use crate::eval::{Lineariser, Terms};
 use crate::field::Frames;
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::na::{Matrix3, Vector6};
@@ -98,8 +98,14 @@ impl Particles {
         self.lineariser.prepare(world.0, world.1);
         for (place, force) in forces.iter().enumerate() {
             let coupling = (!left_out[place]).then(|| {
-                let (part, slope) =
-                    by_velocity(&mut self.lineariser, world, samples, place, moment);
+                let (part, slope) = by_velocity(
+                    &mut self.lineariser,
+                    world,
+                    samples,
+                    place,
+                    moment,
+                    Terms::ThatReadVelocities,
+                );
                 let at = six(to_dvec3(samples.centres[place].velocity), DVec3::ZERO);
                 let felt = slope.is_finite() && !slope.is_zero();
                 felt.then(|| Coupling::new((&part, slope), &of_wrench(*force), at))

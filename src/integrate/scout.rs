@@ -76,7 +76,7 @@ impl Scout {
         let frames = motions.frames(context, &[], to_f64(part));
         let (compiled, moment) = (context.compiled, context.moment());
         self.evaluator
-            .wrenches(compiled, &frames, samples, moment, &mut self.wrenches);
+            .wrenches(compiled, &frames, samples, moment, &mut self.wrenches, None);
     }
 
     /// (dt·ω)² as it shows for a body, on which a wrench acts `here`; zero if that is as good as rounding.

@@ -7,7 +7,6 @@ mod bisection;
 
 use super::context::StepContext;
 use super::coupling::{Besides, Coupling, Slope};
-use super::exponential::phi1;
 use super::fault::{Fault, FaultKind, Sift};
 use super::jacobian::{self, Jacobian};
 use super::motion::{FASTEST, Start};
@@ -21,7 +20,7 @@ use crate::math::{DVec3, RigidBodyHandle};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
-use crate::rigid::{Lookup, Mobility, RigidState, Wrench, of_wrench, pair, six};
+use crate::rigid::{Lookup, Mobility, RigidState, Wrench, of_wrench, pair, phi1, six};
 use crate::sample::{Moment, SamplePoint, Samples};
 
 /// Evaluations that solve the kicks of a scheme of fourth order, where forces read velocities:
@@ -381,7 +380,7 @@ impl<W: Lookup> Run<'_, W> {
         let (compiled, moment) = (self.setting.context.compiled, self.moment());
         let (frames, samples, wrenches) = (self.frames(), &group.samples, &mut group.wrenches);
         let evaluator = &mut group.evaluator;
-        evaluator.wrenches(compiled, &frames, samples, moment, wrenches);
+        evaluator.wrenches(compiled, &frames, samples, moment, wrenches, None);
         let Some(fault) = Fault::of_wrenches(wrenches, compiled, &frames, samples, moment) else {
             return Ok(());
         };

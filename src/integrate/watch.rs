@@ -9,6 +9,7 @@ use super::stability::{BY_FORCE, COUPLED, Mode, warns_from};
 use super::stiffness::{Estimate, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
+use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Lookup, Mobility, Wrench, find};
 
 /// More new bodies than this are not all looked into: only so many, the worst by how the fields
@@ -289,6 +290,11 @@ impl Integrator {
     }
 }
 
+/// The (dt·ω)⁴ from which a body is to be looked into, under a scheme that does not choose.
+pub(crate) fn stiff_from(scheme: Scheme) -> Option<Real> {
+    warns_from(scheme).map(|limit| from_f64(limit.powi(4)))
+}
+
 /// The largest square of a frequency that a scheme that does not choose can follow.
 pub(super) fn most_to_follow(context: &StepContext<'_, impl Lookup>) -> Option<f64> {
     let limit = warns_from(context.rules.scheme)?;
@@ -401,26 +407,48 @@ pub(crate) fn warn_of_caps(
     motions: &Motions,
     warnings: &mut Vec<StepWarning>,
 ) {
-    let limit = context.rules.max_speed;
+    let caps = Caps {
+        speed: context.rules.max_speed,
+        dt: context.dt,
+    };
+    let look_up = |body: RigidBodyHandle| context.world.body(body);
     let updates = motions.updates.iter();
     let updates = updates.map(|it| (it.body, [it.linvel, it.angvel].map(Vector::length)));
     let loads = motions.loads.iter().map(|load| (load.body, load.speeds));
-    // Rapier's `MAX_ROTATION`, an eighth of a turn per step.
-    let fastest_turn = from_f64(std::f64::consts::FRAC_PI_4) / context.dt;
-    for (body, [speed, turn]) in updates.chain(loads) {
-        if speed > limit {
-            warnings.push(StepWarning::SpeedCapped { body, speed, limit });
-        }
-        let capped = || {
-            let body = context.world.body(body);
-            body.is_some_and(|body| !body.is_fast_rotation_allowed())
-        };
-        if turn > fastest_turn && capped() {
-            warnings.push(StepWarning::RotationCapped {
-                body,
-                speed: turn,
-                limit: fastest_turn,
-            });
-        }
+    for (body, speeds) in updates.chain(loads) {
+        warnings.extend(caps.of_speed(body, speeds[0]));
+        warnings.extend(caps.of_turn(body, speeds[1], look_up(body)));
+    }
+}
+
+/// What Rapier cuts velocities down to.
+#[derive(Clone, Copy)]
+pub(crate) struct Caps {
+    pub speed: Real,
+    pub dt: Real,
+}
+
+impl Caps {
+    /// What is to be said of a body that is given such a speed.
+    pub(crate) fn of_speed(self, body: RigidBodyHandle, speed: Real) -> Option<StepWarning> {
+        let limit = self.speed;
+        (speed > limit).then_some(StepWarning::SpeedCapped { body, speed, limit })
+    }
+
+    /// The same of an angular speed.
+    fn of_turn(
+        self,
+        handle: RigidBodyHandle,
+        speed: Real,
+        body: Option<&RigidBody>,
+    ) -> Option<StepWarning> {
+        // Rapier's `MAX_ROTATION`, an eighth of a turn per step.
+        let limit = from_f64(std::f64::consts::FRAC_PI_4) / self.dt;
+        let capped = || body.is_some_and(|body| !body.is_fast_rotation_allowed());
+        (speed > limit && capped()).then_some(StepWarning::RotationCapped {
+            body: handle,
+            speed,
+            limit,
+        })
     }
 }

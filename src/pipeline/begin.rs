@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::faults::answering;
-use super::stages::{Now, moment};
+use super::stages::{NONE, Now, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
@@ -89,6 +89,7 @@ impl FieldPipeline {
             dt,
             alone,
             idle,
+            at_centres: self.at_centres,
             motions: std::mem::take(&mut self.motions),
             bodies: std::mem::replace(&mut self.bodies, std::mem::take(&mut self.late_bodies)),
             rollback: std::mem::take(&mut self.rollback),
@@ -106,7 +107,7 @@ impl FieldPipeline {
             given: state.hand_over.given(),
             to_ask,
             unasked: self.calm.any(),
-            heard: Heard::new(fields.settings.cross_check.on),
+            heard: Heard::new(self.cross_checks(fields)),
         })
     }
 
@@ -158,7 +159,9 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let counts = [view.body_count(), view.collider_count()];
         let edited = state.mark != Some(set.mark());
-        self.other_bodies = state.anchored.map(|known| known[0]) != Some(counts[0]);
+        let known = state.anchored.map_or([None; 2], |known| known.map(Some));
+        self.other_bodies = known[0] != Some(counts[0]);
+        self.other_colliders = known[1] != Some(counts[1]);
         if !edited && state.anchored == Some(counts) {
             return Ok(());
         }
@@ -192,8 +195,9 @@ impl FieldPipeline {
         world: &WorldMut<'_>,
     ) -> Option<crate::cross_check::Expected> {
         let settings = &fields.settings.cross_check;
-        self.detector.log_touches(settings.on);
-        if !settings.on {
+        let checks = self.cross_checks(fields);
+        self.detector.log_touches(checks);
+        if !checks {
             return None;
         }
         state
@@ -255,6 +259,7 @@ impl FieldPipeline {
         let dt = world.integration_parameters.dt;
         let first = is_new(fields, state);
         self.restless.clear();
+        self.at_centres = false;
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
         if !sleepers && !first && self.is_idle(fields, world) {
             self.turn_freely(world.integration_parameters);
@@ -264,9 +269,11 @@ impl FieldPipeline {
             self.spare.clear();
             return Ok((true, false));
         }
-        let alike = !sleepers && self.pushes_alike(fields, world);
-        if alike && self.push_alike(fields, state, world, None).is_some() {
-            return Ok((false, false));
+        if !sleepers && self.acts_at_centres(fields, world) {
+            self.at_centres = self.begin_at_centres(fields, state, world).is_some();
+            if self.at_centres {
+                return Ok((false, false));
+            }
         }
         self.keep_copies(fields, world);
         self.read(world, (sleepers, first || self.other_bodies), &[]);
@@ -374,7 +381,7 @@ impl FieldPipeline {
             last.remove(&self.condemned);
         }
         let (view, exact) = (world.view(), self.exact_turns(fields));
-        let rules = Self::rules([&self.links, &self.held], exact, fields, world);
+        let rules = Self::rules(&self.links, &self.held, exact, fields, world);
         let read = (&self.compiled, &self.samples, &self.bodies[..]);
         let context = Self::context(&view, read, now, rules);
         let (integrator, warnings) = (&mut self.integrator, &mut self.warnings);
@@ -412,7 +419,7 @@ impl FieldPipeline {
             return;
         };
         let (view, dt) = (world.view(), world.integration_parameters.dt);
-        let rules = Self::rules([&[], &[]], false, fields, world);
+        let rules = Self::rules(&[], &NONE, false, fields, world);
         let read = (&self.compiled, &self.samples, &self.bodies[..]);
         let context = Self::context(&view, read, Now::first(state.time, dt), rules);
         self.integrator.look_again(
@@ -466,7 +473,7 @@ impl FieldPipeline {
             .decide(&self.bodies, wrenches, policy, &mut self.acting);
         let (view, exact) = (world.view(), self.exact_turns(fields));
         let sift = |fault: &Fault| sifted(fields.set, fault);
-        let rules = Self::rules([&self.links, &self.held], exact, fields, world);
+        let rules = Self::rules(&self.links, &self.held, exact, fields, world);
         let rules = MotionRules {
             reactions: Some(&state.reactions),
             ..answering(rules, self.on_fault, &sift)

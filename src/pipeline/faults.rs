@@ -21,7 +21,7 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let (view, exact) = (world.view(), self.exact_turns(fields));
         loop {
-            let rules = Self::rules([&self.links, &self.held], exact, fields, world);
+            let rules = Self::rules(&self.links, &self.held, exact, fields, world);
             let read = (&self.compiled, &self.samples, &self.bodies[..]);
             let context = Self::context(&view, read, now, rules);
             let outcome = self.integrator.evaluate(&context, &self.seen, evaluation);
@@ -132,7 +132,7 @@ impl FieldPipeline {
     /// bodies were.
     pub(super) fn keep_copies(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
         let refuses = self.on_fault == FaultPolicy::Refuse;
-        match refuses || fields.settings.cross_check.on {
+        match refuses || self.cross_checks(fields) {
             true => self.rollback.take(world),
             false => self.rollback.clear(),
         }

@@ -128,7 +128,8 @@ impl FieldPipeline {
         }
         self.sweep(fields, (began, dt), (&verdicts, &open.given), world);
         let check = &fields.settings.cross_check;
-        if check.on {
+        let checks = self.cross_checks(fields);
+        if checks {
             let (records, view) = (self.detector.touch_log(), world.view());
             let pose_before = |handle| open.rollback.pose_before(handle, &view);
             let report = &mut state.cross_check;
@@ -140,7 +141,7 @@ impl FieldPipeline {
         state.time = now;
         state.steps += 1;
         written += self.touch(fields, state, (&*open, &verdicts), world);
-        if check.on {
+        if checks {
             let (contacts, pairs) = (&self.detector.contacts, world.narrow_phase);
             let report = &mut state.cross_check;
             report.add_answers(check, &self.watched, contacts, pairs, &world.view());
@@ -240,9 +241,11 @@ impl FieldPipeline {
         if open.idle {
             return Ok(0);
         }
-        if open.bodies.is_empty() && self.pushes_alike(fields, world) {
-            let pushed = self.push_alike(fields, state, world, Some(&open.motions));
-            return Ok(pushed.unwrap_or(0));
+        if open.at_centres && self.acts_at_centres(fields, world) {
+            let written = self.finish_at_centres(fields, state, open, world);
+            if let Some(written) = written {
+                return Ok(written);
+            }
         }
         let deflected = |push: &Push| push.hit.is_some_and(|hit| hit.presumed.is_some());
         let bounced = !open.motions.bounced.is_empty();
@@ -284,7 +287,7 @@ impl FieldPipeline {
         let hits = &self.redirected();
         let may_redo = self.compiled.detectors.is_empty();
         let sift = |fault: &Fault| sifted(fields.set, fault);
-        let rules = Self::rules([&self.links, &self.held], exact, fields, world);
+        let rules = Self::rules(&self.links, &self.held, exact, fields, world);
         let rules = answering(rules, self.on_fault, &sift);
         let read = (&self.compiled, &self.samples, &self.bodies[..]);
         let context = Self::context(&view, read, now, rules);
@@ -413,7 +416,7 @@ impl FieldPipeline {
 
     /// Remembers under which wrenches bodies fell asleep in this step: the next evaluation may
     /// see changed fields already.
-    fn note_sleepers(
+    pub(super) fn note_sleepers(
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
@@ -429,9 +432,9 @@ impl FieldPipeline {
         let view = world.view();
         let asleep =
             |handle: RigidBodyHandle| view.body(handle).is_some_and(|body| body.is_sleeping());
-        for (body, wrench) in bodies.iter().zip(&evaluation.wrenches) {
-            if asleep(body.handle) {
-                state.resting.resting_under(body.handle, *wrench);
+        for body in bodies.iter().filter(|body| asleep(body.handle)) {
+            if let Some(wrench) = evaluation.wrench(body.handle) {
+                state.resting.resting_under(body.handle, wrench);
             }
         }
     }

@@ -26,8 +26,10 @@ pub struct OpenStep {
     pub(super) alone: bool,
     /// Whether no field can reach any body within the step.
     pub(super) idle: bool,
+    /// Whether fields acted at centres of mass alone.
+    pub(super) at_centres: bool,
     pub(super) motions: Motions,
-    /// The bodies that were sampled, as they were.
+    /// The bodies that were sampled, as they were; of a step at centres of mass, those that may fall asleep.
     pub(super) bodies: Vec<Body>,
     pub(super) rollback: Rollback,
     /// By what Rapier's step shows, unless it is ours.

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::stages::moment;
+use super::stages::{NONE, moment};
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, View};
 use crate::compile::{Compiled, Plan, Prepared};
@@ -225,7 +225,14 @@ impl FieldPipeline {
         let samples = points(current.properties(), world_points);
         let mut forces = Vec::new();
         let mut evaluator = Evaluator::default();
-        evaluator.wrenches(current.compiled(), &view, &samples, moment, &mut forces);
+        evaluator.wrenches(
+            current.compiled(),
+            &view,
+            &samples,
+            moment,
+            &mut forces,
+            None,
+        );
         let value = |(centre, wrench): (&SamplePoint, &Wrench)| {
             let query = Query {
                 body: None,
@@ -295,7 +302,7 @@ impl<'a> Scene<'a> {
                 gravity: Vector::ZERO,
                 max_speed: Real::MAX,
                 links: &[],
-                held: &[],
+                held: &NONE,
                 reactions: None,
                 on_fault: FaultPolicy::Refuse,
                 sift: None,

@@ -8,8 +8,11 @@ use crate::field::{FieldSet, Frame, Span};
 use crate::integrate::{FASTEST, MotionRules, StepContext, StepWarning, kicked};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
-use crate::rigid::{Body, Lookup, Wrench, is_sound};
+use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound};
 use crate::sample::{Moment, Properties, Samples};
+
+/// No bodies.
+pub(super) static NONE: BodySet = BodySet::new();
 
 /// Rapier's speed limit, but for what rounding adds over the iterations of a step.
 const BEYOND_LIMIT: Real = 1.001;
@@ -64,6 +67,11 @@ impl Reach {
 }
 
 impl FieldPipeline {
+    /// Whether contacts are compared with Rapier's: not where no field detects any.
+    pub(super) fn cross_checks(&self, fields: &Definition<'_>) -> bool {
+        fields.settings.cross_check.on && !self.compiled.detectors.is_empty()
+    }
+
     /// Takes up the links of multibodies.
     pub(super) fn find_links(&mut self, world: &WorldMut<'_>) {
         self.links.clear();
@@ -79,8 +87,7 @@ impl FieldPipeline {
     pub(super) fn find_held(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
         self.held.clear();
         if fields.settings.scheme.loads() || self.compiled.reads_velocity {
-            let bodies = self.bodies.iter().map(|body| body.handle);
-            Constraints::new(world).among(bodies, &mut self.held);
+            Constraints::new(world).find_held(&mut self.held);
         }
     }
 
@@ -93,7 +100,8 @@ impl FieldPipeline {
 
     /// How bodies move in this step, apart from fields.
     pub(super) fn rules<'a>(
-        [links, held]: [&'a [RigidBodyHandle]; 2],
+        links: &'a [RigidBodyHandle],
+        held: &'a BodySet,
         exact_turns: bool,
         fields: &Definition<'_>,
         world: &WorldMut<'_>,
@@ -191,7 +199,7 @@ impl FieldPipeline {
     /// Whether no field can reach any body in this step: all are bounded, and every body is farther
     /// away than Rapier lets it move. Then `self.bodies` are those that this crate turns all the same.
     pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
-        let watched = fields.settings.audit || fields.settings.cross_check.on;
+        let watched = fields.settings.audit || self.cross_checks(fields);
         let detects = !self.compiled.detectors.is_empty();
         let masked = self.compiled.detectors.iter().any(|it| it.mask.is_some());
         if watched || masked || !world.soft_bodies.is_empty() || !self.links.is_empty() {
@@ -217,13 +225,13 @@ impl FieldPipeline {
             return false;
         };
         let exact = self.exact_turns(fields);
+        if exact {
+            self.find_held(fields, world);
+        }
+        let held = &self.held;
         let (gatherer, parts) = (&mut self.gatherer, self.compiled.requirements.parts);
         let turns = self.compiled.torque_possible || exact;
         let turns = turns && world.integration_parameters.dt > 0.0;
-        let constraints = Constraints::new(world);
-        let held = |handle, body: &_| {
-            fields.settings.scheme.loads() && exact && constraints.hold(handle, body)
-        };
         let mut idle = true;
         let turning = &mut self.bodies;
         turning.clear();
@@ -241,7 +249,8 @@ impl FieldPipeline {
                 let top = || {
                     let copy = Body::of(handle, body);
                     let top = copy.free_top(body.angvel(), exact);
-                    top.filter(|_| !held(handle, body)).map(|_| copy)
+                    top.filter(|_| !(exact && held.contains(handle)))
+                        .map(|_| copy)
                 };
                 let spins = turns && body.angvel() != Vector::ZERO;
                 let top = spins.then(top).flatten();

@@ -1,10 +1,12 @@
 //! A rigid body in 64 bits: wrenches, inertia, free rotation and state.
 
 mod body;
+mod body_set;
 mod lookup;
 mod mobility;
 mod ordered;
 mod rotation;
+mod slowing;
 mod state;
 mod taylor_rotation;
 mod wrench;
@@ -12,11 +14,13 @@ mod wrench;
 pub use wrench::Wrench;
 
 pub(crate) use body::{Body, is_sound, origin_velocity};
+pub(crate) use body_set::BodySet;
 pub(crate) use lookup::Lookup;
 pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };
 pub(crate) use ordered::{find, find_by, find_near};
 pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel, to_dquat};
+pub(crate) use slowing::{Slowing, phi1};
 pub(crate) use state::{RigidState, Turning, stopped};
 pub(crate) use taylor_rotation::{Rotor, Top};

@@ -87,6 +87,14 @@ impl Clone for Samples {
 }
 
 impl Samples {
+    /// For bodies whose samples are made elsewhere.
+    pub(crate) fn made_elsewhere() -> Self {
+        let mut samples = Samples::default();
+        samples.clear();
+        samples.user.push(Vec::new().into());
+        samples
+    }
+
     pub(crate) fn clear(&mut self) {
         self.list.clear();
         self.clouds.clear();

@@ -13,7 +13,7 @@ use crate::field::{
     Anchor, Axis, Field, FieldSet, Frame, Frames, Layer, Motion, Operator, Region, Scalar, Span,
     Tree, Turbulence, real,
 };
-use crate::math::{Pose, Real, RigidBodyHandle, from_dvec3};
+use crate::math::{Pose, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::sample::{Moment, Samples};
 
 /// Bodies that move and turn.
@@ -220,7 +220,10 @@ fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
                     lane
                 );
                 let Some(want) = want else { continue };
-                let (want, found) = (from_dvec3(real(want.force)), found.force(lane));
+                let (want, found) = (
+                    from_dvec3(real(want.force)),
+                    from_dvec3(found.exact_force(lane)),
+                );
                 prop_assert_eq!(want, found, "lane {}", lane);
             }
         }

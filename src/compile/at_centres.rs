@@ -1,0 +1,110 @@
+//! Sets of few fields that only pull at centres of mass: bodies need no samples there.
+
+use super::entries::{RadialBatch, Weighting};
+use super::program::{Program, Step};
+use crate::field::{Axis, Coupling, Cuts, Drag, Field, Formula, Sampling, SamplingRule};
+use crate::math::Real;
+
+/// More instances than this are found by an index.
+const MOST: usize = 16;
+
+/// The bodies whose samples are all at their centres of mass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AtCentres {
+    /// All: fields are sampled there.
+    Bodies,
+    /// Those without colliders, or of one ball around the centre of mass.
+    Balls,
+}
+
+impl AtCentres {
+    /// For which bodies some fields can be evaluated at centres of mass; `None` if they need samples, or
+    /// an index.
+    pub(super) fn of<'a>(
+        radials: impl Iterator<Item = &'a RadialBatch>,
+        programs: impl Iterator<Item = &'a Program>,
+    ) -> Option<Self> {
+        let (mut instances, mut quadratic, mut bodies) = (0, 0, AtCentres::Bodies);
+        for batch in radials {
+            instances += batch.sources.len();
+            if instances > MOST || !batch.acts_at_centres() {
+                return None;
+            }
+            if batch.how.sampling != Sampling::Centre {
+                bodies = AtCentres::Balls;
+            }
+        }
+        for program in programs.filter(|program| program.has_force) {
+            instances += program.instances.len();
+            let drag = program.as_drag();
+            quadratic += drag.map_or(0, |drag| usize::from(drag.quadratic != 0.0));
+            let solved = !program.reads_velocity || drag.is_some();
+            if instances > MOST || !solved || !program.acts_at_centres() {
+                return None;
+            }
+            if program.how.sampling != Sampling::Centre {
+                bodies = AtCentres::Balls;
+            }
+        }
+        // The axes of several would differ.
+        (quadratic <= 1).then_some(bodies)
+    }
+}
+
+impl RadialBatch {
+    /// Whether it can be asked at centres of mass, where bodies allow it.
+    fn acts_at_centres(&self) -> bool {
+        let Weighting {
+            groups, coupling, ..
+        } = &self.weighting;
+        is_sampled_once(self.how) && groups.is_none() && is_of_mass(coupling)
+    }
+}
+
+/// Whether a body of one ball is sampled at its centre only, and the same whatever its collider is like.
+fn is_sampled_once(how: SamplingRule) -> bool {
+    let spares_balls = match how.sampling {
+        Sampling::Centre | Sampling::Parts => true,
+        _ => how.auto,
+    };
+    spares_balls && how.cuts == Cuts::Never && !how.apart
+}
+
+/// Whether nothing but the mass is read of a body.
+fn is_of_mass(coupling: &Coupling) -> bool {
+    match coupling {
+        Coupling::Share | Coupling::Each => true,
+        Coupling::Axis(axis) => *axis == Axis::Mass,
+    }
+}
+
+impl Program {
+    /// Whether it can be asked at centres of mass, where bodies allow it.
+    fn acts_at_centres(&self) -> bool {
+        let of_mass = |leaf: &Field| is_of_mass(&leaf.coupling) && leaf.groups.is_none();
+        is_sampled_once(self.how)
+            && self.in_lanes
+            && !self.reacts
+            && self.leaves.iter().all(of_mass)
+    }
+
+    /// The law, if it is one drag or wind whose rate depends on the velocity past the medium only, and is
+    /// never negative.
+    pub(crate) fn as_drag(&self) -> Option<&Drag> {
+        let ([Step::Leaf(0)], [leaf]) = (&self.steps[..], &self.leaves[..]) else {
+            return None;
+        };
+        let drag = match &leaf.formula {
+            Formula::Drag(drag) => drag,
+            Formula::Wind(wind) => {
+                let follows = wind.speed_cap == Real::INFINITY && !wind.flow.reads_velocity();
+                follows.then_some(&wind.drag)?
+            }
+            _ => return None,
+        };
+        let even = leaf.scale.is_none() && leaf.limit.is_none();
+        let shared = leaf.coupling == Coupling::Share;
+        let slows = drag.linear >= 0.0 && drag.quadratic >= 0.0;
+        (even && shared && slows).then_some(drag)
+    }
+}

@@ -1,0 +1,211 @@
+//! Steps at centres of mass beside steps that sample every body: the audit, which asks for samples, changes
+//! nothing else.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::field::{Field, FieldSet, ForceMode, Operator, Region, Tree, Turbulence};
+use crate::pipeline::FieldSettings;
+use crate::rapier::dynamics::RigidBodyBuilder;
+use crate::rapier::geometry::ColliderBuilder;
+use crate::rapier::pipeline::PhysicsWorld;
+
+/// A world with its fields, and whether each step so far was one at centres of mass.
+struct Run {
+    world: PhysicsWorld,
+    set: FieldSet,
+    settings: FieldSettings,
+    state: FieldState,
+    pipeline: FieldPipeline,
+    at_centres: Vec<bool>,
+}
+
+impl Run {
+    fn new(world: PhysicsWorld, tree: Tree, scheme: Scheme, audit: bool) -> Self {
+        let mut set = FieldSet::new();
+        set.insert(tree);
+        let settings = FieldSettings {
+            scheme,
+            audit,
+            ..FieldSettings::default()
+        };
+        Run {
+            world,
+            set,
+            settings,
+            state: FieldState::default(),
+            pipeline: FieldPipeline::new(),
+            at_centres: Vec::new(),
+        }
+    }
+
+    fn step(&mut self) {
+        let fields = &Definition {
+            set: &self.set,
+            settings: &self.settings,
+            events: None,
+        };
+        let (state, pipeline) = (&mut self.state, &mut self.pipeline);
+        let open = pipeline.begin(fields, state, (&mut self.world).into(), true);
+        let open = open.expect("a sound step");
+        self.at_centres.push(open.at_centres);
+        self.world.step();
+        let done = pipeline.finish(fields, state, open, (&mut self.world).into());
+        done.expect("a sound step");
+    }
+}
+
+/// What a world is made of.
+#[derive(Clone, Debug)]
+struct Scene {
+    gravity: bool,
+    damped: bool,
+    floor: bool,
+    spinning: bool,
+    fields: Vec<u8>,
+    seed: u64,
+}
+
+/// Numbers from −1 to 1.
+fn numbers(seed: u64) -> impl FnMut() -> Real {
+    let mut state = seed | 1;
+    move || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        ((state >> 33) as f64 / f64::from(1u32 << 30) - 1.0) as Real
+    }
+}
+
+impl Scene {
+    fn world(&self) -> PhysicsWorld {
+        let mut number = numbers(self.seed);
+        let mut vector = || Vector::new(number(), number(), number());
+        let mut world = PhysicsWorld::new();
+        world.gravity = if self.gravity {
+            Vector::Y * -9.81
+        } else {
+            Vector::ZERO
+        };
+        if self.floor {
+            let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -9.0);
+            world.insert(floor, ColliderBuilder::cuboid(50.0, 1.0, 50.0));
+        }
+        for place in 0..19 {
+            let cell = Vector::new((place % 5) as Real, (place / 5) as Real, 0.0) * 3.0;
+            let spin = if self.spinning {
+                vector()
+            } else {
+                Vector::ZERO
+            };
+            let damping = if self.damped { 0.3 } else { 0.0 };
+            let body = RigidBodyBuilder::dynamic()
+                .translation(cell + vector() - Vector::X * 6.0)
+                .linvel(vector() * 2.0)
+                .angvel(spin)
+                .linear_damping(damping)
+                .angular_damping(damping);
+            world.insert(
+                body,
+                ColliderBuilder::ball(0.4).density(1.0 + vector().x * 0.5),
+            );
+        }
+        world
+    }
+
+    fn tree(&self) -> Tree {
+        let mut number = numbers(self.seed ^ 0x5555);
+        let mut vector = || Vector::new(number(), number(), number());
+        let fields = self.fields.iter().map(|kind| {
+            let at = vector() * 5.0;
+            match kind {
+                0 => Field::radial(-3.0, -2.0)
+                    .softened(1.0)
+                    .within(Region::ball(6.0))
+                    .at(at),
+                1 => Field::drag(0.3, 0.0),
+                2 => Field::drag(0.1, 0.4).force_mode(ForceMode::Acceleration),
+                3 => Field::wind(at, 0.2, 0.1).within(Region::ball(5.0)).at(at),
+                4 => Field::uniform(at),
+                5 => Field::turbulence(Turbulence::new(3, 2.0, 6.0)).as_wind(0.2, 0.0),
+                6 => Field::vortex(1.0, -1.0).within(Region::ball(7.0)).at(at),
+                _ => Field::spring(0.5).at(at),
+            }
+        });
+        Tree::fold(Operator::SumUnion, fields)
+    }
+}
+
+fn scenes() -> impl Strategy<Value = Scene> {
+    let flags = prop::array::uniform4(any::<bool>());
+    (flags, prop::collection::vec(0u8..8, 1..4), any::<u64>()).prop_map(|(flags, fields, seed)| {
+        let [gravity, damped, floor, spinning] = flags;
+        Scene {
+            gravity,
+            damped,
+            floor,
+            spinning,
+            fields,
+            seed,
+        }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// To rounding, as long as no contact makes more of that.
+    #[test]
+    fn they_move_bodies_as_samples_do(scene in scenes(), kicks_once in any::<bool>()) {
+        let scheme = if kicks_once { Scheme::Kick } else { Scheme::KickDriftKick };
+        let run = |audit| Run::new(scene.world(), scene.tree(), scheme, audit);
+        let [mut fast, mut sampled] = [false, true].map(run);
+        // Samples keep the slope of a quadratic drag from one step to the next.
+        let quadratic = scene.fields.iter().any(|it| [2, 3].contains(it));
+        let most = if quadratic { 0.02 } else { 1e-4 };
+        for step in 0..40 {
+            fast.step();
+            sampled.step();
+            for (handle, body) in fast.world.bodies.iter() {
+                let other = &sampled.world.bodies[handle];
+                let touched = scene.floor && body.translation().y < -6.0;
+                if touched {
+                    return Ok(());
+                }
+                let apart = (body.translation() - other.translation()).length();
+                let faster = (body.linvel() - other.linvel()).length();
+                prop_assert!(apart < most && faster < most, "{step}: {handle:?} {apart} {faster}");
+            }
+        }
+        prop_assert!(sampled.at_centres.iter().all(|it| !it));
+    }
+}
+
+#[test]
+fn plain_scenes_are_stepped_so() {
+    for fields in [
+        vec![0, 0, 0],
+        vec![1],
+        vec![2],
+        vec![3],
+        vec![4],
+        vec![5],
+        vec![0, 1, 4],
+    ] {
+        for gravity in [false, true] {
+            let scene = Scene {
+                gravity,
+                damped: false,
+                floor: false,
+                spinning: true,
+                fields: fields.clone(),
+                seed: 7,
+            };
+            let mut run = Run::new(scene.world(), scene.tree(), Scheme::KickDriftKick, false);
+            (0..20).for_each(|_| run.step());
+            // The first step finds out who is there.
+            let later = &run.at_centres[1..];
+            assert!(later.iter().all(|it| *it), "{fields:?} {later:?}");
+        }
+    }
+}
