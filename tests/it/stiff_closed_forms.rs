@@ -245,6 +245,12 @@ fn drag_slows_at_second_order() {
             rate,
             end: row,
         };
-        case.check(0.05, &format!("{}, k dt {k_dt:.3}", LAWS[law as usize]));
+        // At coarse steps of a strong quadratic drag two errors cancel each other, and hide the order.
+        let fraction = if law == 2.0 && size_of::<Real>() == 8 {
+            0.0125
+        } else {
+            0.05
+        };
+        case.check(fraction, &format!("{}, k dt {k_dt:.3}", LAWS[law as usize]));
     }
 }
