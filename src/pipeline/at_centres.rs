@@ -400,8 +400,8 @@ impl Pass<'_> {
         let Some(update) = update else {
             return true;
         };
-        let fastest = update.linvel.abs().max_element();
-        if !(fastest <= FASTEST * 0.5) {
+        let slow = update.linvel.abs().max_element() <= FASTEST * 0.5;
+        if !slow || update.linvel.is_nan() {
             return false;
         }
         if self.half.first.is_none() {
