@@ -115,6 +115,8 @@ pub struct FieldPipeline {
     links: Vec<RigidBodyHandle>,
     /// Bodies that Rapier's solver holds.
     held: BodySet,
+    /// Whether they were found in this half of the step.
+    held_is_known: bool,
     softs: SoftBodies,
     pub(crate) detector: Detector,
     /// The revision of the detection fields that it was made for.
@@ -173,6 +175,7 @@ impl Default for FieldPipeline {
             restless: Vec::new(),
             links: Vec::new(),
             held: BodySet::new(),
+            held_is_known: false,
             softs: SoftBodies::default(),
             detection: Detection::default(),
             pushes: Vec::new(),

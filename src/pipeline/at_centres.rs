@@ -3,7 +3,7 @@
 
 use super::stages::{Now, iterations};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
-use crate::bridge::{self, Balance, Constraints, View, WakePolicy, Wanted, WorldMut};
+use crate::bridge::{self, View, WakePolicy, Wanted, WorldMut};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{AT_ONCE, Centre, CentreEvaluator, CentreForce};
 use crate::integrate::{
@@ -41,6 +41,7 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Option<()> {
         self.find_held(fields, world);
+        self.held_is_known = true;
         let told = self.warnings.len();
         let half = HalfStep {
             now: Now::first(state.time, world.integration_parameters.dt),
@@ -56,7 +57,8 @@ impl FieldPipeline {
         self.retire(state);
         state.carriers.clear();
         state.resting.forget(&self.shown.bodies);
-        self.find_restless_at_centres(state, world);
+        state.evaluation = Some(std::mem::take(&mut self.shown));
+        self.find_restless(state, world);
         if !self.alone {
             let written = self.late.updates.iter().map(|update| update.body);
             let loaded = self.motions.loads.iter().map(|load| load.body);
@@ -71,7 +73,6 @@ impl FieldPipeline {
             bridge::apply(world.bodies, loads, &mut open.overrides);
             open.steady.extend(turns.iter().map(|turn| turn.body));
         }
-        state.evaluation = Some(std::mem::take(&mut self.shown));
         Some(())
     }
 
@@ -185,23 +186,6 @@ impl FieldPipeline {
         } else {
             bridge::write(world.bodies, &self.late.updates);
         }
-    }
-
-    /// Takes up the bodies that are about to fall asleep though nothing balances what pushes them.
-    fn find_restless_at_centres(&mut self, state: &mut FieldState, world: &WorldMut<'_>) {
-        let was_drowsing = std::mem::take(&mut state.drowsing);
-        let balance = Balance {
-            constraints: Constraints::new(world),
-            gravity: world.gravity,
-            parameters: world.integration_parameters,
-            drowsing: &was_drowsing,
-            varies: self.compiled.reads_time,
-        };
-        let shown = &self.shown;
-        let drowsy = self.bodies.iter();
-        let drowsy = drowsy.map(|it| (it, shown.wrench(it.handle).unwrap_or(Wrench::ZERO)));
-        balance.find_restless(drowsy, &mut state.drowsing, &mut self.restless);
-        self.stepped.drowsing = Some(was_drowsing);
     }
 }
 

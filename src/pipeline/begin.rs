@@ -15,7 +15,7 @@ use crate::integrate::{
 };
 use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Lookup, find, find_near};
+use crate::rigid::{Body, Lookup, Wrench, find, find_near};
 
 impl FieldPipeline {
     /// What happens before Rapier's step; `alone`: which is made right after. After an error nothing has
@@ -259,7 +259,7 @@ impl FieldPipeline {
         let dt = world.integration_parameters.dt;
         let first = is_new(fields, state);
         self.restless.clear();
-        self.at_centres = false;
+        (self.at_centres, self.held_is_known) = (false, false);
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
         if !sleepers && !first && self.is_idle(fields, world) {
             self.turn_freely(world.integration_parameters);
@@ -461,7 +461,9 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
-        self.find_held(fields, world);
+        if !self.held_is_known {
+            self.find_held(fields, world);
+        }
         self.find_restless(state, world);
         let Some(evaluation) = &state.evaluation else {
             return Ok(());
@@ -518,7 +520,7 @@ impl FieldPipeline {
     }
 
     /// Takes up the bodies that are about to fall asleep though nothing balances what pushes them.
-    fn find_restless(&mut self, state: &mut FieldState, world: &WorldMut<'_>) {
+    pub(super) fn find_restless(&mut self, state: &mut FieldState, world: &WorldMut<'_>) {
         let was_drowsing = std::mem::take(&mut state.drowsing);
         let balance = Balance {
             constraints: Constraints::new(world),
@@ -527,8 +529,10 @@ impl FieldPipeline {
             drowsing: &was_drowsing,
             varies: self.compiled.reads_time,
         };
-        let wrenches = state.evaluation.iter().flat_map(|it| &it.wrenches);
-        let bodies = self.bodies.iter().zip(wrenches.copied());
+        let evaluation = state.evaluation.as_ref();
+        let wrench = |body: &Body| evaluation.and_then(|it| it.wrench(body.handle));
+        let drowsy = self.bodies.iter().filter(|body| body.drowsy > 0.0);
+        let bodies = drowsy.map(|body| (body, wrench(body).unwrap_or(Wrench::ZERO)));
         balance.find_restless(bodies, &mut state.drowsing, &mut self.restless);
         self.stepped.drowsing = Some(was_drowsing);
     }
