@@ -1,7 +1,7 @@
 //! What single terms are like, added up over all of them.
 
 use super::requirements::{PartSampling, SamplingRequirements};
-use crate::field::{Anchor, Axis, Nodes};
+use crate::field::{Anchor, Axis, Nodes, Points};
 
 /// Facts about a term, one bit for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,17 +25,17 @@ impl Facts {
     /// Can never act.
     pub(super) const LEFT_OUT: u32 = 7;
     const PARTS: u32 = 8;
-    const VOLUME: u32 = 9;
-    const VOLUME_OF_BALLS: u32 = 10;
-    const SURFACE: u32 = 11;
-    const SURFACE_OF_BALLS: u32 = 12;
-    const DISPLACED: u32 = 13;
-    const PIECES: u32 = 14;
-    const POINTS: u32 = 15;
-    const APART: u32 = 16;
+    const DISPLACED: u32 = 9;
+    const PIECES: u32 = 10;
+    const POINTS: u32 = 11;
+    const APART: u32 = 12;
     /// Depends on velocities, and is no drag or wind in closed form.
-    pub(super) const READS_VELOCITY_OTHERWISE: u32 = 17;
-    const COUNT: usize = 18;
+    pub(super) const READS_VELOCITY_OTHERWISE: u32 = 13;
+    /// Samples parts at the first of several points; the next ones are for the others.
+    const SEVERAL: u32 = 14;
+    /// The same, and balls, too.
+    const SEVERAL_OF_BALLS: u32 = Self::SEVERAL + Points::ALL.len() as u32;
+    const COUNT: usize = Self::SEVERAL_OF_BALLS as usize + Points::ALL.len();
 
     pub(super) fn set(&mut self, fact: u32) {
         self.0 |= 1 << fact;
@@ -51,13 +51,11 @@ impl Facts {
 
     /// Adds what a term is to be sampled with.
     pub(super) fn require(&mut self, wanted: &SamplingRequirements) {
-        let asks = |sampling: PartSampling, least| sampling >= least;
-        let (some, all) = (PartSampling::AllButBalls, PartSampling::All);
         self.set_if(Self::PARTS, wanted.parts);
-        self.set_if(Self::VOLUME, asks(wanted.volume, some));
-        self.set_if(Self::VOLUME_OF_BALLS, asks(wanted.volume, all));
-        self.set_if(Self::SURFACE, asks(wanted.surface, some));
-        self.set_if(Self::SURFACE_OF_BALLS, asks(wanted.surface, all));
+        for (fact, sampling) in (0..).zip(wanted.several) {
+            self.set_if(Self::SEVERAL + fact, sampling >= PartSampling::AllButBalls);
+            self.set_if(Self::SEVERAL_OF_BALLS + fact, sampling == PartSampling::All);
+        }
         self.set_if(Self::DISPLACED, wanted.displaced);
         self.set_if(Self::PIECES, wanted.pieces);
         self.set_if(Self::POINTS, wanted.points);
@@ -110,15 +108,17 @@ impl FactCounts {
 
     /// What all terms together are to be sampled with.
     pub(super) fn wanted(&self) -> SamplingRequirements {
-        let either = |some, all| match (self.any(some), self.any(all)) {
-            (_, true) => PartSampling::All,
-            (true, _) => PartSampling::AllButBalls,
-            _ => PartSampling::None,
+        let several = |points: usize| {
+            let of = |first: u32| self.any(first + points as u32);
+            match (of(Facts::SEVERAL), of(Facts::SEVERAL_OF_BALLS)) {
+                (_, true) => PartSampling::All,
+                (true, _) => PartSampling::AllButBalls,
+                _ => PartSampling::None,
+            }
         };
         SamplingRequirements {
             parts: self.any(Facts::PARTS),
-            volume: either(Facts::VOLUME, Facts::VOLUME_OF_BALLS),
-            surface: either(Facts::SURFACE, Facts::SURFACE_OF_BALLS),
+            several: std::array::from_fn(several),
             displaced: self.any(Facts::DISPLACED),
             pieces: self.any(Facts::PIECES),
             points: self.any(Facts::POINTS),

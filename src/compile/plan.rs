@@ -8,7 +8,7 @@ use super::entries::{ConstantField, RadialBatch};
 use super::facts::Facts;
 use super::index_kind::IndexKind;
 use super::program::Program;
-use crate::field::{Coupling, Cuts, Field, FieldSet, Node, Sampling, SamplingRule, Term};
+use crate::field::{Coupling, Cuts, Field, FieldSet, Node, Points, Sampling, SamplingRule, Term};
 
 /// What a tree needs and what was left out. Printed, it is a short report.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -67,25 +67,20 @@ impl PlanEntry {
             Cuts::Bodies => Sampling::Centre,
             Cuts::Shares | Cuts::Parts => Sampling::Parts,
         };
-        PlanEntry {
-            cuts_at_borders: how.cuts != Cuts::Never,
-            ..Self::sampled(sampling, how.auto)
-        }
-    }
-
-    fn sampled(sampling: Sampling, auto: bool) -> Self {
-        let (several, samples_of_a_cube) = match sampling {
-            Sampling::Auto | Sampling::Centre | Sampling::Parts => (false, 1),
-            Sampling::Volume => (true, 27),
-            Sampling::Surface => (true, 24),
+        let points = SamplingRule { sampling, ..how }.points();
+        let samples_of_a_cube = match points {
+            None => 1,
+            Some(Points::Volume) => 27,
+            Some(Points::Surface) => 24,
+            Some(Points::FewOfVolume | Points::FewOfSurface) => 4,
         };
         PlanEntry {
             what: String::new(),
             count: 0,
             index: IndexKind::None,
             sampling,
-            spares_balls: auto && several,
-            cuts_at_borders: false,
+            spares_balls: how.auto && points.is_some(),
+            cuts_at_borders: how.cuts != Cuts::Never,
             samples_of_a_cube,
             cost: 0.0,
         }
@@ -117,7 +112,7 @@ impl PlanEntry {
             count: 1,
             cost: cost::CONSTANTS,
             index: IndexKind::None,
-            ..PlanEntry::sampled(Sampling::Centre, false)
+            ..PlanEntry::of(SamplingRule::own(Sampling::Centre))
         }
     }
 

@@ -2,16 +2,15 @@
 
 use super::entries::RadialBatch;
 use super::program::Program;
-use crate::field::{Cuts, Sampling, SamplingRule};
+use crate::field::{Cuts, Points, Sampling, SamplingRule};
 
 /// What is to be gathered of bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SamplingRequirements {
     /// Whether colliders are looked at, or only bodies as a whole.
     pub parts: bool,
-    /// Samples of volumes and surfaces.
-    pub volume: PartSampling,
-    pub surface: PartSampling,
+    /// Samples at several points, by [`Points`].
+    pub several: [PartSampling; Points::ALL.len()],
     /// Whether those are asked for one by one.
     pub points: bool,
     /// Whether bodies are to be cut where borders pass through them.
@@ -57,28 +56,21 @@ impl SamplingRequirements {
         } else {
             PartSampling::All
         };
-        match how.sampling {
-            Sampling::Volume => self.volume = self.volume.max(cut),
-            Sampling::Surface => self.surface = self.surface.max(cut),
-            Sampling::Auto | Sampling::Centre | Sampling::Parts => {}
+        if let Some(points) = how.points() {
+            let known = &mut self.several[points as usize];
+            *known = cut.max(*known);
         }
     }
 
     /// Whether any part is sampled at many points.
     pub(crate) fn has_many(&self) -> bool {
-        [self.volume, self.surface] != [PartSampling::None; 2]
+        self.several.iter().any(|it| *it != PartSampling::None)
     }
 
     /// What a body wants that asks for a sampling of its own.
     pub(crate) fn with(mut self, own: Option<Sampling>) -> Self {
         if let Some(sampling) = own {
-            self.add(SamplingRule {
-                sampling,
-                auto: false,
-                overridable: false,
-                cuts: Cuts::Never,
-                apart: true,
-            });
+            self.add(SamplingRule::own(sampling));
         }
         self
     }

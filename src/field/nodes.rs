@@ -151,7 +151,13 @@ impl<'a> Nodes<'a> {
     pub(crate) fn how(self, term: u32) -> SamplingRule {
         let below = self.below(term);
         let scales = below.iter().filter_map(|node| self.scale(*node));
-        SamplingRule::of_term(below.iter().filter_map(|node| self.field(*node)), scales)
+        let fields = below.iter().filter_map(|node| self.field(*node));
+        let mut how = SamplingRule::of_term(fields, scales);
+        // Operators and limits bend what is linear.
+        let is_plain =
+            |node: &u32| matches!(self.get(*node), Node::Leaf(_) | Node::Instances { .. });
+        how.linear &= below.iter().all(is_plain);
+        how
     }
 
     /// What a node hangs on, or its instances.

@@ -32,7 +32,14 @@ impl Field {
             overridable: auto && !of_sites && !self.is_contact(),
             cuts: Cuts::Never,
             apart: self.reads_parts(),
+            linear: self.is_linear(),
         }
+    }
+
+    /// Whether its force is linear in place and velocity, and acts everywhere.
+    fn is_linear(&self) -> bool {
+        let everywhere = self.region.is_everywhere() && self.limit.is_none();
+        everywhere && self.scale_is_uniform() && self.formula.is_linear()
     }
 
     /// Whether its force on a piece of a part that no border passes through is the same whatever the

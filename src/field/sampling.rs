@@ -62,11 +62,13 @@ pub enum Sampling {
     /// At 27 or more points in each collider (a cuboid that is not long has 27). Mass, centre
     /// and second moments are those of the shape, filled uniformly, so forces up to the second
     /// power of the coordinates are exact, also in their torque up to the first; for shapes that
-    /// are their own mirror image in their centre, one power more.
+    /// are their own mirror image in their centre, one power more. Forces that are linear in place and
+    /// velocity, and act everywhere, are asked at four points that have the same moments.
     Volume,
     /// At points of each collider's surface, by area: a cuboid at 2 × 2 Gauss points of each
     /// face (exact up to the third power), a ball at six points (third power), other shapes at
-    /// patches of a triangle mesh (second power, but for the facets of the mesh).
+    /// patches of a triangle mesh (second power, but for the facets of the mesh). Linear forces are asked
+    /// at four points, as for the volume.
     Surface,
 }
 
@@ -97,9 +99,54 @@ pub(crate) struct SamplingRule {
     pub cuts: Cuts,
     /// Whether colliders may differ at one place: at the centre of mass each is asked by itself.
     pub apart: bool,
+    /// Whether forces are linear in place and velocity, so that few points do as well as many.
+    pub linear: bool,
+}
+
+/// At which points a part is sampled, of those rules that have several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Points {
+    Volume,
+    Surface,
+    /// Four points with the mass, centre and second moments of the others: forces that are linear in place
+    /// and velocity add up to the same, and so do their torques.
+    FewOfVolume,
+    FewOfSurface,
+}
+
+impl Points {
+    pub(crate) const ALL: [Points; 4] = [
+        Points::Volume,
+        Points::Surface,
+        Points::FewOfVolume,
+        Points::FewOfSurface,
+    ];
 }
 
 impl SamplingRule {
+    /// At which points it samples parts, if at several.
+    pub(crate) fn points(self) -> Option<Points> {
+        match (self.sampling, self.linear) {
+            (Sampling::Volume, false) => Some(Points::Volume),
+            (Sampling::Volume, true) => Some(Points::FewOfVolume),
+            (Sampling::Surface, false) => Some(Points::Surface),
+            (Sampling::Surface, true) => Some(Points::FewOfSurface),
+            (Sampling::Auto | Sampling::Centre | Sampling::Parts, _) => None,
+        }
+    }
+
+    /// That of a body that asks for a sampling of its own.
+    pub(crate) fn own(sampling: Sampling) -> SamplingRule {
+        SamplingRule {
+            sampling,
+            auto: false,
+            overridable: false,
+            cuts: Cuts::Never,
+            apart: true,
+            linear: false,
+        }
+    }
+
     /// That of a term of which nothing is known.
     pub(super) const CENTRE: SamplingRule = SamplingRule {
         sampling: Sampling::Centre,
@@ -107,6 +154,7 @@ impl SamplingRule {
         overridable: true,
         cuts: Cuts::Never,
         apart: false,
+        linear: false,
     };
 
     /// The finer of two.
@@ -114,6 +162,7 @@ impl SamplingRule {
         let (a, b) = (self.sampling, other.sampling);
         let overridable = self.overridable && other.overridable;
         let apart = self.apart || other.apart;
+        let linear = self.linear && other.linear;
         // Variants stand in order, the finest last.
         let finest = match (a as u8).cmp(&(b as u8)) {
             std::cmp::Ordering::Less => other,
@@ -126,6 +175,7 @@ impl SamplingRule {
         SamplingRule {
             overridable,
             apart,
+            linear,
             ..finest
         }
     }

@@ -8,7 +8,7 @@ use crate::bridge::{StepError, View};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy};
-use crate::field::{FieldSet, Frames, Query, Sampling, Span};
+use crate::field::{FieldSet, Frames, Points, Query, Sampling, Span};
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 use crate::reference::{Fate, Reference};
@@ -127,6 +127,14 @@ impl FieldPipeline {
         let samples = &scene.samples;
         let list = samples.list.iter();
         let listed = list.filter(|sample| samples.bodies[sample.body as usize] == body);
+        // Few points are shown where there are not many of the same kind, too: they stand for the same.
+        let has = |points| listed.clone().any(|it| it.kind == Kind::Several(points));
+        let many = [Points::Volume, Points::Surface].map(has);
+        let listed = listed.filter(|sample| match sample.kind {
+            Kind::Several(Points::FewOfVolume) => !many[0],
+            Kind::Several(Points::FewOfSurface) => !many[1],
+            _ => true,
+        });
         // The body as a whole, unless its colliders are asked there one by one.
         let apart = listed.clone().any(|sample| sample.kind == Kind::Centre);
         let whole = samples.of_body(body).filter(|_| !apart);
@@ -138,8 +146,8 @@ impl FieldPipeline {
             sampling: match sample.kind {
                 Kind::Centre => Sampling::Centre,
                 Kind::Site | Kind::Particle => Sampling::Parts,
-                Kind::Volume => Sampling::Volume,
-                Kind::Surface => Sampling::Surface,
+                Kind::Several(Points::Volume | Points::FewOfVolume) => Sampling::Volume,
+                Kind::Several(Points::Surface | Points::FewOfSurface) => Sampling::Surface,
             },
             query: samples.query(sample, moment(scene.time, scene.dt)),
         };
@@ -356,7 +364,7 @@ fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
         samples.attitudes.push(Attitude::default());
     }
     samples.sites = samples.list.len();
-    for kind in [Kind::Volume, Kind::Surface] {
+    for kind in Points::ALL.map(Kind::Several) {
         for number in 0..world_points.len() {
             let site = samples.list[number];
             // One sample is as good as many.

@@ -6,6 +6,7 @@ use super::properties::Properties;
 use super::shapes::Shapes;
 use super::{Kind, SamplePoint, Samples, owner};
 use crate::compile::{PartSampling, SamplingRequirements};
+use crate::field::Points;
 use crate::math::{
     ColliderHandle, DMat3, DPose3, DVec3, InteractionGroups, Pose, Real, RigidBodyHandle,
     SharedShape, Vector,
@@ -257,7 +258,7 @@ impl Making<'_> {
                 ..*site
             }));
         }
-        if wanted.volume != PartSampling::None || wanted.surface != PartSampling::None {
+        if wanted.has_many() {
             for site in first..self.samples.list.len() {
                 self.cut((site, wanted), body, world);
             }
@@ -360,29 +361,27 @@ impl Making<'_> {
         let part = site
             .collider
             .and_then(|handle| Some((handle, world.collider(handle)?)));
-        let kinds = [
-            (Kind::Volume, wanted.volume),
-            (Kind::Surface, wanted.surface),
-        ];
-        let wanted_kinds = kinds.into_iter().filter(|(_, cut)| match cut {
+        let is_wanted = |points: &Points| match wanted.several[*points as usize] {
             PartSampling::None => false,
             PartSampling::AllButBalls => !site.is_ball,
             PartSampling::All => true,
-        });
+        };
+        let wanted = Points::ALL.into_iter().filter(is_wanted);
         let Some((handle, collider)) = part else {
             // Without a shape there is only the one sample, of whatever kind.
+            let kinds = wanted.map(Kind::Several);
             self.several
-                .extend(wanted_kinds.map(|(kind, _)| SamplePoint { kind, ..site }));
+                .extend(kinds.map(|kind| SamplePoint { kind, ..site }));
             return;
         };
         let local_pose = collider.position_wrt_parent().copied();
         let local_pose = local_pose.unwrap_or(Pose::IDENTITY);
         let (middle, _) = self.shapes.middle(handle, collider);
-        for (kind, _) in wanted_kinds {
-            let (part, of_volume) = ((handle, collider), kind == Kind::Volume);
-            let Some(rule) = self.shapes.rule(part, of_volume, middle) else {
+        for points in wanted {
+            let Some(rule) = self.shapes.rule((handle, collider), points, middle) else {
                 continue;
             };
+            let kind = Kind::Several(points);
             let mut spread = 0;
             if self.requirements.displaced && rule.spread != DMat3::ZERO {
                 spread = self.samples.add_spread(site.body, local_pose, rule.spread);

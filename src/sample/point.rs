@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::field::Span;
+use crate::field::{Points, Span};
 use crate::math::{ColliderHandle, InteractionGroups, Real, RigidBodyHandle, Vector};
 
 /// Values of the user's axes, by name.
@@ -79,8 +79,7 @@ pub(crate) enum Kind {
     Site,
     /// Of a soft body: one sample, of whatever kind.
     Particle,
-    Volume,
-    Surface,
+    Several(Points),
 }
 
 /// The moment of a step.
@@ -90,6 +89,18 @@ pub(crate) struct Moment {
     pub dt: Real,
     /// The step whose mean is asked for, or the moment alone.
     pub span: Span,
+}
+
+impl Moment {
+    /// Before any step.
+    pub(crate) const NEVER: Moment = Moment {
+        time: 0.0,
+        dt: 1.0,
+        span: Span {
+            start: 0.0,
+            end: 0.0,
+        },
+    };
 }
 
 /// Whom a sample or source belongs to, as a number that fits into SIMD lanes: a body's index, or

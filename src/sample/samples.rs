@@ -238,14 +238,12 @@ impl Samples {
         starts.map(|starts| starts[body] as usize..starts[body + 1] as usize)
     }
 
-    /// The sampling that a body has in terms like this, and whether nobody asked for it.
-    pub(crate) fn sampling(&self, how: SamplingRule, body: u32) -> (Sampling, bool) {
-        if how.overridable
-            && let Some(Some(own)) = self.overrides.get(body as usize)
-        {
-            return (*own, false);
+    /// How a body is sampled in terms like this.
+    pub(crate) fn sampling(&self, how: SamplingRule, body: u32) -> SamplingRule {
+        match self.overrides.get(body as usize) {
+            Some(Some(own)) if how.overridable => SamplingRule::own(*own),
+            _ => how,
         }
-        (how.sampling, how.auto)
     }
 
     /// Whether a term that is sampled like this asks bodies as a whole.
@@ -255,13 +253,12 @@ impl Samples {
 
     /// Whether a term that is sampled like this takes a sample.
     pub(crate) fn takes(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
-        let (sampling, auto) = self.sampling(how, sample.body);
-        let kind = match sampling {
-            Sampling::Centre => Kind::Centre,
-            Sampling::Volume | Sampling::Surface if auto && sample.is_ball => Kind::Site,
-            Sampling::Volume => Kind::Volume,
-            Sampling::Surface => Kind::Surface,
-            Sampling::Auto | Sampling::Parts => Kind::Site,
+        let how = self.sampling(how, sample.body);
+        let kind = match how.points() {
+            Some(_) if how.auto && sample.is_ball => Kind::Site,
+            Some(points) => Kind::Several(points),
+            None if how.sampling == Sampling::Centre => Kind::Centre,
+            None => Kind::Site,
         };
         // The whole of a particle is the centre, which is another sample.
         let is_particle = sample.kind == Kind::Particle && kind != Kind::Centre;

@@ -64,37 +64,88 @@ fn volume_samples_have_the_moments_of_the_shape() {
     for (name, shape) in shapes() {
         let collider = ColliderBuilder::new(shape).density(1.0);
         let (world, body) = one(Vector::ZERO, Rotation::IDENTITY, collider);
-        let drag = Field::radial(1.0, 1.0).sampled(Sampling::Volume);
-        let fields = Fields::new(drag).expect("a sound tree");
-        let samples = fields.samples(body, &world.bodies, &world.colliders);
-        let samples: Vec<_> = samples
-            .iter()
-            .filter(|s| s.sampling == Sampling::Volume)
-            .collect();
-        assert!(samples.len() >= 27, "{name}: {}", samples.len());
-        let properties = &world.bodies[body].mass_properties().local_mprops;
-        let (com, mass) = (to_dvec3(properties.local_com), to_f64(properties.mass()));
-        let inertia = properties.reconstruct_inertia_matrix();
-        let size = to_f64(inertia.x_axis.x.max(inertia.y_axis.y).max(inertia.z_axis.z)) / mass;
-        let sum: f64 = samples.iter().map(|s| s.query.fraction).sum();
-        let first: DVec3 = samples
-            .iter()
-            .map(|s| (s.query.world_point - com) * s.query.fraction)
-            .sum();
-        let rounding = either(3e-6, 1e-9);
-        assert_close(sum, 1.0, rounding, name);
-        assert_at_most(first.length(), rounding * size.sqrt(), name);
-        for (axis, column) in [
-            (DVec3::X, inertia.x_axis),
-            (DVec3::Y, inertia.y_axis),
-            (DVec3::Z, inertia.z_axis),
-        ] {
-            let turned = samples.iter().map(|s| {
-                let arm = s.query.world_point - com;
-                (axis * arm.length_squared() - arm * arm.dot(axis)) * s.query.fraction
-            });
-            let error = turned.sum::<DVec3>() - to_dvec3(column) / mass;
-            assert_at_most(error.length(), rounding * size, format!("{name}: inertia"));
+        for (power, fewest, most) in [(2.0, 27, usize::MAX), (1.0, 4, 4)] {
+            let pull = Field::radial(1.0, power).sampled(Sampling::Volume);
+            let fields = Fields::new(pull).expect("a sound tree");
+            let samples = fields.samples(body, &world.bodies, &world.colliders);
+            let samples: Vec<_> = samples
+                .iter()
+                .filter(|s| s.sampling == Sampling::Volume)
+                .collect();
+            let count = samples.len();
+            assert!((fewest..=most).contains(&count), "{name}: {count}");
+            let properties = &world.bodies[body].mass_properties().local_mprops;
+            let (com, mass) = (to_dvec3(properties.local_com), to_f64(properties.mass()));
+            let inertia = properties.reconstruct_inertia_matrix();
+            let size = to_f64(inertia.x_axis.x.max(inertia.y_axis.y).max(inertia.z_axis.z)) / mass;
+            let sum: f64 = samples.iter().map(|s| s.query.fraction).sum();
+            let first: DVec3 = samples
+                .iter()
+                .map(|s| (s.query.world_point - com) * s.query.fraction)
+                .sum();
+            let rounding = either(3e-6, 1e-9);
+            assert_close(sum, 1.0, rounding, name);
+            assert_at_most(first.length(), rounding * size.sqrt(), name);
+            for (axis, column) in [
+                (DVec3::X, inertia.x_axis),
+                (DVec3::Y, inertia.y_axis),
+                (DVec3::Z, inertia.z_axis),
+            ] {
+                let turned = samples.iter().map(|s| {
+                    let arm = s.query.world_point - com;
+                    (axis * arm.length_squared() - arm * arm.dot(axis)) * s.query.fraction
+                });
+                let error = turned.sum::<DVec3>() - to_dvec3(column) / mass;
+                assert_at_most(error.length(), rounding * size, format!("{name}: inertia"));
+            }
+        }
+    }
+}
+
+/// A limit that is never reached has the same field asked at many points.
+#[test]
+fn linear_forces_add_up_at_few_points_to_what_they_do_at_many() {
+    let mut random = Random::new(31);
+    let mut vector = |size: f64| from_dvec3(random.unit_vector() * size);
+    for (name, shape) in shapes() {
+        for sampling in [Sampling::Auto, Sampling::Volume, Sampling::Surface] {
+            let collider = ColliderBuilder::new(shape.clone()).density(1.0);
+            let local_pose = Pose::new(vector(0.5), vector(2.0));
+            let at = Rotation::from_scaled_axis(vector(2.0));
+            let (mut world, body) = one(vector(3.0), at, collider.position(local_pose));
+            world.bodies[body].set_linvel(vector(2.0), true);
+            world.bodies[body].set_angvel(vector(3.0), true);
+            let carrier = RigidBodyBuilder::kinematic_velocity_based();
+            let carrier = carrier.linvel(vector(1.0)).angvel(vector(1.0));
+            let carrier = world.bodies.insert(carrier);
+            let fields = [
+                Field::drag(0.7, 0.0),
+                Field::drag(0.7, 0.0).at(carrier),
+                Field::wind(vector(4.0), 0.3, 0.0).force_mode(ForceMode::Acceleration),
+                Field::spring(2.0).at(vector(1.0)),
+                Field::radial(-2.0, 1.0)
+                    .coupled_to(Coupling::Each)
+                    .at(carrier),
+                Field::magnetic(vector(2.0)),
+            ];
+            for field in fields {
+                let field = field.sampled(sampling);
+                let mut few = Fields::new(field.clone()).expect("a sound tree");
+                let mut many = Fields::new(field.limited_to(1e6)).expect("a sound tree");
+                let count = |fields: &Fields| {
+                    let samples = fields.samples(body, &world.bodies, &world.colliders);
+                    samples.len()
+                };
+                assert!(count(&few) <= count(&many), "{name}");
+                let (few, many) = (
+                    wrench(&mut few, &world, body),
+                    wrench(&mut many, &world, body),
+                );
+                let size = many.0.length() + many.1.length() + 1.0;
+                let error = (few.0 - many.0).length() + (few.1 - many.1).length();
+                let place = format!("{name}, {sampling:?}: {few:?} and {many:?}");
+                assert_at_most(error, either(2e-5, 1e-6) * size, place);
+            }
         }
     }
 }
@@ -213,7 +264,9 @@ fn balls_are_spared_unless_asked_for() {
     let drag = || Field::drag(1.0, 0.0);
     assert_eq!(count(drag()), 2, "the centre and the site");
     assert_eq!(count(Field::point_gravity(1.0)), 2);
-    assert_eq!(count(drag().sampled(Sampling::Surface)), 2 + 6);
+    assert_eq!(count(drag().sampled(Sampling::Surface)), 2 + 4);
+    let quadratic = Field::drag(1.0, 0.5).sampled(Sampling::Surface);
+    assert_eq!(count(quadratic), 2 + 6);
     // Newton's shell theorem; what the rule does not see is of fourth order in size/distance.
     let pull = Field::point_gravity(9.0);
     let force = |field: Field| wrench(&mut Fields::new(field).expect("sound"), &world, body).0;

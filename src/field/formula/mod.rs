@@ -181,6 +181,21 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
+    /// Whether the vector is linear in place and velocity: a constant, and what is proportional to them.
+    pub(crate) fn is_linear(&self) -> bool {
+        match self {
+            Formula::Uniform(_) | Formula::Magnetic(_) => true,
+            Formula::Radial(radial) => radial.is_linear(),
+            Formula::Spring(spring) => spring.rest_length == 0.0,
+            Formula::Drag(drag) => drag.quadratic == 0.0,
+            Formula::Wind(wind) => {
+                let flows = wind.flow.is_linear() && wind.speed_cap == Real::INFINITY;
+                flows && wind.drag.quadratic == 0.0
+            }
+            _ => false,
+        }
+    }
+
     /// Whether the vector is the same wherever the field's frame stands.
     pub(crate) fn is_placeless(&self) -> bool {
         match self {

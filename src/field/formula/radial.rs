@@ -107,6 +107,12 @@ impl Radial {
         self.nearest.is_none() && self.strongest.is_none()
     }
 
+    /// Whether the force is proportional to the distance.
+    pub(super) fn is_linear(&self) -> bool {
+        let grows = matches!(self.profile, Profile::Power { power: 1.0, .. });
+        grows && self.is_plain() && self.shifted_at.is_none()
+    }
+
     /// Whether a potential is known: not of a bounded force.
     pub(crate) fn has_potential(&self) -> bool {
         self.strongest.is_none()

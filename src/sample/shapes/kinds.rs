@@ -6,6 +6,8 @@ use std::sync::{Arc, OnceLock};
 use super::content;
 use super::moments::Moments;
 use super::rule::Rule;
+use super::{surface, volume};
+use crate::field::Points;
 use crate::math::{Real, SharedShape, Vector};
 use crate::sample::part_shape::PartSolid;
 
@@ -16,8 +18,8 @@ pub(super) struct Known {
     pub shape: SharedShape,
     pub ball: (Vector, Real),
     moments: OnceLock<Option<Moments>>,
-    pub volume: Option<Arc<Rule>>,
-    pub surface: Option<Arc<Rule>>,
+    /// By [`Points`].
+    pub rules: [Option<Arc<Rule>>; Points::ALL.len()],
     /// `None` if it is still to be made.
     pub solid: Option<PartSolid>,
 }
@@ -29,10 +31,29 @@ impl Known {
             shape: shape.clone(),
             ball: (bounds.center, bounds.radius),
             moments: OnceLock::new(),
-            volume: None,
-            surface: None,
+            rules: Default::default(),
             solid: None,
         }
+    }
+
+    /// At which points it is sampled; at `middle` alone where it has no others.
+    pub(super) fn rule(&mut self, points: Points, middle: Vector) -> Arc<Rule> {
+        if let Some(rule) = &self.rules[points as usize] {
+            return rule.clone();
+        }
+        let few = |all: Arc<Rule>| all.few().map_or(all, Arc::new);
+        let or_middle = |rule: Option<Rule>| rule.unwrap_or_else(|| Rule::single(middle)).into();
+        let rule = match points {
+            Points::Volume => {
+                let moments = self.moments();
+                or_middle(moments.and_then(|it| volume::rule(&self.shape, it)))
+            }
+            Points::Surface => or_middle(surface::rule(&self.shape)),
+            Points::FewOfVolume => few(self.rule(Points::Volume, middle)),
+            Points::FewOfSurface => few(self.rule(Points::Surface, middle)),
+        };
+        self.rules[points as usize] = Some(rule.clone());
+        rule
     }
 
     /// `None` if it has no volume.

@@ -12,6 +12,7 @@ mod volume;
 use std::sync::Arc;
 
 use super::part_shape::{Mesh, PartSolid};
+use crate::field::Points;
 use crate::math::{ColliderHandle, Real, SharedShape, Vector, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
@@ -68,32 +69,15 @@ impl Shapes {
         known.map_or((Vector::ZERO, Real::INFINITY), |known| known.ball)
     }
 
-    /// The samples of a collider's volume, or of its surface; `middle` where it has none.
+    /// The samples of a collider; `middle` where it has none.
     pub(super) fn rule(
         &mut self,
         (handle, collider): (ColliderHandle, &Collider),
-        of_volume: bool,
+        points: Points,
         middle: Vector,
     ) -> Option<Arc<Rule>> {
         let known = self.known(handle, collider)?;
-        let made = match of_volume {
-            true => &known.volume,
-            false => &known.surface,
-        };
-        if let Some(rule) = made {
-            return Some(rule.clone());
-        }
-        let shape = &known.shape;
-        let rule = match of_volume {
-            true => known.moments().and_then(|it| volume::rule(shape, it)),
-            false => surface::rule(shape),
-        };
-        let rule = Arc::new(rule.unwrap_or_else(|| Rule::single(middle)));
-        match of_volume {
-            true => known.volume = Some(rule.clone()),
-            false => known.surface = Some(rule.clone()),
-        }
-        Some(rule)
+        Some(known.rule(points, middle))
     }
 
     /// What is cut of a collider.
