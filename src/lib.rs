@@ -205,6 +205,7 @@ pub use fields::{ErrorEstimate, Fields, FieldsBuilder, Prediction};
 pub use integrate::{FaultPolicy, Scheme, StepWarning, Stiffness, Substeps};
 pub use pipeline::{
     BodySample, FieldPipeline, FieldSettings, FieldState, FieldValue, OpenStep, StepOutcome,
+    StepStage, StepTimings,
 };
 
 pub use rigid::Wrench;

@@ -11,21 +11,24 @@ mod questions;
 mod settings;
 mod stages;
 mod state;
+mod timings;
 
 pub use open_step::OpenStep;
 pub use questions::{BodySample, FieldValue};
 pub use settings::FieldSettings;
 pub use state::FieldState;
 use state::OpenRecord;
+use timings::Stopwatch;
+pub use timings::{StepStage, StepTimings};
 
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-use crate::bridge::{Push, Reader, Rollback, SoftBodies, Stepped, WakePolicy};
+use crate::bridge::{Push, Reader, Rollback, SoftBodies, Stepped, Undo, WakePolicy};
 use crate::compile::Compiled;
 use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, Rules};
 use crate::cross_check::Watched;
-use crate::eval::{Centre, CentreEvaluator};
+use crate::eval::CentreEvaluator;
 use crate::field::FieldSet;
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Redone, StepWarning};
 use crate::math::{Real, RigidBodyHandle, Vector};
@@ -95,11 +98,11 @@ pub struct FieldPipeline {
     condemned: Vec<RigidBodyHandle>,
     centres: CentreEvaluator,
     /// A buffer for bodies that are evaluated together.
-    waiting: Vec<Centre>,
+    block: Vec<at_centres::Member>,
+    /// What a visit has written.
+    undo: Undo,
     /// What acts at centres of mass in this half of the step.
     shown: Evaluation,
-    /// Whether only linear velocities are written in it.
-    only_linear: bool,
     /// A body for which fields at centres of mass did not do in the last step.
     blocker: Option<RigidBodyHandle>,
     /// Whether the first half of the step was one at centres of mass.
@@ -117,6 +120,12 @@ pub struct FieldPipeline {
     held: BodySet,
     /// Whether they were found in this half of the step.
     held_is_known: bool,
+    /// Bodies that contacts pushed in Rapier's last step.
+    pushed: BodySet,
+    /// Whether contacts are as they were when these were found.
+    pushed_is_known: bool,
+    /// The number of the step in which they were found, after Rapier's.
+    pushed_in: Option<u64>,
     softs: SoftBodies,
     pub(crate) detector: Detector,
     /// The revision of the detection fields that it was made for.
@@ -138,6 +147,7 @@ pub struct FieldPipeline {
     sampled: usize,
     /// Whether it has made a step.
     met: bool,
+    stopwatch: Stopwatch,
 }
 
 impl Default for FieldPipeline {
@@ -164,9 +174,9 @@ impl Default for FieldPipeline {
             on_fault: FaultPolicy::default(),
             condemned: Vec::new(),
             centres: CentreEvaluator::default(),
-            waiting: Vec::new(),
+            block: Vec::new(),
+            undo: Undo::default(),
             shown: Evaluation::default(),
-            only_linear: false,
             blocker: None,
             at_centres: false,
             spare: Evaluation::default(),
@@ -176,6 +186,9 @@ impl Default for FieldPipeline {
             links: Vec::new(),
             held: BodySet::new(),
             held_is_known: false,
+            pushed: BodySet::new(),
+            pushed_is_known: false,
+            pushed_in: None,
             softs: SoftBodies::default(),
             detection: Detection::default(),
             pushes: Vec::new(),
@@ -189,6 +202,7 @@ impl Default for FieldPipeline {
             other_colliders: false,
             sampled: 0,
             met: false,
+            stopwatch: Stopwatch::default(),
         }
     }
 }
@@ -197,6 +211,16 @@ impl FieldPipeline {
     /// Nothing compiled yet.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// How long the stages of the last step took, if that is [measured](Self::set_timed).
+    pub(crate) fn timings(&self) -> &StepTimings {
+        &self.stopwatch.times
+    }
+
+    /// Whether stages are measured from the next step on.
+    pub(crate) fn set_timed(&mut self, on: bool) {
+        self.stopwatch.on = on;
     }
 
     /// Brings everything that is made of the fields up to date with them.

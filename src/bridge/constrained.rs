@@ -94,16 +94,20 @@ impl<'a> Constraints<'a> {
         })
     }
 
-    /// Finds all bodies that contacts or impulse joints hold, looking at each of these once. Links of
-    /// multibodies are none for that alone: what moves them is worked out for all links together.
-    pub(crate) fn find_held(&self, held: &mut BodySet) {
-        held.clear();
+    /// Finds all bodies that contacts hold, looking at each contact once.
+    pub(crate) fn find_pushed(&self, pushed: &mut BodySet) {
+        pushed.clear();
         for pair in self.pairs.contact_pairs().filter(|pair| is_pushed(pair)) {
             for collider in [pair.collider1, pair.collider2] {
                 let body = self.colliders.get(collider).and_then(|it| it.parent());
-                body.into_iter().for_each(|body| held.insert(body));
+                body.into_iter().for_each(|body| pushed.insert(body));
             }
         }
+    }
+
+    /// Adds the bodies that impulse joints hold. Links of multibodies are none for that alone: what moves them
+    /// is worked out for all links together.
+    pub(crate) fn add_jointed(&self, held: &mut BodySet) {
         for (_, joint) in self.joints.iter().filter(|it| it.1.data.is_enabled()) {
             held.insert(joint.body1());
             held.insert(joint.body2());

@@ -10,6 +10,8 @@ mod soft;
 mod soft_load;
 mod soft_volume;
 mod stepped;
+mod undo;
+mod visit;
 mod world;
 mod write;
 
@@ -18,15 +20,17 @@ pub use sleep::WakePolicy;
 pub use world::WorldMut;
 
 pub(crate) use constrained::Constraints;
-pub(crate) use read::{Reader, Wanted, is_movable};
+pub(crate) use read::{Reader, Walk, Wanted, is_movable};
 pub(crate) use restless::{Balance, Drowsing};
 pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;
 pub(crate) use soft::SoftBodies;
 pub(crate) use soft_load::{LentForces, SoftFlight, give_back};
 pub(crate) use stepped::{Made, Stepped};
+pub(crate) use undo::Undo;
+pub(crate) use visit::Visit;
 pub(crate) use world::View;
 pub(crate) use write::{
     ForceOverride, Hit, Push, apply, finish, let_precess, place, push, quarantine, restore, rouse,
-    set_hooks, weigh, write, write_linear,
+    set_hooks, weigh, write,
 };

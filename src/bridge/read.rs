@@ -1,9 +1,11 @@
 //! Which bodies a step samples, copied.
 
-use super::world::View;
-use crate::math::RigidBodyHandle;
+use std::iter::Peekable;
+use std::slice;
+
+use crate::math::{RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::{IslandManager, RigidBody};
-use crate::rigid::{Body, Lookup};
+use crate::rigid::Body;
 
 /// Beside as many as are awake, so many sleepers are looked at in any case: bodies that users woke
 /// since the last step are not among Rapier's active ones yet.
@@ -28,48 +30,45 @@ pub(crate) struct Wanted<'a> {
     pub besides: &'a [Body],
 }
 
+/// A walk over bodies, in the order of their handles. It holds nothing of them, so that each can be written to
+/// before the next is asked for.
+#[derive(Debug)]
+pub(crate) struct Walk<'a> {
+    handles: Handles<'a>,
+    sleepers: bool,
+    besides: Peekable<slice::Iter<'a, Body>>,
+}
+
+#[derive(Debug)]
+enum Handles<'a> {
+    /// All, from an index on, and how many are left.
+    From {
+        index: u32,
+        left: usize,
+    },
+    These(slice::Iter<'a, RigidBodyHandle>),
+}
+
 impl Reader {
-    /// Visits all bodies that fields can move and that are awake, in the order of their handles;
-    /// with the others that are asked for. Stops where `visit` says so.
-    pub(crate) fn visit(
-        &mut self,
-        view: &View<'_>,
+    /// A walk over all bodies that fields can move and that are awake, with the others that are asked for.
+    pub(crate) fn walk<'a>(
+        &'a mut self,
+        bodies: &RigidBodySet,
         islands: &IslandManager,
-        wanted: Wanted<'_>,
-        mut visit: impl FnMut(RigidBodyHandle, &RigidBody) -> bool,
-    ) {
-        let awake = islands.num_active_bodies();
-        let mut besides = wanted.besides.iter().peekable();
-        let mut is_wanted = |handle: RigidBodyHandle, body: &RigidBody| {
-            if !is_movable(body) {
-                return false;
-            }
-            if wanted.sleepers || !body.is_sleeping() {
-                return true;
-            }
-            let index = handle.into_raw_parts().0;
-            while besides
-                .next_if(|b| b.handle.into_raw_parts().0 < index)
-                .is_some()
-            {}
-            besides.peek().is_some_and(|b| b.handle == handle)
+        wanted: Wanted<'a>,
+    ) -> Walk<'a> {
+        let few = bodies.len() <= 2 * islands.num_active_bodies() + FEW;
+        let handles = if wanted.sleepers || wanted.all || few {
+            let (index, left) = (0, bodies.len());
+            Handles::From { index, left }
+        } else {
+            self.sort(islands, wanted.besides);
+            Handles::These(self.sorted.iter())
         };
-        if wanted.sleepers || wanted.all || view.body_count() <= 2 * awake + FEW {
-            for (handle, body) in view.bodies() {
-                if is_wanted(handle, body) && !visit(handle, body) {
-                    return;
-                }
-            }
-            return;
-        }
-        self.sort(islands, wanted.besides);
-        for handle in &self.sorted {
-            if let Some(body) = view.body(*handle)
-                && is_wanted(*handle, body)
-                && !visit(*handle, body)
-            {
-                return;
-            }
+        Walk {
+            handles,
+            sleepers: wanted.sleepers,
+            besides: wanted.besides.iter().peekable(),
         }
     }
 
@@ -86,6 +85,50 @@ impl Reader {
                 .sort_unstable_by_key(|handle| handle.into_raw_parts().0);
             self.sorted.dedup();
         }
+    }
+}
+
+impl Walk<'_> {
+    /// The next one.
+    #[inline]
+    pub(crate) fn next<'b>(
+        &mut self,
+        bodies: &'b RigidBodySet,
+    ) -> Option<(RigidBodyHandle, &'b RigidBody)> {
+        loop {
+            let found = match &mut self.handles {
+                Handles::These(handles) => {
+                    let handle = *handles.next()?;
+                    bodies.get(handle).map(|body| (handle, body))
+                }
+                Handles::From { left: 0, .. } => return None,
+                Handles::From { index, left } => {
+                    let found = bodies.get_unknown_gen(*index);
+                    *index += 1;
+                    *left -= usize::from(found.is_some());
+                    found.map(|(body, handle)| (handle, body))
+                }
+            };
+            if let Some((handle, body)) = found
+                && self.is_wanted(handle, body)
+            {
+                return Some((handle, body));
+            }
+        }
+    }
+
+    #[inline]
+    fn is_wanted(&mut self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
+        if !is_movable(body) {
+            return false;
+        }
+        if self.sleepers || !body.is_sleeping() {
+            return true;
+        }
+        let index = handle.into_raw_parts().0;
+        let is_before = |it: &&Body| it.handle.into_raw_parts().0 < index;
+        while self.besides.next_if(is_before).is_some() {}
+        self.besides.peek().is_some_and(|it| it.handle == handle)
     }
 }
 

@@ -2,28 +2,20 @@
 
 use super::constrained::Constraints;
 use super::restless::Drowsing;
+use super::undo::Undo;
 use super::world::WorldMut;
 use crate::math::{Real, RigidBodyHandle, RigidBodySet, Vector};
-use crate::rapier::dynamics::{RigidBody, RigidBodyActivation};
+use crate::rapier::dynamics::RigidBody;
 
 /// What fields wrote to bodies before Rapier's step, and how that step shows on some of them.
 #[derive(Debug, Default)]
 pub(crate) struct Stepped {
-    before: Vec<Before>,
+    pub before: Undo,
     /// Bodies that were put into quarantine, as they were.
     condemned: Vec<(RigidBodyHandle, RigidBody)>,
     witnesses: Vec<Witness>,
     /// Which bodies were about to fall asleep when the step began.
     pub drowsing: Option<Drowsing>,
-}
-
-/// What a first half of a step writes of a body, as it was.
-#[derive(Debug)]
-struct Before {
-    body: RigidBodyHandle,
-    linvel: Vector,
-    angvel: Vector,
-    activation: RigidBodyActivation,
 }
 
 /// A body as Rapier's step is to find it.
@@ -66,16 +58,11 @@ impl Stepped {
         bodies: &RigidBodySet,
         written: impl Iterator<Item = RigidBodyHandle>,
     ) {
-        let before = written.filter_map(|handle| {
-            let body = bodies.get(handle)?;
-            Some(Before {
-                body: handle,
-                linvel: body.linvel(),
-                angvel: body.angvel(),
-                activation: *body.activation(),
-            })
-        });
-        self.before.extend(before);
+        for handle in written {
+            if let Some(body) = bodies.get(handle) {
+                self.before.note(handle, body);
+            }
+        }
     }
 
     /// Takes note of bodies that are about to be disabled.
@@ -93,8 +80,8 @@ impl Stepped {
             return;
         }
         let every = self.before.len().div_ceil(WITNESSES).max(1);
-        for before in self.before.iter().step_by(every) {
-            let Some(body) = bodies.get_mut(before.body).filter(|it| is_moved(it)) else {
+        for handle in self.before.bodies().step_by(every) {
+            let Some(body) = bodies.get_mut(handle).filter(|it| is_moved(it)) else {
                 continue;
             };
             let activation = body.activation_mut();
@@ -103,7 +90,7 @@ impl Stepped {
                 activation.time_since_can_sleep = Real::MIN_POSITIVE;
             }
             self.witnesses.push(Witness {
-                body: before.body,
+                body: handle,
                 slow_for: activation.time_since_can_sleep,
                 centre: centre(body),
                 linvel: body.linvel(),
@@ -147,13 +134,7 @@ impl Stepped {
 
     /// Takes back what was written.
     pub(crate) fn take_back(&self, bodies: &mut RigidBodySet) {
-        for before in &self.before {
-            if let Some(body) = bodies.get_mut(before.body) {
-                body.set_linvel(before.linvel, false);
-                body.set_angvel(before.angvel, false);
-                *body.activation_mut() = before.activation;
-            }
-        }
+        self.before.take_back(bodies);
         for (handle, was) in &self.condemned {
             if let Some(body) = bodies.get_mut(*handle) {
                 body.set_enabled(true);

@@ -83,6 +83,11 @@ impl<'a> View<'a> {
         View { bodies, colliders }
     }
 
+    /// All bodies.
+    pub(crate) fn set(&self) -> &'a RigidBodySet {
+        self.bodies
+    }
+
     pub(crate) fn body_count(&self) -> usize {
         self.bodies.len()
     }

@@ -25,16 +25,23 @@ pub(crate) fn write(bodies: &mut RigidBodySet, updates: &[VelocityUpdate]) -> us
         let Some(body) = bodies.get_mut(update.body) else {
             continue;
         };
-        if update.wake {
+        update.write(body);
+    }
+    updates.len()
+}
+
+impl VelocityUpdate {
+    /// Writes it.
+    pub(super) fn write(&self, body: &mut RigidBody) {
+        if self.wake {
             body.wake_up(true);
         }
-        body.set_linvel(update.linvel, false);
-        body.set_angvel(update.angvel, false);
-        if update.spins && body.gyroscopic_forces_enabled() {
+        body.set_linvel(self.linvel, false);
+        body.set_angvel(self.angvel, false);
+        if self.spins && body.gyroscopic_forces_enabled() {
             body.enable_gyroscopic_forces(false);
         }
     }
-    updates.len()
 }
 
 /// Puts bodies where they would have come, with their colliders; returns how many.
@@ -252,13 +259,4 @@ pub(crate) fn push(bodies: &mut RigidBodySet, pushes: &[Push]) -> usize {
         written += 1;
     }
     written
-}
-
-/// Writes new linear velocities.
-pub(crate) fn write_linear(bodies: &mut RigidBodySet, updates: &[VelocityUpdate]) {
-    for update in updates {
-        if let Some(body) = bodies.get_mut(update.body) {
-            body.set_linvel(update.linvel, false);
-        }
-    }
 }

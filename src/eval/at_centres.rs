@@ -11,20 +11,12 @@ use super::lanes::{lanes_of, level};
 use super::wide::{Asked, Found, WIDTH};
 use crate::compile::{Compiled, RadialBatch};
 use crate::field::{Frames, Lanes, Motion, Number, Plain, Vec3, real};
-use crate::math::{DVec3, RigidBodyHandle, to_dvec3, to_f64};
-use crate::rigid::Slowing;
-use crate::sample::{Moment, SamplePoint, Samples};
-
-/// A body that is asked about.
-#[derive(Clone, Copy)]
-pub(crate) struct Centre {
-    pub body: RigidBodyHandle,
-    /// At its centre of mass; the number of its body is its place among those that are asked about.
-    pub sample: SamplePoint,
-}
+use crate::math::{DVec3, to_dvec3, to_f64};
+use crate::rigid::{Body, Slowing};
+use crate::sample::{Moment, SamplePoint, Samples, owner};
 
 /// So many bodies are evaluated at once.
-pub(crate) const AT_ONCE: usize = WIDTH;
+pub(crate) const TOGETHER: usize = WIDTH;
 
 /// The force of all fields on a body.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,23 +31,52 @@ pub(crate) struct CentreForce {
 pub(crate) struct CentreEvaluator {
     frames: FrameCache,
     machine: Interpreter,
+    moment: Moment,
+    constants: Pull,
     /// The bodies that are asked about, and nothing else.
     these: Samples,
+    /// Each of them at its centre of mass; the last ones are left from before if there are fewer.
+    samples: [SamplePoint; WIDTH],
 }
 
 impl Default for CentreEvaluator {
     fn default() -> Self {
+        let moment = Moment::NEVER;
         CentreEvaluator {
             frames: FrameCache::default(),
             machine: Interpreter::default(),
+            moment,
+            constants: Pull::of(&[], moment.dt),
             these: Samples::made_elsewhere(),
+            samples: std::array::from_fn(|lane| SamplePoint::at_rest(lane as u32, owner(None))),
+        }
+    }
+}
+
+/// What came of up to eight bodies.
+pub(crate) struct Felt {
+    forces: Vec3<Lanes>,
+    slowings: [Slowing; WIDTH],
+}
+
+impl Felt {
+    /// The force on one of them.
+    #[inline]
+    pub(crate) fn on(&self, lane: usize) -> CentreForce {
+        let Vec3 { x, y, z } = &self.forces;
+        CentreForce {
+            force: DVec3::new(x.0[lane], y.0[lane], z.0[lane]),
+            slowing: self.slowings[lane],
         }
     }
 }
 
 impl CentreEvaluator {
     /// Looks up where all fields are.
-    pub(crate) fn begin(&mut self, compiled: &Compiled, world: &impl Frames) {
+    pub(crate) fn begin(&mut self, compiled: &Compiled, world: &impl Frames, moment: Moment) {
+        self.moment = moment;
+        self.constants = Pull::of(&compiled.constants, moment.dt);
+        self.these.bodies.clear();
         self.frames.clear(compiled);
         for source in compiled.radials.iter().flat_map(|it| &it.1.sources) {
             self.frames.get(compiled, world, source.anchor);
@@ -65,65 +86,87 @@ impl CentreEvaluator {
         }
     }
 
-    /// The forces on one to eight bodies, where the fields [are](Self::begin).
-    pub(crate) fn forces(
-        &mut self,
-        compiled: &Compiled,
-        moment: Moment,
-        centres: &[Centre],
-    ) -> [CentreForce; AT_ONCE] {
+    /// Adds a body to those that are asked about, of which there are at most [`TOGETHER`].
+    #[inline]
+    pub(crate) fn ask(&mut self, body: &Body) {
+        let sample = &mut self.samples[self.these.bodies.len()];
+        sample.world_point = body.world_com();
+        (sample.velocity, sample.mass) = (body.linvel, body.mass);
+        sample.owner = owner(Some(body.handle));
+        self.these.bodies.push(body.handle);
+    }
+
+    /// Begins anew with none.
+    pub(crate) fn clear(&mut self) {
         self.these.bodies.clear();
-        self.these
-            .bodies
-            .extend(centres.iter().map(|centre| centre.body));
-        let mut forces = [CentreForce::default(); AT_ONCE];
-        let constants = Pull::of(&compiled.constants, moment.dt);
-        for (centre, sum) in centres.iter().zip(&mut forces) {
-            sum.force = to_dvec3(constants.on(&centre.sample));
+    }
+
+    /// The forces on the bodies that are asked about, where the fields [are](Self::begin).
+    pub(crate) fn forces(&mut self, compiled: &Compiled) -> Felt {
+        let count = self.these.bodies.len();
+        // The last one fills up.
+        for lane in count..WIDTH {
+            let number = self.samples[lane].body;
+            self.samples[lane] = self.samples[count - 1];
+            self.samples[lane].body = number;
         }
-        let last = centres.len() - 1;
-        let samples: [_; AT_ONCE] = std::array::from_fn(|lane| &centres[lane.min(last)].sample);
-        let is_on = |batch: &RadialBatch| batch.prototype.is_on(moment.span);
-        for (_, batch) in compiled.radials.iter().filter(|it| is_on(it.1)) {
-            let pulls = dispatch!(level(), simd => simd.vectorize(
-                #[inline(always)]
-                || self.pulls(batch, &samples),
-            ));
-            for ((sample, pull), sum) in samples.iter().zip(pulls).zip(&mut forces) {
-                sum.force += pull * to_f64(self.these.weight(sample, &batch.weighting, moment));
-            }
-        }
+        let mut felt = self.sources(compiled);
         for (_, program) in compiled.programs.iter().filter(|it| it.1.has_force) {
             for instance in 0..program.instances.len() {
-                let part = DragOn {
+                let asked = Asked {
                     program,
                     instance,
-                    moment,
+                    frames: self.frames.all(),
+                    samples: &self.these,
+                    moment: self.moment,
                 };
-                let mut add = |lane: usize, force| {
-                    let sum: &mut CentreForce = &mut forces[lane];
-                    let slowing = part.slowing(samples[lane], force);
-                    sum.force += force;
-                    sum.slowing.add(&slowing.unwrap_or_default());
-                };
-                let found = self.in_lanes(&part, &samples[..centres.len()]);
-                for lane in lanes_of(found.defined) {
-                    add(lane, found.exact_force(lane));
-                }
-                for lane in lanes_of(found.doubtful) {
-                    if let Some(force) = self.interpret(&part, &centres[lane]) {
-                        add(lane, force);
+                let found = asked.in_lanes(&self.samples, count);
+                let drag = DragOn::new(program, instance, self.moment);
+                for lane in lanes_of(found.defined | found.doubtful) {
+                    let doubted = found.doubtful >> lane & 1 == 1;
+                    let force = match doubted {
+                        true => asked.interpreted(&self.samples[lane], &mut self.machine),
+                        false => Some(found.exact_force(lane)),
+                    };
+                    let Some(force) = force else {
+                        continue;
+                    };
+                    felt.add(lane, force);
+                    if let Some(drag) = &drag {
+                        let slowing = drag.slowing(&self.samples[lane], force);
+                        felt.slowings[lane].add(&slowing);
                     }
                 }
             }
         }
-        forces
+        felt
+    }
+
+    /// What constants and radial fields do.
+    fn sources(&self, compiled: &Compiled) -> Felt {
+        let pulls = self.samples.each_ref().map(|it| self.constants.on(it));
+        let pull = |axis| Lanes::from_fn(|lane| to_f64(pulls[lane][axis]));
+        let mut forces = Vec3::new(pull(0), pull(1), pull(2));
+        let is_on = |batch: &RadialBatch| batch.prototype.is_on(self.moment.span);
+        for (_, batch) in compiled.radials.iter().filter(|it| is_on(it.1)) {
+            let sum = dispatch!(level(), simd => simd.vectorize(
+                #[inline(always)]
+                || self.pulls(batch),
+            ));
+            let weight = |sample| self.these.weight(sample, &batch.weighting, self.moment);
+            let weights = self.samples.each_ref().map(weight);
+            forces += sum * Lanes::from_fn(|lane| to_f64(weights[lane]));
+        }
+        Felt {
+            forces,
+            slowings: [Slowing::default(); WIDTH],
+        }
     }
 
     /// What the sources of a batch do to bodies of a weight of one.
     #[inline(always)]
-    fn pulls(&self, batch: &RadialBatch, samples: &[&SamplePoint; AT_ONCE]) -> [DVec3; AT_ONCE] {
-        let place = |axis| Lanes::from_fn(|lane| to_f64(samples[lane].world_point[axis]));
+    fn pulls(&self, batch: &RadialBatch) -> Vec3<Lanes> {
+        let place = |axis| Lanes::from_fn(|lane| to_f64(self.samples[lane].world_point[axis]));
         let point = Vec3::new(place(0), place(1), place(2));
         let range2 = batch.range.map_or(f64::INFINITY, |it| to_f64(it).powi(2));
         let mut sum = Vec3::<Lanes>::zero();
@@ -136,27 +179,30 @@ impl CentreEvaluator {
             let factor = batch.law.factor(r2) * to_f64(source.strength);
             sum += way * Lanes::select(r2.above(range2), 0.0.into(), factor);
         }
-        let Vec3 { x, y, z } = sum;
-        std::array::from_fn(|lane| DVec3::new(x.0[lane], y.0[lane], z.0[lane]))
+        sum
+    }
+}
+
+impl Felt {
+    fn add(&mut self, lane: usize, force: DVec3) {
+        let Vec3 { x, y, z } = &mut self.forces;
+        x.0[lane] += force.x;
+        y.0[lane] += force.y;
+        z.0[lane] += force.z;
+    }
+}
+
+impl Asked<'_> {
+    fn in_lanes(&self, samples: &[SamplePoint; WIDTH], count: usize) -> Found {
+        let samples = samples.each_ref();
+        dispatch!(level(), simd => self.on(simd, &samples[..count]))
     }
 
-    fn in_lanes(&self, part: &DragOn<'_>, samples: &[&SamplePoint]) -> Found {
-        let asked = Asked {
-            program: part.program,
-            instance: part.instance,
-            frames: self.frames.all(),
-            samples: &self.these,
-            moment: part.moment,
-        };
-        dispatch!(level(), simd => asked.on(simd, samples))
-    }
-
-    /// The force of an instance on a body that lies at a border, or where numbers are out of range.
-    fn interpret(&mut self, part: &DragOn<'_>, centre: &Centre) -> Option<DVec3> {
-        let query = self.these.query(&centre.sample, part.moment);
-        let (frames, motion) = (self.frames.all(), Motion::of(&query));
-        let machine = &mut self.machine;
-        let outcome = machine.run(part.program, part.instance, frames, &query, &motion)?;
+    /// The force on a body that lies at a border, or where numbers are out of range.
+    fn interpreted(&self, sample: &SamplePoint, machine: &mut Interpreter) -> Option<DVec3> {
+        let query = self.samples.query(sample, self.moment);
+        let motion = Motion::of(&query);
+        let outcome = machine.run(self.program, self.instance, self.frames, &query, &motion)?;
         Some(real(outcome.force))
     }
 }

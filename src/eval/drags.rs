@@ -12,36 +12,43 @@ use crate::math::{DVec3, Vector, to_f64};
 use crate::rigid::Slowing;
 use crate::sample::{Moment, SamplePoint};
 
-/// An instance of a program that may be a drag or a wind.
-pub(super) struct DragOn<'a> {
-    pub program: &'a Program,
-    pub instance: usize,
-    pub moment: Moment,
+/// An instance of a program that [is one drag or wind](Program::as_drag), in a step.
+#[derive(Clone, Copy)]
+pub(super) struct DragOn {
+    rates: [f64; 2],
+    strength: f64,
+    /// The part of the step in which it acts.
+    share: f64,
+    mode: ForceMode,
+    dt: f64,
 }
 
-impl DragOn<'_> {
-    /// How its `force` on a sample falls with the velocity there; `None` if it is
-    /// [none](Program::as_drag).
-    pub(super) fn slowing(&self, sample: &SamplePoint, force: DVec3) -> Option<Slowing> {
-        let drag = self.program.as_drag()?;
-        let field = &self.program.leaves[0];
-        let strength = to_f64(self.program.strength(self.instance, 0));
-        let share = field.lifetime.share_of(self.moment.span);
-        let weight = self.weight(field.mode, sample) * strength * share;
-        Some(Slowing::of_drag(
-            force,
-            weight,
-            [drag.linear, drag.quadratic].map(to_f64),
-        ))
+impl DragOn {
+    pub(super) fn new(program: &Program, instance: usize, moment: Moment) -> Option<Self> {
+        let drag = program.as_drag()?;
+        let field = &program.leaves[0];
+        Some(DragOn {
+            rates: [drag.linear, drag.quadratic].map(to_f64),
+            strength: to_f64(program.strength(instance, 0)),
+            share: field.lifetime.share_of(moment.span),
+            mode: field.mode,
+            dt: to_f64(moment.dt),
+        })
+    }
+
+    /// How its `force` on a sample falls with the velocity there.
+    pub(super) fn slowing(&self, sample: &SamplePoint, force: DVec3) -> Slowing {
+        let weight = self.weight(sample) * self.strength * self.share;
+        Slowing::of_drag(force, weight, self.rates)
     }
 
     /// What turns the vector of a field that is shared out by mass into a force on a sample.
-    fn weight(&self, mode: ForceMode, sample: &SamplePoint) -> f64 {
+    fn weight(&self, sample: &SamplePoint) -> f64 {
         let mass = to_f64(sample.mass);
-        let whole = match mode {
+        let whole = match self.mode {
             ForceMode::Force => to_f64(sample.share),
             ForceMode::Acceleration => mass,
-            ForceMode::VelocityChange => mass / to_f64(self.moment.dt),
+            ForceMode::VelocityChange => mass / self.dt,
         };
         whole * to_f64(sample.fraction)
     }

@@ -32,7 +32,7 @@ use crate::math::{Vector, to_f64};
 use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
-pub(crate) use at_centres::{AT_ONCE, Centre, CentreEvaluator, CentreForce};
+pub(crate) use at_centres::{CentreEvaluator, CentreForce, TOGETHER};
 pub(crate) use interpreter::Interpreter;
 pub(crate) use linearise::Lineariser;
 pub use quantity::PotentialEnergy;

@@ -44,6 +44,13 @@ fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
     centre.unwrap_or_else(|| &samples.list[place - count])
 }
 
+/// An instance that is asked about several samples.
+struct Asking<'a> {
+    wide: Wide<'a>,
+    /// If it is a drag.
+    drag: Option<DragOn>,
+}
+
 /// One program on one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Job {
@@ -209,12 +216,16 @@ impl Programs {
         let pairs = std::mem::take(&mut self.pairs);
         for run in pairs.chunk_by(|a, b| a.0 == b.0) {
             frames.fill_instance(scene.compiled, scene.world, program, run[0].0);
-            let asked = Wide {
-                program,
-                instance: run[0].0 as usize,
-                frames: frames.all(),
-                samples,
-                moment: scene.moment,
+            let (instance, moment) = (run[0].0 as usize, scene.moment);
+            let asked = Asking {
+                wide: Wide {
+                    program,
+                    instance,
+                    frames: frames.all(),
+                    samples,
+                    moment,
+                },
+                drag: DragOn::new(program, instance, moment),
             };
             match program.in_lanes {
                 true => self.add_in_lanes(&asked, run, sums),
@@ -228,16 +239,17 @@ impl Programs {
     }
 
     /// Adds what an instance gives on several samples.
-    fn add_in_lanes(&mut self, asked: &Wide<'_>, run: &[(u32, u32)], sums: &mut Sums<'_>) {
+    fn add_in_lanes(&mut self, asked: &Asking<'_>, run: &[(u32, u32)], sums: &mut Sums<'_>) {
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
         all_found.resize_with(run.len().div_ceil(WIDTH), Found::default);
         each_chunk(&mut all_found, CHUNK, |first, found| {
             let runs = run.chunks(WIDTH).skip(first);
             dispatch!(level(), simd => for (found, run) in found.iter_mut().zip(runs) {
-                let sample = |lane: usize| sample_at(asked.samples, run[lane.min(run.len() - 1)].1);
+                let wide = &asked.wide;
+                let sample = |lane: usize| sample_at(wide.samples, run[lane.min(run.len() - 1)].1);
                 let several: [_; WIDTH] = std::array::from_fn(sample);
-                *found = asked.on(simd, &several[..run.len()]);
+                *found = wide.on(simd, &several[..run.len()]);
             });
         });
         for (found, run) in all_found.iter().zip(run.chunks(WIDTH)) {
@@ -252,40 +264,41 @@ impl Programs {
     }
 
     /// Adds what an instance gives on one sample.
-    fn add_one(&mut self, asked: &Wide<'_>, place: u32, sums: &mut Sums<'_>) {
-        let query = asked
+    fn add_one(&mut self, asked: &Asking<'_>, place: u32, sums: &mut Sums<'_>) {
+        let wide = &asked.wide;
+        let query = wide
             .samples
-            .query(sample_at(asked.samples, place), asked.moment);
+            .query(sample_at(wide.samples, place), wide.moment);
         let motion = Motion::of(&query);
-        let (program, instance) = (asked.program, asked.instance);
         let machine = &mut self.machine;
-        let outcome = machine.run(program, instance, asked.frames, &query, &motion);
+        let outcome = machine.run(wide.program, wide.instance, wide.frames, &query, &motion);
         if let Some(outcome) = outcome {
             self.add_force(asked, place, real(outcome.force), sums);
         }
     }
 
     /// Adds a force on one sample; takes note of its reaction.
-    fn add_force(&mut self, asked: &Wide<'_>, place: u32, exact: DVec3, sums: &mut Sums<'_>) {
-        let (samples, count) = (asked.samples, asked.samples.centres.len());
-        if let Some(slowings) = &mut sums.slowings {
+    fn add_force(&mut self, asked: &Asking<'_>, place: u32, exact: DVec3, sums: &mut Sums<'_>) {
+        let Wide {
+            program,
+            instance,
+            frames,
+            samples,
+            ..
+        } = asked.wide;
+        let count = samples.centres.len();
+        if let (Some(slowings), Some(drag)) = (&mut sums.slowings, &asked.drag) {
             let sample = sample_at(samples, place);
-            let drag = DragOn {
-                program: asked.program,
-                instance: asked.instance,
-                moment: asked.moment,
-            };
-            if let Some(slowing) = drag.slowing(sample, exact) {
-                slowings.add(sample.body, to_dvec3(sample.arm), exact, &slowing);
-            }
+            let slowing = drag.slowing(sample, exact);
+            slowings.add(sample.body, to_dvec3(sample.arm), exact, &slowing);
         }
         let force = from_dvec3(exact);
         match (place as usize).checked_sub(count) {
             Some(place) => sums.forces[place] += force,
             None => sums.wrenches[place as usize].force += force,
         }
-        if asked.program.reacts {
-            let frame = asked.program.frame(asked.instance, 0, asked.frames);
+        if program.reacts {
+            let frame = program.frame(instance, 0, frames);
             let carrier = frame.and_then(|frame| frame.body);
             let body = carrier.and_then(|carrier| samples.of_body(carrier));
             let point = sample_at(samples, place).world_point;

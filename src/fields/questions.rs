@@ -9,7 +9,7 @@ use crate::diagnose::{EnergyAudit, Explanation};
 use crate::eval::PotentialEnergy;
 use crate::integrate::{StepWarning, Stiffness};
 use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
-use crate::pipeline::{BodySample, FieldValue};
+use crate::pipeline::{BodySample, FieldValue, StepTimings};
 use crate::rigid::Wrench;
 
 impl Fields {
@@ -30,6 +30,33 @@ impl Fields {
         kinds.sort_unstable_by_key(|(kind, watched)| (*kind as u32, *watched));
         kinds.dedup();
         ContactPlan::new(&kinds, self.settings.detection)
+    }
+
+    /// How long each stage of the last step took: empty unless it is [measured](Self::set_timed). Prints as a
+    /// short report. Stages that a scene does not need are not there.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// use rapier3d_fields::StepStage;
+    /// let mut world = PhysicsWorld::new();
+    /// world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::cuboid(0.5, 0.5, 0.5));
+    /// let mut fields = Fields::new(Field::point_gravity(4.0).at(Vector::X * 9.0))?;
+    /// fields.set_timed(true);
+    /// fields.step(&mut world)?;
+    /// let timings = fields.timings();
+    /// assert!(timings.of(StepStage::Evaluation).is_some());
+    /// assert_eq!(timings.of(StepStage::Contacts), None);
+    /// println!("{timings}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn timings(&self) -> &StepTimings {
+        self.pipeline.timings()
+    }
+
+    /// Sets whether the stages of steps are measured, from the next step on; without that no clock is read.
+    pub fn set_timed(&mut self, on: bool) {
+        self.pipeline.set_timed(on);
     }
 
     /// Simulated time: the sum of all steps.

@@ -59,7 +59,7 @@ pub(super) fn all_else(context: &StepContext<'_, impl Lookup>, body: &Body) -> D
 }
 
 /// How a body was pushed before Rapier's step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Before {
     /// Whether its kick holds Rapier's own pull.
     pub free: bool,

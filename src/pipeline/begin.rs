@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::faults::answering;
 use super::stages::{NONE, Now, moment};
 use super::state::{BodyRecord, OpenRecord};
-use super::{Definition, FieldPipeline, FieldState, OpenStep};
+use super::{Definition, FieldPipeline, FieldState, OpenStep, StepStage};
 use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{Arrival, Heard, KickShare, Pairs, to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
@@ -34,6 +34,7 @@ impl FieldPipeline {
             state.reactions.clear();
             return Err(StepError::Unfinished);
         }
+        self.stopwatch.start();
         let dt = world.integration_parameters.dt;
         if !(dt >= 0.0 && dt.is_finite()) {
             return Err(StepError::TimeStep { dt });
@@ -50,10 +51,18 @@ impl FieldPipeline {
         self.recognise(state, &world.view())?;
         self.check_anchors(fields.set, state, &world.view())?;
         self.find_links(&world);
+        self.stopwatch.lap(StepStage::Bookkeeping);
         let expected = self.expect(fields, state, &world);
+        let checks = expected.is_some();
+        self.stopwatch.lap_if(checks, StepStage::CrossCheck);
         let tally = self.begin_audit(fields, state, &world);
+        self.stopwatch
+            .lap_if(fields.settings.audit, StepStage::Audit);
         let soft = self.begin_soft(fields, state, &world)?;
+        self.stopwatch.lap_if(soft, StepStage::SoftBodies);
+        let detects = !self.compiled.detectors.is_empty();
         self.note_starts(&world);
+        self.stopwatch.lap_if(detects, StepStage::Contacts);
         let mark = state.mark;
         let begun = self.begin_bodies(fields, state, &mut world);
         if begun.is_err() {
@@ -73,6 +82,7 @@ impl FieldPipeline {
             let lent = &mut record.lent;
             self.softs.first_half(policy, world.soft_bodies, lent)
         });
+        self.stopwatch.lap_if(soft.is_some(), StepStage::SoftBodies);
         if !idle || !self.motions.turns.is_empty() {
             self.note_kicks(fields, state.evaluation.as_ref(), &world);
         }
@@ -80,6 +90,7 @@ impl FieldPipeline {
         let released = self.release(state, &world);
         let to_ask = to_ask(&self.claims, world.narrow_phase, &world.view());
         self.stepped.choose(world.bodies, dt);
+        self.stopwatch.lap_if(detects, StepStage::Contacts);
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
@@ -259,7 +270,7 @@ impl FieldPipeline {
         let dt = world.integration_parameters.dt;
         let first = is_new(fields, state);
         self.restless.clear();
-        (self.at_centres, self.held_is_known) = (false, false);
+        (self.at_centres, self.held_is_known, self.pushed_is_known) = (false, false, false);
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
         if !sleepers && !first && self.is_idle(fields, world) {
             self.turn_freely(world.integration_parameters);
@@ -267,11 +278,13 @@ impl FieldPipeline {
             self.rollback.clear();
             self.retire(state);
             self.spare.clear();
+            self.stopwatch.lap(StepStage::Bookkeeping);
             return Ok((true, false));
         }
         if !sleepers && self.acts_at_centres(fields, world) {
             self.at_centres = self.begin_at_centres(fields, state, world).is_some();
             if self.at_centres {
+                self.stopwatch.lap(StepStage::Visits);
                 return Ok((false, false));
             }
         }
@@ -281,19 +294,25 @@ impl FieldPipeline {
         self.see();
         let remade = self.gather(&world.view(), false);
         let anew = remade || first || self.is_stale(fields.set, state, &world.view(), dt);
+        // Nothing has moved since: no contact did either.
+        self.pushed_is_known = !anew && self.pushed_in == Some(state.steps);
+        self.find_held(fields, world);
         let scheme = fields.settings.scheme;
         // Of other schemes the last step has not put them where they are.
         let there = self.samples.are_placed && scheme == Scheme::KickDriftKick;
         if anew || self.compiled.reads_velocity || !there {
             self.place();
         }
+        self.stopwatch.lap(StepStage::Samples);
         if anew {
             self.evaluate_anew(fields, state, world, first)?;
         } else if fields.settings.scheme.chooses() {
             self.look_again(fields, state, world);
         }
+        self.stopwatch.lap_if(anew, StepStage::Evaluation);
         state.mark = Some(fields.set.mark());
         self.move_first(fields, state, world)?;
+        self.stopwatch.lap(StepStage::Motion);
         Ok((false, sleepers))
     }
 
@@ -461,9 +480,6 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
-        if !self.held_is_known {
-            self.find_held(fields, world);
-        }
         self.find_restless(state, world);
         let Some(evaluation) = &state.evaluation else {
             return Ok(());

@@ -7,7 +7,7 @@ use super::begin::take_back;
 use super::faults::answering;
 use super::stages::{Now, iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
-use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, acts};
+use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
 use crate::bridge::{self, Made, Push, StepError, View, WakePolicy, WorldMut};
 use crate::contact::{
     FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, SweptStep, Verdicts, is_dominated,
@@ -37,8 +37,10 @@ impl FieldPipeline {
                 return Err(StepError::NotTheirs);
             }
         };
+        self.stopwatch.go_on();
         self.follow(fields);
         self.condemned.clear();
+        (self.held_is_known, self.pushed_is_known) = (false, false);
         self.on_fault = open.on_fault;
         let outcome = self.finish_all(fields, state, (&mut open, &record), &mut world);
         if outcome.is_err() {
@@ -95,6 +97,7 @@ impl FieldPipeline {
             // Nobody asks hooks any more.
             open.starts = Arc::default();
         }
+        self.stopwatch.lap(StepStage::Bookkeeping);
         if let Some(expected) = &open.expected {
             let settings = &fields.settings.cross_check;
             let (view, rollback) = (world.view(), &open.rollback);
@@ -108,6 +111,7 @@ impl FieldPipeline {
             let pose_before = |handle| rollback.pose_before(handle, &view);
             let report = &mut state.cross_check;
             report.compare(settings, &self.watched, expected, &after, pose_before);
+            self.stopwatch.lap(StepStage::CrossCheck);
         }
         if let Some(pair) = open.to_ask.filter(|_| !*open.heard.asked.get_mut())
             && was_to_ask(&open.claims, pair, world.narrow_phase, &world.view())
@@ -120,6 +124,7 @@ impl FieldPipeline {
         bridge::give_back(world.soft_bodies, &record.lent);
         if let Some(flight) = &open.soft {
             self.move_soft(fields, Now::last(began, dt), world, Some(flight))?;
+            self.stopwatch.lap(StepStage::SoftBodies);
         }
         let mut verdicts = open.heard.take();
         if open.unasked {
@@ -127,6 +132,8 @@ impl FieldPipeline {
             verdicts.add_unasked(claims, released, world.narrow_phase, &world.view());
         }
         self.sweep(fields, (began, dt), (&verdicts, &open.given), world);
+        let detects = !self.compiled.detectors.is_empty();
+        self.stopwatch.lap_if(detects, StepStage::Contacts);
         let check = &fields.settings.cross_check;
         let checks = self.cross_checks(fields);
         if checks {
@@ -140,11 +147,14 @@ impl FieldPipeline {
         written += self.finish_bodies(fields, state, open, world)?;
         state.time = now;
         state.steps += 1;
+        self.stopwatch.lap_if(checks, StepStage::CrossCheck);
         written += self.touch(fields, state, (&*open, &verdicts), world);
+        self.stopwatch.lap_if(detects, StepStage::Contacts);
         if checks {
             let (contacts, pairs) = (&self.detector.contacts, world.narrow_phase);
             let report = &mut state.cross_check;
             report.add_answers(check, &self.watched, contacts, pairs, &world.view());
+            self.stopwatch.lap(StepStage::CrossCheck);
         }
         if fields.settings.audit {
             let view = world.view();
@@ -153,13 +163,16 @@ impl FieldPipeline {
             let moment = Now::last(began, dt).moment();
             let (audit, before) = (&mut state.audit, &open.tally);
             audit.end(before, fields.set, &view, &samples, moment, dt);
+            self.stopwatch.lap(StepStage::Audit);
         }
         let mut particles = 0;
         if open.soft.is_some() {
             let policy = fields.settings.wake;
             particles = self.softs.second_half(policy, world.soft_bodies);
+            self.stopwatch.lap(StepStage::SoftBodies);
         }
         bridge::quarantine(world.bodies, &self.condemned);
+        self.stopwatch.lap(StepStage::Bookkeeping);
         Ok(StepOutcome {
             sampled: self.samples_used(open),
             contacts: self.detector.contacts.len(),
@@ -244,6 +257,7 @@ impl FieldPipeline {
         if open.at_centres && self.acts_at_centres(fields, world) {
             let written = self.finish_at_centres(fields, state, open, world);
             if let Some(written) = written {
+                self.stopwatch.lap(StepStage::Visits);
                 return Ok(written);
             }
         }
@@ -274,10 +288,13 @@ impl FieldPipeline {
         self.see();
         self.gather(&world.view(), open.alone);
         self.place();
+        self.stopwatch.lap(StepStage::Samples);
         let mut evaluation = std::mem::take(&mut self.spare);
         let mut last = state.evaluation.take();
         self.find_held(fields, world);
+        self.pushed_in = Some(state.steps + 1);
         self.evaluate(fields, world, now, &mut evaluation)?;
+        self.stopwatch.lap(StepStage::Evaluation);
         if !self.condemned.is_empty() {
             let gone: HashSet<_> = self.condemned.iter().collect();
             open.bodies.retain(|it| !gone.contains(&it.handle));
@@ -349,6 +366,7 @@ impl FieldPipeline {
             Arc::make_mut(&mut self.detector.starts).catch_up(&self.late.ahead);
         }
         self.record(state);
+        self.stopwatch.lap(StepStage::Motion);
         Ok(written)
     }
 

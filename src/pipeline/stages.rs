@@ -83,11 +83,20 @@ impl FieldPipeline {
             .sort_unstable_by_key(|link| link.into_raw_parts().0);
     }
 
-    /// Takes up the bodies that Rapier's solver holds, if the scheme treats them differently.
+    /// Takes up the bodies that Rapier's solver holds, if the scheme treats them differently; once in each half
+    /// of a step.
     pub(super) fn find_held(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
+        if std::mem::replace(&mut self.held_is_known, true) {
+            return;
+        }
         self.held.clear();
         if fields.settings.scheme.loads() || self.compiled.reads_velocity {
-            Constraints::new(world).find_held(&mut self.held);
+            let constraints = Constraints::new(world);
+            if !std::mem::take(&mut self.pushed_is_known) {
+                constraints.find_pushed(&mut self.pushed);
+            }
+            self.held.clone_from(&self.pushed);
+            constraints.add_jointed(&mut self.held);
         }
     }
 
@@ -136,14 +145,14 @@ impl FieldPipeline {
             all,
             besides,
         };
-        self.reader
-            .visit(&world.view(), world.islands, wanted, |handle, body| {
-                match is_sound(body) {
-                    true => bodies.push(Body::of(handle, body)),
-                    false => warnings.push(StepWarning::NotFinite { body: handle }),
-                }
-                true
-            });
+        let mut walk = self.reader.walk(world.bodies, world.islands, wanted);
+        while let Some((handle, body)) = walk.next(world.bodies) {
+            if is_sound(body) {
+                bodies.push(Body::of(handle, body));
+            } else {
+                warnings.push(StepWarning::NotFinite { body: handle });
+            }
+        }
     }
 
     /// Brings what stays of the samples up to date with the bodies that were read; returns whether they
@@ -240,31 +249,31 @@ impl FieldPipeline {
             all: self.other_bodies,
             besides: &[],
         };
-        self.reader
-            .visit(&view, world.islands, wanted, |handle, body| {
-                let extent = match parts {
-                    true => gatherer.extent(body, &view),
-                    false => 0.0,
-                };
-                let top = || {
-                    let copy = Body::of(handle, body);
-                    let top = copy.free_top(body.angvel(), exact);
-                    top.filter(|_| !(exact && held.contains(handle)))
-                        .map(|_| copy)
-                };
-                let spins = turns && body.angvel() != Vector::ZERO;
-                let top = spins.then(top).flatten();
-                let slow = |top: &Body| top.linvel.length().max(top.angvel.length()) <= FASTEST;
-                let may_turn = top.is_none_or(|top| {
-                    turning.push(top);
-                    exact && slow(&top)
-                });
-                // Contacts ask what no step has weighed yet, and tell of what is nowhere.
-                let weighed = body.mass_properties().effective_inv_mass != Vector::ZERO;
-                let known = !detects || (weighed && is_sound(body));
-                idle = known && may_turn && !reach.holds(body, extent);
-                idle
+        let mut walk = self.reader.walk(view.set(), world.islands, wanted);
+        while let Some((handle, body)) = walk.next(view.set()).filter(|_| idle) {
+            let extent = if parts {
+                gatherer.extent(body, &view)
+            } else {
+                0.0
+            };
+            let top = || {
+                let copy = Body::of(handle, body);
+                let top = copy.free_top(body.angvel(), exact);
+                top.filter(|_| !(exact && held.contains(handle)))
+                    .map(|_| copy)
+            };
+            let spins = turns && body.angvel() != Vector::ZERO;
+            let top = spins.then(top).flatten();
+            let slow = |top: &Body| top.linvel.length().max(top.angvel.length()) <= FASTEST;
+            let may_turn = top.is_none_or(|top| {
+                turning.push(top);
+                exact && slow(&top)
             });
+            // Contacts ask what no step has weighed yet, and tell of what is nowhere.
+            let weighed = body.mass_properties().effective_inv_mass != Vector::ZERO;
+            let known = !detects || (weighed && is_sound(body));
+            idle = known && may_turn && !reach.holds(body, extent);
+        }
         idle
     }
 

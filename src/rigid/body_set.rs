@@ -3,7 +3,7 @@
 use crate::math::RigidBodyHandle;
 
 /// A set of bodies that exist, one bit each, by the indices of their handles.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct BodySet(Vec<u64>);
 
 const BITS: usize = u64::BITS as usize;

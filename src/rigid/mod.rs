@@ -19,7 +19,7 @@ pub(crate) use lookup::Lookup;
 pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };
-pub(crate) use ordered::{find, find_by, find_near};
+pub(crate) use ordered::{find, find_by, find_near, find_next};
 pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel, to_dquat};
 pub(crate) use slowing::{Slowing, phi1};
 pub(crate) use state::{RigidState, Turning, stopped};

@@ -29,3 +29,21 @@ pub(crate) fn find_by<T>(
     let found = list.binary_search_by_key(&index(handle), |known| index(body(known)));
     found.ok().filter(|place| body(&list[*place]) == handle)
 }
+
+/// The same of one that is walked in that order: `at` is how far the walk has come.
+pub(crate) fn find_next<'a, T>(
+    list: &'a [T],
+    at: &mut usize,
+    handle: RigidBodyHandle,
+    body: impl Fn(&T) -> RigidBodyHandle,
+) -> Option<&'a T> {
+    let index = handle.into_raw_parts().0;
+    while let Some(known) = list.get(*at) {
+        let next = body(known);
+        if next.into_raw_parts().0 >= index {
+            return (next == handle).then_some(known);
+        }
+        *at += 1;
+    }
+    None
+}

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::field::{Field, FieldSet, ForceMode, Operator, Region, Tree, Turbulence};
+use crate::math::{Real, Vector};
 use crate::pipeline::FieldSettings;
 use crate::rapier::dynamics::RigidBodyBuilder;
 use crate::rapier::geometry::ColliderBuilder;
@@ -154,7 +155,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// To rounding, as long as no contact makes more of that.
+    /// To rounding, as long as nothing touches: contacts make more of that.
     #[test]
     fn they_move_bodies_as_samples_do(scene in scenes(), kicks_once in any::<bool>()) {
         let scheme = if kicks_once { Scheme::Kick } else { Scheme::KickDriftKick };
@@ -162,16 +163,16 @@ proptest! {
         let [mut fast, mut sampled] = [false, true].map(run);
         // Samples keep the slope of a quadratic drag from one step to the next.
         let quadratic = scene.fields.iter().any(|it| [2, 3].contains(it));
-        let most = if quadratic { 0.02 } else { 1e-4 };
+        let most = if quadratic { 5e-3 } else { 1e-4 };
         for step in 0..40 {
             fast.step();
             sampled.step();
+            let mut pairs = fast.world.narrow_phase.contact_pairs();
+            if pairs.any(|pair| pair.has_any_active_contact()) {
+                return Ok(());
+            }
             for (handle, body) in fast.world.bodies.iter() {
                 let other = &sampled.world.bodies[handle];
-                let touched = scene.floor && body.translation().y < -6.0;
-                if touched {
-                    return Ok(());
-                }
                 let apart = (body.translation() - other.translation()).length();
                 let faster = (body.linvel() - other.linvel()).length();
                 prop_assert!(apart < most && faster < most, "{step}: {handle:?} {apart} {faster}");

@@ -1,0 +1,57 @@
+//! What was written of bodies, to be taken back.
+
+use crate::math::{RigidBodyHandle, RigidBodySet, Vector};
+use crate::rapier::dynamics::{RigidBody, RigidBodyActivation};
+
+/// The motion of bodies, as it was before a half step wrote them.
+#[derive(Debug, Default)]
+pub(crate) struct Undo(Vec<Before>);
+
+#[derive(Debug)]
+struct Before {
+    body: RigidBodyHandle,
+    linvel: Vector,
+    angvel: Vector,
+    activation: RigidBodyActivation,
+    gyroscopic: bool,
+}
+
+impl Undo {
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// How many bodies it has.
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The bodies, in the order in which they were noted.
+    pub(super) fn bodies(&self) -> impl Iterator<Item = RigidBodyHandle> {
+        self.0.iter().map(|before| before.body)
+    }
+
+    /// Takes note of a body that is about to be written.
+    #[inline]
+    pub(super) fn note(&mut self, handle: RigidBodyHandle, body: &RigidBody) {
+        self.0.push(Before {
+            body: handle,
+            linvel: body.linvel(),
+            angvel: body.angvel(),
+            activation: *body.activation(),
+            gyroscopic: body.gyroscopic_forces_enabled(),
+        });
+    }
+
+    /// Gives all bodies back what they had.
+    pub(crate) fn take_back(&self, bodies: &mut RigidBodySet) {
+        for before in &self.0 {
+            if let Some(body) = bodies.get_mut(before.body) {
+                body.set_linvel(before.linvel, false);
+                body.set_angvel(before.angvel, false);
+                *body.activation_mut() = before.activation;
+                body.enable_gyroscopic_forces(before.gyroscopic);
+            }
+        }
+    }
+}

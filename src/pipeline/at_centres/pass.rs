@@ -1,0 +1,431 @@
+//! One visit of all bodies: eight at a time are read, evaluated together, and written.
+
+use crate::bridge::{self, Visit, Walk};
+use crate::compile::{AtCentres, Compiled};
+use crate::eval::{CentreEvaluator, CentreForce, TOGETHER};
+use crate::integrate::{
+    Before, Caps, Evaluation, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning,
+    VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
+};
+use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
+use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
+use crate::rigid::{Body, BodySet, Wrench, find_next};
+use crate::sample::Moment;
+
+/// One half of a step.
+pub(super) struct HalfStep<'a> {
+    pub moment: Moment,
+    pub dt: Real,
+    pub scheme: Scheme,
+    /// Whether bodies may have been added or removed.
+    pub all: bool,
+    /// In the second half.
+    pub first: Option<FirstHalf<'a>>,
+}
+
+/// What the first half did.
+#[derive(Clone, Copy)]
+pub(super) struct FirstHalf<'a> {
+    pub motions: &'a Motions,
+    /// Whether nobody but Rapier had the world since.
+    pub alone: bool,
+}
+
+impl HalfStep<'_> {
+    /// For how long forces act.
+    fn duration(&self) -> Real {
+        let share = if self.scheme.kicks_twice() { 0.5 } else { 1.0 };
+        self.dt * share
+    }
+}
+
+/// How far a walk has come in the lists of the first half.
+#[derive(Default)]
+struct Places {
+    free: usize,
+    loads: usize,
+    given: usize,
+}
+
+/// A body that is evaluated and kicked together with others.
+#[derive(Debug)]
+pub(crate) struct Member {
+    body: Body,
+    /// Its collider, if it has but one.
+    part: Option<ColliderHandle>,
+    /// Its place in the evaluation before.
+    known: Option<usize>,
+    /// If something else than fields concerns it.
+    special: Option<Special>,
+}
+
+#[derive(Debug)]
+struct Special {
+    free: FreeMotion,
+    before: Before,
+}
+
+/// A visit of all bodies.
+pub(super) struct Pass<'a> {
+    pub walk: Walk<'a>,
+    pub visit: Visit<'a>,
+    /// A body that took more than a visit before.
+    pub blocker: Option<RigidBodyHandle>,
+    pub compiled: &'a Compiled,
+    pub held: &'a BodySet,
+    /// The evaluation before.
+    pub last: Option<&'a Evaluation>,
+    pub half: &'a HalfStep<'a>,
+    pub gravity: Vector,
+    pub parameters: &'a IntegrationParameters,
+    /// Of Rapier's solver, in a step.
+    pub iterations: u32,
+    pub evaluator: &'a mut CentreEvaluator,
+    pub shown: &'a mut Evaluation,
+    pub motions: &'a mut Motions,
+    pub drowsy: &'a mut Vec<Body>,
+    pub warnings: &'a mut Vec<StepWarning>,
+}
+
+/// `Err`: a body that takes more than a visit.
+type Done = Result<(), RigidBodyHandle>;
+
+/// What is the same for all bodies of a visit, and how far it has come.
+struct Rules {
+    /// The (dt·ω)⁴ from which a body is to be looked into.
+    suspicious: Option<Real>,
+    /// Whether gravity pulls bodies.
+    falls: bool,
+    duration: Real,
+    twice: bool,
+    places: Places,
+}
+
+impl Pass<'_> {
+    fn rules(&self) -> Rules {
+        let varies = self.compiled.varies();
+        Rules {
+            suspicious: stiff_from(self.half.scheme).filter(|_| varies),
+            falls: self.gravity != Vector::ZERO,
+            duration: self.half.duration(),
+            twice: self.half.scheme.kicks_twice(),
+            places: Places::default(),
+        }
+    }
+
+    /// Whether a body that took more than a visit before does so still.
+    pub(super) fn is_blocked(&self) -> bool {
+        let blocker = self.blocker.and_then(|it| Some((it, self.visit.body(it)?)));
+        blocker.is_some_and(|(handle, body)| {
+            let is_awake = bridge::is_movable(body) && !body.is_sleeping();
+            let mut member = Member::of(handle, body);
+            member.known = self.last.and_then(|last| last.place_of(handle));
+            is_awake && !self.takes(&self.rules(), &member)
+        })
+    }
+
+    /// Visits all bodies, unless one of them takes more: then nothing has been done.
+    pub(super) fn run(mut self, block: &mut Vec<Member>) -> Done {
+        let done = self.kick_all(block);
+        if done.is_err() {
+            self.visit.take_back();
+        }
+        done
+    }
+
+    fn kick_all(&mut self, block: &mut Vec<Member>) -> Done {
+        let mut rules = self.rules();
+        loop {
+            // Nothing else is done in this loop, so that many bodies are waited for at once.
+            block.clear();
+            while block.len() < TOGETHER
+                && let Some((handle, body)) = self.walk.next(self.visit.bodies())
+            {
+                block.push(Member::of(handle, body));
+            }
+            if block.is_empty() {
+                return Ok(());
+            }
+            self.kick_together(&mut rules, block)?;
+        }
+    }
+
+    /// Evaluates, and kicks, some bodies.
+    fn kick_together(&mut self, rules: &mut Rules, block: &mut Vec<Member>) -> Done {
+        block.retain(|member| {
+            let (is_sound, body) = (member.body.is_sound(), member.body.handle);
+            if !is_sound {
+                self.warnings.push(StepWarning::NotFinite { body });
+            }
+            is_sound
+        });
+        self.evaluator.clear();
+        for (lane, member) in block.iter_mut().enumerate() {
+            let (place, handle) = (self.shown.bodies.len() + lane, member.body.handle);
+            member.known = self.last.and_then(|last| last.place_near(place, handle));
+            if !self.takes(rules, member) {
+                return Err(handle);
+            }
+            member.special = self.special(rules, &mut member.body);
+            self.evaluator.ask(&member.body);
+        }
+        if block.is_empty() {
+            return Ok(());
+        }
+        let felt = self.evaluator.forces(self.compiled);
+        for (lane, member) in block.iter().enumerate() {
+            self.kick(rules, member, &felt.on(lane))?;
+        }
+        Ok(())
+    }
+
+    /// Whether a visit does for a body, as far as can be told before its forces are known.
+    fn takes(&self, rules: &Rules, member: &Member) -> bool {
+        let is_known = member.known.is_some();
+        let same_parts = is_known && self.half.first.is_some_and(|first| first.alone);
+        let anywhere = self.compiled.at_centres == Some(AtCentres::Bodies);
+        let is_whole = anywhere || same_parts || self.is_one_ball(member);
+        // Bodies that are new are looked into where fields may be stiff.
+        let goes_on = self.half.first.is_some() && self.last.is_some();
+        let is_expected = is_known || goes_on || !self.compiled.varies();
+        let is_slowed = || self.is_slowed_simply(rules, &member.body);
+        let is_kicked = !self.compiled.reads_velocity || is_slowed();
+        is_harmless(&member.body) && is_whole && is_expected && is_kicked
+    }
+
+    /// Whether all samples of a body are at its centre of mass.
+    fn is_one_ball(&self, Member { body, part, .. }: &Member) -> bool {
+        let Some(collider) = part else {
+            return body.colliders == 0;
+        };
+        self.visit.collider(*collider).is_none_or(|collider| {
+            let centre = collider.position_wrt_parent().map(|pose| pose.translation);
+            let is_centred = centre == Some(body.local_com);
+            let is_ball = || collider.shape().as_ball().is_some();
+            // A collider that is no part of the body's samples does not matter.
+            !collider.is_enabled() || collider.is_sensor() || (is_centred && is_ball())
+        })
+    }
+
+    /// Whether drag slows a body in closed form.
+    fn is_slowed_simply(&self, rules: &Rules, body: &Body) -> bool {
+        let [x, y, z] = body.inv_mass.to_array();
+        x == y
+            && y == z
+            && !self.held.contains(body.handle)
+            && !may_precess(body)
+            && (rules.twice || coasts(rules, body))
+    }
+
+    /// What is to be known of a body that something else than fields concerns; it is put to the velocity at
+    /// which it moves, where Rapier's is behind.
+    fn special(&self, rules: &mut Rules, body: &mut Body) -> Option<Special> {
+        let before = match &self.half.first {
+            None => Before::default(),
+            Some(first) => rules.places.before(first.motions, body.handle),
+        };
+        let quiet = match self.half.first {
+            None => body.drowsy == 0.0,
+            Some(_) => !before.free && before.load.is_none(),
+        };
+        let plain = quiet && coasts(rules, body) && !may_precess(body);
+        if plain && !self.held.contains(body.handle) {
+            return None;
+        }
+        let free = FreeMotion::new(body, self.gravity, self.iterations, self.half.dt);
+        if before.free {
+            [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
+        }
+        Some(Special { free, before })
+    }
+
+    /// Kicks a body.
+    fn kick(&mut self, rules: &Rules, member: &Member, felt: &CentreForce) -> Done {
+        let (force, body) = (from_dvec3(felt.force), &member.body);
+        if !force.is_finite() || self.is_suspicious(rules, member, force) {
+            return Err(body.handle);
+        }
+        let torque = Vector::ZERO;
+        self.shown.bodies.push(body.handle);
+        self.shown.wrenches.push(Wrench { force, torque });
+        if !rules.twice {
+            self.shown.centres.push(body.world_com());
+        }
+        let Some(special) = &member.special else {
+            return self.kick_plainly(rules, body, felt);
+        };
+        let update = match self.half.first {
+            None => self.first(rules, body, &special.free, felt)?,
+            Some(_) => self.second(rules, body, special, felt),
+        };
+        if let Some(update) = update {
+            self.check(body.handle, update.linvel)?;
+            self.visit.write(&update);
+        }
+        Ok(())
+    }
+
+    /// Whether a force changed so much that the fields may be stiff.
+    fn is_suspicious(&self, rules: &Rules, member: &Member, force: Vector) -> bool {
+        let (Some(most), Some(last), Some(place)) = (rules.suspicious, self.last, member.known)
+        else {
+            return false;
+        };
+        let change = force - last.wrenches[place].force;
+        let (dt, body) = (self.half.dt, &member.body);
+        let way = match (&self.half.first, last.centres.get(place)) {
+            (Some(_), _) => body.linvel * dt,
+            (None, Some(was)) if !rules.twice => body.world_com() - *was,
+            _ => return false,
+        };
+        let swing = change * (dt * dt / body.mass);
+        change != Vector::ZERO && swing.length_squared() > most * way.length_squared()
+    }
+
+    /// Kicks a body that nothing but fields concerns.
+    fn kick_plainly(&mut self, rules: &Rules, body: &Body, felt: &CentreForce) -> Done {
+        let linvel = if !felt.slowing.is_none() {
+            FreeMotion::NONE.slowed(body.linvel, body.inv_mass.x, felt, rules.duration)
+        } else if felt.force == DVec3::ZERO {
+            return Ok(());
+        } else {
+            body.linvel + from_dvec3(felt.force) * rules.duration * body.inv_mass
+        };
+        self.check(body.handle, linvel)?;
+        self.visit.set_linvel(body.handle, linvel);
+        Ok(())
+    }
+
+    /// Whether a velocity can be given to Rapier, and what is to be said of it.
+    fn check(&mut self, body: RigidBodyHandle, linvel: Vector) -> Done {
+        // Of numbers that are none this is false.
+        let slow = linvel.abs().max_element() <= FASTEST * 0.5;
+        if !slow || linvel.is_nan() {
+            return Err(body);
+        }
+        if self.half.first.is_none() {
+            let caps = Caps {
+                speed: self.parameters.max_linear_velocity(),
+                dt: self.half.dt,
+            };
+            self.warnings.extend(caps.of_speed(body, linvel.length()));
+        }
+        Ok(())
+    }
+
+    /// The first half for a body that something else concerns, too.
+    fn first(
+        &mut self,
+        rules: &Rules,
+        body: &Body,
+        free: &FreeMotion,
+        felt: &CentreForce,
+    ) -> Result<Option<VelocityUpdate>, RigidBodyHandle> {
+        let (force, dt) = (from_dvec3(felt.force), self.half.dt);
+        let torque = Vector::ZERO;
+        let wrench = Wrench { force, torque };
+        if body.drowsy > 0.0 {
+            self.drowsy.push(*body);
+        }
+        if self.held.contains(body.handle) {
+            let load = Load::new(body, wrench, false, dt);
+            if !load.is_bearable(body, self.gravity) {
+                return Err(body.handle);
+            }
+            self.motions
+                .loads
+                .extend((force != Vector::ZERO).then_some(load));
+            return Ok(None);
+        }
+        let drift = (dt, self.iterations, false);
+        let is_felt = force != Vector::ZERO || !felt.slowing.is_none();
+        if !is_felt {
+            let turns = self.compiled.torque_possible && body.angvel != Vector::ZERO;
+            let update = kicked(body, Wrench::ZERO, rules.duration);
+            let update = turns.then(|| self.motions.turned(body, update, DVec3::ZERO, drift));
+            return Ok(update.filter(|update| update.spins));
+        }
+        let is_alone = self.half.scheme == Scheme::Kick || free.is_none();
+        let (mut update, twist) = match is_alone {
+            true => (kicked(body, wrench, rules.duration), DVec3::ZERO),
+            false => free.along(body, wrench, rules.duration),
+        };
+        if !felt.slowing.is_none() {
+            update.linvel = free.slowed(body.linvel, body.inv_mass.x, felt, rules.duration);
+        }
+        let update = self.motions.turned(body, update, twist, drift);
+        if is_alone {
+            return Ok(Some(update));
+        }
+        let linvel = free.given(update.linvel);
+        let given = VelocityUpdate { linvel, ..update };
+        self.motions.free.push(body.handle);
+        self.motions.updates.push(given);
+        Ok(Some(given))
+    }
+
+    /// The second half for such a body.
+    fn second(
+        &self,
+        rules: &Rules,
+        body: &Body,
+        Special { free, before }: &Special,
+        felt: &CentreForce,
+    ) -> Option<VelocityUpdate> {
+        if !felt.slowing.is_none() {
+            let was_free = before.free;
+            return Some(complete_slowed(body, free, felt, was_free, rules.duration));
+        }
+        let (force, torque) = (from_dvec3(felt.force), Vector::ZERO);
+        let held = self.held.contains(body.handle);
+        let wrench = (Wrench { force, torque }, held);
+        complete(body, free, wrench, *before, rules.duration)
+    }
+}
+
+impl Member {
+    fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
+        let part = match body.colliders() {
+            [part] => Some(*part),
+            _ => None,
+        };
+        Member {
+            body: Body::of(handle, body),
+            part,
+            known: None,
+            special: None,
+        }
+    }
+}
+
+impl Places {
+    /// How a body was pushed in the first half; bodies are asked about in the order of their handles.
+    fn before(&mut self, first: &Motions, handle: RigidBodyHandle) -> Before {
+        let free = find_next(&first.free, &mut self.free, handle, |it| *it).is_some();
+        let load = find_next(&first.loads, &mut self.loads, handle, |it| it.body);
+        let given = find_next(&first.updates, &mut self.given, handle, |it| it.body);
+        Before {
+            free,
+            load: load.map(|load| load.wrench),
+            given: given.map(|update| update.linvel),
+        }
+    }
+}
+
+/// Whether nothing but fields moves a free body.
+fn coasts(rules: &Rules, body: &Body) -> bool {
+    !rules.falls && body.user_force == Vector::ZERO && body.damping == [0.0; 2]
+}
+
+/// Whether a body is not lighter than 10⁻⁹, nor without mass, and as slow as any that Rapier has moved.
+fn is_harmless(body: &Body) -> bool {
+    let slow = body.linvel.abs().max_element() <= FASTEST * 1e-3;
+    body.mass > 0.0 && body.inv_mass.max_element() <= 1e9 && slow
+}
+
+/// Whether a body turns, and not about every axis alike.
+fn may_precess(body: &Body) -> bool {
+    let [x, y, z] = body.inv_principal_inertia.to_array();
+    let alike = x == y && y == z;
+    !alike && body.angvel != Vector::ZERO
+}
