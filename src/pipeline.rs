@@ -124,8 +124,8 @@ pub struct FieldPipeline {
     pushed: BodySet,
     /// Whether contacts are as they were when these were found.
     pushed_is_known: bool,
-    /// The number of the step in which they were found, after Rapier's.
-    pushed_in: Option<u64>,
+    /// After how many steps they were found, if right after Rapier's.
+    pushed_after: Option<u64>,
     softs: SoftBodies,
     pub(crate) detector: Detector,
     /// The revision of the detection fields that it was made for.
@@ -188,7 +188,7 @@ impl Default for FieldPipeline {
             held_is_known: false,
             pushed: BodySet::new(),
             pushed_is_known: false,
-            pushed_in: None,
+            pushed_after: None,
             softs: SoftBodies::default(),
             detection: Detection::default(),
             pushes: Vec::new(),

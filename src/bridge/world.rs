@@ -83,11 +83,6 @@ impl<'a> View<'a> {
         View { bodies, colliders }
     }
 
-    /// All bodies.
-    pub(crate) fn set(&self) -> &'a RigidBodySet {
-        self.bodies
-    }
-
     pub(crate) fn body_count(&self) -> usize {
         self.bodies.len()
     }

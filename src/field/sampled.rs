@@ -39,7 +39,9 @@ impl Field {
     /// Whether its force is linear in place and velocity, and acts everywhere.
     fn is_linear(&self) -> bool {
         let everywhere = self.region.is_everywhere() && self.limit.is_none();
-        everywhere && self.scale_is_uniform() && self.formula.is_linear()
+        // Times a coordinate it would be of the second power.
+        let even = self.scale_is_uniform() && !self.coupling.reads_frame();
+        everywhere && even && self.formula.is_linear()
     }
 
     /// Whether its force on a piece of a part that no border passes through is the same whatever the

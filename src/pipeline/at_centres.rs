@@ -1,5 +1,5 @@
 //! Steps in which fields pull bodies at their centres of mass only: each body is visited once before
-//! Rapier's step and once after it, and neither samples nor copies are made.
+//! Rapier's step and once after it, and no list of bodies or of samples is made.
 
 mod pass;
 
@@ -48,7 +48,7 @@ impl FieldPipeline {
         if self.pass(&half, last, world).is_blocked() {
             return None;
         }
-        self.find_held(fields, world);
+        self.find_held(fields, world, None);
         self.keep_copies(fields, world);
         if !self.visit_centres(&half, last, world) {
             return None;
@@ -97,8 +97,7 @@ impl FieldPipeline {
         };
         let twice = half.scheme.kicks_twice();
         if twice {
-            self.find_held(fields, world);
-            self.pushed_in = Some(state.steps + 1);
+            self.find_held(fields, world, Some(state.steps + 1));
         }
         if twice && !self.visit_centres(&half, state.evaluation.as_ref(), world) {
             return None;

@@ -294,9 +294,9 @@ impl FieldPipeline {
         self.see();
         let remade = self.gather(&world.view(), false);
         let anew = remade || first || self.is_stale(fields.set, state, &world.view(), dt);
-        // Nothing has moved since: no contact did either.
-        self.pushed_is_known = !anew && self.pushed_in == Some(state.steps);
-        self.find_held(fields, world);
+        // Where nothing has moved since, no contact has changed.
+        self.pushed_is_known = !anew && self.pushed_after == Some(state.steps);
+        self.find_held(fields, world, None);
         let scheme = fields.settings.scheme;
         // Of other schemes the last step has not put them where they are.
         let there = self.samples.are_placed && scheme == Scheme::KickDriftKick;

@@ -291,8 +291,7 @@ impl FieldPipeline {
         self.stopwatch.lap(StepStage::Samples);
         let mut evaluation = std::mem::take(&mut self.spare);
         let mut last = state.evaluation.take();
-        self.find_held(fields, world);
-        self.pushed_in = Some(state.steps + 1);
+        self.find_held(fields, world, Some(state.steps + 1));
         self.evaluate(fields, world, now, &mut evaluation)?;
         self.stopwatch.lap(StepStage::Evaluation);
         if !self.condemned.is_empty() {

@@ -84,8 +84,13 @@ impl FieldPipeline {
     }
 
     /// Takes up the bodies that Rapier's solver holds, if the scheme treats them differently; once in each half
-    /// of a step.
-    pub(super) fn find_held(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
+    /// of a step. `after`: how many steps there are, if Rapier has just made one.
+    pub(super) fn find_held(
+        &mut self,
+        fields: &Definition<'_>,
+        world: &WorldMut<'_>,
+        after: Option<u64>,
+    ) {
         if std::mem::replace(&mut self.held_is_known, true) {
             return;
         }
@@ -94,6 +99,7 @@ impl FieldPipeline {
             let constraints = Constraints::new(world);
             if !std::mem::take(&mut self.pushed_is_known) {
                 constraints.find_pushed(&mut self.pushed);
+                self.pushed_after = after;
             }
             self.held.clone_from(&self.pushed);
             constraints.add_jointed(&mut self.held);
@@ -235,7 +241,7 @@ impl FieldPipeline {
         };
         let exact = self.exact_turns(fields);
         if exact {
-            self.find_held(fields, world);
+            self.find_held(fields, world, None);
         }
         let held = &self.held;
         let (gatherer, parts) = (&mut self.gatherer, self.compiled.requirements.parts);
@@ -249,8 +255,8 @@ impl FieldPipeline {
             all: self.other_bodies,
             besides: &[],
         };
-        let mut walk = self.reader.walk(view.set(), world.islands, wanted);
-        while let Some((handle, body)) = walk.next(view.set()).filter(|_| idle) {
+        let mut walk = self.reader.walk(world.bodies, world.islands, wanted);
+        while let Some((handle, body)) = walk.next(world.bodies).filter(|_| idle) {
             let extent = if parts {
                 gatherer.extent(body, &view)
             } else {

@@ -71,16 +71,6 @@ impl Body {
         }
     }
 
-    /// See [`is_sound`].
-    pub(crate) fn is_sound(&self) -> bool {
-        let (translation, rotation) = (self.pose.translation, self.pose.rotation);
-        let vectors = [self.linvel, self.angvel, self.user_force, self.user_torque];
-        // Finite numbers add up to one that is, unless they are huge: then each is asked.
-        let sum = vectors.iter().sum::<Vector>() + translation;
-        let finite = || vectors.iter().all(|it| it.is_finite()) && translation.is_finite();
-        rotation.is_finite() && (sum.is_finite() || finite())
-    }
-
     /// The centre of mass in the world. Rapier's own lags behind a body that was just teleported.
     pub(crate) fn world_com(&self) -> Vector {
         self.pose.transform_point(self.local_com)

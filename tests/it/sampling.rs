@@ -127,6 +127,9 @@ fn linear_forces_add_up_at_few_points_to_what_they_do_at_many() {
                     .coupled_to(Coupling::Each)
                     .at(carrier),
                 Field::magnetic(vector(2.0)),
+                // Of the second power, and asked at all points.
+                Field::drag(0.7, 0.0).coupled_to_axis(Axis::X),
+                Field::uniform(vector(1.0)).coupled_to_axis(Axis::Distance),
             ];
             for field in fields {
                 let field = field.sampled(sampling);
@@ -144,7 +147,7 @@ fn linear_forces_add_up_at_few_points_to_what_they_do_at_many() {
                 let size = many.0.length() + many.1.length() + 1.0;
                 let error = (few.0 - many.0).length() + (few.1 - many.1).length();
                 let place = format!("{name}, {sampling:?}: {few:?} and {many:?}");
-                assert_at_most(error, either(2e-5, 1e-6) * size, place);
+                assert_at_most(error, either(2e-5, 1e-11) * size, place);
             }
         }
     }
@@ -168,13 +171,16 @@ fn surface_samples_have_the_area_and_moments_of_the_surface() {
         (SharedShape::cuboid(1.0, 1.0, 1.0), DVec3::splat(cube), 1e-6),
         (SharedShape::ball(2.0), DVec3::splat(4.0 / 3.0), 1e-6),
     ];
-    for (shape, second, relative) in cases {
+    // Linear drag is asked at few points, quadratic drag at all.
+    let twice = cases.iter().flat_map(|case| [0.0, 0.5].map(|c| (case, c)));
+    for ((shape, second, relative), quadratic) in twice {
+        let (second, relative) = (*second, *relative);
         let (world, body) = one(
             Vector::ZERO,
             Rotation::IDENTITY,
-            ColliderBuilder::new(shape),
+            ColliderBuilder::new(shape.clone()),
         );
-        let tree = Field::drag(1.0, 0.0).sampled(Sampling::Surface);
+        let tree = Field::drag(1.0, quadratic).sampled(Sampling::Surface);
         let fields = Fields::new(tree).expect("a sound tree");
         let samples = fields.samples(body, &world.bodies, &world.colliders);
         let surface = samples.iter().filter(|s| s.sampling == Sampling::Surface);

@@ -9,7 +9,7 @@ use crate::integrate::{
 };
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
-use crate::rigid::{Body, BodySet, Wrench, find_next};
+use crate::rigid::{Body, BodySet, Wrench, find_next, is_sound};
 use crate::sample::Moment;
 
 /// One half of a step.
@@ -136,12 +136,16 @@ impl Pass<'_> {
     fn kick_all(&mut self, block: &mut Vec<Member>) -> Done {
         let mut rules = self.rules();
         loop {
-            // Nothing else is done in this loop, so that many bodies are waited for at once.
+            // Little else is done in this loop, so that many bodies are waited for at once.
             block.clear();
             while block.len() < TOGETHER
                 && let Some((handle, body)) = self.walk.next(self.visit.bodies())
             {
-                block.push(Member::of(handle, body));
+                if is_sound(body) {
+                    block.push(Member::of(handle, body));
+                } else {
+                    self.warnings.push(StepWarning::NotFinite { body: handle });
+                }
             }
             if block.is_empty() {
                 return Ok(());
@@ -151,14 +155,7 @@ impl Pass<'_> {
     }
 
     /// Evaluates, and kicks, some bodies.
-    fn kick_together(&mut self, rules: &mut Rules, block: &mut Vec<Member>) -> Done {
-        block.retain(|member| {
-            let (is_sound, body) = (member.body.is_sound(), member.body.handle);
-            if !is_sound {
-                self.warnings.push(StepWarning::NotFinite { body });
-            }
-            is_sound
-        });
+    fn kick_together(&mut self, rules: &mut Rules, block: &mut [Member]) -> Done {
         self.evaluator.clear();
         for (lane, member) in block.iter_mut().enumerate() {
             let (place, handle) = (self.shown.bodies.len() + lane, member.body.handle);
@@ -168,9 +165,6 @@ impl Pass<'_> {
             }
             member.special = self.special(rules, &mut member.body);
             self.evaluator.ask(&member.body);
-        }
-        if block.is_empty() {
-            return Ok(());
         }
         let felt = self.evaluator.forces(self.compiled);
         for (lane, member) in block.iter().enumerate() {
