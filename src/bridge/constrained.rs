@@ -34,9 +34,14 @@ impl<'a> Constraints<'a> {
 
     /// Whether Rapier's solver pushed a body in its last step, or is to hold it by a joint in any.
     pub(crate) fn hold(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
+        self.push(body) || self.join(handle)
+    }
+
+    /// Whether contacts pushed a body in Rapier's last step.
+    fn push(&self, body: &RigidBody) -> bool {
         let mut colliders = body.colliders().iter();
         let pushes = |collider| self.pairs.contact_pairs_with(collider).any(is_pushed);
-        (self.contacts && colliders.any(|it| pushes(*it))) || self.join(handle)
+        self.contacts && colliders.any(|it| pushes(*it))
     }
 
     /// Whether a body touches anything, or joints hold it: Rapier may put it elsewhere than its velocity does.
@@ -103,6 +108,20 @@ impl<'a> Constraints<'a> {
                 body.into_iter().for_each(|body| pushed.insert(body));
             }
         }
+    }
+
+    /// Finds those of some bodies that contacts hold: where most bodies sleep, contacts are many.
+    pub(crate) fn find_pushed_of(
+        &self,
+        bodies: impl Iterator<Item = RigidBodyHandle>,
+        pushed: &mut BodySet,
+    ) {
+        pushed.clear();
+        let is_pushed = |handle: &RigidBodyHandle| {
+            let body = self.bodies.get(*handle);
+            body.is_some_and(|body| self.push(body))
+        };
+        bodies.filter(is_pushed).for_each(|it| pushed.insert(it));
     }
 
     /// Adds the bodies that impulse joints hold. Links of multibodies are none for that alone: what moves them

@@ -20,7 +20,7 @@ pub use sleep::WakePolicy;
 pub use world::WorldMut;
 
 pub(crate) use constrained::Constraints;
-pub(crate) use read::{Reader, Walk, Wanted, is_movable};
+pub(crate) use read::{Reader, Walk, Wanted, is_movable, most_sleep};
 pub(crate) use restless::{Balance, Drowsing};
 pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;

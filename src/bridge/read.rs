@@ -57,8 +57,7 @@ impl Reader {
         islands: &IslandManager,
         wanted: Wanted<'a>,
     ) -> Walk<'a> {
-        let few = bodies.len() <= 2 * islands.num_active_bodies() + FEW;
-        let handles = if wanted.sleepers || wanted.all || few {
+        let handles = if wanted.sleepers || wanted.all || !most_sleep(bodies, islands) {
             let (index, left) = (0, bodies.len());
             Handles::From { index, left }
         } else {
@@ -130,6 +129,11 @@ impl Walk<'_> {
         while self.besides.next_if(is_before).is_some() {}
         self.besides.peek().is_some_and(|it| it.handle == handle)
     }
+}
+
+/// Whether so many bodies sleep that it is quicker to look at those awake only.
+pub(crate) fn most_sleep(bodies: &RigidBodySet, islands: &IslandManager) -> bool {
+    bodies.len() > 2 * islands.num_active_bodies() + FEW
 }
 
 /// Whether fields can move a body at all.

@@ -1,7 +1,7 @@
 //! What both halves of a step have in common: bodies → samples → evaluation.
 
 use super::{Definition, FieldPipeline, FieldState};
-use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable};
+use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable, most_sleep};
 use crate::compile::{Compiled, Prepared, Reach as Box};
 use crate::contact::Detection;
 use crate::field::{FieldSet, Frame, Span};
@@ -98,7 +98,13 @@ impl FieldPipeline {
         if fields.settings.scheme.loads() || self.compiled.reads_velocity {
             let constraints = Constraints::new(world);
             if !std::mem::take(&mut self.pushed_is_known) {
-                constraints.find_pushed(&mut self.pushed);
+                if !self.other_bodies && most_sleep(world.bodies, world.islands) {
+                    let read = self.bodies.iter().map(|body| body.handle);
+                    let some = world.islands.active_bodies().chain(read);
+                    constraints.find_pushed_of(some, &mut self.pushed);
+                } else {
+                    constraints.find_pushed(&mut self.pushed);
+                }
                 self.pushed_after = after;
             }
             self.held.clone_from(&self.pushed);
