@@ -24,7 +24,8 @@ impl AtCentres {
         radials: impl Iterator<Item = &'a RadialBatch>,
         programs: impl Iterator<Item = &'a Program>,
     ) -> Option<Self> {
-        let (mut instances, mut quadratic, mut bodies) = (0, 0, AtCentres::Bodies);
+        let (mut instances, mut bodies) = (0, AtCentres::Bodies);
+        let (mut resting, mut flowing) = (false, 0);
         for batch in radials {
             instances += batch.sources.len();
             if instances > MOST || !batch.acts_at_centres() {
@@ -37,7 +38,12 @@ impl AtCentres {
         for program in programs.filter(|program| program.has_force) {
             instances += program.instances.len();
             let drag = program.as_drag();
-            quadratic += drag.map_or(0, |drag| usize::from(drag.quadratic != 0.0));
+            let is_quadratic = drag.is_some_and(|drag| drag.quadratic != 0.0);
+            if is_quadratic && matches!(program.leaves[0].formula, Formula::Drag(_)) {
+                resting = true;
+            } else if is_quadratic {
+                flowing += program.instances.len();
+            }
             let solved = !program.reads_velocity || drag.is_some();
             if instances > MOST || !solved || !program.acts_at_centres() {
                 return None;
@@ -46,8 +52,9 @@ impl AtCentres {
                 bodies = AtCentres::Balls;
             }
         }
-        // The axes of several would differ.
-        (quadratic <= 1).then_some(bodies)
+        // Quadratic drag has the velocity past its medium as its axis, and slowings have one at most.
+        let axes = usize::from(resting) + flowing;
+        (axes <= 1).then_some(bodies)
     }
 }
 

@@ -62,11 +62,12 @@ impl Slowing {
         }
     }
 
-    /// Adds another, of which at most one has an axis.
+    /// Adds another; if both have an axis, it is the same.
     pub(crate) fn add(&mut self, other: &Slowing) {
         self.across += other.across;
         if other.along != 0.0 {
-            (self.along, self.axis) = (other.along, other.axis);
+            self.along += other.along;
+            self.axis = other.axis;
         }
     }
 
