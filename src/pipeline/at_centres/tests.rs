@@ -212,6 +212,7 @@ fn plain_scenes_are_stepped_so() {
         vec![4],
         vec![5],
         vec![0, 1, 4],
+        vec![2, 2, 4],
     ] {
         for gravity in [false, true] {
             let scene = Scene {
@@ -227,6 +228,42 @@ fn plain_scenes_are_stepped_so() {
             // The first step finds out who is there.
             let later = &run.at_centres[1..];
             assert!(later.iter().all(|it| *it), "{fields:?} {later:?}");
+        }
+    }
+}
+
+/// Two drags of half the strength, as instances of one program or as two programs, are one.
+#[test]
+fn quadratic_drags_at_rest_add_up() {
+    let drag = |part: Real| Field::drag(0.2 * part, 0.8 * part).force_mode(ForceMode::Acceleration);
+    for parts in [[0.5, 0.5], [0.25, 0.75]] {
+        for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
+            // One kick solves for drag alone.
+            let falls = scheme.kicks_twice();
+            let scene = Scene {
+                gravity: falls,
+                damped: falls,
+                floor: false,
+                spinning: false,
+                fields: Vec::new(),
+                seed: 4,
+            };
+            let halves = Tree::fold(Operator::SumUnion, parts.map(drag));
+            let trees = [halves, drag(1.0).into()];
+            let mut runs = trees.map(|tree| Run::new(scene.world(), tree, scheme, false));
+            for _ in 0..40 {
+                runs.iter_mut().for_each(Run::step);
+                if runs[1].touches() {
+                    break;
+                }
+                let apart = runs[0].apart(&runs[1]);
+                assert!(apart < 1e-5, "{parts:?} {scheme:?} {apart}");
+            }
+            assert!(
+                runs.iter()
+                    .all(|run| run.at_centres[1..].iter().all(|it| *it))
+            );
+            assert!(runs[0].at_centres.len() > 5, "they meet later than that");
         }
     }
 }
