@@ -109,9 +109,7 @@ fn totals(scene: &BoxOfAmmonia, fields: &mut Fields) -> Totals {
     let world = &scene.world;
     Totals {
         kinetic: scene.kinetic_energy(),
-        potential: fields
-            .potential_energy(&world.bodies, &world.colliders)
-            .total,
+        potential: fields.potential_energy(world).total,
         momentum: scene.momentum(),
         angular_momentum: scene.angular_momentum(),
         scales: momentum_scales(&world.bodies),

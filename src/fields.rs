@@ -93,7 +93,6 @@ pub struct Fields {
     /// The fields, and what is said of colliders and axes.
     pub set: FieldSet,
     pipeline: FieldPipeline,
-    events: Option<Sender<ContactEvent>>,
 }
 
 impl Fields {
@@ -127,13 +126,12 @@ impl Fields {
             state,
             set,
             pipeline: FieldPipeline::new(),
-            events: None,
         })
     }
 
     /// Sends contacts that begin and end, as events, into a channel; `None` ends that.
     pub fn set_events(&mut self, channel: impl Into<Option<Sender<ContactEvent>>>) {
-        self.events = channel.into();
+        self.pipeline.set_events(channel);
     }
 
     /// One step of a world with its fields, in place of `world.step()`.
@@ -156,7 +154,7 @@ impl Fields {
         events: &dyn EventHandler,
     ) -> Result<StepOutcome, StepError> {
         let pool = Pool::of(world);
-        let open = pool.run(|| self.begin_step(WorldMut::from(&mut *world), true))?;
+        let open = pool.run(|| self.begin_alone(WorldMut::from(&mut *world)))?;
         world.step_with_events(&open.hooks(hooks), events);
         pool.run(|| self.finish(open, WorldMut::from(world)))
     }
@@ -195,13 +193,17 @@ impl Fields {
     /// # Errors
     /// See [`StepError`]; nothing has been written.
     pub fn begin(&mut self, world: WorldMut<'_>) -> Result<OpenStep, StepError> {
-        self.begin_step(world, false)
+        let (settings, state) = (&self.settings, &mut self.state);
+        self.pipeline.begin(&mut self.set, settings, state, world)
     }
 
-    fn begin_step(&mut self, world: WorldMut<'_>, alone: bool) -> Result<OpenStep, StepError> {
+    /// As [`begin`](Self::begin), where Rapier's step follows at once.
+    fn begin_alone(&mut self, world: WorldMut<'_>) -> Result<OpenStep, StepError> {
         self.set.validate_changes()?;
-        let (fields, state, pipeline) = self.parts();
-        pipeline.begin(&fields, state, world, alone)
+        let (set, settings) = (&self.set, &self.settings);
+        let definition = Definition { set, settings };
+        self.pipeline
+            .begin_step(&definition, &mut self.state, world, true)
     }
 
     /// Finishes a step after Rapier's step: call it once for each of its steps.
@@ -217,28 +219,15 @@ impl Fields {
         step: OpenStep,
         world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
-        self.set.validate_changes()?;
-        let (fields, state, pipeline) = self.parts();
-        let outcome = pipeline.finish(&fields, state, step, world)?;
-
-        self.set.step_done(self.state.time);
-        Ok(outcome)
-    }
-
-    fn parts(&mut self) -> (Definition<'_>, &mut FieldState, &mut FieldPipeline) {
-        let definition = Definition {
-            set: &self.set,
-            settings: &self.settings,
-            events: self.events.as_ref(),
-        };
-        (definition, &mut self.state, &mut self.pipeline)
+        let (settings, state) = (&self.settings, &mut self.state);
+        self.pipeline
+            .finish(&mut self.set, settings, state, step, world)
     }
 
     fn definition(&self) -> Definition<'_> {
         Definition {
             set: &self.set,
             settings: &self.settings,
-            events: self.events.as_ref(),
         }
     }
 

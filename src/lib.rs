@@ -54,7 +54,7 @@
 //! let three = Tree::instances(pull.replace_union(push), handles);
 //! let mut fields = Fields::new(three)?;
 //! println!("{}", fields.plan());
-//! let wrench = fields.sample(handles[0], &world.bodies, &world.colliders)?;
+//! let wrench = fields.sample(handles[0], &world)?;
 //! assert_eq!(wrench.unwrap().force.x, 1.0, "pulled by its neighbour, out of reach of the other");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -185,7 +185,7 @@ pub mod prelude;
 #[doc = include_str!("../docs/recipes.md")]
 pub mod recipes {}
 
-pub use bridge::{StepError, WakePolicy, WorldMut};
+pub use bridge::{StepError, WakePolicy, WorldMut, WorldRef};
 pub use compile::{IndexKind, Plan, PlanEntry};
 pub use contact::{
     Capability, ContactEvent, ContactPlan, Detection, FieldContact, Responder, StepHooks,

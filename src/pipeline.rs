@@ -24,9 +24,11 @@ pub use timings::{StepStage, StepTimings};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-use crate::bridge::{Push, Reader, Rollback, SoftBodies, Stepped, Undo, WakePolicy};
+use crate::bridge::{
+    Push, Reader, Rollback, SoftBodies, StepError, Stepped, Undo, WakePolicy, WorldMut,
+};
 use crate::compile::Compiled;
-use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, Rules};
+use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, FieldContact, Rules};
 use crate::cross_check::Watched;
 use crate::eval::CentreEvaluator;
 use crate::field::FieldSet;
@@ -64,13 +66,32 @@ pub struct StepOutcome {
 pub(crate) struct Definition<'a> {
     pub set: &'a FieldSet,
     pub settings: &'a FieldSettings,
-    pub events: Option<&'a Sender<ContactEvent>>,
 }
 
-/// Buffers and caches of a step: made of the fields when they are first needed, and followed when
-/// they change. A fresh one goes on bit for bit from a state that a step left behind; one that has made other steps
-/// since may differ by roundings, so a state that was kept is gone back to by
-/// [`Fields::from_parts`](crate::Fields::from_parts), or by a clone of all of the fields.
+/// The machinery of a step, for programs that keep fields, settings and state themselves, as Rapier's
+/// `PhysicsPipeline` is for programs that keep its sets themselves. [`Fields`](crate::Fields) bundles the four.
+///
+/// It holds buffers and caches only: compiled from the fields when they are first needed, and again where they
+/// change. A fresh one goes on bit for bit from a state that a step left behind. One that has made other steps
+/// since may differ by roundings: to go back to a state that was kept, take a new pipeline.
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// use rapier3d_fields::{FieldPipeline, FieldSet, FieldSettings, FieldState};
+/// # let mut world = PhysicsWorld::new();
+/// # let (ball, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5).mass(1.0));
+/// # world.gravity = Vector::ZERO;
+/// let (mut set, settings) = (FieldSet::new(), FieldSettings::default());
+/// set.insert(Field::uniform(Vector::X));
+/// let (mut state, mut pipeline) = (FieldState::default(), FieldPipeline::new());
+/// for _ in 0..60 {
+///     let step = pipeline.begin(&mut set, &settings, &mut state, (&mut world).into())?;
+///     world.step_with_events(&step.hooks(&()), &());
+///     pipeline.finish(&mut set, &settings, &mut state, step, (&mut world).into())?;
+/// }
+/// assert!((world.bodies[ball].linvel().x - 1.0).abs() < 1e-5, "1 N for 1 s on 1 kg");
+/// # Ok::<(), StepError>(())
+/// ```
 pub struct FieldPipeline {
     pub(crate) compiled: Compiled,
     properties: Properties,
@@ -148,6 +169,7 @@ pub struct FieldPipeline {
     /// Whether it has made a step.
     met: bool,
     stopwatch: Stopwatch,
+    pub(crate) events: Option<Sender<ContactEvent>>,
 }
 
 impl Default for FieldPipeline {
@@ -203,6 +225,7 @@ impl Default for FieldPipeline {
             sampled: 0,
             met: false,
             stopwatch: Stopwatch::default(),
+            events: None,
         }
     }
 }
@@ -213,13 +236,67 @@ impl FieldPipeline {
         Self::default()
     }
 
-    /// How long the stages of the last step took, if that is [measured](Self::set_timed).
-    pub(crate) fn timings(&self) -> &StepTimings {
+    /// Begins a step, before Rapier's: hand the [hooks](OpenStep::hooks) of the open step to it, with the same
+    /// gravity and parameters, then [finish](Self::finish) the step. Edits of the set since the last step are
+    /// validated first, which is why it is borrowed mutably.
+    ///
+    /// # Errors
+    /// See [`StepError`]; nothing has been written.
+    pub fn begin(
+        &mut self,
+        set: &mut FieldSet,
+        settings: &FieldSettings,
+        state: &mut FieldState,
+        world: WorldMut<'_>,
+    ) -> Result<OpenStep, StepError> {
+        set.validate_changes()?;
+        self.begin_step(&Definition { set, settings }, state, world, false)
+    }
+
+    /// Finishes a step after Rapier's: call it once for each of its steps. Fields whose time is over leave the
+    /// set.
+    ///
+    /// # Errors
+    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin).
+    pub fn finish(
+        &mut self,
+        set: &mut FieldSet,
+        settings: &FieldSettings,
+        state: &mut FieldState,
+        step: OpenStep,
+        world: WorldMut<'_>,
+    ) -> Result<StepOutcome, StepError> {
+        set.validate_changes()?;
+        let outcome = self.finish_step(&Definition { set, settings }, state, step, world)?;
+        set.step_done(state.time);
+        Ok(outcome)
+    }
+
+    /// Sends contacts that begin and end, as events, into a channel; `None` ends that.
+    pub fn set_events(&mut self, channel: impl Into<Option<Sender<ContactEvent>>>) {
+        self.events = channel.into();
+    }
+
+    /// The contacts of the last step; see [`Fields::contacts`](crate::Fields::contacts).
+    #[must_use]
+    pub fn contacts(&self) -> &[FieldContact] {
+        &self.detector.contacts
+    }
+
+    /// Possible errors of the last step; see [`Fields::warnings`](crate::Fields::warnings).
+    #[must_use]
+    pub fn warnings(&self) -> &[StepWarning] {
+        &self.warnings
+    }
+
+    /// The time that each stage of the last step took; see [`Fields::timings`](crate::Fields::timings).
+    #[must_use]
+    pub fn timings(&self) -> &StepTimings {
         &self.stopwatch.times
     }
 
-    /// Whether stages are measured from the next step on.
-    pub(crate) fn set_timed(&mut self, on: bool) {
+    /// Sets whether the stages of steps are measured, from the next step on.
+    pub fn set_timed(&mut self, on: bool) {
         self.stopwatch.on = on;
     }
 

@@ -7,5 +7,5 @@ pub use crate::{
     Field, FieldHandle, FieldPipeline, FieldSet, FieldSettings, FieldState, Fields, ForceMode,
     Layer, Lifetime, OpenStep, Operator, PropertyError, Region, Responder, Sample, Sampling,
     Scalar, Scheme, StepError, StepWarning, Stiffness, Substeps, Tree, TreeHandle, WakePolicy,
-    WorldMut,
+    WorldMut, WorldRef,
 };

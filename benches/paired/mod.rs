@@ -49,13 +49,12 @@ impl Work {
             return None;
         };
         let (fields, world) = &**both;
-        let (bodies, colliders) = (&world.bodies, &world.colliders);
         let dt = world.integration_parameters.dt;
-        let wrenches = fields.sample_all(dt, bodies, colliders);
+        let wrenches = fields.sample_all(dt, world);
         let wrenches = wrenches.expect("finite fields");
         let some = wrenches.iter().step_by(wrenches.len().div_ceil(BODIES));
         let errors = some.filter_map(|(body, found)| {
-            let why = fields.explain(*body, bodies, colliders);
+            let why = fields.explain(*body, world);
             let why = why.expect("a body that fields move");
             let terms = why.contributions.iter().filter_map(|it| it.force);
             let size: f64 = terms.map(|force| to_dvec3(force).length()).sum();

@@ -134,7 +134,7 @@ fn draw_field(svg: &mut String, figure: &Figure, panel: &Panel) -> Result<(), An
         panel.circle(svg, center, 1.0, "fill=\"#e4e9f1\" stroke=\"none\"");
     }
     let reference = Reference::new(&figure.tree)?;
-    let frames = (&figure.world.bodies, &figure.world.colliders);
+    let frames = WorldRef::from(&figure.world);
     let arrows = panel.sample(29, |point| {
         let query = Query {
             world_point: point,

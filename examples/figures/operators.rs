@@ -88,7 +88,7 @@ fn draw_panel(svg: &mut String, panel: &Panel, tree: &Tree) -> Result<(), AnyErr
     }
     let world = PhysicsWorld::new();
     let reference = Reference::new(tree)?;
-    let frames = (&world.bodies, &world.colliders);
+    let frames = WorldRef::from(&world);
     let arrows = panel.sample(15, |world_point| {
         let query = Query {
             world_point,

@@ -79,7 +79,7 @@ fn draw_fields(svg: &mut String, panel: &Panel, scene: &Unification) -> Result<(
     let middle = "fill=\"#8b98ab\" stroke=\"none\"";
     panel.circle(svg, DVec3::ZERO, to_f64(OBSTACLE), middle);
     let reference = Reference::new(&scene.tree)?;
-    let frames = (&scene.world.bodies, &scene.world.colliders);
+    let frames = WorldRef::from(&scene.world);
     let arrows = panel.sample(29, |world_point| {
         let query = Query {
             world_point,

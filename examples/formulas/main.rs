@@ -124,7 +124,7 @@ fn caption(svg: &mut String, panel: &Panel, name: &str, formula: &str) {
 fn draw(svg: &mut String, entry: &Entry, panel: &Panel) -> Result<(), AnyError> {
     caption(svg, panel, entry.name, entry.formula);
     let world = PhysicsWorld::new();
-    let frames = (&world.bodies, &world.colliders);
+    let frames = WorldRef::from(&world);
     let reference = Reference::new(&entry.tree)?;
     for mark in &entry.marks {
         draw_mark(svg, panel, mark);

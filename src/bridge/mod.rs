@@ -17,7 +17,7 @@ mod write;
 
 pub use error::StepError;
 pub use sleep::WakePolicy;
-pub use world::WorldMut;
+pub use world::{WorldMut, WorldRef};
 
 pub(crate) use constrained::Constraints;
 pub(crate) use read::{Reader, Walk, Wanted, is_movable, most_sleep};
@@ -29,7 +29,6 @@ pub(crate) use soft_load::{LentForces, SoftFlight, give_back};
 pub(crate) use stepped::{Made, Stepped};
 pub(crate) use undo::Undo;
 pub(crate) use visit::Visit;
-pub(crate) use world::View;
 pub(crate) use write::{
     ForceOverride, Hit, Push, apply, finish, let_precess, place, push, quarantine, restore, rouse,
     set_hooks, weigh, write,

@@ -4,7 +4,7 @@ mod joints;
 
 use joints::Joints;
 
-use super::world::{View, WorldMut};
+use super::world::{WorldMut, WorldRef};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle};
 use crate::rapier::dynamics::{RigidBody, RigidBodyBuilder};
 use crate::rigid::Lookup;
@@ -64,7 +64,7 @@ impl Rollback {
     }
 
     /// The world pose that a collider had. What was not copied has not moved.
-    pub(crate) fn pose_before(&self, handle: ColliderHandle, world: &View<'_>) -> Option<Pose> {
+    pub(crate) fn pose_before(&self, handle: ColliderHandle, world: &WorldRef<'_>) -> Option<Pose> {
         let collider = world.collider(handle)?;
         let (Some(parent), Some(local_pose)) = (collider.parent(), collider.position_wrt_parent())
         else {

@@ -66,21 +66,38 @@ impl WorldMut<'_> {
         }
     }
 
-    pub(crate) fn view(&self) -> View<'_> {
-        View::new(self.bodies, self.colliders)
+    pub(crate) fn view(&self) -> WorldRef<'_> {
+        WorldRef::new(self.bodies, self.colliders)
     }
 }
 
-/// A world that is only read.
+/// The bodies and colliders of a world, borrowed from wherever you keep them: every question to
+/// [`Fields`](crate::Fields) takes them, as `&world` of a `PhysicsWorld`, or as
+/// `WorldRef::new(&bodies, &colliders)`. Nothing is changed through it.
 #[derive(Clone, Copy)]
-pub(crate) struct View<'a> {
-    bodies: &'a RigidBodySet,
-    colliders: &'a ColliderSet,
+pub struct WorldRef<'a> {
+    /// All rigid bodies.
+    pub bodies: &'a RigidBodySet,
+    /// All colliders.
+    pub colliders: &'a ColliderSet,
 }
 
-impl<'a> View<'a> {
-    pub(crate) fn new(bodies: &'a RigidBodySet, colliders: &'a ColliderSet) -> Self {
-        View { bodies, colliders }
+impl<'a> From<&'a PhysicsWorld> for WorldRef<'a> {
+    fn from(world: &'a PhysicsWorld) -> Self {
+        WorldRef::new(&world.bodies, &world.colliders)
+    }
+}
+
+impl<'a> From<&'a mut PhysicsWorld> for WorldRef<'a> {
+    fn from(world: &'a mut PhysicsWorld) -> Self {
+        WorldRef::from(&*world)
+    }
+}
+
+impl<'a> WorldRef<'a> {
+    /// Of sets that you keep yourself.
+    pub fn new(bodies: &'a RigidBodySet, colliders: &'a ColliderSet) -> Self {
+        WorldRef { bodies, colliders }
     }
 
     pub(crate) fn body_count(&self) -> usize {
@@ -92,7 +109,7 @@ impl<'a> View<'a> {
     }
 }
 
-impl Lookup for View<'_> {
+impl Lookup for WorldRef<'_> {
     fn body(&self, handle: RigidBodyHandle) -> Option<&RigidBody> {
         self.bodies.get(handle)
     }
@@ -111,15 +128,9 @@ impl Lookup for View<'_> {
     }
 }
 
-impl Frames for View<'_> {
+impl Frames for WorldRef<'_> {
     fn frame(&self, anchor: &Anchor) -> Option<Frame> {
-        (self.bodies, self.colliders).frame(anchor)
-    }
-}
-
-impl Frames for (&RigidBodySet, &ColliderSet) {
-    fn frame(&self, anchor: &Anchor) -> Option<Frame> {
-        let (bodies, colliders) = *self;
+        let WorldRef { bodies, colliders } = *self;
         let of_body = |handle: RigidBodyHandle| {
             let body = bodies.get(handle).filter(|body| is_sound(body))?;
             Some(Frame {

@@ -10,7 +10,7 @@ use super::one_way::OneWayRadials;
 use super::pairwise::PairwiseRadials;
 use super::programs::Programs;
 use super::radial::Radials;
-use crate::bridge::{View, is_movable};
+use crate::bridge::{WorldRef, is_movable};
 use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::explain;
 use crate::field::{
@@ -99,7 +99,7 @@ impl Stage {
     }
 
     fn samples(&self) -> Samples {
-        let view = View::new(&self.world.bodies, &self.world.colliders);
+        let view = WorldRef::new(&self.world.bodies, &self.world.colliders);
         let movable = view.bodies().filter(|(_, body)| is_movable(body));
         let bodies: Vec<Body> = movable
             .map(|(handle, body)| Body::of(handle, body))
@@ -130,7 +130,7 @@ impl Stage {
         start: Real,
     ) -> Vec<Wrench> {
         let samples = self.samples();
-        let view = View::new(&self.world.bodies, &self.world.colliders);
+        let view = WorldRef::new(&self.world.bodies, &self.world.colliders);
         let mut frames = FrameCache::default();
         frames.clear(&self.compiled);
         let scene = Scene {
@@ -169,7 +169,7 @@ impl Stage {
     fn reference(&self) -> Vec<Wrench> {
         let mut samples = self.samples();
         samples.place_all();
-        let view = View::new(&self.world.bodies, &self.world.colliders);
+        let view = WorldRef::new(&self.world.bodies, &self.world.colliders);
         let bodies = 0..samples.bodies.len() as u32;
         let explained = bodies.map(|b| explain(&self.set, &view, &samples, self.moment(), b));
         explained.map(|explanation| explanation.wrench).collect()

@@ -149,12 +149,13 @@ impl FieldsBuilder {
         set.insert(self.tree);
         set.validate_changes()?;
         self.settings.scheme.validate()?;
+        let mut pipeline = FieldPipeline::new();
+        pipeline.set_events(self.events);
         Ok(Fields {
             settings: self.settings,
             state: FieldState::default(),
             set,
-            pipeline: FieldPipeline::new(),
-            events: self.events,
+            pipeline,
         })
     }
 

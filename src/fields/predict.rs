@@ -83,7 +83,6 @@ impl Clone for Fields {
             state: self.state.clone(),
             set: self.set.clone(),
             pipeline: FieldPipeline::new(),
-            events: None,
         }
     }
 }

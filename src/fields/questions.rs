@@ -1,14 +1,14 @@
 //! Questions to the fields.
 
 use super::Fields;
-use crate::bridge::{StepError, View};
+use crate::bridge::{StepError, WorldRef};
 use crate::compile::Plan;
 use crate::contact::{ContactPlan, FieldContact};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::{EnergyAudit, Explanation};
 use crate::eval::PotentialEnergy;
 use crate::integrate::{StepWarning, Stiffness};
-use crate::math::{ColliderSet, Real, RigidBodyHandle, RigidBodySet, Vector};
+use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::pipeline::{BodySample, FieldValue, StepTimings};
 use crate::rigid::Wrench;
 
@@ -18,11 +18,11 @@ impl Fields {
         self.pipeline.plan(&self.set)
     }
 
-    /// Which pairs of shapes among some colliders detection fields watch, and how exactly they find
+    /// Which pairs of shapes among the colliders of a world detection fields watch, and how exactly they find
     /// their contacts; prints as a short report.
-    pub fn contact_plan(&self, colliders: &ColliderSet) -> ContactPlan {
+    pub fn contact_plan<'a>(&self, world: impl Into<WorldRef<'a>>) -> ContactPlan {
         let watched = self.pipeline.watched(&self.set);
-        let kinds = colliders.iter().map(|(handle, collider)| {
+        let kinds = world.into().colliders.iter().map(|(handle, collider)| {
             let kind = collider.shape().shape_type();
             (kind, watched.contains(&handle))
         });
@@ -73,15 +73,13 @@ impl Fields {
 
     /// The points at which a body is sampled, as the world is now, whichever fields use them:
     /// for drawing, and for checking against the [reference](crate::reference).
-    pub fn samples(
+    pub fn samples<'a>(
         &self,
         body: RigidBodyHandle,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
+        world: impl Into<WorldRef<'a>>,
     ) -> Vec<BodySample> {
-        let view = View::new(bodies, colliders);
         self.pipeline
-            .samples(&self.definition(), &self.state, view, body)
+            .samples(&self.definition(), &self.state, world.into(), body)
     }
 
     /// The wrench of the fields on a body as the world is now, whether or not a step was made;
@@ -90,13 +88,12 @@ impl Fields {
     ///
     /// # Errors
     /// See [`StepError`].
-    pub fn sample(
+    pub fn sample<'a>(
         &self,
         body: RigidBodyHandle,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
+        world: impl Into<WorldRef<'a>>,
     ) -> Result<Option<Wrench>, StepError> {
-        let wrenches = self.sample_all(1.0, bodies, colliders)?;
+        let wrenches = self.sample_all(1.0, world)?;
         let mut wrenches = wrenches.into_iter();
         let found = wrenches.find(|(handle, _)| *handle == body);
         Ok(found.map(|(_, wrench)| wrench))
@@ -107,15 +104,13 @@ impl Fields {
     ///
     /// # Errors
     /// See [`StepError`].
-    pub fn sample_all(
+    pub fn sample_all<'a>(
         &self,
         dt: Real,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
+        world: impl Into<WorldRef<'a>>,
     ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
-        let view = View::new(bodies, colliders);
         self.pipeline
-            .wrenches(&self.definition(), (&self.state, dt), view)
+            .wrenches(&self.definition(), &self.state, dt, world.into())
     }
 
     /// Possible errors of the last step: fields too stiff for the scheme and the time step
@@ -123,7 +118,7 @@ impl Fields {
     /// cannot be given to Rapier. Empty if nothing.
     #[must_use]
     pub fn warnings(&self) -> &[StepWarning] {
-        &self.pipeline.warnings
+        self.pipeline.warnings()
     }
 
     /// How stiff the fields are for a body in steps of `dt`, as the world is now; `None` for a
@@ -136,7 +131,7 @@ impl Fields {
     /// let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.5).mass(4.0));
     /// world.bodies[ball].recompute_mass_properties_from_colliders(&world.colliders);
     /// let fields = Fields::new(Field::spring(16.0))?;
-    /// let stiffness = fields.stiffness(ball, 0.1, &world.bodies, &world.colliders)?;
+    /// let stiffness = fields.stiffness(ball, 0.1, &world)?;
     /// let stiffness = stiffness.expect("a dynamic body");
     /// assert!((stiffness.dt_omega - 0.2).abs() < 1e-4, "ω = √(16/4)");
     /// assert!((stiffness.largest_stable_dt - 1.0).abs() < 1e-3);
@@ -145,27 +140,20 @@ impl Fields {
     ///
     /// # Errors
     /// See [`StepError`].
-    pub fn stiffness(
+    pub fn stiffness<'a>(
         &self,
         body: RigidBodyHandle,
         dt: Real,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
+        world: impl Into<WorldRef<'a>>,
     ) -> Result<Option<Stiffness>, StepError> {
-        let view = View::new(bodies, colliders);
         self.pipeline
-            .stiffness(&self.definition(), (&self.state, dt), view, body)
+            .stiffness(&self.definition(), &self.state, dt, world.into(), body)
     }
 
     /// The potential energy of all bodies in the fields, as they are now.
-    pub fn potential_energy(
-        &self,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> PotentialEnergy {
-        let view = View::new(bodies, colliders);
+    pub fn potential_energy<'a>(&self, world: impl Into<WorldRef<'a>>) -> PotentialEnergy {
         self.pipeline
-            .potential_energy(&self.definition(), &self.state, view)
+            .potential_energy(&self.definition(), &self.state, world.into())
     }
 
     /// Why the fields push a body the way they do right now: what each field gives, who overrules
@@ -178,20 +166,18 @@ impl Fields {
     /// let wind = Field::uniform(Vector::X).named("wind");
     /// let lee = Field::uniform(Vector::ZERO).within(Region::ball(2.0)).named("lee");
     /// let fields = Fields::new(wind.replace_union(lee))?;
-    /// let why = fields.explain(body, &world.bodies, &world.colliders).unwrap();
+    /// let why = fields.explain(body, &world).unwrap();
     /// assert_eq!(why.contributions[0].overruled_by, ["field `lee`"]);
     /// println!("{why}");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn explain(
+    pub fn explain<'a>(
         &self,
         body: RigidBodyHandle,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
+        world: impl Into<WorldRef<'a>>,
     ) -> Option<Explanation> {
-        let view = View::new(bodies, colliders);
         self.pipeline
-            .explain(&self.definition(), &self.state, view, body)
+            .explain(&self.definition(), &self.state, world.into(), body)
     }
 
     /// The energy audit so far, if it is on: potential and work of each field, and the drift that
@@ -224,7 +210,7 @@ impl Fields {
     /// colliders' handles.
     #[must_use]
     pub fn contacts(&self) -> &[FieldContact] {
-        &self.pipeline.detector.contacts
+        self.pipeline.contacts()
     }
 
     /// The cross-check with Rapier so far, if it is on.
@@ -245,30 +231,24 @@ impl Fields {
     /// # let world = PhysicsWorld::new();
     /// let wind = Field::uniform(Vector::X).within(Region::ball(1.0)).named("wind");
     /// let fields = Fields::new(wind)?;
-    /// let values = fields.at(&[Vector::ZERO, Vector::X * 5.0], &world.bodies, &world.colliders);
+    /// let values = fields.at(&[Vector::ZERO, Vector::X * 5.0], &world);
     /// assert_eq!((values[0].force, &values[0].fields[..]), (Vector::X, &["field `wind`".into()][..]));
     /// assert!(!values[1].is_defined);
     /// # Ok::<(), BuildError>(())
     /// ```
-    pub fn at(
+    pub fn at<'a>(
         &self,
         world_points: &[Vector],
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
+        world: impl Into<WorldRef<'a>>,
     ) -> Vec<FieldValue> {
-        let view = View::new(bodies, colliders);
         self.pipeline
-            .at(&self.definition(), &self.state, view, world_points)
+            .at(&self.definition(), &self.state, world.into(), world_points)
     }
 
     /// The fields that are defined nowhere because what they were anchored to is not in the world,
     /// as the errors that a first step would give.
-    pub fn removed_anchors(
-        &self,
-        bodies: &RigidBodySet,
-        colliders: &ColliderSet,
-    ) -> Vec<StepError> {
-        let view = View::new(bodies, colliders);
-        self.pipeline.removed_anchors(&self.definition(), view)
+    pub fn removed_anchors<'a>(&self, world: impl Into<WorldRef<'a>>) -> Vec<StepError> {
+        self.pipeline
+            .removed_anchors(&self.definition(), world.into())
     }
 }

@@ -6,7 +6,7 @@ use super::faults::answering;
 use super::stages::{NONE, Now, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepStage};
-use crate::bridge::{self, Balance, Constraints, StepError, View, WakePolicy, WorldMut};
+use crate::bridge::{self, Balance, Constraints, StepError, WakePolicy, WorldMut, WorldRef};
 use crate::contact::{Arrival, Heard, KickShare, Pairs, to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames, Span};
@@ -20,7 +20,7 @@ use crate::rigid::{Body, Lookup, Wrench, find, find_near};
 impl FieldPipeline {
     /// What happens before Rapier's step; `alone`: which is made right after. After an error nothing has
     /// been written.
-    pub(crate) fn begin(
+    pub(crate) fn begin_step(
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
@@ -138,7 +138,7 @@ impl FieldPipeline {
     }
 
     /// A state that was read from elsewhere must know some body of the world as it stands there.
-    fn recognise(&mut self, state: &FieldState, view: &View<'_>) -> Result<(), StepError> {
+    fn recognise(&mut self, state: &FieldState, view: &WorldRef<'_>) -> Result<(), StepError> {
         let known = state
             .evaluation
             .as_ref()
@@ -166,7 +166,7 @@ impl FieldPipeline {
         &mut self,
         set: &FieldSet,
         state: &mut FieldState,
-        view: &View<'_>,
+        view: &WorldRef<'_>,
     ) -> Result<(), StepError> {
         let counts = [view.body_count(), view.collider_count()];
         let edited = state.mark != Some(set.mark());
@@ -321,7 +321,7 @@ impl FieldPipeline {
         &self,
         fields: &Definition<'_>,
         state: &FieldState,
-        view: &View<'_>,
+        view: &WorldRef<'_>,
     ) -> bool {
         if fields.settings.wake == WakePolicy::Never {
             return false;
@@ -357,7 +357,7 @@ impl FieldPipeline {
     }
 
     /// Whether the evaluation that the last step left does not do for this one.
-    fn is_stale(&self, set: &FieldSet, state: &FieldState, view: &View<'_>, dt: Real) -> bool {
+    fn is_stale(&self, set: &FieldSet, state: &FieldState, view: &WorldRef<'_>, dt: Real) -> bool {
         let Some(evaluation) = &state.evaluation else {
             return true;
         };
@@ -451,7 +451,7 @@ impl FieldPipeline {
     }
 
     /// Takes note of where everything is that fields hang on and that is no sampled body.
-    pub(super) fn note_carriers(&self, state: &mut FieldState, view: &View<'_>) {
+    pub(super) fn note_carriers(&self, state: &mut FieldState, view: &WorldRef<'_>) {
         state.carriers.clear();
         for (_, anchor) in self.compiled.anchors.moving() {
             let carrier = match anchor {

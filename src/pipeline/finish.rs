@@ -8,7 +8,7 @@ use super::faults::answering;
 use super::stages::{Now, iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
-use crate::bridge::{self, Made, Push, StepError, View, WakePolicy, WorldMut};
+use crate::bridge::{self, Made, Push, StepError, WakePolicy, WorldMut, WorldRef};
 use crate::contact::{
     FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, SweptStep, Verdicts, is_dominated,
     report, was_to_ask,
@@ -23,7 +23,7 @@ use crate::rigid::{Body, Lookup, Wrench, find};
 
 impl FieldPipeline {
     /// What happens after Rapier's step. After an error the world is as it was before it began.
-    pub(crate) fn finish(
+    pub(crate) fn finish_step(
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
@@ -414,7 +414,7 @@ impl FieldPipeline {
     }
 
     /// Takes note of how Rapier's step leaves bodies to which fields do nothing after it.
-    fn record_moved(&mut self, state: &mut FieldState, view: &View<'_>) {
+    fn record_moved(&mut self, state: &mut FieldState, view: &WorldRef<'_>) {
         state.records.clear();
         let Some(evaluation) = &state.evaluation else {
             return;
@@ -500,7 +500,7 @@ impl FieldPipeline {
         let given = hand_over.update(&self.detector, &open.claims, verdicts);
         self.warnings.extend(warnings_of(given));
         self.detector.add_touches();
-        if let Some(channel) = fields.events {
+        if let Some(channel) = &self.events {
             let contacts = &self.detector.contacts;
             report(channel, &mut state.touching, contacts, state.time);
         }
@@ -512,7 +512,7 @@ impl FieldPipeline {
 fn is_rapiers(
     contact: &FieldContact,
     (joints, given): (Joints<'_>, &Pairs),
-    view: &View<'_>,
+    view: &WorldRef<'_>,
 ) -> bool {
     let bodies = contact.bodies.map(|body| view.body(body?));
     given.contains(&contact.colliders) || joints.keep_apart(contact.bodies) || is_dominated(bodies)

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::stages::{NONE, moment};
 use super::{Definition, FieldPipeline, FieldState};
-use crate::bridge::{StepError, View};
+use crate::bridge::{StepError, WorldRef};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy};
@@ -65,7 +65,7 @@ impl Current<'_> {
 struct Scene<'a> {
     set: &'a FieldSet,
     current: Current<'a>,
-    view: View<'a>,
+    view: WorldRef<'a>,
     bodies: Vec<Body>,
     samples: Samples,
     time: f64,
@@ -98,8 +98,9 @@ impl FieldPipeline {
     fn scene<'a>(
         &'a self,
         fields: &Definition<'a>,
-        (state, dt): (&FieldState, Real),
-        view: View<'a>,
+        state: &FieldState,
+        dt: Real,
+        view: WorldRef<'a>,
     ) -> Scene<'a> {
         let current = self.current(fields.set);
         let requirements = current.compiled().requirements;
@@ -120,10 +121,10 @@ impl FieldPipeline {
         &self,
         fields: &Definition<'_>,
         state: &FieldState,
-        view: View<'_>,
+        view: WorldRef<'_>,
         body: RigidBodyHandle,
     ) -> Vec<BodySample> {
-        let scene = self.scene(fields, (state, 1.0), view);
+        let scene = self.scene(fields, state, 1.0, view);
         let samples = &scene.samples;
         let list = samples.list.iter();
         let listed = list.filter(|sample| samples.bodies[sample.body as usize] == body);
@@ -158,10 +159,11 @@ impl FieldPipeline {
     pub(crate) fn wrenches(
         &self,
         fields: &Definition<'_>,
-        (state, dt): (&FieldState, Real),
-        view: View<'_>,
+        state: &FieldState,
+        dt: Real,
+        view: WorldRef<'_>,
     ) -> Result<Vec<(RigidBodyHandle, Wrench)>, StepError> {
-        let scene = self.scene(fields, (state, dt), view);
+        let scene = self.scene(fields, state, dt, view);
         let (evaluation, _) = scene.evaluate(fields, state)?;
         let bodies = evaluation.bodies.into_iter();
         Ok(bodies.zip(evaluation.wrenches).collect())
@@ -177,11 +179,12 @@ impl FieldPipeline {
     pub(crate) fn stiffness(
         &self,
         fields: &Definition<'_>,
-        (state, dt): (&FieldState, Real),
-        view: View<'_>,
+        state: &FieldState,
+        dt: Real,
+        view: WorldRef<'_>,
         body: RigidBodyHandle,
     ) -> Result<Option<Stiffness>, StepError> {
-        let scene = self.scene(fields, (state, dt), view);
+        let scene = self.scene(fields, state, dt, view);
         let (evaluation, mut integrator) = scene.evaluate(fields, state)?;
         Ok(integrator.stiffness(&scene.context(fields), &evaluation, body))
     }
@@ -191,10 +194,10 @@ impl FieldPipeline {
         &self,
         fields: &Definition<'_>,
         state: &FieldState,
-        view: View<'_>,
+        view: WorldRef<'_>,
     ) -> PotentialEnergy {
         // Sleepers have potential energy too.
-        let scene = self.scene(fields, (state, 1.0), view);
+        let scene = self.scene(fields, state, 1.0, view);
         let moment = moment(scene.time, scene.dt);
         let mut evaluator = Evaluator::default();
         evaluator.potential_energy(
@@ -210,10 +213,10 @@ impl FieldPipeline {
         &self,
         fields: &Definition<'_>,
         state: &FieldState,
-        view: View<'_>,
+        view: WorldRef<'_>,
         body: RigidBodyHandle,
     ) -> Option<Explanation> {
-        let scene = self.scene(fields, (state, 1.0), view);
+        let scene = self.scene(fields, state, 1.0, view);
         let place = scene.samples.of_body(body)? as u32;
         let moment = moment(scene.time, scene.dt);
         let samples = &scene.samples;
@@ -225,7 +228,7 @@ impl FieldPipeline {
         &self,
         fields: &Definition<'_>,
         state: &FieldState,
-        view: View<'_>,
+        view: WorldRef<'_>,
         world_points: &[Vector],
     ) -> Vec<FieldValue> {
         let current = self.current(fields.set);
@@ -271,7 +274,7 @@ impl FieldPipeline {
     pub(crate) fn removed_anchors(
         &self,
         fields: &Definition<'_>,
-        view: View<'_>,
+        view: WorldRef<'_>,
     ) -> Vec<StepError> {
         let current = self.current(fields.set);
         let compiled = Prepared {
@@ -294,7 +297,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn context(&'a self, fields: &Definition<'_>) -> StepContext<'a, View<'a>> {
+    fn context(&'a self, fields: &Definition<'_>) -> StepContext<'a, WorldRef<'a>> {
         StepContext {
             compiled: self.current.compiled(),
             world: &self.view,

@@ -1,7 +1,7 @@
 //! What both halves of a step have in common: bodies → samples → evaluation.
 
 use super::{Definition, FieldPipeline, FieldState};
-use crate::bridge::{Constraints, View, Wanted, WorldMut, is_movable, most_sleep};
+use crate::bridge::{Constraints, Wanted, WorldMut, WorldRef, is_movable, most_sleep};
 use crate::compile::{Compiled, Prepared, Reach as Box};
 use crate::contact::Detection;
 use crate::field::{FieldSet, Frame, Span};
@@ -169,7 +169,7 @@ impl FieldPipeline {
 
     /// Brings what stays of the samples up to date with the bodies that were read; returns whether they
     /// are made of other parts than before. `known`: whether the parts of the bodies are as they were.
-    pub(super) fn gather(&mut self, view: &View<'_>, known: bool) -> bool {
+    pub(super) fn gather(&mut self, view: &WorldRef<'_>, known: bool) -> bool {
         self.gatherer.gather(
             &mut self.samples,
             (&self.properties, self.properties_revision),
@@ -195,11 +195,11 @@ impl FieldPipeline {
 
     /// What the integrator is told of a step; apart from `self`, so that it can be borrowed beside.
     pub(super) fn context<'a>(
-        view: &'a View<'a>,
+        view: &'a WorldRef<'a>,
         (compiled, samples, bodies): (&'a Compiled, &'a Samples, &'a [Body]),
         now: Now,
         rules: MotionRules<'a>,
-    ) -> StepContext<'a, View<'a>> {
+    ) -> StepContext<'a, WorldRef<'a>> {
         StepContext {
             compiled,
             world: view,
@@ -331,7 +331,7 @@ impl FieldPipeline {
     /// All samples of all bodies that fields can move, sleepers included.
     pub(super) fn sample_everyone(
         properties: &Properties,
-        view: &View<'_>,
+        view: &WorldRef<'_>,
         mut requirements: crate::compile::SamplingRequirements,
     ) -> (Vec<Body>, Samples) {
         requirements.parts = true;
@@ -357,7 +357,7 @@ impl FieldPipeline {
     /// any field asks for those.
     pub(super) fn sites(
         properties: &Properties,
-        view: &View<'_>,
+        view: &WorldRef<'_>,
         displaced: bool,
         samples: &mut Samples,
     ) {

@@ -23,7 +23,7 @@ use walk::TreeWalk;
 /// let world = PhysicsWorld::new();
 /// let reference = Reference::new(&tree)?;
 /// let at = |x| Query { world_point: DVec3::X * x, ..Query::default() };
-/// let frames = (&world.bodies, &world.colliders);
+/// let frames = WorldRef::from(&world);
 /// assert_eq!(reference.force(&frames, &at(0.5)), None, "cut out: not defined, which is not zero");
 /// assert_eq!(reference.force(&frames, &at(1.5)), Some(DVec3::X));
 /// # Ok::<(), BuildError>(())
@@ -76,7 +76,7 @@ impl<'a> Reference<'a> {
     /// let world = PhysicsWorld::new();
     /// let query = Query { world_point: DVec3::X, ..Query::default() };
     /// let linearised = Reference::new(&tree)?
-    ///     .linearised(&(&world.bodies, &world.colliders), &query)
+    ///     .linearised(&WorldRef::from(&world), &query)
     ///     .unwrap();
     /// assert_eq!(linearised.by_position, DMat3::from_diagonal(DVec3::splat(-4.0)));
     /// assert_eq!(linearised.by_velocity, DMat3::from_diagonal(DVec3::splat(-0.5)));

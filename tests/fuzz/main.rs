@@ -106,7 +106,7 @@ fn run(seed: u64, with_fields: bool) -> Outcome {
         {
             return Err(format!("step {step} left a body that is not finite"));
         }
-        fields.potential_energy(&world.bodies, &world.colliders);
+        fields.potential_energy(&world);
         trace.push(bits(&world));
     }
     Ok(trace)

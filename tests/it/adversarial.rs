@@ -330,9 +330,7 @@ fn the_deepest_accepted_trees_work() {
         let mut world = PhysicsWorld::new();
         let (body, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
         let mut fields = Fields::new(tree).expect("at the limit");
-        let wrench = fields
-            .sample(body, &world.bodies, &world.colliders)
-            .expect("finite");
+        let wrench = fields.sample(body, &world).expect("finite");
         let length = wrench.expect("sampled").force.length();
         assert!(
             (length - 1.0).abs() < 1e-5,
@@ -363,9 +361,7 @@ fn a_deep_region_works() {
             world.bodies[body].set_translation(Vector::X * x, true);
             let field = Field::uniform(Vector::Y).within(copy.clone());
             let fields = Fields::new(field.sampled(Sampling::Centre)).expect("valid");
-            let wrench = fields
-                .sample(body, &world.bodies, &world.colliders)
-                .expect("finite");
+            let wrench = fields.sample(body, &world).expect("finite");
             assert_eq!(wrench.map(|w| w.force), Some(Vector::Y), "{what} at {x}");
         }
     }
@@ -400,7 +396,7 @@ fn hostile_shapes_do_not_panic() {
                 let Ok(fields) = Fields::new(field) else {
                     continue;
                 };
-                let wrench = fields.sample(body, &world.bodies, &world.colliders);
+                let wrench = fields.sample(body, &world);
                 let finite = wrench.is_ok_and(|wrench| wrench.is_some_and(|w| w.is_finite()));
                 assert!(finite, "{kind:?} of {bad} at {x}");
             }

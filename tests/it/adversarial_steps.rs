@@ -418,7 +418,7 @@ fn regular_laws_are_regular_at_their_centre() {
             ),
         ] {
             let fields = fields(tree, Scheme::default());
-            let wrench = fields.sample(bodies[0], &world.bodies, &world.colliders);
+            let wrench = fields.sample(bodies[0], &world);
             let wrench = wrench.unwrap_or_else(|error| panic!("{what}: {error}"));
             assert_eq!(wrench.map(|w| w.force), Some(Vector::ZERO), "{what}");
         }
@@ -531,7 +531,7 @@ proptest! {
         for _ in 0..3 {
             let before = bits(&world);
             let outcome = fields.step(&mut world);
-            fields.potential_energy(&world.bodies, &world.colliders);
+            fields.potential_energy(&world);
             match outcome {
                 Ok(_) => {
                     for (handle, body) in world.bodies.iter() {

@@ -207,7 +207,7 @@ fn a_sample_without_a_coordinate_is_outside() {
     let world = PhysicsWorld::new();
     let mut query = query(&[0; 5]);
     let reference = Reference::new(&tree).expect("valid");
-    let frames = (&world.bodies, &world.colliders);
+    let frames = WorldRef::from(&world);
     assert_eq!(reference.force(&frames, &query), Some(DVec3::X));
     query.user = [].into();
     assert_eq!(reference.force(&frames, &query), None);
@@ -235,7 +235,7 @@ fn own_fields_never_act_on_their_body() {
             sample.body = Some(own);
             let found = Reference::new(&tree)
                 .expect("valid")
-                .force(&(&world.bodies, &world.colliders), &sample);
+                .force(&WorldRef::from(&world), &sample);
             let g = (u64::from(!is_own), DVec3::Y * 2.0);
             let (cells, vector) = figure_1(operator, (1, DVec3::X), g);
             assert_eq!(
@@ -248,7 +248,7 @@ fn own_fields_never_act_on_their_body() {
         let reference = Reference::new(&instances).expect("valid");
         let mut sample = query(&[0; 5]);
         sample.body = Some(own);
-        let found = reference.force(&(&world.bodies, &world.colliders), &sample);
+        let found = reference.force(&WorldRef::from(&world), &sample);
         assert_eq!(found.is_none(), is_own, "an instance at {anchor:?}");
     }
 }

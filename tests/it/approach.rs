@@ -20,7 +20,7 @@ fn value(axis: Axis, point: DVec3, velocity: DVec3) -> f64 {
         ..Query::default()
     };
     let reference = Reference::new(&tree).expect("a valid tree");
-    let force = reference.force(&(&world.bodies, &world.colliders), &query);
+    let force = reference.force(&WorldRef::from(&world), &query);
     force.expect("defined everywhere").x
 }
 
@@ -121,7 +121,7 @@ fn of_several_bodies_the_nearest_decides() {
             world_point: point,
             ..Query::default()
         };
-        let force = reference.force(&(&world.bodies, &world.colliders), &query);
+        let force = reference.force(&WorldRef::from(&world), &query);
         let away = places.map(|place| point - to_dvec3(place));
         let nearest = away
             .into_iter()

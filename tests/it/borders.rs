@@ -22,13 +22,13 @@ fn at_origin(tree: &Tree, axes: &[String]) -> Option<DVec3> {
             .collect(),
         ..Query::default()
     };
-    let force = reference.force(&(&world.bodies, &world.colliders), &query);
+    let force = reference.force(&WorldRef::from(&world), &query);
     let builder = Fields::builder(tree.clone());
     let builder = axes
         .iter()
         .fold(builder, |builder, axis| builder.axis(axis, 0.0));
     let fields = builder.build().expect("a valid tree");
-    let sampled = fields.sample(body, &world.bodies, &world.colliders);
+    let sampled = fields.sample(body, &world);
     let sampled = sampled.expect("finite").expect("a dynamic body");
     assert_eq!(to_dvec3(sampled.force), force.unwrap_or(DVec3::ZERO));
     force

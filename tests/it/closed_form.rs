@@ -454,7 +454,7 @@ impl Dimer {
             .iter()
             .map(|molecule| to_f64(bodies[molecule.body].kinetic_energy()));
         let kinetic: f64 = kinetic.sum();
-        let potential = self.fields.potential_energy(bodies, &self.world.colliders);
+        let potential = self.fields.potential_energy(&self.world);
         kinetic + potential.total
     }
 }

@@ -495,7 +495,7 @@ fn energies_are_those_of_the_pieces() {
         let collider = ColliderBuilder::cuboid(0.5, 0.4, 0.7);
         let (world, body) = one(pose.translation, pose.rotation, collider);
         let mut fields = Fields::new(lift()).expect("a sound tree");
-        let energy = fields.potential_energy(&world.bodies, &world.colliders);
+        let energy = fields.potential_energy(&world);
         (energy.total, wrench(&mut fields, &world, body).0.y)
     };
     for y in [-0.3, 0.0, 0.2] {
@@ -522,9 +522,7 @@ fn explanations_are_of_the_pieces() {
     );
     let mut fields = Fields::new(tree).expect("a sound tree");
     let (force, torque) = wrench(&mut fields, &world, body);
-    let explanation = fields
-        .explain(body, &world.bodies, &world.colliders)
-        .expect("sampled");
+    let explanation = fields.explain(body, &world).expect("sampled");
     let size = force.length();
     let rounding = either(1e-5, 1e-12) * size;
     let error = to_dvec3(explanation.wrench.force) - force;

@@ -86,7 +86,7 @@ fn compare(
 ) -> Result<u32, TestCaseError> {
     let tree = plan.term(world);
     let walk = Reference::new(&tree).expect("a valid tree");
-    let frames = (&world.physics.bodies, &world.physics.colliders);
+    let frames = WorldRef::from(&world.physics);
     let Some(linearised) = walk.linearised(&frames, query) else {
         prop_assert_eq!(walk.force(&frames, query), None);
         return Ok(0);

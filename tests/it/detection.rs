@@ -39,8 +39,7 @@ impl Walls {
 fn run_job(scene: &mut BoxOfAmmonia, fields: &mut Fields, walls: &mut Walls, steps: usize) -> f64 {
     let kinetic = scene.kinetic_energy();
     let energy = |scene: &BoxOfAmmonia, fields: &mut Fields| {
-        let (bodies, colliders) = (&scene.world.bodies, &scene.world.colliders);
-        scene.kinetic_energy() + fields.potential_energy(bodies, colliders).total
+        scene.kinetic_energy() + fields.potential_energy(&scene.world).total
     };
     let start = energy(scene, fields);
     let mut drifts = Vec::new();

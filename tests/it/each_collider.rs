@@ -156,7 +156,7 @@ fn literal<'a>(
     samples: impl Iterator<Item = &'a BodySample>,
 ) -> [DVec3; 2] {
     let reference = Reference::new(tree).expect("a sound tree");
-    let frames = (&world.bodies, &world.colliders);
+    let frames = WorldRef::from(world);
     let com = to_dvec3(world.bodies[body].center_of_mass());
     let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
     for sample in samples {
@@ -209,8 +209,7 @@ fn fields_act_on_the_colliders_they_are_for() {
                         let set = fields.set_sampling(body, asked, &world.bodies);
                         set.expect("it is there");
                     }
-                    let (bodies, colliders) = (&world.bodies, &world.colliders);
-                    let samples = fields.samples(body, bodies, colliders);
+                    let samples = fields.samples(body, &world);
                     let asked = match (law, asked) {
                         ("conveyor", Sampling::Auto) => Sampling::Centre,
                         _ => kind(law, asked),
@@ -235,9 +234,9 @@ fn fields_act_on_the_colliders_they_are_for() {
                         false => literal(&plain, &world, body, iron.into_iter()),
                     };
                     assert!(expected[0].length() > 0.01, "{place}: {expected:?}");
-                    let found = fields.sample(body, bodies, colliders);
+                    let found = fields.sample(body, &world);
                     agree(found.expect("finite").expect("sampled"), expected, &place);
-                    let told = fields.explain(body, bodies, colliders).expect("sampled");
+                    let told = fields.explain(body, &world).expect("sampled");
                     agree(told.wrench, expected, &format!("{place}, explained"));
                 }
             }
@@ -254,7 +253,7 @@ fn composites_tell_colliders_apart() {
     for (filter, only) in FILTERS.into_iter().take(8) {
         let upper = || Field::uniform(Vector::X * 4.0).sampled(Sampling::Centre);
         let fields = fields(base().replace_union(only(upper())), parts);
-        let found = fields.sample(body, &world.bodies, &world.colliders);
+        let found = fields.sample(body, &world);
         // A quarter of the mass is of iron.
         let expected = [DVec3::new(1.0, 0.0, 6.0), DVec3::ZERO];
         agree(found.expect("finite").expect("sampled"), expected, filter);
@@ -332,7 +331,7 @@ fn a_region_over_charge_is_asked_part_by_part() {
     let by_function = Region::predicate([Axis::Charge], |sample| sample.axes[0] >= 0.5);
     for region in [region, by_function] {
         let fields = fields(Field::uniform(Vector::X * 4.0).within(region), parts);
-        let found = fields.sample(body, &world.bodies, &world.colliders);
+        let found = fields.sample(body, &world);
         let force = found.expect("finite").expect("sampled").force;
         assert_at_most(
             (to_dvec3(force) - DVec3::X).length(),
@@ -359,7 +358,7 @@ fn groups_of_all_are_as_none() {
         within(wind(), Region::predicate([], |_| true)),
     ] {
         let fields = Fields::new(field).expect("a sound tree");
-        let found = fields.sample(body, &world.bodies, &world.colliders);
+        let found = fields.sample(body, &world);
         agree(
             found.expect("finite").expect("sampled"),
             [DVec3::Y, DVec3::ZERO],

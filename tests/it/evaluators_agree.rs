@@ -65,10 +65,9 @@ fn agree(world: &World, terms: &[TermPlan], numbers: Numbers) -> Result<(), Test
         terms.iter().map(|term| term.term(world)),
     );
     let fields = world.fields(&tree);
-    let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
     for body in &world.bodies {
         let want = expected(world, terms, *body);
-        let found = fields.sample(*body, bodies, colliders);
+        let found = fields.sample(*body, &world.physics);
         let plan = fields.plan();
         let found = found.map_err(|error| TestCaseError::fail(format!("{error}\n{plan}")))?;
         let found = found.expect("a dynamic body is sampled");
@@ -357,8 +356,7 @@ fn lanes_that_do_not_act_cannot_spoil_the_others() {
                 ] {
                     let wrench = |tree: &Tree| {
                         let fields = world.fields(tree);
-                        let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
-                        let found = fields.sample(world.bodies[0], bodies, colliders);
+                        let found = fields.sample(world.bodies[0], &world.physics);
                         found.map(|wrench| wrench.expect("sampled").force)
                     };
                     // The other body feels the source; at its distance of 3 that is regular.
@@ -403,8 +401,7 @@ fn far_sources_do_not_hide_near_ones_from_the_grid() {
         let terms: Vec<Field> = places.map(field).collect();
         let tree = Tree::fold(Operator::SumUnion, terms);
         let fields = world.fields(&tree);
-        let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
-        let found = fields.sample(world.bodies[0], bodies, colliders);
+        let found = fields.sample(world.bodies[0], &world.physics);
         let found = found.expect("finite").expect("sampled").force;
         let (query, _) = world.samples(world.bodies[0]).remove(0);
         let want = reference(&tree, &world, &query).expect("defined");
@@ -433,8 +430,7 @@ fn fields_that_hang_elsewhere_outlive_their_instance() {
                 fields.step(&mut world.physics).expect("all are there");
                 world.physics.remove_body(instance);
             }
-            let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
-            let found = fields.sample(sample, bodies, colliders).expect("finite");
+            let found = fields.sample(sample, &world.physics).expect("finite");
             let (query, _) = world.samples(sample).remove(0);
             let want = reference(&tree, &world, &query).expect("defined by the other body");
             let found = to_dvec3(found.expect("sampled").force);
@@ -470,8 +466,7 @@ fn batches_hold_the_boundary_of_their_range() {
                 };
                 let sources = places.iter().enumerate().map(source);
                 let fields = world.fields(&Tree::fold(Operator::SumUnion, sources));
-                let (bodies, colliders) = (&world.physics.bodies, &world.physics.colliders);
-                let found = fields.sample(world.bodies[0], bodies, colliders);
+                let found = fields.sample(world.bodies[0], &world.physics);
                 let found = found.expect("finite").expect("sampled").force;
                 let pushes = places.iter().enumerate();
                 let want = pushes.map(|(i, place)| worlds::vector(*place) * -((i % 7 + 1) as Real));

@@ -44,11 +44,9 @@ fn an_explanation_sums_to_the_wrench() {
         .sum_union(away)
         .sum_union(weak.strongest(strong));
     let fields = Fields::new(tree).expect("a valid tree");
-    let why = fields
-        .explain(body, &world.bodies, &world.colliders)
-        .expect("a body in the fields");
+    let why = fields.explain(body, &world).expect("a body in the fields");
     let wrench = fields
-        .sample(body, &world.bodies, &world.colliders)
+        .sample(body, &world)
         .expect("finite forces")
         .expect("a body in the fields");
     assert_relative_eq!(
@@ -234,11 +232,7 @@ fn reactions_are_explained_and_audited() {
         .audit(true)
         .build()
         .expect("a valid tree");
-    let explain = |body| {
-        fields
-            .explain(body, &world.bodies, &world.colliders)
-            .unwrap()
-    };
+    let explain = |body| fields.explain(body, &world).unwrap();
     let (on_left, on_right) = (explain(left), explain(right));
     assert_eq!(on_left.wrench.force, -on_right.wrench.force);
     assert_eq!(on_left.reaction, on_left.wrench);
@@ -289,7 +283,7 @@ fn totals_of_a_sum_add_up() {
         .within(Region::ball(0.1))
         .named("far");
     let fields = Fields::new(pull + breeze + again + far).expect("a valid tree");
-    let told = fields.explain(body, &world.bodies, &world.colliders);
+    let told = fields.explain(body, &world);
     let told = told.expect("sampled");
     let names: Vec<_> = told
         .totals

@@ -14,7 +14,7 @@ fn linearised(field: Field, point: DVec3, velocity: DVec3) -> Linearised {
     };
     let tree = Tree::from(field);
     let walk = Reference::new(&tree).expect("a valid tree");
-    let found = walk.linearised(&(&world.bodies, &world.colliders), &query);
+    let found = walk.linearised(&WorldRef::from(&world), &query);
     found.expect("defined everywhere")
 }
 

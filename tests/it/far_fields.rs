@@ -54,7 +54,7 @@ fn forces(count: usize, field: impl Fn(usize) -> Field) -> (Vec<DVec3>, f64) {
         .build()
         .expect("valid fields");
     fields.step(&mut world).expect("finite forces");
-    let energy = fields.potential_energy(&world.bodies, &world.colliders);
+    let energy = fields.potential_energy(&world);
     (vectors(&world, &fields), energy.total)
 }
 
@@ -199,9 +199,9 @@ fn edits_of_still_sources_are_followed() {
             world_point: to_dvec3(point),
             ..Query::default()
         };
-        let exact = reference.force(&(&world.bodies, &world.colliders), &query);
+        let exact = reference.force(&WorldRef::from(&world), &query);
         let exact = exact.expect("defined everywhere");
-        let found = to_dvec3(fields.at(&[point], &world.bodies, &world.colliders)[0].force);
+        let found = to_dvec3(fields.at(&[point], &world)[0].force);
         assert!(
             (found - exact).length() < 5e-3 * exact.length(),
             "{round}: {found}, {exact}"
@@ -232,10 +232,7 @@ fn a_cluster_keeps_its_energy() {
                 .iter()
                 .map(|(_, b)| to_f64(b.kinetic_energy()))
                 .sum();
-            kinetic
-                + fields
-                    .potential_energy(&world.bodies, &world.colliders)
-                    .total
+            kinetic + fields.potential_energy(world).total
         };
         fields.step(&mut world).expect("finite forces");
         let before = total(&world, &fields);
@@ -303,7 +300,7 @@ fn schemes_that_read_derivatives_agree() {
             .expect("valid fields");
         fields.step(&mut world).expect("finite forces");
         let stiff = |body: &RigidBodyHandle| {
-            let found = fields.stiffness(*body, 0.05, &world.bodies, &world.colliders);
+            let found = fields.stiffness(*body, 0.05, &world);
             to_f64(found.expect("finite").expect("dynamic").dt_omega)
         };
         let stiff: Vec<f64> = bodies.iter().map(stiff).collect();

@@ -609,11 +609,10 @@ fn sampling_between_steps_changes_nothing() {
         for count in 0..60 {
             step(&mut one, &mut alone);
             step(&mut other, &mut watched);
-            let (bodies, colliders) = (&watched.bodies, &watched.colliders);
-            let first = bodies.iter().next().map(|(handle, _)| handle);
-            let sample = other.sample(first.expect("a crowd"), bodies, colliders);
+            let first = watched.bodies.iter().next().map(|(handle, _)| handle);
+            let sample = other.sample(first.expect("a crowd"), &watched);
             assert!(sample.is_ok_and(|wrench| wrench.is_some()));
-            other.potential_energy(bodies, colliders);
+            other.potential_energy(&watched);
             assert_eq!(
                 all_bits(&alone),
                 all_bits(&watched),

@@ -100,7 +100,7 @@ fn holds(region: &Region, points: &[DVec3]) -> Vec<bool> {
         world_point: *world_point,
         ..Query::default()
     };
-    let force = |point| reference.force(&(&world.bodies, &world.colliders), &query(point));
+    let force = |point| reference.force(&WorldRef::from(&world), &query(point));
     points.iter().map(|point| force(point).is_some()).collect()
 }
 
@@ -141,7 +141,7 @@ proptest! {
         let reference = Reference::new(&tree).expect("a valid region");
         let depth = |world_point: DVec3| {
             let query = Query { world_point, ..Query::default() };
-            reference.force(&(&world.bodies, &world.colliders), &query).expect("everywhere").x
+            reference.force(&WorldRef::from(&world), &query).expect("everywhere").x
         };
         for point in points {
             let (held, off) = below_a_triangle(&field, point);
@@ -238,7 +238,7 @@ fn bodies_far_below_are_pushed() {
     let tree = Tree::instances(lift, (0..20).map(|k| Vector::X * (0.1 * k as Real)));
     let fields = Fields::new(tree).expect("a valid region");
     let force = |body| {
-        let wrench = fields.sample(body, &world.bodies, &world.colliders);
+        let wrench = fields.sample(body, &world);
         wrench.expect("finite").expect("a dynamic body").force.y
     };
     assert_eq!(bodies.map(force), [20.0, 20.0, 0.0]);

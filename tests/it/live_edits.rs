@@ -161,7 +161,7 @@ impl Bench {
 
     fn wrenches(&self, fields: &Fields) -> Vec<(RigidBodyHandle, Wrench)> {
         let physics = &self.world.physics;
-        let all = fields.sample_all(1.0, &physics.bodies, &physics.colliders);
+        let all = fields.sample_all(1.0, physics);
         all.expect("finite")
     }
 
@@ -200,9 +200,7 @@ impl Bench {
                     plan
                 );
             }
-            let why = self
-                .fields
-                .explain(*body, &physics.bodies, &physics.colliders);
+            let why = self.fields.explain(*body, physics);
             let why = why.expect("a dynamic body");
             let sizes = why.contributions.iter().filter_map(|c| c.force);
             let size: f64 = sizes.map(|force| to_dvec3(force).length()).sum();

@@ -96,7 +96,7 @@ fn compare(mesh: Mesh, reach: f64, band: f64, distance: impl Fn(DVec3) -> f64) {
             world_point,
             ..Query::default()
         };
-        let force = reference.force(&(&world.bodies, &world.colliders), &query);
+        let force = reference.force(&WorldRef::from(&world), &query);
         assert_eq!(force.is_some(), distance < 0.0, "{world_point}: {distance}");
         *(if distance < 0.0 {
             &mut inside

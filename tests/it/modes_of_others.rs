@@ -54,7 +54,7 @@ fn force(tree: &Tree, point: DVec3) -> Option<DVec3> {
         world_point: point,
         ..Query::default()
     };
-    reference.force(&(&world.bodies, &world.colliders), &query)
+    reference.force(&WorldRef::from(&world), &query)
 }
 
 /// Trees that say the same as a loop, at all points; where nothing acts they are not defined.

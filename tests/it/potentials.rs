@@ -115,11 +115,11 @@ impl Probe {
         self.world.bodies[self.body].set_position(pose, true);
         let (bodies, colliders) = (&mut self.world.bodies, &mut self.world.colliders);
         bodies.propagate_modified_body_positions_to_colliders(colliders);
-        let wrench = self.fields.sample(self.body, bodies, colliders);
+        let wrench = self.fields.sample(self.body, &self.world);
         let force = wrench
             .expect("a wrench")
             .map_or(DVec3::ZERO, |it| to_dvec3(it.force));
-        let potential = self.fields.potential_energy(bodies, colliders);
+        let potential = self.fields.potential_energy(&self.world);
         (force, potential.total, potential.without)
     }
 }

@@ -89,8 +89,7 @@ impl Setting {
 
     /// Force and torque on a molecule, by the compiled evaluator.
     fn sampled(&mut self, molecule: Molecule) -> (DVec3, DVec3) {
-        let (bodies, colliders) = (&self.world.bodies, &self.world.colliders);
-        let wrench = self.fields.sample(molecule.body, bodies, colliders);
+        let wrench = self.fields.sample(molecule.body, &self.world);
         let wrench = wrench.expect("finite").expect("a dynamic body");
         (to_dvec3(wrench.force), to_dvec3(wrench.torque))
     }
@@ -98,7 +97,7 @@ impl Setting {
     /// Force and torque on a molecule, by the walk of the tree, summed over its sites in `f64`.
     fn walked(&self, molecule: Molecule) -> (DVec3, DVec3) {
         let reference = Reference::new(&self.tree).expect("a valid tree");
-        let frames = (&self.world.bodies, &self.world.colliders);
+        let frames = WorldRef::from(&self.world);
         let pose = to_dpose3(self.world.bodies[molecule.body].position());
         let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
         for site in SITES {
@@ -120,9 +119,7 @@ impl Setting {
     }
 
     fn energy(&mut self) -> f64 {
-        let energy = self
-            .fields
-            .potential_energy(&self.world.bodies, &self.world.colliders);
+        let energy = self.fields.potential_energy(&self.world);
         assert_eq!(energy.without, 0, "every field has a potential");
         energy.total
     }

@@ -76,9 +76,7 @@ fn compare(
             world_point: to_dvec3((in_world * in_field).transform_point(*point)),
             ..Query::default()
         };
-        let ours = reference
-            .force(&(&world.bodies, &world.colliders), &query)
-            .is_some();
+        let ours = reference.force(&WorldRef::from(&world), &query).is_some();
         let parry = shape.contains_local_point(*point);
         prop_assert_eq!(
             ours,

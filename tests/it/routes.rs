@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 
+use rapier3d_fields::StepOutcome;
 use rapier3d_fields::math::to_f64;
 use rapier3d_fields::prelude::*;
 
@@ -51,6 +52,21 @@ fn own_step(
     fields.warnings().to_vec()
 }
 
+/// A step by a pipeline of fields beside the set, the settings and the state.
+fn step_of_parts((world, fields): &mut Run, pipeline: &mut FieldPipeline) -> StepOutcome {
+    let Fields {
+        set,
+        settings,
+        state,
+        ..
+    } = fields;
+    let open = pipeline.begin(set, settings, state, WorldMut::from(&mut *world));
+    let open = open.expect("a step");
+    world.step_with_events(&open.hooks(&()), &());
+    let done = pipeline.finish(set, settings, state, open, WorldMut::from(world));
+    done.expect("a step")
+}
+
 /// All that moves, particles included.
 fn all(world: &PhysicsWorld) -> Vec<u64> {
     let particles = world.soft_bodies.iter().flat_map(|(_, soft)| {
@@ -63,8 +79,9 @@ fn all(world: &PhysicsWorld) -> Vec<u64> {
 
 #[track_caller]
 fn agree(what: &str, build: impl Fn() -> Run, steps: usize) {
-    let (mut easy, mut with, mut own) = (build(), build(), build());
+    let (mut easy, mut with, mut own, mut apart) = (build(), build(), build(), build());
     let mut pipeline = PhysicsPipeline::new();
+    let mut machinery = FieldPipeline::new();
     let start = all(&easy.0);
     let (collisions, _heard) = channel();
     let (forces, _heard_too) = channel();
@@ -78,6 +95,13 @@ fn agree(what: &str, build: impl Fn() -> Run, steps: usize) {
             .step_with(&mut with.0, &one, &events)
             .expect("a step");
         let warnings = own_step(&mut own, &mut pipeline, &other, &());
+        let outcome = step_of_parts(&mut apart, &mut machinery);
+        assert_eq!(plain, outcome, "{what}, step {step}: its outcome");
+        assert_eq!(
+            all(&easy.0),
+            all(&apart.0),
+            "{what}, step {step}: parts kept apart"
+        );
         assert_eq!(plain, hooked, "{what}, step {step}");
         assert_eq!(
             all(&easy.0),
@@ -91,6 +115,16 @@ fn agree(what: &str, build: impl Fn() -> Run, steps: usize) {
         );
         assert_eq!(easy.1.warnings(), warnings, "{what}, step {step}");
         assert_eq!(easy.1.contacts(), own.1.contacts(), "{what}, step {step}");
+        assert_eq!(
+            easy.1.contacts(),
+            machinery.contacts(),
+            "{what}, step {step}"
+        );
+        assert_eq!(
+            easy.1.warnings(),
+            machinery.warnings(),
+            "{what}, step {step}"
+        );
         assert_eq!(easy.1.cross_check(), own.1.cross_check(), "{what}");
     }
     assert_ne!(all(&easy.0), start, "{what}: something moved");

@@ -26,7 +26,7 @@ pub fn one(
 }
 
 pub fn wrench(fields: &mut Fields, world: &PhysicsWorld, body: RigidBodyHandle) -> (DVec3, DVec3) {
-    let wrench = fields.sample(body, &world.bodies, &world.colliders);
+    let wrench = fields.sample(body, world);
     let wrench = wrench.expect("finite").expect("sampled");
     (to_dvec3(wrench.force), to_dvec3(wrench.torque))
 }
@@ -67,7 +67,7 @@ fn volume_samples_have_the_moments_of_the_shape() {
         for (power, fewest, most) in [(2.0, 27, usize::MAX), (1.0, 4, 4)] {
             let pull = Field::radial(1.0, power).sampled(Sampling::Volume);
             let fields = Fields::new(pull).expect("a sound tree");
-            let samples = fields.samples(body, &world.bodies, &world.colliders);
+            let samples = fields.samples(body, &world);
             let samples: Vec<_> = samples
                 .iter()
                 .filter(|s| s.sampling == Sampling::Volume)
@@ -136,7 +136,7 @@ fn linear_forces_add_up_at_few_points_to_what_they_do_at_many() {
                 let mut few = Fields::new(field.clone()).expect("a sound tree");
                 let mut many = Fields::new(field.limited_to(1e6)).expect("a sound tree");
                 let count = |fields: &Fields| {
-                    let samples = fields.samples(body, &world.bodies, &world.colliders);
+                    let samples = fields.samples(body, &world);
                     samples.len()
                 };
                 assert!(count(&few) <= count(&many), "{name}");
@@ -182,7 +182,7 @@ fn surface_samples_have_the_area_and_moments_of_the_surface() {
         );
         let tree = Field::drag(1.0, quadratic).sampled(Sampling::Surface);
         let fields = Fields::new(tree).expect("a sound tree");
-        let samples = fields.samples(body, &world.bodies, &world.colliders);
+        let samples = fields.samples(body, &world);
         let surface = samples.iter().filter(|s| s.sampling == Sampling::Surface);
         let found: DVec3 = surface
             .map(|s| s.query.world_point * s.query.world_point * s.query.fraction)
@@ -217,11 +217,11 @@ fn evaluators_agree_with_the_reference_over_the_samples() {
             let tree = Tree::fold(Operator::SumUnion, terms.clone());
             let mut fields = Fields::new(tree.clone()).expect("a sound tree");
             let (force, torque) = wrench(&mut fields, &world, body);
-            let frames = (&world.bodies, &world.colliders);
+            let frames = WorldRef::from(&world);
             let reference = Reference::new(&tree).expect("a sound tree");
             let com = to_dvec3(world.bodies[body].center_of_mass());
             let (mut sum, mut turn, mut size) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-            for sample in fields.samples(body, &world.bodies, &world.colliders) {
+            for sample in fields.samples(body, &world) {
                 if sample.sampling != asked {
                     continue;
                 }
@@ -265,7 +265,7 @@ fn balls_are_spared_unless_asked_for() {
     );
     let count = |field: Field| {
         let fields = Fields::new(field).expect("a sound tree");
-        fields.samples(body, &world.bodies, &world.colliders).len()
+        fields.samples(body, &world).len()
     };
     let drag = || Field::drag(1.0, 0.0);
     assert_eq!(count(drag()), 2, "the centre and the site");
@@ -568,7 +568,7 @@ fn changed_shapes_are_noticed() {
     );
     let mut fields = Fields::new(Field::point_gravity(9.0)).expect("a sound tree");
     let extent = |fields: &mut Fields, world: &PhysicsWorld| {
-        let samples = fields.samples(body, &world.bodies, &world.colliders);
+        let samples = fields.samples(body, world);
         largest(samples.iter().map(|s| (s.query.world_point.x - 3.0).abs()))
     };
     let before = extent(&mut fields, &world);
@@ -604,7 +604,7 @@ fn plans_say_how_bodies_are_sampled() {
         ColliderBuilder::cuboid(1.0, 1.0, 1.0),
     );
     let again = fields;
-    let samples = again.samples(body, &world.bodies, &world.colliders);
+    let samples = again.samples(body, &world);
     for entry in &again.plan().entries {
         let count = samples
             .iter()

@@ -63,7 +63,7 @@ fn wrenches(world: &World, tree: &Tree) -> Vec<Result<Option<[u64; 6]>, String>>
     let handles: Vec<_> = world.physics.bodies.iter().map(|(body, _)| body).collect();
     let wrench = |body| {
         let physics = &world.physics;
-        let wrench = fields.sample(body, &physics.bodies, &physics.colliders);
+        let wrench = fields.sample(body, physics);
         let wrench = wrench.map_err(|error| error.to_string())?;
         let bits = |x: Real| rapier3d_fields::math::to_f64(x).to_bits();
         Ok(wrench.map(|wrench| {

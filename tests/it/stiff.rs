@@ -238,7 +238,7 @@ fn stiffness_is_that_of_the_closed_form() {
     fields
         .set_properties(collider, charge, &world.colliders)
         .expect("a collider");
-    let report = fields.stiffness(ball, 0.01, &world.bodies, &world.colliders);
+    let report = fields.stiffness(ball, 0.01, &world);
     let report = report.expect("finite").expect("a dynamic body");
     println!("{report:?}");
     let bound = 1e-5;
@@ -253,7 +253,7 @@ fn stiffness_is_that_of_the_closed_form() {
         1e-4,
         "2/ω without drag and gyration",
     );
-    let bad = fields.stiffness(ball, Real::NAN, &world.bodies, &world.colliders);
+    let bad = fields.stiffness(ball, Real::NAN, &world);
     assert!(matches!(bad, Err(StepError::TimeStep { .. })));
 }
 
@@ -279,7 +279,7 @@ fn stiffness_counts_rotation() {
             .set_properties(collider, charge, &world.colliders)
             .expect("a collider");
     }
-    let report = fields.stiffness(rod, 0.01, &world.bodies, &world.colliders);
+    let report = fields.stiffness(rod, 0.01, &world);
     let report = report.expect("finite").expect("a dynamic body");
     let inertia = 2.0 * (1.0 + 0.4 * 0.01);
     let omega = (2.0 * 50.0 / inertia).sqrt();

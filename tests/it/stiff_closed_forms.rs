@@ -27,8 +27,8 @@ fn pair(field: Field, r: f64) -> Result<(f64, f64), StepError> {
     let unit = ColliderProperties::new().charge(1.0);
     let set = fields.set_properties(collider, unit, &world.colliders);
     set.expect("valid properties");
-    let wrench = fields.sample(ball, &world.bodies, &world.colliders)?;
-    let energy = fields.potential_energy(&world.bodies, &world.colliders);
+    let wrench = fields.sample(ball, &world)?;
+    let energy = fields.potential_energy(&world);
     Ok((
         to_f64(wrench.expect("a dynamic body").force.x),
         energy.total,

@@ -331,7 +331,7 @@ fn zones_put_by_their_regions_are_instances_of_one() {
                 let at = Vector::new(n as Real, 0.3 + (n % 11) as Real * 0.5, 0.4);
                 insert_ball(&mut world, 2.0, at, Vector::new(0.1, 0.2, -0.3));
             }
-            let found = fields.sample_all(0.25, &world.bodies, &world.colliders);
+            let found = fields.sample_all(0.25, &world);
             wrenches.push(found.expect("finite"));
         }
         let [by_field, by_region] = &wrenches[..] else {

@@ -69,7 +69,7 @@ fn check(trace: &Trace) -> Result<(), TestCaseError> {
 }
 
 fn trace(tree: &Tree, world: &World, query: &Query) -> Trace {
-    let frames = (&world.physics.bodies, &world.physics.colliders);
+    let frames = WorldRef::from(&world.physics);
     let reference = Reference::new(tree).expect("a valid tree");
     reference.trace(&frames, query)
 }

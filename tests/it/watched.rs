@@ -155,7 +155,7 @@ fn the_largest_stable_step_is_the_largest() {
         };
         let (world, tree, ball) = scene(0.001);
         let fields = build(tree, Scheme::KickDriftKick);
-        let report = fields.stiffness(ball, 0.001, &world.bodies, &world.colliders);
+        let report = fields.stiffness(ball, 0.001, &world);
         let largest = report
             .expect("finite")
             .expect("a dynamic body")

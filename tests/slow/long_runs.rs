@@ -14,7 +14,7 @@ const STRETCHES: usize = 100;
 fn energy(fields: &mut Fields, world: &PhysicsWorld, molecules: &[Molecule]) -> f64 {
     let of_one = |molecule: &Molecule| to_f64(world.bodies[molecule.body].kinetic_energy());
     let kinetic: f64 = molecules.iter().map(of_one).sum();
-    let potential = fields.potential_energy(&world.bodies, &world.colliders);
+    let potential = fields.potential_energy(world);
     kinetic + potential.total
 }
 

@@ -89,13 +89,13 @@ impl Atoms {
         let (energy_bound, force_bounds) = self.bounds(images, cutoff);
         let mut worst: f64 = 0.0;
         for (i, body) in bodies.iter().enumerate() {
-            let found = fields.sample(*body, &world.bodies, &world.colliders);
+            let found = fields.sample(*body, &world);
             let found = to_dvec3(found.expect("finite").expect("dynamic").force);
             let error = found.distance(forces[i]);
             assert_at_most(error, force_bounds[i], format!("force on atom {i}"));
             worst = worst.max(error);
         }
-        let found = fields.potential_energy(&world.bodies, &world.colliders);
+        let found = fields.potential_energy(&world);
         assert_eq!(found.without, 0);
         println!(
             "energy {:.15}, off by {:.1e} (bound {energy_bound:.1e}); forces off by at most {worst:.1e}",

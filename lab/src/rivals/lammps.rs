@@ -52,7 +52,7 @@ pub fn write(
     )?;
     let mut file = BufWriter::new(File::create(data.with_extension("forces"))?);
     let dt = world.integration_parameters.dt;
-    for (_, wrench) in fields.sample_all(dt, &world.bodies, &world.colliders)? {
+    for (_, wrench) in fields.sample_all(dt, world)? {
         let [x, y, z] = wrench.force.to_array();
         writeln!(file, "{x} {y} {z}")?;
     }

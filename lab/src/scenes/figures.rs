@@ -234,10 +234,10 @@ fn untouched(collider: ColliderBuilder) -> ColliderBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fields::Fields;
     use fields::field::Query;
     use fields::math::{DVec3, to_dvec3, to_f64};
     use fields::reference::Reference;
+    use fields::{Fields, WorldRef};
 
     /// The force on a sample of a body, or of none.
     fn force(
@@ -252,7 +252,7 @@ mod tests {
             body,
             ..Query::default()
         };
-        let frames = (&figure.world.bodies, &figure.world.colliders);
+        let frames = WorldRef::from(&figure.world);
         let reference = Reference::new(&figure.tree).unwrap();
         reference.force(&frames, &query)
     }

@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use super::super::fields::Fields;
 use super::super::fields::math::{ColliderSet, DVec3, RigidBodySet, Vector, from_dvec3, to_dvec3};
 use super::super::fields::rapier::pipeline::PhysicsWorld;
+use super::super::fields::{Fields, WorldRef};
 use super::bounds::{Bounds, Part, Parts};
 use super::frames::{Counts, four_digits};
 use super::paths::Paths;
@@ -46,7 +46,9 @@ impl Snapshot {
     /// The forces at some points, where a field is defined and gives one.
     fn forces(&self, points: &[DVec3]) -> Vec<Force> {
         let places: Vec<Vector> = points.iter().map(|it| from_dvec3(*it)).collect();
-        let values = self.fields.at(&places, &self.bodies, &self.colliders);
+        let values = self
+            .fields
+            .at(&places, WorldRef::new(&self.bodies, &self.colliders));
         let forces = points.iter().zip(values);
         let forces = forces.filter(|(_, value)| value.is_defined);
         let forces = forces.map(|(at, value)| Force {

@@ -191,14 +191,8 @@ impl Tables {
         let Some(table) = &mut self.wrenches else {
             return Ok(());
         };
-        let PhysicsWorld {
-            integration_parameters,
-            bodies,
-            colliders,
-            ..
-        } = &scene.world;
-        let dt = integration_parameters.dt;
-        let wrenches = scene.fields.sample_all(dt, bodies, colliders)?;
+        let dt = scene.world.integration_parameters.dt;
+        let wrenches = scene.fields.sample_all(dt, &scene.world)?;
         let numbers = scene.bodies.iter().enumerate();
         let numbers: HashMap<_, _> = numbers.map(|(number, handle)| (*handle, number)).collect();
         for (handle, wrench) in wrenches {
@@ -225,9 +219,7 @@ impl Tables {
             let weight = pull * to_f64(body.mass()) * to_f64(body.gravity_scale());
             gravity -= weight.dot(to_dvec3(body.center_of_mass()));
         }
-        let potential = scene
-            .fields
-            .potential_energy(&world.bodies, &world.colliders);
+        let potential = scene.fields.potential_energy(world);
         table.begin_row(step, scene.fields.time());
         let total = kinetic + gravity + potential.total;
         for energy in [kinetic, gravity, potential.total, total] {

@@ -189,9 +189,8 @@ fn meshes_are_regions_if_they_are_closed() {
     ] {
         let scene = SceneFile::from_json(&scene(&fields(closed))).and_then(|file| file.build());
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
-        let (bodies, colliders) = (&scene.world.bodies, &scene.world.colliders);
-        let (sun, _) = bodies.iter().next().expect("a body");
-        let wrench = scene.fields.sample(sun, bodies, colliders).expect("finite");
+        let (sun, _) = scene.world.bodies.iter().next().expect("a body");
+        let wrench = scene.fields.sample(sun, &scene.world).expect("finite");
         assert_eq!(wrench.expect("a dynamic body").force, Vector::X);
     }
     let found = error(&fields("[[0, 2, 1], [0, 1, 3], [1, 2, 3]]"));

@@ -33,7 +33,7 @@ fn is_code(term: &TermPlan) -> bool {
 fn wrenches(fields: &mut Fields, world: &PhysicsWorld) -> Vec<Option<[u64; 6]>> {
     let handles: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
     let wrench = |body| {
-        let wrench = fields.sample(body, &world.bodies, &world.colliders);
+        let wrench = fields.sample(body, world);
         let wrench = wrench.ok()??;
         let [fx, fy, fz] = wrench.force.to_array();
         let [tx, ty, tz] = wrench.torque.to_array();

@@ -44,14 +44,13 @@ impl Run {
         let fields = &Definition {
             set: &self.set,
             settings: &self.settings,
-            events: None,
         };
         let (state, pipeline) = (&mut self.state, &mut self.pipeline);
-        let open = pipeline.begin(fields, state, (&mut self.world).into(), true);
+        let open = pipeline.begin_step(fields, state, (&mut self.world).into(), true);
         let open = open.expect("a sound step");
         self.at_centres.push(open.at_centres);
         self.world.step();
-        let done = pipeline.finish(fields, state, open, (&mut self.world).into());
+        let done = pipeline.finish_step(fields, state, open, (&mut self.world).into());
         done.expect("a sound step");
     }
 

@@ -306,9 +306,7 @@ fn the_plan_of_contacts_names_what_is_found() {
     let mut scene = falling();
     let ball = SharedShape::ball(0.5);
     scene.add(RigidBodyBuilder::dynamic(), ColliderBuilder::new(ball));
-    let plan = scene
-        .fields(Way::Swept, None)
-        .contact_plan(&scene.world.colliders);
+    let plan = scene.fields(Way::Swept, None).contact_plan(&scene.world);
     let said = plan.to_string();
     for line in [
         "whole of each step",
@@ -318,10 +316,5 @@ fn the_plan_of_contacts_names_what_is_found() {
         assert!(said.contains(line), "{said}");
     }
     let nothing = Fields::new(Field::uniform(Vector::X)).expect("a tree");
-    assert!(
-        nothing
-            .contact_plan(&scene.world.colliders)
-            .pairs
-            .is_empty()
-    );
+    assert!(nothing.contact_plan(&scene.world).pairs.is_empty());
 }

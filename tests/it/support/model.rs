@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, Real, Vector};
 use rapier3d_fields::reference::Reference;
-use rapier3d_fields::{Anchor, Axis, Field, Layer, Operator, Region, Scalar, Tree};
+use rapier3d_fields::{Anchor, Axis, Field, Layer, Operator, Region, Scalar, Tree, WorldRef};
 
 /// x, y, z, time and the user's axis `delta`, in halves.
 pub type Point = [i32; 5];
@@ -231,7 +231,7 @@ pub fn query(at: &Point) -> Query {
 pub fn force(tree: &Tree, at: &Point) -> Option<DVec3> {
     let world = rapier3d_fields::rapier::pipeline::PhysicsWorld::new();
     let reference = Reference::new(tree).expect("a valid tree");
-    reference.force(&(&world.bodies, &world.colliders), &query(at))
+    reference.force(&WorldRef::from(&world), &query(at))
 }
 
 pub fn point() -> impl Strategy<Value = Point> {

@@ -481,7 +481,7 @@ pub fn reference(
     query: &Query,
 ) -> Option<rapier3d_fields::math::DVec3> {
     let reference = Reference::new(tree).expect("a valid tree");
-    reference.force(&(&world.physics.bodies, &world.physics.colliders), query)
+    reference.force(&WorldRef::from(&world.physics), query)
 }
 
 /// A relative error that rounding in [`Real`] may cause, by the number of roundings.
