@@ -7,7 +7,7 @@ use crate::layering::root;
 
 /// The pages of the repository, the documentation among them.
 fn pages() -> Vec<PathBuf> {
-    let folders = ["", "docs", "lab", "tests/data"];
+    let folders = ["", "docs", "docs/design", "lab", "tests/data"];
     let files = folders.into_iter().flat_map(|folder| {
         let files = std::fs::read_dir(root().join(folder)).expect("a folder");
         files.map(|file| file.expect("readable").path())
