@@ -1,4 +1,5 @@
-//! Hierarchies of bounding boxes.
+//! Hierarchies of numbered bounding boxes, on top of Parry's `Bvh`: built once, or rebuilt in place while boxes
+//! move, come and go.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -6,9 +7,9 @@ use std::ops::{Deref, DerefMut};
 use crate::rapier::parry::bounding_volume::Aabb;
 use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
 
-/// A hierarchy of numbered boxes.
+/// Builds a hierarchy of numbered boxes.
 pub(crate) fn hierarchy(boxes: Vec<(usize, Aabb)>) -> Bvh {
-    // Parry takes one or two boxes to be numbered from zero, and panics if they are not.
+    // Parry's builder requires one or two boxes to be numbered from zero, and panics if they are not.
     if boxes.len() > 2 {
         return Bvh::from_iter(BvhBuildStrategy::Binned, boxes);
     }
@@ -19,7 +20,7 @@ pub(crate) fn hierarchy(boxes: Vec<(usize, Aabb)>) -> Bvh {
     tree
 }
 
-/// A hierarchy whose boxes move: built anew from time to time, in buffers that it keeps.
+/// A hierarchy whose boxes move. Each build reuses the buffers of the one before.
 #[derive(Default)]
 pub(crate) struct Hierarchy {
     tree: Bvh,
@@ -27,7 +28,8 @@ pub(crate) struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Builds it anew of the boxes given by number; what is not there among these is taken out.
+    /// Rebuilds the hierarchy from the boxes given by number. A number with `None` is removed; numbers that are
+    /// left out keep the box they have.
     pub(crate) fn build(&mut self, boxes: impl Iterator<Item = (u32, Option<Aabb>)>) {
         if self.tree.is_empty() {
             let boxes = boxes.filter_map(|(number, bounds)| Some((number as usize, bounds?)));
@@ -36,7 +38,7 @@ impl Hierarchy {
         }
         for (number, bounds) in boxes {
             match bounds {
-                // The nodes above it follow below.
+                // Ancestors are updated by the rebuild below.
                 Some(bounds) => drop(self.tree.insert_or_update_partially(bounds, number, 0.0)),
                 None => self.tree.remove(number),
             }

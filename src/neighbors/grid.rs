@@ -1,33 +1,34 @@
-//! A uniform grid over points: the index of everything that has one range for all.
+//! A uniform grid over points, for searches that use one range for all points.
 
 use std::ops::{Range, RangeInclusive};
 
 use crate::math::{Real, Vector};
 
-/// Of fewer points all are tried: a grid would cost more than it saves.
+/// With fewer points than this all are tried, since a grid would cost more than it saves.
 pub(crate) const FEWEST_FOR_GRID: usize = 64;
 
-/// Points sorted by cell, cells sorted by row: a query visits few, contiguous ranges of points.
+/// Points sorted by cell, with cells in rows along x: the points near a place are a few contiguous ranges.
 #[derive(Debug, Default)]
 pub(crate) struct PointGrid {
     origin: Vector,
     per_length: Real,
     cells: [usize; 3],
-    /// For each cell, where its points start; one more for the end of each row.
+    /// For each cell, where its points start; one more entry at the end of each row.
     starts: Vec<u32>,
-    /// Cell of each point, then (see `build`) the point at each place.
+    /// The cell of each point.
     cell_of: Vec<u32>,
+    /// The point at each place; see [`PointGrid::order`].
     order: Vec<u32>,
     /// While points are sorted: the next free place of each cell.
     next: Vec<u32>,
 }
 
-/// More cells than this per point cost more to clear than they save.
+/// Upper bound of cells per point. More of them cost more to clear than they save.
 const CELLS_PER_POINT: usize = 4;
 
 impl PointGrid {
-    /// Sorts `points` into cells of at least `side`. Afterwards [`PointGrid::order`] says which point
-    /// stands at which place.
+    /// Sorts `points` into cells whose side is at least `side` (m). Afterwards [`PointGrid::order`] lists the
+    /// points by place.
     pub(crate) fn build(&mut self, points: &[Vector], side: Real) {
         let infinity = Vector::splat(Real::INFINITY);
         let (low, high) = points.iter().fold((infinity, -infinity), |(low, high), p| {
@@ -39,8 +40,8 @@ impl PointGrid {
         self.sort(points);
     }
 
-    /// Sets the numbers of cells, of at least `side`, in a box that holds `count` points; returns
-    /// the side they have.
+    /// Sets the numbers of cells, of at least `side`, in a box of this extent that holds `count` points.
+    /// Returns the side that the cells get.
     fn shape(&mut self, extent: Vector, count: usize, side: Real) -> Real {
         let extent = extent.max(Vector::ZERO);
         let most = (CELLS_PER_POINT * count).max(1);
@@ -55,14 +56,14 @@ impl PointGrid {
         side
     }
 
-    /// Whether `count` points in such a box would be sorted into the same cells; if not, the grid is
-    /// to be built anew.
+    /// Returns true if a build over `count` points in a box of this extent would make the same cells. If not,
+    /// the grid has to be built again.
     pub(crate) fn keeps_shape(&mut self, extent: Vector, count: usize, side: Real) -> bool {
         let before = self.cells;
         self.shape(extent, count, side).recip() == self.per_length && self.cells == before
     }
 
-    /// Counting sort, which keeps points of one cell in their order.
+    /// Counting sort; points of one cell keep their order.
     fn sort(&mut self, points: &[Vector]) {
         let [columns, rows, layers] = self.cells;
         self.cell_of.clear();
@@ -86,7 +87,7 @@ impl PointGrid {
         }
     }
 
-    /// Which point stands at each place.
+    /// The number of the point at each place, in the order of cells.
     pub(crate) fn order(&self) -> &[u32] {
         &self.order
     }
@@ -97,21 +98,21 @@ impl PointGrid {
         (z * self.cells[1] + y) * (self.cells[0] + 1) + x
     }
 
-    /// The places of the points of a cell, and of its whole row.
+    /// The ranges of places of the points of a cell, and of its whole row.
     pub(crate) fn runs(&self, cell: usize) -> [Range<usize>; 2] {
         let row = self.row(cell);
         [(cell, cell + 1), (*row.start(), *row.end())]
             .map(|(from, to)| self.starts[from] as usize..self.starts[to] as usize)
     }
 
-    /// Makes room for one more point in a cell, or for one less.
+    /// Shifts the starts of later cells in the row, so that a cell holds `by` more points (fewer, if negative).
     pub(crate) fn resize(&mut self, cell: usize, by: i32) {
         let after = cell + 1..=*self.row(cell).end();
         let starts = self.starts[after].iter_mut();
         starts.for_each(|start| *start = start.wrapping_add_signed(by));
     }
 
-    /// Moves the points in the row of a cell elsewhere.
+    /// Moves the range of places of the row that a cell is in, so that it starts at `to`.
     pub(crate) fn move_row(&mut self, cell: usize, to: usize) {
         let row = self.row(cell);
         let by = to as u32 - self.starts[*row.start()];
@@ -139,8 +140,8 @@ impl PointGrid {
         ]
     }
 
-    /// Visits ranges of places that hold every point within `reach` of `centre`, and some others.
-    // Always inlined: a visitor that uses wide registers must be, and cannot be without it.
+    /// Visits ranges of places that together hold all points within `reach` of `centre`, and some farther ones.
+    // Always inlined: a visitor that uses wide registers has to be inlined, and cannot be without this.
     #[inline(always)]
     pub(crate) fn for_each_near(
         &self,
@@ -152,15 +153,15 @@ impl PointGrid {
         let [x0, y0, z0] = self.cell(centre - margin);
         let [x1, y1, z1] = self.cell(centre + margin);
         let side = self.per_length.recip();
-        // A hair of slack: rounding, which grows with the distance from the origin, must not lose
-        // a point exactly at the reach.
+        // Slack for rounding, which grows with the distance from the origin and must not lose a point at the
+        // reach exactly.
         let far = (centre.abs().max(self.origin.abs())).max_element() + reach;
         let slack = reach * 1e-4 + far * (8.0 * Real::EPSILON);
         let reach2 = (reach + slack) * (reach + slack);
         for z in z0..=z1 {
             let dz = gap(centre.z, self.origin.z, z, self.cells[2], side);
             for y in y0..=y1 {
-                // Rows whose nearest edge is out of reach: the corners of the block.
+                // Skips rows whose nearest edge is out of reach: the corners of the block.
                 let dy = gap(centre.y, self.origin.y, y, self.cells[1], side);
                 if dy * dy + dz * dz > reach2 {
                     continue;
@@ -175,8 +176,8 @@ impl PointGrid {
     }
 }
 
-/// How far `x` is from a row of cells, along one axis. The outermost rows have no end, because
-/// points are clamped into them.
+/// The distance of `x` from a row of cells along one axis, zero within it. The outermost rows extend to
+/// infinity, because points are clamped into them.
 fn gap(x: Real, origin: Real, cell: usize, cells: usize, side: Real) -> Real {
     let low = origin + cell as Real * side;
     let below = if cell == 0 { 0.0 } else { low - x };

@@ -1,5 +1,5 @@
-//! Who is near whom: grids, neighbour lists and hierarchies over points and boxes. Knows points
-//! only.
+//! Neighbour search over points, balls and boxes: a uniform grid, a Verlet list of balls, and a hierarchy of
+//! bounding boxes. It sees numbers and coordinates only, no bodies or colliders.
 
 mod bvh;
 mod grid;

@@ -1,19 +1,19 @@
-//! Which balls are near each other: a neighbour list that outlives the step (Verlet, Phys. Rev.
-//! 159 (1967) 98).
+//! A neighbour list of balls that outlives the step: it is made with a margin, and made again only once a ball
+//! has moved or grown by more than half of it (Verlet, Phys. Rev. 159 (1967) 98).
 
 use super::grid::{FEWEST_FOR_GRID, PointGrid};
 use crate::math::{Real, Vector};
 
-/// The list reaches farther than asked by this share of the reach, and so holds until something
-/// has moved by half of that. Measured on ammonia: from 0.1 to 0.25 the cost is flat.
+/// Margin of the list, as a share of the reach plus the largest radius. The list holds until a ball has moved
+/// by half the margin. Measured on ammonia: from 0.1 to 0.25 the cost is flat.
 const SKIN: Real = 0.15;
 
-/// A ball that holds the parts of one body.
+/// A ball around the parts of one body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cluster {
     pub centre: Vector,
     pub radius: Real,
-    /// Its parts, by their place in a list of parts.
+    /// Its parts, as a range of places in a list of parts.
     pub start: u32,
     pub end: u32,
 }
@@ -29,19 +29,20 @@ pub(crate) struct VerletList {
     centres: Vec<Vector>,
     /// For each cluster, where its neighbours start; one more for the end.
     starts: Vec<u32>,
-    /// Later clusters that are near.
+    /// The neighbours of all clusters, one after the other: numbers of later clusters that are near.
     neighbours: Vec<u32>,
 }
 
 impl VerletList {
-    /// Makes sure that the list holds all pairs of `clusters` closer than `reach`.
+    /// Makes the list again unless it still holds all pairs of `clusters` closer than `reach`, surface to
+    /// surface.
     pub(crate) fn refresh(&mut self, clusters: &[Cluster], reach: Real) {
         if !self.still_holds(clusters, reach) {
             self.make(clusters, reach);
         }
     }
 
-    /// Clumps after `cluster` that may be within reach; some are a little farther.
+    /// Clusters after `cluster` that may be within reach; some are a little farther.
     pub(crate) fn later(&self, cluster: usize) -> &[u32] {
         &self.neighbours[self.starts[cluster] as usize..self.starts[cluster + 1] as usize]
     }
@@ -99,7 +100,7 @@ impl VerletList {
                         }
                     }
                 });
-            // Sums are taken in this order, which must not depend on the grid.
+            // Sums are taken in this order, so it must not depend on the grid.
             neighbours[first..].sort_unstable();
         }
         self.starts.push(self.neighbours.len() as u32);
