@@ -1,7 +1,8 @@
-//! The meaning of a tree: a slow, literal walk in 64-bit precision.
+//! The reference evaluator: it defines the meaning of a tree by a slow, literal walk in 64-bit precision.
 //!
-//! Every faster evaluator must equal this one. It knows nothing of them: it walks the tree node
-//! by node and applies the table at [`Operator`](crate::Operator) line by line.
+//! The faster evaluators are tested against this one. It shares formulas and regions with them, and none of
+//! their walks: it goes through the tree node by node and applies the table at [`Operator`](crate::Operator)
+//! line by line.
 
 mod trace;
 mod walk;
@@ -49,7 +50,7 @@ impl<'a> Reference<'a> {
         Ok(Reference { nodes, root })
     }
 
-    /// The reference for a term of a set that was found valid before.
+    /// The reference for a term of a set that has already been validated.
     pub(crate) fn of_term(set: &'a FieldSet, root: u32) -> Self {
         let nodes = set.nodes();
         Reference { nodes, root }

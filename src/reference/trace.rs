@@ -1,33 +1,35 @@
-//! The fate of each field on the way to the root.
+//! A log of single fields at one sample: the force of each before any operator, and whether it is part of the
+//! composite's force.
 
 use crate::math::{DVec3, RigidBodyHandle};
 
-/// How the force at one sample came about.
+/// The forces that the composite's force at one sample is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     /// The force, in world axes; `None` where the composite is not defined.
     pub force: Option<DVec3>,
-    /// One for each field, in the order of the walk; those of prototypes once for each instance.
+    /// One for each field, in the order of the walk. A field of a prototype has one for each instance.
     pub contributions: Vec<Contribution>,
 }
 
-/// One field at one sample.
+/// The force of one field at one sample, and whether it counts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contribution {
     /// The field's place in the tree.
     pub place: u32,
-    /// Its own force, in world axes, before any operator; `None` where it is not defined.
+    /// The field's own force, in world axes, before any operator; `None` where the field does not act.
     pub force: Option<DVec3>,
-    /// The potential energy of the sample in it, where the field has a potential.
+    /// The potential energy of the sample in the field (J), where the field has a potential.
     pub potential: Option<f64>,
     /// The body that carries the field.
     pub carrier: Option<RigidBodyHandle>,
-    /// Whether it counts, and if not, why.
+    /// [`Fate::Counts`] if the force is part of the result; otherwise the reason why it is not.
     pub fate: Fate,
 }
 
 impl Trace {
-    /// The same, of something that stands for that part of what was asked.
+    /// The trace with forces and energies multiplied by `weight`, for a sample that stands for that fraction of
+    /// a part.
     pub(crate) fn times(mut self, weight: f64) -> Self {
         let scale = |force: &mut Option<DVec3>| *force = force.map(|force| force * weight);
         scale(&mut self.force);
@@ -40,7 +42,7 @@ impl Trace {
 }
 
 impl Contribution {
-    /// Of a field that does not act.
+    /// The contribution of a field that does not act.
     pub(super) fn none(place: u32, fate: Fate) -> Self {
         Contribution {
             place,
@@ -52,7 +54,7 @@ impl Contribution {
     }
 }
 
-/// The fate of the force of one field.
+/// The result for the force of one field: it counts, or the reason why it does not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {
@@ -68,7 +70,7 @@ pub enum Fate {
     Off,
     /// The body or collider it is anchored to is gone.
     AnchorGone,
-    /// Other fields took its place.
+    /// Other fields replaced it.
     Overruled {
         /// The operator.
         operator: &'static str,
@@ -80,6 +82,6 @@ pub enum Fate {
         /// The operator.
         operator: &'static str,
     },
-    /// Only its region counts: it cuts a difference.
+    /// Only its region counts: the field is the subtrahend of a difference.
     Cuts,
 }

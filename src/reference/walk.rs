@@ -1,4 +1,5 @@
-//! The walk itself, over the [numbers](Single) of one sample, with or without a log.
+//! The recursive walk over a tree at one sample, for plain [numbers](Single) or such with derivatives, with or
+//! without a log.
 
 use std::cell::RefCell;
 
@@ -9,12 +10,12 @@ use crate::field::{
 };
 use crate::math::InteractionGroups;
 
-/// A composite at a sample.
+/// The value of a composite at a sample.
 pub(super) struct TracedValue<T> {
-    /// The pieces of the sample's neighbourhood it is defined on.
+    /// The pieces of the sample's neighbourhood on which the composite is defined.
     pub defined: Pieces,
     pub vector: Vec3<T>,
-    /// Which entries of the log it is made of.
+    /// The entries of the log whose forces are part of `vector`.
     holds: Vec<u32>,
 }
 
@@ -58,7 +59,7 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
         walk
     }
 
-    /// The pieces that the surfaces of all regions cut the neighbourhood of the sample into.
+    /// The pieces into which the surfaces of all regions that touch the sample cut its neighbourhood.
     fn neighbourhood(&self, root: u32) -> Neighbourhood {
         let mut normals: Vec<Normal> = Vec::new();
         let mut open = vec![(root, Anchor::WORLD)];
@@ -80,7 +81,8 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
         Neighbourhood::of(&normals)
     }
 
-    /// The frame of a field, if the field acts on the sample at all.
+    /// The frame of a field, or the reason why the field does not act on the sample. Regions are not tested
+    /// here.
     fn acting_frame(&self, field: &Field, instance: &Anchor) -> Result<Frame, Fate> {
         let frame = self.frames.frame(&field.anchor.within(instance));
         let frame = frame.ok_or(Fate::AnchorGone)?;
@@ -97,7 +99,7 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
         Ok(frame)
     }
 
-    /// The depth of a tree is limited, so recursion is safe.
+    /// Evaluates a node. Recursion is safe, since the depth of a tree is limited.
     pub fn node(&self, node: u32, instance: &Anchor) -> TracedValue<T> {
         match self.nodes.get(node) {
             Node::Leaf(field) => self.leaf(node, field, instance),
@@ -126,7 +128,7 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
         }
     }
 
-    // Not inlined, as the leaf is not: what calls itself must not need much of the stack.
+    // Not inlined, like `leaf`: a recursive function should need little of the stack.
     #[inline(never)]
     fn modified(
         &self,
@@ -172,7 +174,7 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
         }
     }
 
-    /// The tables at [`Operator`], line by line, for U on E and V on G.
+    /// The tables at [`Operator`], line by line, for vector U on region E and vector V on region G.
     fn apply(&self, operator: Operator, u: TracedValue<T>, v: TracedValue<T>) -> TracedValue<T> {
         use Operator::*;
         let (e, g) = (u.defined, v.defined);
@@ -287,7 +289,7 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
         }
     }
 
-    /// Some fields are no longer part of the result, because of others or for want of them.
+    /// Marks fields as no longer part of the result: overruled by others, or unmatched if `by` is `None`.
     fn lose(&self, holds: &[u32], operator: Operator, by: Option<&Vec<u32>>) {
         let operator = operator.symbol();
         let fate = match by {
