@@ -1,10 +1,10 @@
-//! The state of a body for the stages of a step, copied once.
+//! A copy of the state of one rigid body, which the stages of a step read in place of Rapier's set.
 
 use super::rotation::{Inertia, to_dquat};
 use crate::math::{AngularInertia, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};
 use crate::rapier::dynamics::RigidBody;
 
-/// A dynamic body at one moment.
+/// A dynamic body at one moment, in world axes unless a member says otherwise.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
     pub handle: RigidBodyHandle,
@@ -14,29 +14,29 @@ pub(crate) struct Body {
     /// The centre of mass, in the body's frame.
     pub local_com: Vector,
     pub mass: Real,
-    /// Zero along locked axes.
+    /// Zero along locked axes of the world.
     pub inv_mass: Vector,
-    /// World axes, zero about locked ones.
+    /// In world axes, zero about locked ones.
     pub inv_inertia: AngularInertia,
     pub inv_principal_inertia: Vector,
     pub principal_frame: Rotation,
     pub rotation_locked: [bool; 3],
-    /// Whether its gyroscopic forces are on.
+    /// True if Rapier applies gyroscopic forces to it.
     pub gyroscopic: bool,
     pub sleeping: bool,
-    /// For how long it has been slow enough to fall asleep.
+    /// Time for which it has been slow enough to fall asleep (s).
     pub drowsy: Real,
-    /// After how long it does.
+    /// Time after which such a body falls asleep (s).
     pub patience: Real,
     pub gravity_scale: Real,
-    /// The user's own.
+    /// Force set by the user, without that of fields.
     pub user_force: Vector,
     pub user_torque: Vector,
-    /// The rates of damping that Rapier applies, linear and angular.
+    /// Rates of Rapier's damping, linear and angular (1/s).
     pub damping: [Real; 2],
     /// Solver iterations on top of those of the world.
     pub extra_iterations: u32,
-    /// How many colliders it has.
+    /// Number of its colliders.
     pub colliders: u32,
 }
 
@@ -71,20 +71,21 @@ impl Body {
         }
     }
 
-    /// The centre of mass in the world. Rapier's own lags behind a body that was just teleported.
+    /// The centre of mass in the world. Rapier's own is stale after a body was teleported, until its next step.
     pub(crate) fn world_com(&self) -> Vector {
         self.pose.transform_point(self.local_com)
     }
 
-    /// Its inertia, or `None` if some axis cannot turn.
+    /// The inertia of the body, or `None` if an axis cannot turn.
     pub(crate) fn inertia(&self) -> Option<Inertia> {
         let free = self.rotation_locked == [false; 3];
         free.then(|| Inertia::of_moments(self.inv_principal_inertia, self.principal_frame))
             .flatten()
     }
 
-    /// The inertia of a body whose free rotation is this crate's to do, turning with `angvel`: one
-    /// that turns, freely, and not like a ball, unless even those are to be turned exactly.
+    /// The inertia of a body at angular velocity `angvel` if this crate is to compute its free rotation: it
+    /// turns, no axis is locked, gyroscopic forces are on, and its moments differ (which is not asked with
+    /// `balls_too`). `None` if Rapier is to turn it.
     pub(crate) fn free_top(&self, angvel: Vector, balls_too: bool) -> Option<Inertia> {
         let [x, y, z] = self.inv_principal_inertia.to_array();
         let round = !balls_too && x == y && y == z;
@@ -95,19 +96,19 @@ impl Body {
         inertia.filter(|inertia| balls_too || !inertia.is_spherical())
     }
 
-    /// The angular momentum of a free top.
+    /// The angular momentum about the centre of mass, in world axes, of a body with this inertia.
     pub(crate) fn angular_momentum(&self, inertia: &Inertia) -> DVec3 {
         inertia.angular_momentum(to_dquat(self.pose.rotation), to_dvec3(self.angvel))
     }
 
-    /// Over how many iterations Rapier moves it, of `substeps` for all.
+    /// The number of solver iterations over which Rapier moves the body, in a world of `substeps` iterations.
     pub(crate) fn iterations(&self, substeps: u32) -> u32 {
         substeps.saturating_add(self.extra_iterations)
     }
 }
 
-/// The velocity of the origin of a body's frame. The centre of mass of a body that is not dynamic may be
-/// anywhere: Rapier works it out of an open mesh too, and never looks at it.
+/// The velocity of the origin of a body's frame. For a body that is not dynamic the centre of mass may be
+/// anywhere: Rapier computes it for open meshes too, and does not use it.
 pub(crate) fn origin_velocity(body: &RigidBody) -> Vector {
     if body.angvel() == Vector::ZERO {
         return body.linvel();
@@ -116,8 +117,8 @@ pub(crate) fn origin_velocity(body: &RigidBody) -> Vector {
     body.linvel() + body.angvel().cross(arm)
 }
 
-/// Whether a body is somewhere, and moves somehow. What is not is left to Rapier, which puts it into
-/// quarantine in its step.
+/// Returns true if pose, velocities and user forces are finite. Other bodies are left to Rapier, which
+/// quarantines them in its step.
 #[inline]
 pub(crate) fn is_sound(body: &RigidBody) -> bool {
     let pose = body.position();

@@ -1,15 +1,16 @@
-//! A set of bodies of which membership is asked often.
+//! A set of bodies with a fast membership test.
 
 use crate::math::RigidBodyHandle;
 
-/// A set of bodies that exist, one bit each, by the indices of their handles.
+/// One bit a body, by the index of its handle. Generations are not compared, so it must be asked about bodies
+/// that exist only.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodySet(Vec<u64>);
 
 const BITS: usize = u64::BITS as usize;
 
 impl BodySet {
-    /// Without any.
+    /// The empty set.
     pub(crate) const fn new() -> Self {
         BodySet(Vec::new())
     }

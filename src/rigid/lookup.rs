@@ -1,15 +1,15 @@
-//! Bodies and colliders by their handles, for stages that only read.
+//! Read access to bodies and colliders by their handles, for stages that do not write.
 
 use crate::math::{ColliderHandle, RigidBodyHandle};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
 
-/// Read access to a world. [`bridge`](crate::bridge) implements it for Rapier's sets.
+/// Read access to a world. `bridge` implements it for Rapier's sets.
 pub(crate) trait Lookup {
-    /// A body that is there.
+    /// The body with this handle, if it is in the world.
     fn body(&self, handle: RigidBodyHandle) -> Option<&RigidBody>;
 
-    /// A collider that is there.
+    /// The collider with this handle, if it is in the world.
     fn collider(&self, handle: ColliderHandle) -> Option<&Collider>;
 
     /// All bodies, in the order of their handles.

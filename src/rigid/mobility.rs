@@ -1,4 +1,5 @@
-//! How readily a body follows a wrench.
+//! The response of a body to a wrench: its inverse mass matrix M⁻¹, in 64 bits, and conversions between pairs
+//! of vectors and vectors of six.
 
 use super::body::Body;
 use super::rotation::to_dquat;
@@ -7,8 +8,8 @@ use crate::math::{DVec3, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::math::AngularInertia;
 use crate::rapier::na::{Matrix3, Matrix6, SymmetricEigen, U6, Vector3, Vector6};
 
-/// The inverse mass and world inertia of a body, with zeros for locked axes and for bodies
-/// without mass or inertia. Six dimensions: translation, then rotation.
+/// The inverse mass and world inertia of a body, with zeros for locked axes and for bodies without mass or
+/// inertia. As a matrix it has six dimensions: translation, then rotation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mobility {
     pub inv_mass: DVec3,
@@ -16,7 +17,7 @@ pub(crate) struct Mobility {
 }
 
 impl Mobility {
-    /// As Rapier has it at the start of a step.
+    /// With the inverse mass and inertia that Rapier had for the body when it was copied.
     pub(crate) fn of(body: &Body) -> Self {
         Mobility {
             inv_mass: to_dvec3(body.inv_mass),
@@ -24,7 +25,7 @@ impl Mobility {
         }
     }
 
-    /// M⁻¹ of a wrench.
+    /// M⁻¹ times a wrench: the acceleration, linear and angular.
     pub(crate) fn apply(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
         let force = wrench.fixed_rows::<3>(0);
         let torque = self.inv_inertia * wrench.fixed_rows::<3>(3);
@@ -44,7 +45,7 @@ impl Mobility {
         matrix
     }
 
-    /// P and its pseudo-inverse, where P P = M⁻¹.
+    /// P and its pseudo-inverse, where P P = M⁻¹. The part of rotation is zero if its inertia is not finite.
     pub(crate) fn roots(&self) -> (Matrix6<f64>, Matrix6<f64>) {
         let (mut root, mut inverse) = (Matrix6::zeros(), Matrix6::zeros());
         for (axis, value) in self.inv_mass.to_array().into_iter().enumerate() {
@@ -61,7 +62,7 @@ impl Mobility {
         let largest = eigen.eigenvalues.amax();
         let values = eigen
             .eigenvalues
-            // A locked axis comes out as zero, up to rounding.
+            // A locked axis has an eigenvalue of zero, up to rounding.
             .map(|value| {
                 if value > largest * 1e-12 {
                     value.sqrt()
@@ -80,10 +81,10 @@ impl Mobility {
     }
 }
 
-/// Rounds of the eigenvalue iteration, which a matrix of finite entries never needs.
+/// Bound of the rounds of an eigenvalue iteration; matrices of finite entries end far below it.
 const MOST_ROUNDS: usize = 500;
 
-/// The eigenvalues and eigenvectors of a symmetric matrix; `None` if it is not finite: the
+/// The eigenvalues and eigenvectors of a symmetric matrix; `None` if an entry is not finite, since the
 /// iteration would not end.
 pub(crate) fn eigen(matrix: Matrix6<f64>) -> Option<SymmetricEigen<f64, U6>> {
     let finite = matrix.iter().all(|entry| entry.is_finite());
@@ -101,7 +102,7 @@ fn symmetric(m: AngularInertia) -> Matrix3<f64> {
     Matrix3::new(m11, m12, m13, m12, m22, m23, m13, m23, m33)
 }
 
-/// Force and torque, or linear and angular velocity, in one.
+/// Force and torque, or linear and angular velocity, as one vector.
 pub(crate) fn join(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
     let mut both = Vector6::zeros();
     both.fixed_rows_mut::<3>(0).copy_from(&linear);
@@ -109,7 +110,7 @@ pub(crate) fn join(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> 
     both
 }
 
-/// Of a pair of vectors.
+/// [`join`] for glam's vectors.
 pub(crate) fn six(linear: DVec3, angular: DVec3) -> Vector6<f64> {
     join(
         Vector3::from(linear.to_array()),
@@ -117,7 +118,7 @@ pub(crate) fn six(linear: DVec3, angular: DVec3) -> Vector6<f64> {
     )
 }
 
-/// The pair that a [`six`] was made of.
+/// The two vectors that a [`six`] was made of, linear and angular.
 pub(crate) fn pair(both: &Vector6<f64>) -> (DVec3, DVec3) {
     (
         DVec3::new(both[0], both[1], both[2]),
@@ -129,23 +130,23 @@ pub(crate) fn of_wrench(wrench: Wrench) -> Vector6<f64> {
     six(to_dvec3(wrench.force), to_dvec3(wrench.torque))
 }
 
-/// The velocities of a body, linear and angular.
+/// The velocities of a body in the world, linear and angular.
 pub(crate) fn velocities(body: &Body) -> Vector6<f64> {
     six(to_dvec3(body.linvel), to_dvec3(body.angvel))
 }
 
-/// A [`six`] rounded.
+/// The two vectors of a [`six`], rounded to [`Real`](crate::math::Real).
 pub(crate) fn rounded(both: &Vector6<f64>) -> (Vector, Vector) {
     let (linear, angular) = pair(both);
     (from_dvec3(linear), from_dvec3(angular))
 }
 
-/// The matrix of the cross product with v from the left.
+/// The matrix of u ↦ v × u.
 pub(crate) fn cross_matrix(v: DVec3) -> Matrix3<f64> {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
 
-/// The inverse inertia in the world of a body that has turned, from that in its own axes.
+/// The parts of a body's inverse inertia from which that in the world follows at any attitude.
 pub(crate) fn turned_inertia(body: &Body) -> TurnedInertia {
     TurnedInertia {
         inverse: to_dvec3(body.inv_principal_inertia),
@@ -155,14 +156,14 @@ pub(crate) fn turned_inertia(body: &Body) -> TurnedInertia {
 }
 
 impl Body {
-    /// Its angular momentum, but for what is locked.
+    /// Its angular momentum about the centre of mass, in world axes. Axes that cannot turn add nothing to it.
     pub(crate) fn angular_momentum_now(&self) -> DVec3 {
         let attitude = to_dquat(self.pose.rotation);
         turned_inertia(self).momentum(attitude, to_dvec3(self.angvel))
     }
 }
 
-/// See [`turned_inertia`].
+/// Made by [`turned_inertia`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TurnedInertia {
     inverse: DVec3,
@@ -171,7 +172,7 @@ pub(crate) struct TurnedInertia {
 }
 
 impl TurnedInertia {
-    /// At an attitude; locks are of world axes, as Rapier has them.
+    /// The inverse inertia in world axes at an attitude. Locks are of world axes, as in Rapier.
     pub(crate) fn at(&self, attitude: crate::math::DQuat) -> Matrix3<f64> {
         let to_world = attitude * self.principal_to_body;
         let columns = DVec3::AXES.map(|axis| to_world * axis);
@@ -187,7 +188,7 @@ impl TurnedInertia {
         inertia
     }
 
-    /// The angular momentum of an angular velocity, but for what is locked.
+    /// The angular momentum at an angular velocity, in world axes. Axes that cannot turn add nothing to it.
     pub(crate) fn momentum(&self, attitude: crate::math::DQuat, angvel: DVec3) -> DVec3 {
         let to_world = attitude * self.principal_to_body;
         let moments = self.inverse.to_array().map(inverse_or_zero);

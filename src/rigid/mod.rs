@@ -1,4 +1,5 @@
-//! A rigid body in 64 bits: wrenches, inertia, free rotation and state.
+//! One rigid body, mostly in 64-bit precision: its state, inertia and free rotation, the wrench on it, and its
+//! response to that. Rapier's sets are read through [`Lookup`] only.
 
 mod body;
 mod body_set;

@@ -1,13 +1,13 @@
-//! Lists in the order of handles.
+//! Binary search in lists that are in the order of the indices of body handles.
 
 use crate::math::RigidBodyHandle;
 
-/// The place of a body in a list that is in the order of the indices of its handles.
+/// The place of a body in a list of handles.
 pub(crate) fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Option<usize> {
     find_by(handles, handle, |known| *known)
 }
 
-/// The same of one that is mostly at the place `guess`.
+/// [`find`] for a body that is usually at the place `guess`, which is tried first.
 pub(crate) fn find_near(
     handles: &[RigidBodyHandle],
     guess: usize,
@@ -19,7 +19,7 @@ pub(crate) fn find_near(
     }
 }
 
-/// The same in a list of more than handles.
+/// [`find`] in a list of any items that have a `body`.
 pub(crate) fn find_by<T>(
     list: &[T],
     handle: RigidBodyHandle,
@@ -30,7 +30,8 @@ pub(crate) fn find_by<T>(
     found.ok().filter(|place| body(&list[*place]) == handle)
 }
 
-/// The same of one that is walked in that order: `at` is how far the walk has come.
+/// The item of a body, for callers that ask in the order of the list: `at` is the place that the walk through
+/// it has reached.
 pub(crate) fn find_next<'a, T>(
     list: &'a [T],
     at: &mut usize,

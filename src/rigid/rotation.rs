@@ -22,23 +22,24 @@ use crate::rapier::dynamics::{MassProperties, RigidBody};
 #[cfg(test)]
 mod tests;
 
-/// Bound of the relative energy error of the splitting, at all times; see [`Splitting::steps`].
+/// Bound of the relative energy error of the splitting, however long the motion; see [`Splitting::steps`].
 pub(crate) const ENERGY_ERROR: f64 = 1.0e-5;
 
-/// The same for a splitting that is one of the steps of a composition of fourth order: the error
-/// of the whole is about the square of this.
+/// The bound for a splitting that is one step of a composition of fourth order: the error of the composition is
+/// about the square of this.
 pub(crate) const COMPOSED_ENERGY_ERROR: f64 = 3.0e-3;
 
-/// Keeps the cost of one body bounded when a step spans whole turns; the energy error then grows.
+/// Upper bound of the splitting's steps, so that the cost of one body is bounded when a step spans whole turns.
+/// The energy error then grows.
 const MAX_SPLITTING_STEPS: u32 = 256;
 
-/// Largest tangent of half the angle of one linearised substep: a substep of half a turn would
-/// need an infinite velocity. The cap costs 2e-4 rad of such a substep, and nothing elsewhere.
+/// Largest tangent of half the angle of one linearised substep: a substep of half a turn would need an infinite
+/// velocity. The cap costs 2e-4 rad of such a substep, and nothing elsewhere.
 const MAX_HALF_TANGENT: f64 = 1.0e4;
 
-/// Moments that agree to this relative spread count as equal: they come out of an
-/// eigendecomposition in [`Real`], good to some tens of roundings. A top that is spherical but
-/// for such a spread, treated as spherical, is wrong in the direction of L by no more than it.
+/// Moments within this relative spread count as equal: they come out of an eigendecomposition in [`Real`], good
+/// to some tens of roundings. If a top with such a spread is treated as spherical, the error in the direction
+/// of L is no larger than the spread.
 const SPHERICAL_SPREAD: Real = 64.0 * Real::EPSILON;
 
 /// The rotational inertia of a free rigid body.
@@ -53,7 +54,7 @@ pub(crate) struct Inertia {
 }
 
 impl Inertia {
-    /// Of `body`, or `None` if it is no free top: not dynamic, or some axis cannot turn.
+    /// The inertia of `body`, or `None` if it is no free top: not dynamic, or an axis cannot turn.
     pub(crate) fn of(body: &RigidBody) -> Option<Self> {
         let free = body.is_dynamic() && !body.is_rotation_locked().contains(&true);
         free.then(|| Self::new(&body.mass_properties().local_mprops))
@@ -81,8 +82,8 @@ impl Inertia {
         })
     }
 
-    /// Whether all moments are equal, to rounding: the angular velocity is then constant, and
-    /// Rapier turns the body right by itself but for the linearised angle of its substeps.
+    /// Returns true if all moments are equal, to rounding. The angular velocity is then constant, and Rapier
+    /// turns the body correctly but for the linearised angle of its substeps.
     pub(crate) fn is_spherical(&self) -> bool {
         let largest = self.moments.max_element();
         largest - self.moments.min_element() <= to_f64(SPHERICAL_SPREAD) * largest
@@ -107,10 +108,11 @@ impl Inertia {
         to_world * (self.inverse_moments * momentum)
     }
 
-    /// ΔR of free motion over `dt`: the attitude goes from R to ΔR R. To rounding, by the splitting
-    /// below where one step of it is exact, else by a Taylor series ([`Rotor::attitude_after`]); only
-    /// of what makes more than some ten turns in `dt` by as many steps of the splitting as
-    /// [`ENERGY_ERROR`] asks for.
+    /// ΔR of free motion over `dt`: the attitude goes from R to ΔR R.
+    ///
+    /// Where one step of the splitting below is good to rounding, it is used. Else a Taylor series
+    /// ([`Rotor::attitude_after`]) gives ΔR to rounding. If the body turns too often for that, more than some
+    /// ten times within `dt`, the splitting takes the number of steps that keeps it within [`ENERGY_ERROR`].
     ///
     /// With b the middle moment and ℓ = Rᵀ L, the kinetic energy is
     /// |ℓ|²/2b + (1/a - 1/b) ℓₐ²/2 + (1/c - 1/b) ℓ_c²/2. The first term commutes with the others
@@ -188,7 +190,7 @@ impl Splitting {
         let twice_energy = momentum.dot(inverse * momentum);
         let axis = |k: usize| {
             let rate = inverse[k] - common_rate;
-            // Neither |L| nor the whole energy can be exceeded along one axis.
+            // Along one axis neither |L| nor the whole energy can be exceeded.
             let most = momentum
                 .length_squared()
                 .min(twice_energy * inertia.moments[k]);
@@ -211,7 +213,7 @@ impl Splitting {
         }
     }
 
-    /// How many substeps `dt` needs to keep within a relative `energy_error`.
+    /// The number of substeps over `dt` that keeps the relative error of the energy within `energy_error`.
     ///
     /// The splitting conserves an energy that differs from the true one by α² γ / (8 θ steps²) of
     /// it at most, with α, γ the largest turns of the two axes over `dt` and θ = 2 E dt / |L|.
@@ -234,14 +236,14 @@ impl Splitting {
         top.turn(&self.outer, 0.5 * h);
         for remaining in (0..steps).rev() {
             top.turn(&self.inner, h);
-            // Neighbouring half turns are done in one.
+            // Neighbouring half turns are merged.
             top.turn(&self.outer, if remaining == 0 { 0.5 * h } else { h });
         }
         top.rotation
     }
 }
 
-/// A body in its own principal axes: the angular momentum it sees, and how far it has turned.
+/// A body in its own principal axes: its angular momentum there, and the rotation since the start.
 struct SplitTop {
     momentum: DVec3,
     rotation: DQuat,
@@ -268,13 +270,13 @@ pub(crate) fn steady_angvel(delta: DQuat, dt: Real, substeps: u32) -> Vector {
         return Vector::ZERO;
     }
     let substeps = f64::from(substeps.max(1));
-    // Of the half angle; `atan2` keeps all digits however small the angle.
+    // The tangent of the half angle; `atan2` keeps all digits of small angles.
     let tangent = (sine.atan2(delta.w) / substeps).tan();
     let tangent = tangent.clamp(-MAX_HALF_TANGENT, MAX_HALF_TANGENT);
     from_dvec3(axis * (2.0 * substeps / to_f64(dt) * tangent / sine))
 }
 
-/// `rotation` in 64-bit precision, renormalised: Rapier's is a unit only to its rounding.
+/// `rotation` in 64-bit precision, normalised again, since Rapier's has unit length only up to its rounding.
 pub(crate) fn to_dquat(rotation: Rotation) -> DQuat {
     let [x, y, z, w] = rotation.to_array().map(to_f64);
     DQuat::from_xyzw(x, y, z, w).normalize()

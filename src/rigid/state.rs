@@ -1,4 +1,4 @@
-//! A body that the inner integrator moves.
+//! The state of a body in steps smaller than Rapier's.
 
 use super::body::Body;
 use super::mobility::{self, Mobility, TurnedInertia, six};
@@ -6,14 +6,14 @@ use super::rotation::{Inertia, to_dquat};
 use super::wrench::Wrench;
 use crate::math::{DQuat, DVec3, RigidBodyHandle, to_dvec3, to_f64};
 
-/// Below it squares vanish.
+/// Speeds up to this count as zero; the squares of much smaller ones would underflow.
 const SLOWEST: f64 = 1e-150;
 
-/// A body on its way through the inner steps, in 64-bit precision.
+/// A body on its way through the inner steps, in 64-bit precision and world axes.
 #[derive(Clone, Debug)]
 pub(crate) struct RigidState {
     pub body: RigidBodyHandle,
-    /// Of the centre of mass.
+    /// Position of the centre of mass.
     pub position: DVec3,
     pub attitude: DQuat,
     pub linvel: DVec3,
@@ -21,29 +21,29 @@ pub(crate) struct RigidState {
     pub local_com: DVec3,
     pub turning: Turning,
     pub start: (DVec3, DQuat),
-    /// The velocities at the start.
+    /// The velocities at the start, linear and angular.
     pub began: (DVec3, DVec3),
-    /// By gravity and the user's force, which Rapier adds.
+    /// Acceleration by gravity and the user's force, which Rapier adds.
     pub acceleration: DVec3,
-    /// The rates of Rapier's damping, linear and angular.
+    /// Rates of Rapier's damping, linear and angular (1/s).
     pub damping: [f64; 2],
     pub mass: f64,
-    /// Whether any field ever pushed it.
+    /// True if a field has pushed it since the start.
     pub pushed: bool,
-    /// The last wrench that did.
+    /// The wrench of the latest push: force and torque.
     pub wrench: (DVec3, DVec3),
     inv_mass: DVec3,
     inertia: TurnedInertia,
 }
 
-/// How a body turns between kicks.
+/// The rule by which a body turns between kicks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Turning {
-    /// As a free top with this angular momentum.
+    /// As a free top with this inertia and angular momentum.
     Free(Inertia, DVec3),
-    /// With constant angular velocity.
+    /// At constant angular velocity.
     Steady,
-    /// As Rapier does it: no field can turn bodies.
+    /// At the angular velocity that Rapier gave it, whatever the kicks: no field can turn bodies.
     LeftAlone,
 }
 
@@ -80,7 +80,7 @@ impl RigidState {
         }
     }
 
-    /// How readily it follows a wrench, where it is now.
+    /// The response of the body to a wrench at its present attitude.
     pub(crate) fn mobility(&self) -> Mobility {
         Mobility {
             inv_mass: self.inv_mass,
@@ -88,7 +88,7 @@ impl RigidState {
         }
     }
 
-    /// Moves on for `h` without forces; a free rotation keeps its energy within `energy_error`.
+    /// Moves on for the time `h` without forces. A free rotation keeps its energy within `energy_error`.
     pub(crate) fn drift(&mut self, h: f64, energy_error: f64) {
         self.position += self.linvel * h;
         match self.turning {
@@ -104,8 +104,8 @@ impl RigidState {
         }
     }
 
-    /// Begins with the true velocities instead of those that are behind by `lag`, a time under a
-    /// wrench.
+    /// Advances the velocities by the time `lag` under a wrench and its own acceleration, and starts anew from
+    /// there: those of Rapier were behind by it.
     pub(crate) fn catch_up(&mut self, wrench: Wrench, lag: f64) {
         let (force, torque) = (to_dvec3(wrench.force), to_dvec3(wrench.torque));
         self.kick(force * lag, torque * lag);
@@ -113,7 +113,7 @@ impl RigidState {
         self.began = (self.linvel, self.angvel);
     }
 
-    /// The velocity, and the state's turning, that are behind the true ones by `lag`.
+    /// The state with velocities, linear and angular, that are behind by the time `lag` under the last wrench.
     pub(crate) fn behind(&self, lag: f64) -> Self {
         let mut shown = self.clone();
         let (force, torque) = self.wrench;
@@ -122,7 +122,7 @@ impl RigidState {
         shown
     }
 
-    /// Linear and angular momentum.
+    /// Linear and angular momentum, in world axes.
     pub(crate) fn momentum(&self) -> (DVec3, DVec3) {
         let twist = match &self.turning {
             Turning::Free(_, momentum) => *momentum,
@@ -131,7 +131,7 @@ impl RigidState {
         (self.linvel * self.mass, twist)
     }
 
-    /// The mean wrench of fields since the start, over `dt`.
+    /// The mean wrench of the fields since the start, over `dt`: force and torque.
     pub(crate) fn mean_wrench(&self, dt: f64) -> (DVec3, DVec3) {
         let force = ((self.linvel - self.began.0) / dt - self.acceleration) * self.mass;
         let twist = match &self.turning {
@@ -146,7 +146,7 @@ impl RigidState {
         (force, twist / dt)
     }
 
-    /// Loses what damping takes over `duration`.
+    /// Applies Rapier's damping for `duration`.
     pub(crate) fn damp(&mut self, duration: f64) {
         let [linear, angular] = self.damping.map(|rate| (-rate * duration).exp());
         self.linvel *= linear;
@@ -160,7 +160,7 @@ impl RigidState {
         }
     }
 
-    /// Takes an impulse and an angular impulse.
+    /// Adds an impulse and an angular impulse to the velocities.
     pub(crate) fn kick(&mut self, impulse: DVec3, twist: DVec3) {
         self.linvel = stopped(self.linvel, self.inv_mass * impulse);
         match &mut self.turning {
@@ -177,8 +177,8 @@ impl RigidState {
     }
 }
 
-/// A velocity after a change, whose components are zero where they are nothing but a rounding, or where
-/// their squares would be: what drag stops is not to go back.
+/// The velocity `was + more`, with zero for each component that is nothing but rounding, or whose square would
+/// be: a body that drag stops does not turn back.
 pub(crate) fn stopped(was: DVec3, more: DVec3) -> DVec3 {
     let sum = was + more;
     let rounding = was.abs() * (16.0 * f64::EPSILON) + DVec3::splat(SLOWEST);

@@ -1,29 +1,29 @@
-//! Torque-free rotation, at any moment of a step and to the last digits.
+//! Torque-free rotation at any moment of a step, to the last digits.
 //!
-//! Rapier is given the rotation of a whole step ([`super::rotation`]); the time of an impact needs it in
-//! between. Euler's equations and that of the attitude are polynomials, so their Taylor series
-//! follow from products of series: exact motion in pieces.
+//! The time of an impact needs the attitude within a step, whereas [`super::rotation`] gives Rapier the
+//! rotation of a whole step. Euler's equations and that of the attitude are polynomials, so their Taylor series
+//! follow from products of series. The motion is pieced together from such series.
 
 use crate::math::{DQuat, DVec3};
 
-/// Terms of a series.
+/// Order of the Taylor series.
 const ORDER: usize = 18;
 
-/// A series reaches as far as its last terms stay below this.
+/// A series holds as far as its last terms stay below this.
 const SMALLEST_TERM: f64 = 1e-17;
 
-/// Pieces of a path at most; a step in which a body turns some thousand times is beyond sense.
+/// Most pieces of one path. A step in which a body turns some thousand times is not followed.
 const MOST_PIECES: usize = 8192;
 
-/// The same where only the end counts: some ten turns.
+/// Most pieces where only the end of the path is asked for: some ten turns.
 const MOST_TO_THE_END: usize = 64;
 
-/// Guesses at a momentum, at most, and how near the attitude is to be that the last leads to. Each is better
-/// than the one before by about the square of the angle of the step.
+/// Most guesses at a momentum, and the angle (rad) within which the last has to lead to the attitude. Each
+/// guess is better than the one before by about the square of the angle of the step.
 const MOST_TRIES: usize = 32;
 const ARRIVED: f64 = 1e-14;
 
-/// The inertia of a body.
+/// The inertia of a body, as its free rotation needs it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rotor {
     /// Reciprocal principal moments; zero for an axis that nothing turns.
@@ -31,11 +31,11 @@ pub(crate) struct Rotor {
     pub principal_to_body: DQuat,
 }
 
-/// A free rotation from some moment on.
+/// The free rotation of a body over a span of time.
 #[derive(Clone, Debug)]
 pub(crate) struct Top {
     rotor: Rotor,
-    /// In the world.
+    /// Angular momentum in world axes.
     pub(crate) momentum: DVec3,
     pieces: Vec<SeriesPiece>,
 }
@@ -48,7 +48,7 @@ struct SeriesPiece {
 }
 
 impl Rotor {
-    /// Whether all axes can turn.
+    /// Returns true if all axes can turn.
     pub(crate) fn is_free(&self) -> bool {
         let moments = self.inverse_moments.recip();
         self.inverse_moments.min_element() > 0.0 && moments.is_finite()
@@ -58,19 +58,19 @@ impl Rotor {
         attitude * self.principal_to_body
     }
 
-    /// The angular momentum of a body at an attitude.
+    /// The angular momentum, in world axes, of a body at an attitude.
     pub(crate) fn momentum(&self, attitude: DQuat, angvel: DVec3) -> DVec3 {
         let to_world = self.principal_to_world(attitude);
         to_world * ((to_world.inverse() * angvel) / self.inverse_moments)
     }
 
-    /// The angular velocity that carries an angular momentum at an attitude.
+    /// The angular velocity of a body at an attitude, from its angular momentum; both in world axes.
     pub(crate) fn angvel(&self, attitude: DQuat, momentum: DVec3) -> DVec3 {
         let to_world = self.principal_to_world(attitude);
         to_world * (self.inverse_moments * (to_world.inverse() * momentum))
     }
 
-    /// Bounds of the angular velocity and the angular acceleration of a free rotation.
+    /// Upper bounds of the angular speed and the angular acceleration of a free rotation.
     fn bounds(&self, attitude: DQuat, momentum: DVec3) -> [f64; 2] {
         let fastest = self.inverse_moments.max_element();
         let twice_energy = momentum.dot(self.angvel(attitude, momentum));
@@ -80,13 +80,13 @@ impl Rotor {
             (moments[j] - moments[k]).abs() * self.inverse_moments[i]
         };
         let coupling = spread(0, 1, 2).max(spread(1, 2, 0)).max(spread(2, 0, 1));
-        // Of all products of two components of a vector, squared and summed, its fourth power is
-        // three times the largest sum.
+        // The squares of all products of two different components of a vector add up to at most a third of its fourth
+        // power.
         [speed, coupling * speed * speed / 3_f64.sqrt()]
     }
 
-    /// The attitude after a free rotation over `dt`, which may go back, each term below `smallest`
-    /// left out; nothing if it turns too often to follow.
+    /// The attitude after a free rotation over `dt`, which may be negative, as a series whose omitted terms are
+    /// below `smallest`; `None` if the body turns too often to follow.
     pub(crate) fn attitude_after(
         &self,
         attitude: DQuat,
@@ -112,8 +112,8 @@ impl Rotor {
         None
     }
 
-    /// The angular momentum, near a guess, of the free rotation from one attitude to another over `dt`;
-    /// nothing if the guess does not lead there.
+    /// The angular momentum, near a guess, of the free rotation from one attitude to another over `dt`; `None`
+    /// if the guess does not lead there.
     pub(crate) fn momentum_between(
         &self,
         [from, to]: [DQuat; 2],
@@ -125,7 +125,7 @@ impl Rotor {
             let reached = self.attitude_after(from, momentum, dt, SMALLEST_TERM)?;
             let missing = to * reached.inverse();
             let missing = if missing.w < 0.0 { -missing } else { missing };
-            // The angle, of a small one.
+            // The angle, for small rotations.
             let missing = missing.xyz() * 2.0;
             if missing.length() <= ARRIVED {
                 return Some(momentum);
@@ -135,7 +135,7 @@ impl Rotor {
         None
     }
 
-    /// The Taylor series of the attitude, as far as terms count within `span`.
+    /// The Taylor series of the attitude, up to the last term above `smallest` within `span`.
     fn series(
         &self,
         attitude: DQuat,
@@ -169,7 +169,7 @@ impl Rotor {
             to_world[k + 1] = turn * (0.5 * next);
             power *= span;
             let size = to_world[k + 1].length() * power;
-            // Two, since a series may have every other term only.
+            // Two terms, since every other term of a series may be zero.
             if size.max(last) < smallest {
                 break;
             }
@@ -188,8 +188,8 @@ fn product(a: DQuat, b: DQuat) -> DQuat {
 }
 
 impl Top {
-    /// The free rotation of a body from an attitude on, over `[from, to]`. Nothing if it turns
-    /// too often to follow.
+    /// The free rotation of a body over `[from, to]`, from its attitude at `from` on. `None` if it turns too
+    /// often to follow.
     pub(crate) fn new(
         rotor: Rotor,
         attitude: DQuat,
@@ -207,7 +207,7 @@ impl Top {
             let piece = SeriesPiece { from, terms };
             let reach = piece.reach(SMALLEST_TERM);
             top.pieces.push(piece);
-            // False for NaN too.
+            // False for NaN, too.
             let finished = from + reach >= to;
             if finished {
                 return Some(top);
@@ -220,19 +220,19 @@ impl Top {
         }
     }
 
-    /// The rotation from body to world at a moment.
+    /// The rotation from body to world at a time.
     pub(crate) fn attitude(&self, time: f64) -> DQuat {
         let after = self.pieces.partition_point(|piece| piece.from <= time);
         let piece = &self.pieces[after.saturating_sub(1)];
         piece.attitude(time - piece.from)
     }
 
-    /// The angular velocity at a moment, given the attitude there.
+    /// The angular velocity, in world axes, given the attitude.
     pub(crate) fn angvel(&self, attitude: DQuat) -> DVec3 {
         self.rotor.angvel(attitude, self.momentum)
     }
 
-    /// Bounds of the angular velocity and the angular acceleration.
+    /// Upper bounds of the angular speed and the angular acceleration.
     pub(crate) fn bounds(&self) -> [f64; 2] {
         self.rotor.bounds(self.pieces[0].terms[0], self.momentum)
     }
@@ -247,8 +247,8 @@ impl SeriesPiece {
         sum.normalize()
     }
 
-    /// How far the series holds: until one of its last two terms counts. Two, since a series may
-    /// have every other term only.
+    /// The time since `from` up to which the series holds: until one of its last two terms reaches `smallest`.
+    /// Two, since every other term of a series may be zero.
     fn reach(&self, smallest: f64) -> f64 {
         let until = |order: usize| {
             let size = self.terms[order].length();

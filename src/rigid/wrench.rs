@@ -1,17 +1,17 @@
-//! A force with its torque.
+//! A force together with its torque.
 
 use crate::math::{Real, Vector};
 
-/// A force and the torque about the centre of mass that comes with it, world axes.
+/// A force and the torque about the centre of mass that comes with it, in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub struct Wrench {
-    /// Force.
+    /// Force (N).
     pub force: Vector,
-    /// Torque about the centre of mass.
+    /// Torque about the centre of mass (N·m).
     pub torque: Vector,
 }
 
@@ -36,7 +36,7 @@ impl Wrench {
         }
     }
 
-    /// Whether all components are finite.
+    /// Returns true if all components are finite.
     pub fn is_finite(&self) -> bool {
         self.force.is_finite() && self.torque.is_finite()
     }

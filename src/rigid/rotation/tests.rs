@@ -1,12 +1,14 @@
+//! Tests of the free rotation against closed forms, elliptic functions and Rapier itself.
+
 use super::*;
 use crate::math::{Pose, RigidBodyHandle, from_f64};
 use crate::rapier::dynamics::{LockedAxes, RigidBodyBuilder};
 use crate::rapier::pipeline::PhysicsWorld;
 
-/// The sum of the roundings of [`Real`] in a test of some hundred of them.
+/// Bound of the sum of some hundred roundings of [`Real`].
 const ROUNDING: Real = 50.0 * Real::EPSILON;
 
-/// `assert!(a <= b)` that fails on NaN and says what was compared.
+/// `assert!(a <= b)` that fails on NaN and prints both numbers.
 #[track_caller]
 fn assert_within(error: f64, bound: f64, what: &str) {
     assert!(
@@ -23,12 +25,12 @@ fn top(moments: [f64; 3]) -> Inertia {
     Inertia::new(&properties).expect("positive moments")
 }
 
-/// Angle between nearly equal attitudes, to first order.
+/// The angle between nearly equal attitudes, to first order.
 fn angle_between(a: DQuat, b: DQuat) -> f64 {
     2.0 * (a - b).length().min((a + b).length())
 }
 
-/// `f32` in one build, `f64` in the other.
+/// Selects the bound for the build's precision.
 fn either(f32: f64, f64: f64) -> f64 {
     if size_of::<Real>() == 4 { f32 } else { f64 }
 }
@@ -101,7 +103,7 @@ fn symmetric_top_is_exact_over_any_step() {
     }
 }
 
-/// Follows a reference file row by row; the largest errors of body angular velocity and energy.
+/// Follows a reference file row by row. Returns the largest errors of the body's angular velocity and energy.
 fn follow(csv: &str) -> (f64, f64) {
     let rows = rows(csv);
     let top = body_top([1.557596206665039, 2.5878665447235107, 1.1970621347427368]);
