@@ -1,4 +1,5 @@
-//! The frames that fields are anchored to, each once.
+//! Numbers for the frames that fields are anchored to. Equal anchors share a number, so that a frame is looked
+//! up once in an evaluation.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -10,42 +11,42 @@ use crate::math::{Pose, to_f64};
 /// Number of an anchor in [`Anchors`].
 pub(crate) type AnchorId = u32;
 
-/// In place of the anchor of a modifier that has none.
+/// Stands for the anchor of a modifier that has none.
 pub(crate) const NO_ANCHOR: AnchorId = AnchorId::MAX;
 
-/// Anchors are told apart by what they hang on and by the bits of their pose.
+/// Anchors are equal if they have the same carrier and the same bits in their pose.
 type AnchorKey = (u8, (u32, u32), [u64; 7]);
 
-/// Anchors by number. A number that is not in use stands for the world's own frame.
+/// Anchors by number. A number that is not in use has the world's own frame.
 #[derive(Debug, Default)]
 pub(crate) struct Anchors {
     list: Vec<Anchor>,
-    /// How often each is used.
+    /// The number of uses of each.
     uses: Vec<u32>,
     free: Vec<AnchorId>,
-    /// Those on bodies and colliders, in order.
+    /// Anchors on bodies and colliders, in order.
     moving: Vec<AnchorId>,
     ids: HashMap<AnchorKey, AnchorId, BuildHasherDefault<Fingerprint>>,
 }
 
 impl Anchors {
-    /// How many there are.
+    /// The number of anchors in use.
     pub(crate) fn count(&self) -> usize {
         self.list.len() - self.free.len()
     }
 
-    /// Those on bodies and colliders.
+    /// Anchors on bodies and colliders.
     pub(crate) fn moving(&self) -> impl Iterator<Item = (AnchorId, &Anchor)> {
         let moving = self.moving.iter();
         moving.map(|id| (*id, &self.list[*id as usize]))
     }
 
-    /// Whether an anchor stands still.
+    /// Returns true if an anchor stands still in the world.
     pub(crate) fn stands_still(&self, id: AnchorId) -> bool {
         matches!(self.list[id as usize], Anchor::World { .. })
     }
 
-    /// The number of an anchor that is used once more.
+    /// The number of an anchor, which it gets if it has none. Adds one use.
     pub(super) fn hold(&mut self, anchor: &Anchor) -> AnchorId {
         let (list, uses, free) = (&mut self.list, &mut self.uses, &mut self.free);
         let id = *self.ids.entry(anchor_key(anchor)).or_insert_with(|| {
@@ -67,7 +68,7 @@ impl Anchors {
         id
     }
 
-    /// Uses an anchor once less.
+    /// Takes back one use of an anchor. The last one frees its number.
     pub(super) fn release(&mut self, id: AnchorId) {
         let Some(uses) = self.uses.get_mut(id as usize) else {
             return;
@@ -84,7 +85,7 @@ impl Anchors {
     }
 }
 
-/// By number.
+/// The anchors by number.
 impl Deref for Anchors {
     type Target = [Anchor];
 

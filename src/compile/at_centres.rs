@@ -1,25 +1,25 @@
-//! Sets of few fields that only pull at centres of mass: bodies need no samples there.
+//! Decides if a set of fields acts at centres of mass only. Bodies then need no samples.
 
 use super::entries::{RadialBatch, Weighting};
 use super::program::{Program, Step};
 use crate::field::{Axis, Coupling, Cuts, Drag, Field, Formula, Sampling, SamplingRule};
 use crate::math::Real;
 
-/// More instances than this are found by an index.
+/// Most sources and instances that are tried one by one; more need an index.
 const MOST: usize = 16;
 
-/// The bodies whose samples are all at their centres of mass.
+/// The bodies that have all their samples at their centres of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AtCentres {
-    /// All: fields are sampled there.
+    /// All bodies: the fields are sampled there.
     Bodies,
-    /// Those without colliders, or of one ball around the centre of mass.
+    /// Bodies without colliders, or of one ball around the centre of mass.
     Balls,
 }
 
 impl AtCentres {
-    /// For which bodies some fields can be evaluated at centres of mass; `None` if they need samples, or
-    /// an index.
+    /// The bodies on which these fields can be evaluated at centres of mass; `None` if the fields need samples
+    /// or an index.
     pub(super) fn of<'a>(
         radials: impl Iterator<Item = &'a RadialBatch>,
         programs: impl Iterator<Item = &'a Program>,
@@ -52,14 +52,14 @@ impl AtCentres {
                 bodies = AtCentres::Balls;
             }
         }
-        // Quadratic drag has the velocity past its medium as its axis, and slowings have one at most.
+        // The axis of quadratic drag is the velocity past its medium, and a slowing has one axis at most.
         let axes = usize::from(resting) + flowing;
         (axes <= 1).then_some(bodies)
     }
 }
 
 impl RadialBatch {
-    /// Whether it can be asked at centres of mass, where bodies allow it.
+    /// Returns true if it can be evaluated at centres of mass, where bodies allow it.
     fn acts_at_centres(&self) -> bool {
         let Weighting {
             groups, coupling, ..
@@ -68,7 +68,7 @@ impl RadialBatch {
     }
 }
 
-/// Whether a body of one ball is sampled at its centre only, and the same whatever its collider is like.
+/// Returns true if a body of one ball is sampled at its centre only, whatever its collider is like.
 fn is_sampled_once(how: SamplingRule) -> bool {
     let spares_balls = match how.sampling {
         Sampling::Centre | Sampling::Parts => true,
@@ -77,7 +77,7 @@ fn is_sampled_once(how: SamplingRule) -> bool {
     spares_balls && how.cuts == Cuts::Never && !how.apart
 }
 
-/// Whether nothing but the mass is read of a body.
+/// Returns true if of a body only the mass is read.
 fn is_of_mass(coupling: &Coupling) -> bool {
     match coupling {
         Coupling::Share | Coupling::Each => true,
@@ -86,7 +86,7 @@ fn is_of_mass(coupling: &Coupling) -> bool {
 }
 
 impl Program {
-    /// Whether it can be asked at centres of mass, where bodies allow it.
+    /// Returns true if it can be evaluated at centres of mass, where bodies allow it.
     fn acts_at_centres(&self) -> bool {
         let of_mass = |leaf: &Field| is_of_mass(&leaf.coupling) && leaf.groups.is_none();
         is_sampled_once(self.how)
@@ -95,8 +95,8 @@ impl Program {
             && self.leaves.iter().all(of_mass)
     }
 
-    /// The law, if it is one drag or wind whose rate depends on the velocity past the medium only, and is
-    /// never negative.
+    /// The law, if the program is one drag or wind whose coefficients are not negative and whose force depends
+    /// on the velocity past the medium only. Such a force has closed forms.
     pub(crate) fn as_drag(&self) -> Option<&Drag> {
         let ([Step::Leaf(0)], [leaf]) = (&self.steps[..], &self.leaves[..]) else {
             return None;

@@ -1,4 +1,5 @@
-//! Sources and instances of many terms, in the order of the terms.
+//! Replaces the sources or instances of one term within a batch or program. They stay in the order of the
+//! terms.
 
 use std::ops::Range;
 
@@ -14,13 +15,13 @@ impl Keyed for RadialBatch {
 }
 
 impl RadialBatch {
-    /// Where the sources of a term are.
+    /// The places of the sources of a term.
     pub(crate) fn places_of(&self, serial: Key) -> Range<usize> {
         places_of(&self.serials, serial)
     }
 
-    /// Puts the sources of one term, which come as a batch, in place of those it had; returns
-    /// these, which are still to be taken off the counts.
+    /// Replaces the sources of one term by those of `term`, which is a batch like this one. Returns the old
+    /// ones, which the caller has to take off the counts.
     pub(super) fn put(&mut self, serial: Key, term: Option<RadialBatch>) -> Vec<RadialSource> {
         let places = self.places_of(serial);
         let Some(term) = term else {
@@ -41,13 +42,13 @@ impl Keyed for Program {
 }
 
 impl Program {
-    /// What it is ordered by.
+    /// The serial of the first term in it, by which programs are ordered.
     pub(crate) fn key(&self) -> Key {
         self.first()
     }
 
-    /// Puts the instances of one term, which come as a program of the same kind, in place of those
-    /// it had; returns these, which are still to be taken off the count.
+    /// Replaces the instances of one term by those of `term`, which is a program like this one. Returns the old
+    /// ones, which the caller has to take off the count.
     pub(super) fn put(&mut self, serial: Key, term: Option<Program>) -> Instances {
         let stride = self.stride();
         let known = &mut self.instances;

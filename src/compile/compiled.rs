@@ -1,4 +1,4 @@
-//! The compiled form of a set.
+//! The compiled form of a set: constants, radial batches, programs and detection fields, with facts about them.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -14,14 +14,14 @@ use super::requirements::SamplingRequirements;
 use super::roster::Roster;
 use crate::field::{FieldSet, Fingerprint, Sampling};
 
-/// A set of fields, ready for evaluation; follows the changes of the set.
+/// A set of fields, ready for evaluation. It follows the changes of the set.
 ///
-/// All of it stands in the order of the terms it comes from: sources within their batch, instances
-/// within their program, and batches and programs by their first. So a form that has followed any
-/// changes gives the same sums, bit for bit, as one that is made anew.
+/// Its parts are in the order of the terms they come from: sources within their batch, instances within their
+/// program, and batches and programs by their first term. So the sums are the same, bit for bit, whether a form
+/// has followed changes or was compiled at once.
 #[derive(Debug, Default)]
 pub(crate) struct Compiled {
-    /// The revision of the set that it was made for.
+    /// The revision of the set that it was compiled from.
     pub revision: u64,
     pub anchors: Anchors,
     pub constants: Vec<ConstantField>,
@@ -29,37 +29,38 @@ pub(crate) struct Compiled {
     pub programs: Ordered<Program>,
     pub roster: Roster,
     pub detectors: Vec<DetectionField>,
-    /// Changes whenever the detection fields may have.
+    /// The revision of the set at the latest change of detection fields.
     pub detectors_revision: u64,
-    /// What bodies ask for in place of [`Sampling::Auto`](crate::field::Sampling).
+    /// Samplings that bodies ask for in place of [`Sampling::Auto`](crate::field::Sampling), each once.
     pub overrides: Vec<Sampling>,
     pub requirements: SamplingRequirements,
-    /// Whether any field depends on velocities.
+    /// True if any field depends on velocities.
     pub reads_velocity: bool,
-    /// Whether any does but drag and wind in [closed form](Program::as_drag).
+    /// True if any field but drag and wind in [closed form](Program::as_drag) depends on velocities.
     pub reads_velocity_otherwise: bool,
-    /// Whether any field depends on the user's axes.
+    /// True if any field depends on the user's axes.
     pub reads_user_axes: bool,
-    /// Whether any field may change in time while its anchor stands still.
+    /// True if any field may change with time while its anchor stands still.
     pub reads_time: bool,
-    /// Whether any field can turn a body, by its force or by the answer to a contact.
+    /// True if any field can turn a body, by its force or by the answer to a contact.
     pub torque_possible: bool,
-    /// Whether the force at a point, on what rests there, never changes.
+    /// True if no anchor moves and no field changes with time: the force on a sample that rests does not
+    /// change.
     pub is_static: bool,
-    /// The bodies on which it can be evaluated at their centres of mass alone.
+    /// The bodies on which the set can be evaluated at centres of mass alone; `None` if there are none.
     pub at_centres: Option<AtCentres>,
 
     pub(super) terms: HashMap<Key, TermRecord, BuildHasherDefault<Fingerprint>>,
     pub(super) tally: FactCounts,
     pub(super) radial_ids: HashMap<RadialKey, u32>,
-    /// Programs by their likeness.
+    /// Numbers of programs by their likeness.
     pub(super) alike: HashMap<u64, Vec<u32>, BuildHasherDefault<Fingerprint>>,
     pub(super) extent: Extent,
     pub(super) masks_moved: bool,
     pub(super) detectors_changed: bool,
 }
 
-/// Where a term went.
+/// The parts of the compiled form that one term contributes to.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TermRecord {
     pub facts: Facts,
@@ -70,13 +71,13 @@ pub(super) struct TermRecord {
 }
 
 impl Compiled {
-    /// Whether any force differs from place to place, and so may be stiff.
+    /// Returns true if any force differs from place to place, and so may be stiff.
     pub(crate) fn varies(&self) -> bool {
         self.tally.any(Facts::VARIES)
     }
 }
 
-/// A set, and what was made of it.
+/// A set together with its compiled form.
 #[derive(Clone, Copy)]
 pub(crate) struct Prepared<'a> {
     pub set: &'a FieldSet,

@@ -1,9 +1,9 @@
-//! What evaluating costs, roughly, for people to see what is dear.
+//! Rough costs of evaluation, for people to see which fields are expensive.
 //!
-//! Nanoseconds, measured once on one core of a common x86-64 machine in `f32`, the difference
-//! between many and few of a kind on balls in their reach. Other machines differ by a factor; what
-//! is ten times dearer here is so there. `f64` costs twice as much in the lanes of radial batches, and
-//! the same elsewhere.
+//! The unit is nanoseconds, measured once on one core of a common x86-64 machine in `f32`, as the difference
+//! between many and few of a kind on balls in their reach. Other machines differ by a factor; costs that differ
+//! ten times here do so there. `f64` costs twice as much in the lanes of radial batches, and the same
+//! elsewhere.
 
 use super::entries::RadialBatch;
 use super::index_kind::IndexKind;
@@ -14,22 +14,22 @@ use crate::math::to_f64;
 /// All constants together, on a body.
 pub(super) const CONSTANTS: f64 = 2.0;
 
-/// A source of a law that has a kernel of its own, in lanes: inverse square, Lennard-Jones.
+/// A source of a law that has its own kernel in lanes: inverse square, Lennard-Jones.
 const KERNEL: f64 = 1.5;
 
 /// A source of any other radial law, one lane after the other.
 const OTHER_LAW: f64 = 45.0;
 
-/// The cells within a cell that are seen under the opening angle, of one of 1.
+/// A sample on cells within cells, for each doubling of the sources, at an opening angle of 1.
 const CELLS: f64 = 100.0;
 
-/// What a program costs on a sample.
+/// Costs of a program on one sample.
 struct Rates {
-    /// An instance, whatever is in it: the query, and the outcome.
+    /// An instance, without its fields: the query, and the outcome.
     instance: f64,
-    /// A field within it: the sample seen in its frame, and a cheap formula.
+    /// A field within it: the sample in the field's frame, and a cheap formula.
     field: f64,
-    /// A solid, interval or function of a region.
+    /// A solid, interval or function in a region.
     border: f64,
     /// A scale, of a field or of a composite.
     scale: f64,
@@ -37,7 +37,7 @@ struct Rates {
     law: f64,
 }
 
-/// One sample after the other.
+/// Samples one by one.
 const SINGLE: Rates = Rates {
     instance: 60.0,
     field: 45.0,
@@ -55,7 +55,7 @@ const IN_LANES: Rates = Rates {
     law: 20.0,
 };
 
-/// What a formula costs beyond a cheap one.
+/// The cost of a formula beyond a cheap one.
 fn formula(formula: &Formula, rates: &Rates) -> f64 {
     match formula {
         Formula::Uniform(_) | Formula::Magnetic(_) | Formula::Closure(_) => 0.0,
@@ -83,7 +83,7 @@ fn field(field: &Field, rates: &Rates) -> f64 {
     rates.field + formula(&field.formula, rates) + scale + rates.border * borders as f64
 }
 
-/// The sources of a batch on one sample: one that reaches it, if they are indexed; else all.
+/// The cost of a batch on one sample: of one source that reaches it, if the sources are indexed; else of all.
 pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
     let power = matches!(batch.law.profile, Profile::Power { power: -2.0, .. });
     let kernel = power || matches!(batch.law.profile, Profile::LennardJones { .. });
@@ -101,7 +101,7 @@ pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
     }
 }
 
-/// The instances of a program on one sample: one that reaches it, if they are bounded; else all.
+/// The cost of a program on one sample: of one instance that reaches it, if they are bounded; else of all.
 pub(super) fn of_program(program: &Program) -> f64 {
     let rates = match program.in_lanes {
         true => &IN_LANES,

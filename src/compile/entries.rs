@@ -1,11 +1,11 @@
-//! What terms become, apart from programs.
+//! The parts of a compiled set besides programs: constants, batches of radial fields, and detection fields.
 
 use super::anchors::AnchorId;
 use super::ordered::{Key, unique};
 use crate::field::{ContactLaw, Coupling, Field, ForceMode, Lifetime, Radial, SamplingRule};
 use crate::math::{ColliderHandle, InteractionGroups, Real, Vector};
 
-/// What sources of one batch have in common.
+/// The properties that all sources of a batch share.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct RadialKey {
     pub law: [u64; 7],
@@ -14,13 +14,14 @@ pub(crate) struct RadialKey {
     pub how: SamplingRule,
 }
 
-/// How the vector of a field becomes a force on a sample.
+/// The factors by which the vector of a field becomes a force on a sample, and the conditions under which it
+/// acts.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Weighting {
     pub mode: ForceMode,
     pub coupling: Coupling,
     pub groups: Option<InteractionGroups>,
-    /// The bits of when it begins and ends.
+    /// The bits of the times at which its lifetime begins and ends (s).
     pub life: [u64; 2],
 }
 
@@ -35,13 +36,13 @@ impl Weighting {
         }
     }
 
-    /// When it acts.
+    /// The lifetime in simulated time, without a limit of steps.
     pub(crate) fn lifetime(&self) -> Lifetime {
         let [from, until] = self.life.map(f64::from_bits);
         Lifetime::between(from, until)
     }
 
-    /// That of a vector that is shared out by mass.
+    /// The weighting of a vector that is shared out by mass, always and on all groups.
     pub(crate) fn shared(mode: ForceMode) -> Self {
         Weighting {
             mode,
@@ -52,7 +53,7 @@ impl Weighting {
     }
 }
 
-/// The same vector for every body, whatever its place.
+/// A field with the same vector for every body at any place.
 #[derive(Clone, Debug)]
 pub(crate) struct ConstantField {
     pub serial: Key,
@@ -61,40 +62,41 @@ pub(crate) struct ConstantField {
     pub mode: ForceMode,
 }
 
-/// Radial fields that differ in strength and anchor only.
+/// Radial fields that differ only in strength and anchor.
 #[derive(Debug)]
 pub(crate) struct RadialBatch {
     pub key: RadialKey,
     /// The law for a strength of one.
     pub law: Radial,
-    /// One of the fields, for all that they have in common.
+    /// One of the fields, to read the properties that all share.
     pub prototype: Field,
-    /// Radius of the ball the fields act in; without one they act everywhere.
+    /// Radius of the ball within which the fields act; without one they act everywhere.
     pub range: Option<Real>,
     pub weighting: Weighting,
     pub how: SamplingRule,
     pub sources: Vec<RadialSource>,
-    /// Of the term of each source.
+    /// The term of each source.
     pub serials: Vec<Key>,
-    /// How many sources are at the origin of a collider.
+    /// The number of sources that are at the origin of a collider.
     pub on_colliders: usize,
-    /// How many sources hang on a body or collider.
+    /// The number of sources that are anchored to a body or collider.
     pub moving: usize,
     pub log: SourceLog,
 }
 
-/// The last changes of a batch, for those that keep its sources sorted.
+/// The latest changes of a batch, for indices that keep its sources sorted.
 #[derive(Debug)]
 pub(crate) struct SourceLog {
-    /// That of the batch as it was before them.
+    /// The stamp of the batch before the oldest change in the list.
     first: u64,
-    /// Another after each change, and no other batch's.
+    /// The present stamp. Each change brings another one, which no other batch has.
     pub stamp: u64,
-    /// The stamp after each, the term that was changed, and where one of its sources stood.
+    /// Changes, one entry for each source that was taken out: the stamp after the change, the term, and the
+    /// place of the source in the frame of its carrier. Each change ends with an entry without a place.
     changes: Vec<(u64, Key, Option<Vector>)>,
 }
 
-/// Followers that are more changes behind begin anew.
+/// A follower that is behind by more entries has to start over.
 const LONGEST_LOG: usize = 64;
 
 impl Default for SourceLog {
@@ -109,7 +111,7 @@ impl Default for SourceLog {
 }
 
 impl SourceLog {
-    /// Notes that a term was changed that had sources there.
+    /// Notes a change of a term whose sources were at these places.
     pub(super) fn note(&mut self, serial: Key, were: impl Iterator<Item = Vector>) {
         if self.changes.len() >= 2 * LONGEST_LOG {
             self.first = self.changes[LONGEST_LOG].0;
@@ -121,8 +123,8 @@ impl SourceLog {
         self.changes.extend(changes);
     }
 
-    /// The changes since a stamp: the term, and where its sources stood; `None` if all may be
-    /// others.
+    /// The terms that were changed since a stamp, and where their sources were; `None` if the log does not
+    /// reach back that far.
     pub(crate) fn since(
         &self,
         stamp: u64,
@@ -142,13 +144,13 @@ impl SourceLog {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RadialSource {
     pub anchor: AnchorId,
-    /// The collider whose origin it is at, if it is.
+    /// The collider at whose origin the source is, if there is one.
     pub collider: Option<ColliderHandle>,
     pub strength: Real,
     pub leaf: u32,
 }
 
-/// A detection field.
+/// A detection field on a collider.
 #[derive(Clone, Debug)]
 pub(crate) struct DetectionField {
     pub serial: Key,
@@ -158,8 +160,7 @@ pub(crate) struct DetectionField {
     pub anchor: AnchorId,
     pub collider: ColliderHandle,
     pub law: ContactLaw,
-    /// The program instance that says whether the field acts at a sample; without one it does
-    /// everywhere.
+    /// The program instance that decides whether the field acts at a sample; without one it acts everywhere.
     pub mask: Option<FieldMask>,
 }
 
@@ -167,12 +168,12 @@ pub(crate) struct DetectionField {
 pub(crate) struct FieldMask {
     pub program: u32,
     pub instance: u32,
-    /// Which of the program's leaves is the detection field.
+    /// The number of the detection field among the program's leaves.
     pub leaf: u32,
 }
 
 impl FieldMask {
-    /// Whether both stand in one composite.
+    /// Returns true if both belong to one instance of a composite.
     pub(crate) fn is_beside(&self, other: &FieldMask) -> bool {
         (self.program, self.instance) == (other.program, other.instance)
     }

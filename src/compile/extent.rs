@@ -1,4 +1,4 @@
-//! How far forces can reach at all.
+//! A bound of the space in which fields that stand still can act.
 
 use super::anchors::Anchors;
 use super::entries::RadialBatch;
@@ -6,7 +6,7 @@ use super::ordered::Ordered;
 use super::program::Program;
 use crate::math::{Real, Vector};
 
-/// A box.
+/// A box; empty by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     pub low: Vector,
@@ -30,8 +30,8 @@ impl Bounds {
     }
 }
 
-/// Holds all that fields in the world's frame can reach. Grows with every change, and is made anew
-/// after as many changes as there are terms.
+/// A box that holds all places that fields with a finite reach, anchored to the world, can act at. Changes only
+/// enlarge it, so it is renewed once changes outnumber the terms by far.
 #[derive(Debug, Default)]
 pub(super) struct Extent {
     pub still: Bounds,

@@ -1,39 +1,40 @@
-//! What single terms are like, added up over all of them.
+//! Flags of single terms, and how many terms have each. A change of one term updates the counts without a look
+//! at the others.
 
 use super::requirements::{PartSampling, SamplingRequirements};
 use crate::field::{Anchor, Axis, Nodes, Points};
 
-/// Facts about a term, one bit for each.
+/// Flags of a term, one bit for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Facts(u32);
 
 impl Facts {
     /// Depends on velocities.
     pub(super) const READS_VELOCITY: u32 = 0;
-    /// Names an axis of the user's.
+    /// Names one of the user's axes.
     pub(super) const READS_USER_AXES: u32 = 1;
     /// Changes with time by itself.
     pub(super) const READS_TIME: u32 = 2;
-    /// Hangs on a body or collider.
+    /// Is anchored, in part at least, to a body or collider.
     pub(super) const MOVES: u32 = 3;
     /// Can turn a body.
     pub(super) const TURNS: u32 = 4;
-    /// Gives forces that are not the same everywhere.
+    /// Gives forces that differ from place to place.
     pub(super) const VARIES: u32 = 5;
-    /// Gives forces however far away.
+    /// Gives forces at any distance.
     pub(super) const UNBOUNDED: u32 = 6;
-    /// Can never act.
+    /// Has a field that can never act.
     pub(super) const LEFT_OUT: u32 = 7;
     const PARTS: u32 = 8;
     const DISPLACED: u32 = 9;
     const PIECES: u32 = 10;
     const POINTS: u32 = 11;
     const APART: u32 = 12;
-    /// Depends on velocities, and is no drag or wind in closed form.
+    /// Depends on velocities, and is not drag or wind in closed form.
     pub(super) const READS_VELOCITY_OTHERWISE: u32 = 13;
-    /// Samples parts at the first of several points; the next ones are for the others.
+    /// Samples parts at the first kind of several points; the next flags are for the other kinds.
     const SEVERAL: u32 = 14;
-    /// The same, and balls, too.
+    /// The same, balls included.
     const SEVERAL_OF_BALLS: u32 = Self::SEVERAL + Points::ALL.len() as u32;
     const COUNT: usize = Self::SEVERAL_OF_BALLS as usize + Points::ALL.len();
 
@@ -49,7 +50,7 @@ impl Facts {
         self.0 & (1 << fact) != 0
     }
 
-    /// Adds what a term is to be sampled with.
+    /// Adds the sampling requirements of a term.
     pub(super) fn require(&mut self, wanted: &SamplingRequirements) {
         self.set_if(Self::PARTS, wanted.parts);
         for (fact, sampling) in (0..).zip(wanted.several) {
@@ -62,7 +63,7 @@ impl Facts {
         self.set_if(Self::APART, wanted.apart);
     }
 
-    /// What the nodes of a term read and hang on.
+    /// The flags that follow from the axes, code and anchors at the nodes of a term.
     pub(super) fn of_nodes(nodes: Nodes<'_>, below: &[u32]) -> Facts {
         let mut facts = Facts::default();
         let moves = |anchor: &Anchor| !matches!(anchor, Anchor::World { .. });
@@ -84,7 +85,7 @@ impl Facts {
     }
 }
 
-/// How many terms each fact holds of.
+/// For each flag, the number of terms that have it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct FactCounts([u32; Facts::COUNT]);
 
@@ -101,12 +102,12 @@ impl FactCounts {
         }
     }
 
-    /// Whether a fact holds of any term.
+    /// Returns true if any term has the flag.
     pub(super) fn any(&self, fact: u32) -> bool {
         self.0[fact as usize] > 0
     }
 
-    /// What all terms together are to be sampled with.
+    /// The sampling requirements of all terms together.
     pub(super) fn wanted(&self) -> SamplingRequirements {
         let several = |points: usize| {
             let of = |first: u32| self.any(first + points as u32);

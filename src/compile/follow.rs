@@ -1,4 +1,4 @@
-//! Following the changes of a set, term by term.
+//! Compiles a set, and follows its changes term by term.
 
 use super::at_centres::AtCentres;
 use super::compiled::{Compiled, TermRecord};
@@ -10,15 +10,15 @@ use super::program::Program;
 use crate::field::{Change, FieldSet, Term};
 
 impl Compiled {
-    /// Lowers a validated set.
+    /// Compiles a validated set.
     pub(crate) fn new(set: &FieldSet) -> Self {
         let mut compiled = Compiled::default();
         compiled.start(set);
         compiled
     }
 
-    /// Follows the changes of a set, which must be valid; whether there were any. What comes of
-    /// it is what [`Compiled::new`] would make, but for the numbers that things have.
+    /// Follows the changes of a set, which must be valid; returns true if there were any. The result gives the
+    /// same sums as that of [`Compiled::new`]; the numbers of batches, programs and anchors may differ.
     pub(crate) fn update(&mut self, set: &FieldSet) -> bool {
         if self.revision == set.revision() {
             return false;
@@ -54,7 +54,7 @@ impl Compiled {
         self.end(set);
     }
 
-    /// Takes up a term as it is now, or that it is gone.
+    /// Compiles one term anew in place of what it was before; `None` if the term was removed.
     fn take_up(&mut self, set: &FieldSet, serial: Key, term: Option<Term>) {
         let lowered = term.map_or_else(Lowered::default, |term| self.lower(set, term));
         let before = self.terms.remove(&serial).unwrap_or_default();
@@ -135,7 +135,7 @@ impl Compiled {
         self.detectors_changed = true;
     }
 
-    /// Puts the sources of a term into the batch that they belong in.
+    /// Adds the sources of a term to the batch `home`, or makes a batch of them.
     fn put_batch(&mut self, serial: Key, home: Option<u32>, batch: RadialBatch) -> u32 {
         self.extent.add_sources(&batch, &self.anchors);
         if let Some(number) = home {
@@ -148,7 +148,7 @@ impl Compiled {
         number
     }
 
-    /// Puts sources of a term, if any, in place of those it had in a batch.
+    /// Replaces the sources of a term in a batch by those of `term`. An empty batch is removed.
     fn put_sources(&mut self, serial: Key, number: u32, term: Option<RadialBatch>) {
         let anchors = &mut self.anchors;
         let emptied = self.radials.change(number, |batch| {
@@ -169,7 +169,7 @@ impl Compiled {
         }
     }
 
-    /// The program that instances of another are to join, if there is one.
+    /// The program that instances of `program` are to join, if there is one.
     fn home_of(&self, program: &Program) -> Option<u32> {
         let numbers = self.alike.get(&program.likeness)?;
         let like = |number: &&u32| {
@@ -198,14 +198,14 @@ impl Compiled {
         number
     }
 
-    /// Puts instances of a term, if any, in place of those it had in a program.
+    /// Replaces the instances of a term in a program by those of `term`. An empty program is removed.
     fn put_instances(&mut self, set: &FieldSet, serial: Key, number: u32, term: Option<Program>) {
         let anchors = &mut self.anchors;
         let emptied = self.programs.change(number, |program| {
             let old = program.put(serial, term);
             program.instances.moving -= old.moves(program.stride(), anchors);
             old.anchors().for_each(|anchor| anchors.release(anchor));
-            // What is alike may differ in the sign of a zero: the first instance decides.
+            // Fields that are alike may differ in the sign of a zero: the first instance decides.
             for (leaf, place) in program.leaves.iter_mut().zip(&program.instances.places) {
                 if let Some(field) = set.field(*place).filter(|field| field.is_like(leaf)) {
                     let anchor = leaf.anchor;
@@ -228,7 +228,7 @@ impl Compiled {
         self.masks_moved = true;
     }
 
-    /// Brings up to date what depends on all terms.
+    /// Updates the properties that depend on all terms.
     fn end(&mut self, set: &FieldSet) {
         let tally = &self.tally;
         self.requirements = tally.wanted();
@@ -257,7 +257,7 @@ impl Compiled {
         self.revision = set.revision();
     }
 
-    /// Finds the instances again that say where detection fields act.
+    /// Updates the numbers of the instances that decide where detection fields act.
     fn place_masks(&mut self) {
         for detector in &mut self.detectors {
             let Some(mask) = &mut detector.mask else {

@@ -1,4 +1,4 @@
-//! How samples find what reaches them.
+//! The index by which samples find the fields that reach them, chosen by the number and range of the fields.
 
 use std::fmt;
 
@@ -6,13 +6,13 @@ use super::entries::RadialBatch;
 use super::program::Program;
 use crate::neighbors::FEWEST_FOR_GRID;
 
-/// Bounded programs of fewer instances are each tested against every sample.
+/// Bounded programs of fewer instances get no index: each is tested against every sample.
 const FEWEST_FOR_TREE: usize = 16;
 
-/// Fewer sources are each tried, whatever the opening angle.
+/// With fewer sources than this each is tried, whatever the opening angle.
 const FEWEST_FOR_CELLS: usize = 512;
 
-/// How samples find the fields that reach them.
+/// The index by which samples find the fields that reach them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum IndexKind {
@@ -20,12 +20,12 @@ pub enum IndexKind {
     None,
     /// A uniform grid over the sources.
     Grid,
-    /// Pairs of bodies in reach of each other, kept from step to step; each pair of parts is
-    /// worked out once, for both.
+    /// A list of pairs of bodies in reach of each other, kept from step to step. Each pair of parts is computed
+    /// once, for both.
     Neighbours,
     /// A bounding volume hierarchy over the bounds of the instances.
     Bvh,
-    /// Cells within cells, of which those that are far act as a whole; see
+    /// Cells within cells, of which those that are far off act as a whole; see
     /// [`Field::opening_angle`](crate::Field::opening_angle).
     Cells,
 }

@@ -1,4 +1,4 @@
-//! Instances of programs.
+//! Columns of a program's instances: their terms, anchors and strengths.
 
 use std::ops::Range;
 
@@ -6,20 +6,20 @@ use super::anchors::{AnchorId, Anchors, NO_ANCHOR};
 use super::ordered::{Key, places_of};
 use crate::math::Real;
 
-/// Instances of a program.
+/// Instances of a program, in the order of their terms.
 #[derive(Debug, Default)]
 pub(crate) struct Instances {
-    /// Of the term of each.
+    /// The term of each.
     pub serials: Vec<Key>,
-    /// The anchor of each, around which the reach of the program is measured.
+    /// The anchor of each from which the reach of the program is measured.
     pub centres: Vec<AnchorId>,
-    /// The anchor of each leaf, then of each modifier (or [`NO_ANCHOR`]), of each instance.
+    /// For each instance, the anchor of each leaf, then of each modifier ([`NO_ANCHOR`] if it has none).
     pub anchors: Vec<AnchorId>,
-    /// The place in the set of whatever has an anchor, for messages; as `anchors`.
+    /// For each entry of `anchors`, the place of its node in the set, for messages.
     pub places: Vec<u32>,
-    /// The strength of each, if the program is one field; else those of its leaves hold.
+    /// The strength of each, if the program is a single field; else empty, since the leaves hold theirs.
     pub strengths: Vec<Real>,
-    /// How many hang on a body or collider.
+    /// The number of instances that are anchored to a body or collider.
     pub moving: usize,
 }
 
@@ -42,13 +42,13 @@ impl Instances {
         places_of(&self.serials, serial)
     }
 
-    /// All anchors, those that are used several times so many times.
+    /// All anchors in use, centres included. An anchor is repeated for each of its uses.
     pub(crate) fn anchors(&self) -> impl Iterator<Item = AnchorId> {
         let all = self.centres.iter().chain(&self.anchors);
         all.copied().filter(|anchor| *anchor != NO_ANCHOR)
     }
 
-    /// How many hang on a body or collider.
+    /// The number of instances that are anchored to a body or collider.
     pub(super) fn moves(&self, stride: usize, anchors: &Anchors) -> usize {
         let still = |anchor: &AnchorId| *anchor == NO_ANCHOR || anchors.stands_still(*anchor);
         let of_leaves = self.anchors.chunks(stride.max(1));

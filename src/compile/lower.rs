@@ -1,4 +1,4 @@
-//! From one term to what is evaluated of it.
+//! Lowers one term: sorts its fields into constants, radial sources, program instances and detection fields.
 
 use super::anchors::{Anchors, NO_ANCHOR};
 use super::entries::{
@@ -14,7 +14,7 @@ use crate::field::{
 };
 use crate::math::{Real, Vector, to_f64};
 
-/// What a term becomes. Its sources go into one batch at most, its instances into one program.
+/// The compiled parts of one term. Its sources belong to at most one batch, its instances to one program.
 #[derive(Debug, Default)]
 pub(super) struct Lowered {
     pub facts: Facts,
@@ -24,7 +24,7 @@ pub(super) struct Lowered {
     pub detectors: Vec<DetectionField>,
 }
 
-/// Lowers terms of one set.
+/// The lowering of one term of a set.
 pub(super) struct Lowering<'a> {
     pub nodes: Nodes<'a>,
     pub anchors: &'a mut Anchors,
@@ -33,7 +33,7 @@ pub(super) struct Lowering<'a> {
 }
 
 impl Lowering<'_> {
-    /// One operand of the outermost sum of union.
+    /// Lowers one operand of the outermost sum of union.
     pub(super) fn term(mut self, root: u32) -> Lowered {
         let below = match self.nodes.get(root) {
             Node::Leaf(_) => vec![root],
@@ -86,7 +86,7 @@ impl Lowering<'_> {
         self.lowered
     }
 
-    /// A field that is a term by itself, or an instance of one that is.
+    /// Lowers a field that is a term by itself, or one instance of such a field.
     fn leaf(&mut self, place: u32, field: &Field, instance: &Anchor) {
         if !field.enabled || field.lifetime.steps == Some(0) {
             self.lowered.facts.set(Facts::LEFT_OUT);
@@ -128,7 +128,7 @@ impl Lowering<'_> {
                     mode: field.mode,
                 });
             }
-            // A batch weighs its samples once for all its sources.
+            // A batch weighs a sample once for all its sources.
             Formula::Radial(radial) if (everywhere || range.is_some()) && bare && in_batch => {
                 self.radial((place, how), field, radial, range, &anchor);
             }
@@ -185,7 +185,7 @@ impl Lowering<'_> {
         });
     }
 
-    /// Fields that are alike but for their anchor become instances of one program.
+    /// Adds an instance of the program of this field. Fields that differ in their anchor only share a program.
     fn instance_of_leaf(&mut self, place: u32, field: &Field, anchor: &Anchor) {
         let program = self.lowered.program.get_or_insert_with(|| {
             let node = [Node::Leaf(Box::new(field.clone()))];
@@ -196,11 +196,11 @@ impl Lowering<'_> {
         self.instance(anchor, &[(place, Some(*anchor))]);
     }
 
-    /// A composite by itself, or `instances` of one. By itself it is an instance that is where its first
-    /// field is: so those that are alike but for their places become instances of one program.
+    /// Lowers a composite, or `instances` of one. A composite by itself becomes one instance at the place of
+    /// its first field, so that composites that differ in their places only share a program.
     fn composite(&mut self, node: u32, instances: Option<&[Anchor]>) {
         let (program, places) = Program::lower(self.nodes, node);
-        // All its fields were removed, and its instances would be of nothing.
+        // Without leaves all its fields were removed, and instances would be empty.
         if program.leaves.is_empty() {
             self.lowered.facts.set(Facts::LEFT_OUT);
             return;
@@ -221,8 +221,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Adds an instance to the program: its centre, and for each leaf and modifier its place in
-    /// the set and its anchor. Detection fields among them are registered.
+    /// Adds an instance to the program: its centre, and for each leaf and modifier its place in the set and its
+    /// anchor. Registers detection fields among them.
     fn instance(&mut self, centre: &Anchor, anchored: &[(u32, Option<Anchor>)]) {
         let Some(program) = &mut self.lowered.program else {
             return;
@@ -255,7 +255,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// A detection field, given by its place and the number of the instance within the term.
+    /// Adds a detection field, given by its place and the number of the instance within the term.
     fn detector(
         &mut self,
         (leaf, instance): (u32, u32),
@@ -263,7 +263,7 @@ impl Lowering<'_> {
         law: ContactLaw,
         mask: Option<FieldMask>,
     ) {
-        // Validation has refused detection fields that are anchored to anything else.
+        // Validation refuses detection fields with any other anchor.
         if let Anchor::Collider { handle, .. } = anchor {
             self.lowered.detectors.push(DetectionField {
                 serial: self.serial,

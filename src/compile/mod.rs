@@ -1,12 +1,12 @@
-//! Compile: a tree becomes flat batches and a plan.
+//! Compiles a tree into flat batches and a plan.
 //!
-//! The outermost sum of union falls into terms whose forces simply add up, so each can be
-//! evaluated in whatever way suits it best:
+//! The forces of the operands of the outermost sum of union add up, so each operand (a term) can be evaluated
+//! in the way that suits it best:
 //!
 //! - radial fields that differ only in strength and anchor become one [`RadialBatch`];
 //! - an unbounded uniform field becomes a constant ([`ConstantField`]);
 //! - detection fields go to the detector ([`DetectionField`]) and cost the force pass nothing;
-//! - every other term becomes a postfix [`Program`], with as many instances as it has anchors.
+//! - any other term becomes a postfix [`Program`], with one instance for each of its anchors.
 
 mod anchors;
 mod at_centres;

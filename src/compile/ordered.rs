@@ -1,20 +1,20 @@
-//! Things under numbers that stay, in the order of the first term that is in them.
+//! A collection whose items keep their numbers, and are walked in the order of the first term in each.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The serial of a term, by which everything is ordered.
+/// The serial of a term, which orders everything.
 pub(crate) type Key = u64;
 
-/// A number that is given only once.
+/// A number that no earlier call in this process has returned.
 pub(crate) fn unique() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(1);
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// Where the entries of a term are.
+/// The places of the entries of a term.
 pub(super) fn places_of(serials: &[Key], serial: Key) -> Range<usize> {
-    // Mostly at the end, where new terms are.
+    // A new term is at the end.
     if serials.last().is_none_or(|last| *last < serial) {
         return serials.len()..serials.len();
     }
@@ -23,17 +23,17 @@ pub(super) fn places_of(serials: &[Key], serial: Key) -> Range<usize> {
     start..start + count
 }
 
-/// What knows the first of the terms it was made of.
+/// A batch or program, which is ordered by the first of its terms.
 pub(crate) trait Keyed {
     fn first(&self) -> Key;
 }
 
-/// Things under numbers that stay as long as the thing does; walked in the order of their keys.
+/// Items under numbers that stay as long as the item does; walked in the order of their keys.
 #[derive(Debug)]
 pub(crate) struct Ordered<T> {
     things: Vec<Option<Box<T>>>,
     free: Vec<u32>,
-    /// Numbers, by key.
+    /// The numbers, in the order of the items' keys.
     order: Vec<u32>,
 }
 
@@ -52,7 +52,7 @@ impl<T: Keyed> Ordered<T> {
         self.things.get(number as usize)?.as_deref()
     }
 
-    /// In the order of their keys.
+    /// The items with their numbers, in the order of their keys.
     pub(crate) fn iter(&self) -> impl DoubleEndedIterator<Item = (u32, &T)> + Clone {
         let order = self.order.iter();
         order.filter_map(|number| Some((*number, self.get(*number)?)))
@@ -91,7 +91,7 @@ impl<T: Keyed> Ordered<T> {
         self.get(number).map_or(Key::MAX, T::first)
     }
 
-    /// Changes a thing, and where it stands, if its key has changed.
+    /// Changes an item, and moves it in the order if its key has changed.
     pub(super) fn change<R>(&mut self, number: u32, change: impl FnOnce(&mut T) -> R) -> Option<R> {
         let thing = self.things.get_mut(number as usize)?.as_deref_mut()?;
         let before = thing.first();

@@ -1,4 +1,4 @@
-//! What the compiler decided, for people.
+//! A report of the decisions of the compiler, for people.
 
 use std::fmt;
 
@@ -10,53 +10,52 @@ use super::index_kind::IndexKind;
 use super::program::Program;
 use crate::field::{Coupling, Cuts, Field, FieldSet, Node, Points, Sampling, SamplingRule, Term};
 
-/// What a tree needs and what was left out. Printed, it is a short report.
+/// The needs of a tree, and the fields that were left out. Its `Display` is a short report.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Plan {
-    /// Fields in the tree; those of a prototype count once.
+    /// Number of fields in the tree; those of a prototype count once.
     pub fields: usize,
-    /// Different frames that fields are anchored to.
+    /// Number of different frames that fields are anchored to.
     pub anchors: usize,
-    /// Whether any field depends on velocities.
+    /// True if any field depends on velocities.
     pub reads_velocity: bool,
-    /// Whether fields that stand still may change in time all the same.
+    /// True if any field may change with time while its anchor stands still.
     pub varies: bool,
-    /// Whether bodies are sampled part by part. If not, colliders are not looked at.
+    /// True if bodies are sampled part by part. If not, colliders are not looked at.
     pub samples_parts: bool,
-    /// Whether any field can turn a body. If not, no lever arms are computed.
+    /// True if any field can turn a body. If not, no lever arms are computed.
     pub torque_possible: bool,
-    /// Detection fields. If there are none, nothing is detected.
+    /// Number of detection fields. If there are none, nothing is detected.
     pub detectors: usize,
-    /// The batches that give forces.
+    /// Constants, batches and programs that give forces.
     pub entries: Vec<PlanEntry>,
-    /// Axes that fields name, beyond what every formula reads.
+    /// Axes that fields name, beyond those that every formula reads.
     pub axes: Vec<String>,
-    /// Fields that can never act.
+    /// Fields that can never act, with the reason.
     pub left_out: Vec<String>,
 }
 
-/// One batch of a plan.
+/// One constant, batch or program of a plan.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlanEntry {
-    /// What is evaluated.
+    /// A label of its fields.
     pub what: String,
-    /// How many of it.
+    /// The number of its sources or instances.
     pub count: usize,
-    /// How samples find what acts on them.
+    /// The index by which samples find the sources or instances that act on them.
     pub index: IndexKind,
-    /// Where bodies are sampled that do not ask for a sampling of their own; never
-    /// [`Sampling::Auto`].
+    /// The sampling of bodies that do not ask for one of their own; never [`Sampling::Auto`].
     pub sampling: Sampling,
-    /// Whether a ball is sampled at its centre only, whatever `sampling` says.
+    /// True if a ball is sampled at its centre only, where other shapes are sampled at several points.
     pub spares_balls: bool,
-    /// Whether a body that a border passes through is cut there, and sampled in pieces.
+    /// True if a body that a border passes through is cut there, and sampled in pieces.
     pub cuts_at_borders: bool,
-    /// The samples of a body of one cube.
+    /// The number of samples of a body of one cube.
     pub samples_of_a_cube: usize,
-    /// Roughly how many nanoseconds it takes on one sample: for each source or instance that
-    /// reaches it where they are found by an index or are bounded, else for all together.
+    /// Rough time on one sample (ns): of each source or instance that reaches it, if they are found by an index
+    /// or are bounded; else of all together.
     pub cost: f64,
 }
 
@@ -185,7 +184,7 @@ impl fmt::Display for Plan {
 }
 
 impl Compiled {
-    /// What was decided, for people.
+    /// The plan of a set, for people.
     pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
         let constants = self.constants.iter();
         let mut entries: Vec<PlanEntry> = constants
@@ -218,7 +217,7 @@ impl Compiled {
         }
     }
 
-    /// Fields that can never act, alike ones one behind the other told once.
+    /// The fields that can never act. Neighbours with equal labels are written once, with a count.
     fn left_out(&self, set: &FieldSet) -> Vec<String> {
         let mut told: Vec<(String, usize)> = Vec::new();
         for term in set.terms() {
@@ -240,7 +239,7 @@ impl Compiled {
     }
 }
 
-/// Why a term of one field, or its instances, is left out, and how often.
+/// The reason why a term of one field, or its instances, is left out, and the number of instances.
 fn left_out(set: &FieldSet, term: Term) -> (String, usize) {
     let (place, count) = match set.nodes().get(term.root) {
         Node::Instances { prototype, anchors } => (*prototype, anchors.len()),

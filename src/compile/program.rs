@@ -1,4 +1,4 @@
-//! A term of the tree as a postfix program.
+//! A term of the tree as a postfix program with instances.
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::math::{Real, to_f64};
 use super::anchors::NO_ANCHOR;
 use super::instances::Instances;
 
-/// One prototype and its instances.
+/// A prototype, lowered to postfix steps, and its instances.
 #[derive(Debug)]
 pub(crate) struct Program {
     pub steps: Vec<Step>,
@@ -19,24 +19,24 @@ pub(crate) struct Program {
     pub modes: Vec<Arc<[Override]>>,
     pub modifiers: Vec<Modifier>,
     pub instances: Instances,
-    /// The same number for programs that are alike, and mostly another for those that are not.
+    /// A hash: equal for programs that are alike, and rarely equal for others.
     pub likeness: u64,
-    /// No instance acts farther than this from its anchor.
+    /// No instance acts farther than this from its centre; `None` if there is no such bound.
     pub reach: Option<Real>,
     pub how: SamplingRule,
-    /// Whether the opposite force acts on the body that carries the fields.
+    /// True if the opposite force acts on the body that carries the fields.
     pub reacts: bool,
-    /// Whether any leaf can give a force; otherwise the program only masks detection fields.
+    /// True if any leaf can give a force; otherwise the program only masks detection fields.
     pub has_force: bool,
-    /// Whether it can be asked about several samples at once.
+    /// True if it can be evaluated on several samples at once.
     pub in_lanes: bool,
-    /// Whether its forces change with the velocity of what they act on.
+    /// True if its forces depend on the velocity of the sample.
     pub reads_velocity: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Step {
-    /// Push what is not defined anywhere.
+    /// Push a value that is defined nowhere.
     Nowhere,
     /// Push leaf number n.
     Leaf(u32),
@@ -44,11 +44,11 @@ pub(crate) enum Step {
     Apply(Operator, u32),
     /// Change the last value by modifier number n.
     Modify(u32),
-    /// Combine the last n values, which are layers; the number of their modes.
+    /// Combine the last n values, which are layers, by the modes of this number.
     Layers(u32, u32),
 }
 
-/// Where leaves and modifiers of a program come from.
+/// The places in the set of a program's leaves and modifiers.
 #[derive(Default)]
 struct Places {
     leaves: Vec<u32>,
@@ -56,19 +56,19 @@ struct Places {
 }
 
 impl Program {
-    /// Whether any force depends on the volume of what it acts on.
+    /// Returns true if any force depends on the volume of the sample.
     pub(crate) fn displaces(&self) -> bool {
         let mut formulas = self.leaves.iter().map(|leaf| &leaf.formula);
         self.has_force && formulas.any(|formula| formula.reads_volume())
     }
 
-    /// The strength of a leaf of an instance.
+    /// The strength of a leaf in an instance.
     pub(crate) fn strength(&self, instance: usize, leaf: usize) -> Real {
         let own = self.instances.strengths.get(instance);
         own.copied().unwrap_or(self.leaves[leaf].strength)
     }
 
-    /// The frame of a leaf or modifier of an instance, if it has one.
+    /// The frame of a leaf or modifier in an instance; `None` without an anchor, or if its carrier is gone.
     pub(crate) fn frame<'a>(
         &self,
         instance: usize,
@@ -80,13 +80,13 @@ impl Program {
         there.then(|| frames[anchor as usize].as_ref()).flatten()
     }
 
-    /// Anchors, and places, per instance.
+    /// The number of anchors, and of places, of one instance.
     pub(crate) fn stride(&self) -> usize {
         self.leaves.len() + self.modifiers.len()
     }
 
-    /// Lowers the subtree at `root`, seen as the prototype of instances that come later; also
-    /// returns the place of each leaf and then of each modifier.
+    /// Lowers the subtree at `root` as a prototype, without instances. Also returns the places of its leaves
+    /// and then of its modifiers.
     pub(crate) fn lower(nodes: Nodes<'_>, root: u32) -> (Self, Vec<u32>) {
         let mut program = Program {
             steps: Vec::new(),
@@ -117,8 +117,8 @@ impl Program {
         (program, places.leaves)
     }
 
-    /// The same, with its reach about the anchors of the instances, which have the part of `centre`
-    /// there: without one, that of the first field.
+    /// Sets its reach and likeness. The reach is measured from `centre`, or else from the anchor of the first
+    /// field.
     pub(crate) fn about(mut self, centre: Option<Anchor>, nodes: Nodes<'_>, root: u32) -> Self {
         let first = self.leaves.first().map(|leaf| leaf.anchor);
         let centre = centre.or(first).unwrap_or_default();
@@ -127,13 +127,13 @@ impl Program {
         self
     }
 
-    /// Whether it is one field, and nothing changes its vector.
+    /// Returns true if the program is one field that no operator or modifier changes.
     fn is_one_field(&self) -> bool {
         matches!(self.steps[..], [Step::Leaf(_)])
     }
 
-    /// Whether instances of either may be those of the other: both differ in names, anchors, and the
-    /// strength of a single field at most.
+    /// Returns true if instances of one program could be instances of the other: they differ at most in names,
+    /// anchors, and the strength of a single field.
     pub(super) fn is_like(&self, other: &Program) -> bool {
         let alone = self.is_one_field();
         let like = |(a, b): (&Field, &Field)| {
@@ -165,7 +165,7 @@ impl Program {
         print.finish()
     }
 
-    /// The depth of a tree is limited, so recursion is safe.
+    /// Appends the steps of a subtree. Recursion is safe, since the depth of a tree is limited.
     fn push(&mut self, nodes: Nodes<'_>, node: u32, instance: &Anchor, places: &mut Places) {
         match nodes.get(node) {
             Node::Leaf(field) => {
@@ -212,7 +212,7 @@ impl Program {
     }
 }
 
-/// A little more, so that what differs in rounding only is the same.
+/// Rounds a reach up a little, so that reaches that differ by rounding errors become equal.
 fn rounded_up(reach: Real) -> Real {
     const DIGITS: Real = 1024.0;
     let more = reach * (1.0 + 0.5 / DIGITS);
@@ -221,9 +221,9 @@ fn rounded_up(reach: Real) -> Real {
     if rounded >= reach { rounded } else { reach }
 }
 
-/// How far from the centre the subtree can act, if that is bounded.
+/// A bound of the distance from the centre at which the subtree can act; `None` if there is none.
 ///
-/// Fields that hang on something else than the centre does make it unbounded.
+/// Fields that are anchored to another body or collider than the centre make it unbounded.
 fn reach(nodes: Nodes<'_>, node: u32, centre: &Anchor) -> Option<Real> {
     match nodes.get(node) {
         Node::Leaf(field) => {
@@ -254,7 +254,7 @@ fn reach(nodes: Nodes<'_>, node: u32, centre: &Anchor) -> Option<Real> {
     }
 }
 
-/// The largest, if all are bounded.
+/// The largest reach, if all are bounded.
 fn most(mut reaches: impl Iterator<Item = Option<Real>>) -> Option<Real> {
     reaches.try_fold(0.0, |most: Real, reach| Some(most.max(reach?)))
 }

@@ -1,4 +1,4 @@
-//! Where forces can be felt.
+//! A bound of the places where a compiled set can act, with all anchors where they are now.
 
 use super::compiled::Compiled;
 use super::facts::Facts;
@@ -6,7 +6,7 @@ use crate::field::{Frame, Frames};
 use crate::math::{Real, Vector};
 use crate::rapier::parry::bounding_volume::Aabb;
 
-/// Where forces can be felt.
+/// A bound of the places where a compiled set can give a force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Reach {
     /// Nowhere.
@@ -18,7 +18,7 @@ pub(crate) enum Reach {
 }
 
 impl Compiled {
-    /// Where one of the radial fields that hang on bodies and colliders is, and its radius.
+    /// The frame and range of the first radial field that is anchored to a body or collider.
     pub(crate) fn first_moving(&self, world: &impl Frames) -> Option<(Frame, Real)> {
         let moves = |anchor: u32| !self.anchors.stands_still(anchor);
         let batches = self.radials.iter().filter(|(_, batch)| batch.moving > 0);
@@ -29,7 +29,7 @@ impl Compiled {
         Some((frame, batch.range.unwrap_or(Real::INFINITY)))
     }
 
-    /// Whether a force on volumes may be felt anywhere in a box.
+    /// Returns true if a force on volumes may act anywhere in a box.
     pub(crate) fn displaces_near(&self, world: &impl Frames, [low, high]: [Vector; 2]) -> bool {
         let programs = self.programs.iter().map(|(_, program)| program);
         let mut displacing = programs.filter(|program| program.displaces());
@@ -46,8 +46,8 @@ impl Compiled {
         })
     }
 
-    /// Where any force can be felt, the anchors being where they are in `world`. Looks up only
-    /// those that hang on bodies and colliders.
+    /// A bound of the places where any force can act, with the anchors at their places in `world`. Looks up
+    /// only anchors on bodies and colliders.
     pub(crate) fn reach(&self, world: &impl Frames) -> Reach {
         if self.tally.any(Facts::UNBOUNDED) {
             return Reach::Everywhere;

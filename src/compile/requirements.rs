@@ -1,27 +1,27 @@
-//! Which samples of bodies a tree wants.
+//! The kinds of samples that the terms of a set need.
 
 use super::entries::RadialBatch;
 use super::program::Program;
 use crate::field::{Cuts, Points, Sampling, SamplingRule};
 
-/// What is to be gathered of bodies.
+/// The kinds of samples that have to be gathered from bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SamplingRequirements {
-    /// Whether colliders are looked at, or only bodies as a whole.
+    /// True if colliders are sampled; otherwise bodies are sampled as a whole only.
     pub parts: bool,
-    /// Samples at several points, by [`Points`].
+    /// For each set of [`Points`], the colliders that are sampled at them.
     pub several: [PartSampling; Points::ALL.len()],
-    /// Whether those are asked for one by one.
+    /// True if programs need those samples one by one.
     pub points: bool,
-    /// Whether bodies are to be cut where borders pass through them.
+    /// True if bodies are to be cut where borders pass through them.
     pub pieces: bool,
-    /// Whether the volumes of parts are asked for.
+    /// True if volumes of parts are read.
     pub displaced: bool,
-    /// Whether colliders are asked one by one at the centre of mass.
+    /// True if colliders are sampled one by one at the centre of mass.
     pub apart: bool,
 }
 
-/// Which colliders are sampled at several points.
+/// The colliders that are sampled at several points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum PartSampling {
     #[default]
@@ -62,12 +62,12 @@ impl SamplingRequirements {
         }
     }
 
-    /// Whether any part is sampled at many points.
+    /// Returns true if any part is sampled at several points.
     pub(crate) fn has_many(&self) -> bool {
         self.several.iter().any(|it| *it != PartSampling::None)
     }
 
-    /// What a body wants that asks for a sampling of its own.
+    /// These requirements with those of a body's own sampling, if it has one.
     pub(crate) fn with(mut self, own: Option<Sampling>) -> Self {
         if let Some(sampling) = own {
             self.add(SamplingRule::own(sampling));

@@ -1,27 +1,27 @@
-//! Which programs there are, for those that keep something for each.
+//! A list of programs and of their changes, for caches that keep something for each program.
 
 use super::ordered::{Key, unique};
 use super::program::Program;
 
-/// Followers that are more changes behind than this begin anew.
+/// A follower that is behind by more changes than this may have to start over.
 const LONGEST: usize = 4096;
 
-/// Numbers of programs by what is to be done with them, and which were changed.
+/// Numbers of programs by properties that callers ask for, and the latest changes.
 #[derive(Debug)]
 pub(crate) struct Roster {
-    /// Tells this from all others.
+    /// A number that no other roster has.
     name: u64,
-    /// Those that give forces anywhere, by number.
+    /// Programs with forces of unbounded reach, by number.
     unbounded: Vec<u32>,
-    /// Those that give forces and some of which hang on bodies and colliders, by number.
+    /// Programs with forces, of which an instance is anchored to a body or collider, by number.
     moving: Vec<u32>,
-    /// How many changes are no longer in the list.
+    /// The number of changes that were dropped from the list.
     forgotten: u64,
-    /// Programs, and whose instances in them were changed.
+    /// The number of each changed program, and the term whose instances in it were changed.
     changed: Vec<(u32, Key)>,
 }
 
-/// Up to where a roster was followed.
+/// The state of a roster up to which a follower has seen its changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Followed {
     name: u64,
@@ -41,7 +41,7 @@ impl Default for Roster {
 }
 
 impl Roster {
-    /// Notes that a program was changed by a term, or is gone.
+    /// Notes that a term has changed a program, or that the program is gone.
     pub(super) fn note(&mut self, number: u32, serial: Key, program: Option<&Program>) {
         let program = program.filter(|program| program.has_force);
         let unbounded = program.is_some_and(|program| program.reach.is_none());
@@ -55,17 +55,17 @@ impl Roster {
         self.changed.push((number, serial));
     }
 
-    /// Those that give forces anywhere.
+    /// Programs with forces of unbounded reach.
     pub(crate) fn unbounded(&self) -> &[u32] {
         &self.unbounded
     }
 
-    /// Those of which some hang on bodies and colliders.
+    /// Programs with forces, of which an instance is anchored to a body or collider.
     pub(crate) fn moving(&self) -> &[u32] {
         &self.moving
     }
 
-    /// Which programs were changed since, and by which terms; `None` if all may have been.
+    /// The changes since then, as program and term; `None` if the list does not reach back that far.
     pub(crate) fn since(&self, followed: Followed) -> Option<&[(u32, Key)]> {
         let known = followed.changes.checked_sub(self.forgotten);
         let known = known.filter(|_| followed.name == self.name)?;
@@ -80,7 +80,7 @@ impl Roster {
     }
 }
 
-/// Puts a number into a sorted list, or takes it out.
+/// Adds a number to a sorted list, or removes it.
 fn list(numbers: &mut Vec<u32>, number: u32, there: bool) {
     match numbers.binary_search(&number) {
         Err(place) if there => numbers.insert(place, number),
