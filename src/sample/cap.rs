@@ -1,18 +1,18 @@
-//! Balls, cut by a plane or by a sphere.
+//! A ball cut by a plane or a sphere: volumes and centres in closed form.
 
 use crate::field::Face;
 use crate::math::DVec3;
 
-/// Faces that bend less, over the radius of a ball, than by this part of it count as planes behind
-/// their tangent planes,
+/// Largest curvature times radius at which a round face cuts a ball as a plane a little behind its tangent
+/// plane.
 const GENTLE: f64 = 0.25;
 
-/// and those of which is not known how they bend as their tangent planes.
+/// The same for planes, and faces of unknown form: they cut as their tangent plane.
 const FLAT: f64 = 1e-3;
 
-/// The part of a ball that is behind a face: its share of the volume, and how far its centre lies
-/// from the ball's, against the face's outward direction. `None` if that is not known in closed
-/// form, or if the rest surrounds what is behind, so that its centre does not tell where it is.
+/// The part of a ball that is behind a face: its share of the volume, and the distance of its centre from the
+/// ball's, against the face's outward direction. `None` if there is no closed form, or if the centre of the
+/// rest is not outside of the spherical face: that point would not tell then on which side the rest is.
 pub(super) fn behind(radius: f64, face: &Face) -> Option<(f64, f64)> {
     let volume = 4.0 * radius.powi(3);
     if !face.is_sphere {
@@ -25,14 +25,14 @@ pub(super) fn behind(radius: f64, face: &Face) -> Option<(f64, f64)> {
     (rest > other).then_some((share, depth))
 }
 
-/// The radius of a sphere, and how far its centre is.
+/// The radius of a spherical face, and the distance of its centre from the ball's.
 fn sphere(face: &Face) -> (f64, f64) {
     let radius = face.curvature.recip();
     (radius, face.distance + radius)
 }
 
-/// What a ball has in common with that behind a sphere, as a share of its volume, and how far the
-/// centre of that is from the ball's.
+/// The part of a ball inside a spherical face: its share of the ball's volume, and the distance of its centre
+/// from the ball's.
 fn common(radius: f64, face: &Face) -> (f64, f64) {
     let (other, apart) = sphere(face);
     if apart <= radius - other {
@@ -48,8 +48,8 @@ fn common(radius: f64, face: &Face) -> (f64, f64) {
     (sum / (4.0 * radius.powi(3)), first / sum)
 }
 
-/// How far the centre of a ball is out of the plane that cuts it like a face that bends little: behind
-/// the tangent plane by the mean of what the face bends over the disc in which it cuts the ball.
+/// The distance of a ball's centre from the plane that cuts it like a face that bends little. That plane is
+/// behind the tangent plane by the mean deviation of the face over the disc in which it cuts the ball.
 fn plane(radius: f64, face: &Face) -> Option<f64> {
     let bend = face.curvature * radius;
     let square = radius * radius - face.distance * face.distance;
@@ -63,7 +63,7 @@ fn plane(radius: f64, face: &Face) -> Option<f64> {
     }
 }
 
-/// The cap of a ball of some height: 3/π of its volume, and how far its centre is from the ball's.
+/// The cap of a ball, given its height: 3/π of its volume, and the distance of its centre from the ball's.
 fn cap(radius: f64, height: f64) -> (f64, f64) {
     let height = height.clamp(0.0, 2.0 * radius);
     let depth = 0.75 * (2.0 * radius - height).powi(2) / (3.0 * radius - height);

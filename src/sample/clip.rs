@@ -1,7 +1,7 @@
 //! Closed surfaces made of triangles, cut by planes.
 //!
-//! What is enclosed is a sum of signed tetrahedra, so neither does a solid have to be convex, nor
-//! the lid on a cut to be simple: a fan of triangles closes it, whichever way they overlap.
+//! The enclosed volume is a sum of signed tetrahedra. So a solid need not be convex, and the lid on a cut may
+//! overlap itself: it is closed by a fan of triangles.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// How far a point is on the side that the normal points to.
+    /// The distance of a point from the plane, positive on the side that the normal points to.
     fn above(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
@@ -30,7 +30,7 @@ impl Plane {
         }
     }
 
-    /// Whether triangles reach farther than a distance to either side.
+    /// Returns true if triangles reach farther than `least` on both sides.
     pub(super) fn parts(&self, triangles: &[Triangle], least: f64) -> bool {
         let (mut lowest, mut highest) = (0.0_f64, 0.0_f64);
         for corner in triangles.iter().flatten() {
@@ -40,9 +40,9 @@ impl Plane {
         lowest < -least && highest > least
     }
 
-    /// The area in which the plane cuts the solid that triangles enclose, and the integral over it of
-    /// the square of the distance from `apex`, a point of the plane; distances along `straight`, a
-    /// unit vector, do not count.
+    /// The area of the plane's section through the solid that triangles enclose, and the integral over it of
+    /// the square of the distance from `apex`, a point of the plane. Distances along `straight`, a unit vector,
+    /// do not count.
     pub(super) fn section(&self, triangles: &[Triangle], apex: DVec3, straight: DVec3) -> [f64; 2] {
         let mut sum = [0.0; 2];
         for [a, b, c] in triangles {
@@ -63,8 +63,8 @@ impl Plane {
         sum
     }
 
-    /// Appends what is below the plane of the solid that some of the triangles enclose. `near`: any
-    /// point, above which the lid is made.
+    /// Appends the part below the plane of the solid that some of the triangles enclose. `near` is any point;
+    /// the fan of the lid starts at its foot on the plane.
     pub(super) fn keep_below(
         &self,
         triangles: &mut Vec<Triangle>,
@@ -88,26 +88,26 @@ impl Plane {
         }
     }
 
-    /// Only the first corner is below.
+    /// For a triangle of which only the first corner is below.
     fn one_below(&self, [a, b, c]: Triangle, apex: DVec3, triangles: &mut Vec<Triangle>) {
         let (ab, ac) = (self.crossing(a, b), self.crossing(a, c));
         triangles.extend([[a, ab, ac], [apex, ac, ab]]);
     }
 
-    /// Only the first corner is not below.
+    /// For a triangle of which only the first corner is not below.
     fn two_below(&self, [a, b, c]: Triangle, apex: DVec3, triangles: &mut Vec<Triangle>) {
         let (ab, ac) = (self.crossing(b, a), self.crossing(c, a));
         triangles.extend([[b, c, ac], [b, ac, ab], [apex, ab, ac]]);
     }
 
-    /// Where an edge crosses the plane; the same for both triangles at the edge.
+    /// The point where an edge crosses the plane; bit for bit the same for both triangles at the edge.
     fn crossing(&self, below: DVec3, above: DVec3) -> DVec3 {
         let (low, high) = (self.above(below), self.above(above));
         below + (above - below) * (low / (low - high))
     }
 }
 
-/// The volume that triangles enclose, and its centre.
+/// The volume that triangles enclose, and the centre of that volume.
 pub(super) fn content(triangles: &[Triangle]) -> (f64, DVec3) {
     let Some([origin, ..]) = triangles.first() else {
         return (0.0, DVec3::ZERO);
@@ -122,14 +122,14 @@ pub(super) fn content(triangles: &[Triangle]) -> (f64, DVec3) {
     (volume / 6.0, *origin + first / (4.0 * volume))
 }
 
-/// How far triangles reach from a point.
+/// The largest distance of a corner from a point.
 pub(super) fn extent(triangles: &[Triangle], from: DVec3) -> f64 {
     let corners = triangles.iter().flatten();
     let squares = corners.map(|corner| corner.distance_squared(from));
     squares.fold(0.0, f64::max).sqrt()
 }
 
-/// The plane that halves the box around triangles across its longest edge.
+/// The plane that halves the bounding box of triangles across its longest edge.
 pub(super) fn halving(triangles: &[Triangle]) -> Plane {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for corner in triangles.iter().flatten() {

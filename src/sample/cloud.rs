@@ -1,39 +1,39 @@
-//! Samples of parts that are sampled at many points, in columns: what stays of them while bodies move.
+//! Columns of the samples of parts that have several: the numbers that stay the same while bodies move.
 
 use super::point::{Kind, SamplePoint};
 use crate::math::Real;
 
-/// Runs are padded to a multiple of this.
+/// The length of a run is padded to a multiple of this.
 const PADDING: usize = 8;
 
-/// The samples that are no sites, part by part. Where they are follows from how their bodies stand.
+/// The samples that are not sites, part by part. Their places follow from the poses of their bodies.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clouds {
     pub runs: Vec<CloudRun>,
     /// From the centre of mass, in the axes of the body.
     pub local_arms: [Vec<Real>; 3],
-    /// Which fraction of its part each stands for; zero if it is there to fill up.
+    /// The fraction of its part that each stands for; zero for padding.
     pub fractions: Vec<Real>,
 }
 
-/// The samples of one kind of a part.
+/// The samples of one kind in one part.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CloudRun {
-    /// The number of one of them among all samples: they differ in their places and fractions only.
+    /// The number of the first in the list of samples: they differ only in place and fraction.
     pub first: u32,
     start: u32,
     end: u32,
 }
 
 impl CloudRun {
-    /// Where they are in the columns.
+    /// Their range in the columns.
     pub(crate) fn places(&self) -> std::ops::Range<usize> {
         self.start as usize..self.end as usize
     }
 }
 
 impl Clouds {
-    /// Of samples whose numbers begin with `first`.
+    /// Takes the columns of samples whose numbers in the list begin with `first`.
     pub(super) fn fill(&mut self, first: usize, samples: &[SamplePoint]) {
         self.clear();
         let of_one = |a: &SamplePoint, b: &SamplePoint| {

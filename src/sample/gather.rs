@@ -1,5 +1,5 @@
-//! Samples from bodies and their colliders: what stays of them is made once, and again when
-//! something they were made from changed; where they are is taken up at every evaluation.
+//! Makes samples of bodies and their colliders. Offsets, weights and properties are kept until something they
+//! were made from changes; places and velocities are set before each evaluation.
 
 use super::part_shape::{Attitude, Bulk, PartShape, PartSolid};
 use super::properties::Properties;
@@ -16,34 +16,34 @@ use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
 use crate::rigid::{Body, Lookup, to_dquat};
 
-/// Makes samples; keeps what they were made from, so that a change is noticed.
+/// Makes samples, and keeps what they were made from, so that changes are noticed.
 #[derive(Debug, Default)]
 pub(crate) struct Gatherer {
     shapes: Shapes,
     made_for: Option<(SamplingRequirements, u64)>,
     bodies: Vec<BodyStamp>,
     parts: Vec<PartStamp>,
-    /// A buffer for samples that are no sites.
+    /// A buffer for samples that are not sites.
     several: Vec<SamplePoint>,
 }
 
-/// What the samples of a body were made from.
+/// The state of a body that its samples were made from.
 #[derive(Debug)]
 struct BodyStamp {
     body: RigidBodyHandle,
-    /// These change with the masses of its parts, which take time to work out.
+    /// These change with the masses of its parts, which take longer to compute.
     mass: Real,
     local_com: Vector,
     inv_principal_inertia: Vector,
-    /// Where its parts end.
+    /// The end of its parts in the list of all.
     end: usize,
 }
 
-/// What the samples of a collider were made from.
+/// The state of a collider that its samples were made from.
 #[derive(Debug)]
 struct PartStamp {
     collider: ColliderHandle,
-    /// Kept, so that whoever changes the shape gets a copy, and the collider another pointer.
+    /// Held so that Rapier copies the shape before a change, and the changed shape has another address.
     shape: Option<SharedShape>,
     local_pose: Pose,
     groups: InteractionGroups,
@@ -82,9 +82,9 @@ fn is_sampled(collider: &Collider) -> bool {
 }
 
 impl Gatherer {
-    /// Brings `samples` up to date with some bodies, in the order of their handles. `revision` says
-    /// when properties changed; `known`: that the parts of the bodies are as they were when it gathered
-    /// before. Whether anything but places and velocities changed since.
+    /// Brings `samples` up to date with some bodies, in the order of their handles. `revision` changes with the
+    /// properties. With `known`, the parts of the bodies are taken to be unchanged since the last call. Returns
+    /// true if anything but places and velocities has changed since then.
     pub(crate) fn gather(
         &mut self,
         samples: &mut Samples,
@@ -101,7 +101,7 @@ impl Gatherer {
         before.is_some()
     }
 
-    /// No part of a body is farther from its centre of mass.
+    /// A bound of the distance of a body's colliders from its centre of mass.
     pub(crate) fn extent(&mut self, body: &RigidBody, world: &impl Lookup) -> Real {
         let mut extent: Real = 0.0;
         for handle in body.colliders() {
@@ -198,7 +198,7 @@ struct Making<'a> {
     properties: &'a Properties,
     shapes: &'a mut Shapes,
     requirements: SamplingRequirements,
-    /// Samples that are no sites.
+    /// Samples that are not sites.
     several: &'a mut Vec<SamplePoint>,
     parts: &'a mut Vec<PartStamp>,
     samples: &'a mut Samples,
@@ -267,12 +267,12 @@ impl Making<'_> {
         self.samples.bodies.push(body.handle);
     }
 
-    /// Whether any part may be sampled at many points.
+    /// Returns true if any part may be sampled at several points.
     fn requires_many(&self) -> bool {
         self.requirements.has_many() || self.properties.any_sampling()
     }
 
-    /// Adds the site of a collider, and what it brings to the body as a whole.
+    /// Adds the site of a collider, and adds its properties to those of the body as a whole.
     fn part(
         &mut self,
         body: &Body,
@@ -299,7 +299,7 @@ impl Making<'_> {
         };
         let entry = self.properties.get(handle);
         sample.mass = match entry.and_then(|entry| entry.properties.mass) {
-            // A part that is alone has all of it, and a collider's own takes time to work out.
+            // A single part has all of the mass, and that of a collider takes longer to compute.
             _ if alone => 1.0,
             Some(own_mass) => own_mass,
             None => collider.mass(),
@@ -320,7 +320,7 @@ impl Making<'_> {
         self.samples.list.push(sample);
     }
 
-    /// Adds what the sites of a body from the `first` on are cut of, and how far all of it reaches.
+    /// Adds the shapes of the sites of a body, from number `first` on, and the extent of all of them.
     fn shape_parts(&mut self, first: usize, body: &Body, world: &impl Lookup) {
         let samples = &mut *self.samples;
         let (mut extent, mut middle) = (0.0_f64, DVec3::ZERO);
@@ -350,7 +350,7 @@ impl Making<'_> {
         samples.bulks.push(Bulk { extent, middle });
     }
 
-    /// Adds the samples of a part other than its site.
+    /// Adds the samples of a part besides its site.
     fn cut(
         &mut self,
         (number, wanted): (usize, SamplingRequirements),
@@ -368,7 +368,7 @@ impl Making<'_> {
         };
         let wanted = Points::ALL.into_iter().filter(is_wanted);
         let Some((handle, collider)) = part else {
-            // Without a shape there is only the one sample, of whatever kind.
+            // Without a shape there is one sample, which serves as each kind.
             let kinds = wanted.map(Kind::Several);
             self.several
                 .extend(kinds.map(|kind| SamplePoint { kind, ..site }));
@@ -402,7 +402,8 @@ impl Making<'_> {
     }
 }
 
-/// Divides the mass of a body among its samples, in the ratio of the masses they came with.
+/// Divides the mass of a body among its samples, in the ratio of their own masses; equally, if these add up to
+/// nothing.
 fn share_mass(samples: &mut [SamplePoint], mass: Real) {
     let total: Real = samples.iter().map(|sample| sample.mass).sum();
     let count: Real = from_f64(samples.len() as f64);

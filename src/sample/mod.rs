@@ -1,4 +1,4 @@
-//! Sample: bodies → the points at which fields are sampled, with the properties they may ask for.
+//! Makes samples of bodies: the points at which fields are sampled, with the properties that fields may read.
 
 mod cap;
 mod clip;

@@ -1,28 +1,28 @@
-//! What bodies are made of, for cutting them.
+//! The solids that bodies consist of, for cutting them at borders.
 
 use std::sync::Arc;
 
 use super::clip::Triangle;
 use crate::math::{DPose3, DQuat, DVec3, Vector};
 
-/// How a body stands and turns.
+/// The rotation of a body, and how fast it turns, in world axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Attitude {
     pub rotation: DQuat,
     pub angvel: Vector,
 }
 
-/// Where the parts of a body are.
+/// The size of a body, and the place of its parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bulk {
-    /// How far they reach from the centre of mass.
+    /// The largest distance of its parts from the centre of mass.
     pub extent: f64,
-    /// From the centre of mass to the centre of its parts, weighted by their masses, in the body's
-    /// axes: zero, but for bodies with mass of their own.
+    /// From the centre of mass to the centre of its parts, weighted by their masses, in the body's axes. Zero
+    /// except for bodies with additional mass.
     pub middle: DVec3,
 }
 
-/// The shape of a part, at its place about the body's centre of mass.
+/// The shape of a part, placed relative to the body's centre of mass.
 #[derive(Clone, Debug)]
 pub(crate) struct PartShape {
     /// In the body's axes.
@@ -32,21 +32,21 @@ pub(crate) struct PartShape {
 
 #[derive(Clone, Debug)]
 pub(crate) enum PartSolid {
-    /// It has no volume, or none that is known.
+    /// A part without a volume, or of unknown volume.
     Point,
-    /// Its radius, and a mesh of a ball of radius one.
+    /// The radius of a ball, and a mesh of a ball of radius one.
     Ball(f64, Arc<Mesh>),
     Mesh(Arc<Mesh>),
 }
 
-/// A closed surface.
+/// A closed surface of triangles.
 #[derive(Debug)]
 pub(crate) struct Mesh {
     pub triangles: Vec<Triangle>,
-    /// Less than zero if it is inside out.
+    /// Negative if the surface is inside out.
     pub volume: f64,
     pub centre: DVec3,
-    /// How far it reaches from its centre.
+    /// The largest distance of a corner from `centre`.
     pub extent: f64,
 }
 
@@ -59,7 +59,7 @@ impl PartSolid {
         }
     }
 
-    /// How far it reaches from its centre.
+    /// The largest distance of the surface from the centre.
     pub(super) fn extent(&self) -> f64 {
         match self {
             PartSolid::Point => 0.0,

@@ -1,9 +1,8 @@
-//! Bodies in pieces: cut where the borders of fields pass through them, so that in each piece the
-//! fields are the same all over.
+//! Cuts bodies into pieces at the borders of fields, so that the fields are the same all over a piece.
 //!
-//! Flat borders are followed exactly, by whatever is made of triangles. At a curved one pieces are
-//! halved until it is almost flat in each, and then cut by its tangent plane. A ball that one plane or
-//! one sphere passes through is cut by formula.
+//! Flat borders cut parts made of triangles exactly. At a curved border pieces are halved until the border is
+//! almost flat in each, and then cut by its tangent plane. A ball through which a single plane or sphere passes
+//! is cut in closed form.
 
 use super::cap;
 use super::clip::{Plane, Triangle, content, extent, halving};
@@ -13,38 +12,38 @@ use super::samples::Samples;
 use crate::field::{Border, Cuts, Face, POINT, Query, SamplingRule};
 use crate::math::{DPose3, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 
-/// At a curved border pieces are halved until it bends by less than this part of the body's
-/// extent in each,
+/// At a curved border pieces are halved until it bends in each by less than this share of the body's extent,
 const BEND: f64 = 0.1;
 
-/// and by less than this part of how thick they are.
+/// and by less than this share of the piece's thickness.
 const BEND_OF_THICKNESS: f64 = 0.3;
 
-/// But not if they are smaller than this part of it.
+/// Pieces smaller than this share of the body's extent are not halved.
 const FINEST: f64 = 1.0 / 12.0;
 
-/// What is thinner, measured by the body's extent, or holds less of its part, counts as nothing.
+/// A cut that would leave a thinner piece (as a share of the body's extent) is not made, and a piece that holds
+/// a smaller share of its part is left out.
 const LEAST: f64 = 1e-10;
 
-/// Pieces of a part, at most.
+/// Most pieces of one part.
 const MOST_PIECES: usize = 1024;
 
-/// Cuts that led to a piece, at most.
+/// Most cuts that lead to one piece.
 const MOST_CUTS: u32 = 64;
 
 /// A piece of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
-    /// The number of the part among all sites.
+    /// The number of its part among all sites.
     pub site: usize,
-    /// Which fraction of the part it is.
+    /// The fraction of its part that it is.
     fraction: f64,
-    /// Its centre.
+    /// The centre of its volume.
     pub world_point: DVec3,
 }
 
 impl Samples {
-    /// Where the parts are of a body that terms like this cut; `None` if they do not.
+    /// The size of a body, if a term with this rule cuts it at borders; `None` if it does not.
     pub(crate) fn cut(&self, how: SamplingRule, body: u32) -> Option<&Bulk> {
         if how.cuts == Cuts::Never {
             return None;
@@ -54,7 +53,8 @@ impl Samples {
         bulk.filter(|_| own.is_none())
     }
 
-    /// A piece as terms like this see it; the weight of their force there; and its lever arm.
+    /// A piece as a term with this rule sees it, the weight of the force on it, and its lever arm in world
+    /// axes.
     pub(crate) fn of_piece(
         &self,
         how: SamplingRule,
@@ -65,7 +65,7 @@ impl Samples {
         let attitude = &self.attitudes[body as usize];
         let arm = piece.world_point - to_dvec3(centre.world_point);
         let (whole, weight, middle) = match how.cuts {
-            // What is shared out by mass acts on a whole body at its centre of mass.
+            // A force that is shared out by mass acts on a whole body at its centre of mass.
             Cuts::Bodies => (centre, to_f64(site.share), self.bulks[body as usize].middle),
             Cuts::Shares => (site, 1.0, self.bulks[body as usize].middle),
             _ => (site, 1.0, DVec3::ZERO),
@@ -82,7 +82,7 @@ impl Samples {
 }
 
 impl Samples {
-    /// A piece as a sample, of which is known what it is asked.
+    /// A piece as a sample, for explanations; `query` and `arm` are those of [`Samples::of_piece`].
     pub(crate) fn in_piece(
         &self,
         (body, piece): (u32, &Piece),
@@ -100,15 +100,15 @@ impl Samples {
     }
 }
 
-/// Cuts bodies; keeps its buffers between calls.
+/// Cuts bodies into pieces; keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(crate) struct Cutter {
-    /// Of the piece at hand, after those of the pieces it is cut from.
+    /// The triangles of the present piece, after those of the pieces it is cut from.
     triangles: Vec<Triangle>,
     pieces: Vec<Piece>,
 }
 
-/// What a part is cut by, and when it is fine enough.
+/// The borders that cut a part, and the measures by which a piece is fine enough.
 struct Cutting<'a> {
     borders: &'a [Border],
     pose: DPose3,
@@ -118,7 +118,7 @@ struct Cutting<'a> {
 }
 
 impl Cutter {
-    /// The pieces that borders make of a body, given by its number.
+    /// The pieces into which borders cut a body, given by its number.
     pub(crate) fn body(&mut self, samples: &Samples, body: u32, borders: &[Border]) -> &[Piece] {
         self.pieces.clear();
         let Some(bulk) = samples.bulks.get(body as usize) else {
@@ -173,7 +173,7 @@ impl Cutter {
         self.cell(&cutting, (0, 0), (0, MOST_CUTS), most);
     }
 
-    /// Cuts a ball by formula, unless more than one face passes through it; whether it did.
+    /// Cuts a ball in closed form, if at most one face passes through it. Returns true if it did.
     fn ball(&mut self, cutting: &Cutting<'_>, radius: f64) -> bool {
         let centre = cutting.pose.translation;
         let near = cutting.borders.iter();
@@ -214,8 +214,8 @@ impl Cutter {
         true
     }
 
-    /// Cuts the cell that the triangles from `start` enclose, by all faces of all borders from the
-    /// one given on; takes them off. `left`: how many cuts may follow.
+    /// Cuts the cell that the triangles from `start` on enclose, by the faces of the borders from the given one
+    /// on, and removes its triangles. At most `left` cuts may lead from it to a piece.
     fn cell(
         &mut self,
         cutting: &Cutting<'_>,
@@ -247,7 +247,7 @@ impl Cutter {
 }
 
 impl Cutting<'_> {
-    /// A piece whose centre is in the frame of the part.
+    /// A piece whose `centre` is in the frame of the part.
     fn piece(&self, fraction: f64, centre: DVec3) -> Piece {
         Piece {
             site: self.site,
@@ -256,8 +256,8 @@ impl Cutting<'_> {
         }
     }
 
-    /// The plane that cuts a cell like a face that is almost flat there: as a tangent plane, but so
-    /// far behind it as the face is in the mean.
+    /// The plane that cuts a cell like a face that is almost flat there: parallel to its tangent plane, and
+    /// behind it by the mean deviation of the face.
     fn plane(&self, face: &Face, cell: &[Triangle], centre: DVec3) -> Plane {
         let to_local = self.pose.rotation.inverse();
         let normal = to_local * face.outward;
@@ -275,7 +275,7 @@ impl Cutting<'_> {
         Plane { offset, ..tangent }
     }
 
-    /// Where a cell is to be cut next, and what remains to be cut by after that.
+    /// The next plane that cuts a cell, and the border and face to go on with after that.
     fn next(
         &self,
         cell: &[Triangle],
@@ -295,7 +295,7 @@ impl Cutting<'_> {
             let faces =
                 (from..).map_while(|face| Some((face, border.face(face, (world_point, radius))?)));
             for (place, face) in faces {
-                // A tangent plane may touch what its face does not.
+                // A tangent plane may reach where its face does not.
                 if face.distance.is_nan() || face.distance.abs() >= radius {
                     continue;
                 }

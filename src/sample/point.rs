@@ -1,52 +1,53 @@
-//! A point of a body at which fields are sampled, with the properties they may ask for.
+//! A sample: a point of a body with the properties that fields may read, and the moment at which it is
+//! evaluated.
 
 use std::sync::Arc;
 
 use crate::field::{Points, Span};
 use crate::math::{ColliderHandle, InteractionGroups, Real, RigidBodyHandle, Vector};
 
-/// Values of the user's axes, by name.
+/// Values of the user's axes, with their names.
 pub(crate) type UserValues = Arc<[(Arc<str>, f64)]>;
 
 /// A point of a body at which fields are sampled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SamplePoint {
     pub world_point: Vector,
-    /// From the centre of mass to the point, world axes.
+    /// From the centre of mass to the point, in world axes.
     pub arm: Vector,
     /// The same in the body's axes.
     pub local_arm: Vector,
-    /// Of the body's material at the point, world axes.
+    /// Velocity of the body's material at the point, in world axes.
     pub velocity: Vector,
     /// The body's number among the sampled ones.
     pub body: u32,
-    /// See [`owner`].
+    /// The body as a number; see [`owner`].
     pub owner: Real,
-    /// Of the part: all of it, whichever fraction the sample stands for.
+    /// These are of the whole part, whatever fraction of it the sample stands for.
     pub radius: Real,
     pub mass: Real,
     pub share: Real,
     pub charge: Real,
     pub volume: Real,
-    /// Which fraction of its part it stands for.
+    /// The fraction of its part that it stands for.
     pub fraction: Real,
-    /// Number of the second moments of what it stands for.
+    /// The number of the second moments of the fraction of the part.
     pub spread: u32,
     pub kind: Kind,
-    /// Whether one sample is as good as many: the part is a ball, or has no shape.
+    /// True if one sample is enough for the part: it is a ball, or has no shape.
     pub is_ball: bool,
     /// Collision groups of the collider.
     pub groups: InteractionGroups,
-    /// Number of its [`UserValues`].
+    /// The number of its [`UserValues`].
     pub user: u32,
-    /// The collider it stands for.
+    /// The collider of the part.
     pub collider: Option<ColliderHandle>,
-    /// Whether the point is the origin of that collider's frame, where fields anchored to it are.
+    /// True if the point is the origin of the collider's frame, where fields anchored to it are.
     pub at_origin: bool,
 }
 
 impl SamplePoint {
-    /// The centre of mass of a body of no mass and no size, its place still to come.
+    /// A sample at the centre of mass of a body without mass or size. Its place has to be set.
     pub(crate) fn at_rest(body: u32, owner: Real) -> Self {
         SamplePoint {
             world_point: Vector::ZERO,
@@ -72,27 +73,27 @@ impl SamplePoint {
     }
 }
 
-/// What samples a sample is one of.
+/// The set of samples that a sample belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Centre,
     Site,
-    /// Of a soft body: one sample, of whatever kind.
+    /// A particle of a soft body, which has one sample for all kinds of sampling.
     Particle,
     Several(Points),
 }
 
-/// The moment of a step.
+/// A moment of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moment {
     pub time: f64,
     pub dt: Real,
-    /// The step whose mean is asked for, or the moment alone.
+    /// The step over which lifetimes are averaged, or the moment alone.
     pub span: Span,
 }
 
 impl Moment {
-    /// Before any step.
+    /// A moment before any step.
     pub(crate) const NEVER: Moment = Moment {
         time: 0.0,
         dt: 1.0,
@@ -103,8 +104,8 @@ impl Moment {
     };
 }
 
-/// Whom a sample or source belongs to, as a number that fits into SIMD lanes: a body's index, or
-/// −1. Exact up to 2²⁴ bodies in `f32`.
+/// The carrier of a sample or source as a number that fits into SIMD lanes: the body's index, or −1 without a
+/// body. Exact up to 2²⁴ bodies in `f32`.
 pub(crate) fn owner(body: Option<RigidBodyHandle>) -> Real {
     body.map_or(-1.0, |handle| handle.into_raw_parts().0 as Real)
 }

@@ -1,4 +1,4 @@
-//! What users say about colliders and bodies, where the gathering finds it at once.
+//! The properties that users give to colliders and bodies, in tables for a fast look-up by handle.
 
 use std::collections::HashMap;
 
@@ -7,20 +7,20 @@ use super::samples::Samples;
 use crate::field::{Change, ColliderProperties, FieldSet, Sampling};
 use crate::math::{ColliderHandle, RigidBodyHandle, to_f64};
 
-/// Handles of larger indices, which only a hostile file has, are looked up in a map: memory must
-/// not follow an index.
+/// Handles of larger indices are looked up in a map, since a file may hold any index, and memory must not grow
+/// with it.
 const DENSE: u32 = 1 << 20;
 
-/// The properties of all colliders that have some, by handle; follows a [`FieldSet`].
+/// The properties of all colliders that have some, by handle. It follows a [`FieldSet`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Properties {
-    /// The revision of the set that it was made for.
+    /// The revision of the set that it was made from.
     revision: u64,
     world: UserValues,
     entries: ByHandle<Entry>,
-    /// By body: the sampling it asks for.
+    /// The sampling that a body asks for, by body.
     samplings: ByHandle<Sampling>,
-    /// Whether any body asks for one.
+    /// True if any body asks for a sampling of its own.
     any_sampling: bool,
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct Entry {
 }
 
 impl Properties {
-    /// Takes up what has changed in the set since the last call; whether anything has.
+    /// Takes the changes of the set since the last call. Returns true if there were any.
     pub(crate) fn update(&mut self, set: &FieldSet) -> bool {
         if self.revision == set.revision() {
             return false;
@@ -82,12 +82,12 @@ impl Properties {
         }
     }
 
-    /// Begins the list of user values with the world's, for samples that have none of their own.
+    /// Begins the list of user values with the world's, for samples without values of their own.
     pub(crate) fn of_world(&self, samples: &mut Samples) {
         samples.user.push(self.world.clone());
     }
 
-    /// Whether any body asks for a sampling of its own.
+    /// Returns true if any body asks for a sampling of its own.
     pub(crate) fn any_sampling(&self) -> bool {
         self.any_sampling
     }
@@ -115,9 +115,9 @@ impl Properties {
 #[derive(Clone, Debug)]
 struct ByHandle<T> {
     values: Vec<((u32, u32), T)>,
-    /// By index below [`DENSE`]: the number of the value, plus one.
+    /// For indices below [`DENSE`]: the number of the value plus one, or zero.
     dense: Vec<u32>,
-    /// The same, of larger indices.
+    /// The same for larger indices.
     sparse: HashMap<u32, u32>,
 }
 
@@ -145,7 +145,7 @@ impl<T> ByHandle<T> {
         (*known == handle).then_some(value)
     }
 
-    /// Of two handles of one index, the last one inserted stays.
+    /// Of two handles with the same index the last one inserted stays.
     fn insert(&mut self, handle: (u32, u32), value: T) {
         if let Some(number) = self.number(handle.0) {
             self.values[number] = (handle, value);

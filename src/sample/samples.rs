@@ -1,4 +1,4 @@
-//! Where fields are sampled, in the form the evaluators want.
+//! All samples of a set of bodies, as lists and columns for the evaluators.
 
 use super::cloud::Clouds;
 use super::part_shape::{Attitude, Bulk, PartShape};
@@ -11,47 +11,47 @@ use crate::math::{
 };
 use crate::rigid::{Body, to_dquat};
 
-/// The samples of one step.
+/// The samples of the bodies in one evaluation.
 #[derive(Debug, Default)]
 pub(crate) struct Samples {
-    /// First the sites, one per part; then what parts are sampled at otherwise. Of either, those
-    /// of one body stand together. See [`Samples::placed`].
+    /// First the sites, one for each part; then the other samples of parts. In both, the samples of one body
+    /// are neighbours. See [`Samples::placed`].
     pub list: Vec<SamplePoint>,
-    /// The others once more.
+    /// The samples of the list that are not sites, in columns.
     pub clouds: Clouds,
-    /// How many of the list are sites.
+    /// The number of sites in the list.
     pub sites: usize,
-    /// By body, how it stands; empty if none is ever cut or sampled at many points.
+    /// The attitude of each body; empty if no body is cut or sampled at several points.
     pub attitudes: Vec<Attitude>,
-    /// By body, where its parts are; empty if none is ever cut.
+    /// The size of each body; empty if no body is cut.
     pub bulks: Vec<Bulk>,
-    /// By site, what is cut.
+    /// The shape of each site; empty if no body is cut.
     pub shapes: Vec<PartShape>,
-    /// By body, what it asks for in place of [`Sampling::Auto`]; empty if none does.
+    /// The sampling that each body asks for in place of [`Sampling::Auto`]; empty if no body does.
     pub overrides: Vec<Option<Sampling>>,
-    /// Second moments, world axes; the first are zero.
+    /// Second moments, in world axes; the first entry is zero.
     pub spreads: Vec<DMat3>,
-    /// What the others are made of: the body, the frame of the collider on it, and the moments
-    /// there.
+    /// The origins of the other entries: the body, the frame of the collider on it, and the moments in that
+    /// frame.
     local_spreads: Vec<(u32, Pose, DMat3)>,
-    /// For each body, one sample for it as a whole, at its centre of mass.
+    /// For each body, one sample of it as a whole, at its centre of mass.
     pub centres: Vec<SamplePoint>,
     /// The sampled bodies.
     pub bodies: Vec<RigidBodyHandle>,
     pub user: Vec<UserValues>,
-    /// Whether they were put anywhere since they were made.
+    /// True if the samples have been placed since they were made.
     pub are_placed: bool,
-    /// Whether nobody asks for single samples but for sites.
+    /// True if of the list only the sites are read one by one.
     pub only_sites: bool,
-    /// Whether the list has the parts of every body once more, at its centre of mass.
+    /// True if the list has a second sample of each part, at the centre of mass of its body.
     pub apart: bool,
-    /// Whether the others have been left where they were.
+    /// True if the samples that are not sites were not placed the last time.
     left: bool,
-    /// Another whenever they were made anew: between, all but places and velocities stays.
+    /// Changes whenever the samples are made anew. In between, only places and velocities change.
     pub stamp: u64,
-    /// By body, where its sites begin in the list, and its other samples; and where the last ones end.
+    /// For each body, the start of its sites in the list, and of its other samples; then the end of the last.
     starts: [Vec<u32>; 2],
-    /// By the index of a collider: the number of its sample.
+    /// By the index of a collider: the number of its site, or `u32::MAX`.
     by_collider: Vec<u32>,
 }
 
@@ -62,7 +62,7 @@ impl Clone for Samples {
         copy
     }
 
-    /// In the buffers it has.
+    /// Reuses the buffers.
     fn clone_from(&mut self, from: &Self) {
         self.sites = from.sites;
         self.are_placed = from.are_placed;
@@ -87,7 +87,7 @@ impl Clone for Samples {
 }
 
 impl Samples {
-    /// For bodies whose samples are made elsewhere.
+    /// An empty list for bodies whose samples are made elsewhere.
     pub(crate) fn made_elsewhere() -> Self {
         let mut samples = Samples::default();
         samples.clear();
@@ -122,8 +122,8 @@ impl Samples {
         self.spreads.len() as u32 - 1
     }
 
-    /// Moves the samples that are asked for one by one to where their bodies are, with velocities
-    /// (linear and angular) of their own or those given.
+    /// Moves the samples that are read one by one to where their bodies are. Velocities (linear and angular)
+    /// are those of the bodies, or those given.
     pub(crate) fn place(&mut self, bodies: &[Body], velocities: Option<&[(Vector, Vector)]>) {
         self.are_placed = true;
         self.left = self.only_sites && self.list.len() > self.sites;
@@ -140,7 +140,7 @@ impl Samples {
             let number = sample.body as usize;
             let (linvel, angvel) = velocity(number);
             if sample.kind == Kind::Centre {
-                // There, whatever turns.
+                // At the centre of mass, where rotation does not matter.
                 sample.world_point = self.centres[number].world_point;
                 sample.velocity = linvel;
                 continue;
@@ -161,7 +161,7 @@ impl Samples {
         }
     }
 
-    /// The samples of the list that are where their bodies are: of others [`Samples::at`] tells.
+    /// The samples of the list that were placed; for the others see [`Samples::at`].
     pub(crate) fn placed(&self) -> &[SamplePoint] {
         match self.left {
             true => &self.list[..self.sites],
@@ -169,7 +169,7 @@ impl Samples {
         }
     }
 
-    /// A sample, by its number, where its body is.
+    /// A sample of the list, placed where its body is.
     pub(crate) fn at(&self, number: usize) -> SamplePoint {
         let sample = self.list[number];
         if number < self.placed().len() {
@@ -191,7 +191,7 @@ impl Samples {
         }
     }
 
-    /// Moves those samples that were left to where their bodies are.
+    /// Places the samples that were not placed the last time.
     pub(crate) fn place_all(&mut self) {
         for number in self.placed().len()..self.list.len() {
             self.list[number] = self.at(number);
@@ -199,7 +199,8 @@ impl Samples {
         self.left = false;
     }
 
-    /// Numbers the sites by their colliders, and puts what is no site in columns, once all are there.
+    /// Sets the stamp, the numbers by collider, the starts of bodies and the columns, once all samples are in
+    /// the list.
     pub(crate) fn number(&mut self) {
         self.stamp = unique();
         self.clouds.fill(self.sites, &self.list[self.sites..]);
@@ -221,7 +222,7 @@ impl Samples {
         }
     }
 
-    /// The number of a body, if it was sampled.
+    /// The number of a body among the sampled ones.
     pub(crate) fn of_body(&self, body: RigidBodyHandle) -> Option<usize> {
         let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
         // Bodies are gathered in the order of their indices.
@@ -232,13 +233,13 @@ impl Samples {
         (self.bodies[place] == body).then_some(place)
     }
 
-    /// The samples of a body in the list: its sites, and the others.
+    /// The ranges of a body's samples in the list: its sites, and the others.
     pub(crate) fn of(&self, body: usize) -> [std::ops::Range<usize>; 2] {
         let starts = self.starts.each_ref();
         starts.map(|starts| starts[body] as usize..starts[body + 1] as usize)
     }
 
-    /// How a body is sampled in terms like this.
+    /// The sampling of a body in terms with this rule.
     pub(crate) fn sampling(&self, how: SamplingRule, body: u32) -> SamplingRule {
         match self.overrides.get(body as usize) {
             Some(Some(own)) if how.overridable => SamplingRule::own(*own),
@@ -246,12 +247,12 @@ impl Samples {
         }
     }
 
-    /// Whether a term that is sampled like this asks bodies as a whole.
+    /// Returns true if terms with this rule sample bodies as a whole.
     pub(crate) fn asks_whole(&self, how: SamplingRule) -> bool {
         how.sampling == Sampling::Centre && !(how.apart && self.apart)
     }
 
-    /// Whether a term that is sampled like this takes a sample.
+    /// Returns true if a term with this rule is sampled at `sample`.
     pub(crate) fn takes(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
         let how = self.sampling(how, sample.body);
         let kind = match how.points() {
@@ -260,18 +261,18 @@ impl Samples {
             None if how.sampling == Sampling::Centre => Kind::Centre,
             None => Kind::Site,
         };
-        // The whole of a particle is the centre, which is another sample.
+        // For a term at centres a particle has a sample among the centres.
         let is_particle = sample.kind == Kind::Particle && kind != Kind::Centre;
         is_particle || kind == sample.kind
     }
 
-    /// Whether a term that is sampled like this takes any samples but sites.
+    /// Returns true if a term with this rule is sampled at any samples besides sites.
     pub(crate) fn any_cloud(&self, how: SamplingRule) -> bool {
         let mut runs = self.clouds.runs.iter();
         runs.any(|run| self.takes(how, &self.list[run.first as usize]))
     }
 
-    /// The bodies as a whole that a program takes.
+    /// The bodies as a whole at which a program is sampled.
     pub(crate) fn centres_for(&self, how: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
         let centres = match self.asks_whole(how) {
             true => &self.centres[..],
@@ -280,7 +281,7 @@ impl Samples {
         centres.iter().filter(move |centre| self.takes(how, centre))
     }
 
-    /// The samples of the list that a program takes, with their numbers.
+    /// The samples of the list at which a program is sampled, with their numbers.
     pub(crate) fn samples_for(
         &self,
         how: SamplingRule,
@@ -293,19 +294,19 @@ impl Samples {
         list.filter(move |(_, sample)| self.takes_of_list(how, sample))
     }
 
-    /// Whether a program may take any sample of the list.
+    /// Returns true if a program may be sampled at any sample of the list.
     fn takes_listed(&self, how: SamplingRule) -> bool {
         !self.asks_whole(how) || !self.overrides.is_empty()
     }
 
-    /// Whether a program takes a sample of the list.
+    /// Returns true if a program is sampled at a sample of the list.
     pub(crate) fn takes_of_list(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
-        // The centres in the list are for terms that ask colliders one by one, there or elsewhere.
+        // The centres in the list are for terms that sample colliders one by one.
         let is_other = self.asks_whole(how) && sample.kind == Kind::Centre;
         self.takes_listed(how) && self.takes(how, sample) && !is_other
     }
 
-    /// The number of a collider's sample, if it has one.
+    /// The number of a collider's site, if it has one.
     pub(crate) fn of_collider(&self, collider: ColliderHandle) -> Option<usize> {
         let number = *self.by_collider.get(collider.into_raw_parts().0 as usize)? as usize;
         (self.list.get(number)?.collider == Some(collider)).then_some(number)
@@ -332,7 +333,7 @@ impl Samples {
         }
     }
 
-    /// The number that turns the vector of a field into a force on the sample.
+    /// The factor by which the vector of a field becomes a force on the sample.
     pub(crate) fn weight(
         &self,
         sample: &SamplePoint,
@@ -358,8 +359,8 @@ impl Samples {
         whole * sample.fraction * from_f64(weighting.lifetime().share_of(moment.span))
     }
 
-    /// The sample's coordinate along an axis; only those that do not depend on the frame of the
-    /// field.
+    /// The sample's coordinate along an axis that does not depend on the field's frame; NaN for other axes, and
+    /// for axes of the user's without a value.
     fn axis(&self, sample: &SamplePoint, axis: &Axis, moment: Moment) -> Real {
         match axis {
             Axis::Charge => sample.charge,
@@ -371,14 +372,14 @@ impl Samples {
                 let found = values.clone().find(|(known, _)| known == name);
                 found.map_or(Real::NAN, |(_, value)| from_f64(*value))
             }
-            // What differs from field to field is no number of the sample.
+            // A coordinate that depends on the field is not a property of the sample.
             _ => Real::NAN,
         }
     }
 }
 
-/// Notes where the samples of each body begin, of samples whose numbers begin with `start`; and where
-/// the last ones end.
+/// Notes the start of each body's samples, of samples whose numbers begin with `start`; and the end of the
+/// last.
 fn note_starts(starts: &mut Vec<u32>, (start, samples): (usize, &[SamplePoint]), bodies: usize) {
     starts.clear();
     for (number, sample) in samples.iter().enumerate() {

@@ -1,9 +1,9 @@
-//! What a shape is, as numbers: shapes of the same numbers are sampled alike.
+//! The geometry of a shape as a list of numbers: shapes with equal lists are sampled alike.
 
 use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 use crate::rapier::parry::shape::{ConvexPolyhedron, Shape, TypedShape};
 
-/// Writes all that a shape is made of, bit for bit; `None` for shapes that may be anything.
+/// Writes all numbers of a shape's geometry, bit for bit; `None` for shapes of other types.
 pub(super) fn of(shape: &SharedShape, words: &mut Vec<u64>) -> Option<()> {
     add(shape.0.as_ref(), words)
 }

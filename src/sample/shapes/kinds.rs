@@ -1,4 +1,4 @@
-//! Shapes that are alike are of one kind, for which all is worked out once.
+//! Groups equal shapes into kinds, so that moments, samples and meshes are computed once for each kind.
 
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -11,16 +11,16 @@ use crate::field::Points;
 use crate::math::{Real, SharedShape, Vector};
 use crate::sample::part_shape::PartSolid;
 
-/// What is known of a shape.
+/// The values computed for shapes of one kind.
 #[derive(Debug)]
 pub(super) struct Known {
-    /// One of them.
+    /// One of the shapes.
     pub shape: SharedShape,
     pub ball: (Vector, Real),
     moments: OnceLock<Option<Moments>>,
-    /// By [`Points`].
+    /// The samples for each set of [`Points`]; `None` if not yet computed.
     pub rules: [Option<Arc<Rule>>; Points::ALL.len()],
-    /// `None` if it is still to be made.
+    /// `None` if not yet computed.
     pub solid: Option<PartSolid>,
 }
 
@@ -36,7 +36,7 @@ impl Known {
         }
     }
 
-    /// At which points it is sampled; at `middle` alone where it has no others.
+    /// The samples of a set of points; `middle` alone if the shape has none.
     pub(super) fn rule(&mut self, points: Points, middle: Vector) -> Arc<Rule> {
         if let Some(rule) = &self.rules[points as usize] {
             return rule.clone();
@@ -56,7 +56,7 @@ impl Known {
         rule
     }
 
-    /// `None` if it has no volume.
+    /// The moments of the volume; `None` if the shape has no volume.
     pub(super) fn moments(&self) -> Option<&Moments> {
         let moments = self.moments.get_or_init(|| Moments::of(&self.shape));
         moments.as_ref()
@@ -67,7 +67,7 @@ impl Known {
 #[derive(Debug, Default)]
 pub(super) struct Kinds {
     list: Vec<Option<Kind>>,
-    /// Which of the list are none.
+    /// Numbers of vacant entries of the list.
     free: Vec<usize>,
     by_content: HashMap<Arc<[u64]>, usize>,
     /// A buffer.
@@ -77,14 +77,14 @@ pub(super) struct Kinds {
 #[derive(Debug)]
 struct Kind {
     known: Known,
-    /// None if no other shape is known to be alike.
+    /// `None` for shapes that cannot be compared: each is a kind of its own.
     content: Option<Arc<[u64]>>,
-    /// How many colliders have it.
+    /// The number of colliders that have this kind.
     users: usize,
 }
 
 impl Kinds {
-    /// The number of the kind of a shape, for one collider more.
+    /// The number of the kind of a shape, for one more collider.
     pub(super) fn take(&mut self, shape: &SharedShape) -> usize {
         self.words.clear();
         let is_plain = content::of(shape, &mut self.words).is_some();
@@ -115,7 +115,7 @@ impl Kinds {
         number
     }
 
-    /// A collider has it no longer; what no collider has is forgotten.
+    /// Takes one collider off a kind. A kind without colliders is removed.
     pub(super) fn release(&mut self, number: usize) {
         let Some(place) = self.list.get_mut(number) else {
             return;
@@ -156,7 +156,7 @@ mod tests {
         SharedShape::convex_hull(&corners).expect("a tetrahedron")
     }
 
-    /// Each of them was worked out for itself: 0.3 ms a capsule.
+    /// Computing each by itself took 0.3 ms for a capsule.
     #[test]
     fn equal_shapes_are_one_kind() {
         let mesh = |flags| {

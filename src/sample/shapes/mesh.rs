@@ -1,4 +1,4 @@
-//! Closed meshes of shapes.
+//! Closed triangle meshes of shapes, by which bodies are cut.
 
 use super::moments::{Moments, outer};
 use super::surface::add_triangles;
@@ -7,16 +7,16 @@ use crate::rapier::parry::shape::TypedShape;
 use crate::sample::clip::{Triangle, content, extent};
 use crate::sample::part_shape::Mesh;
 
-/// Facets around round shapes. Their corners stand out by half a percent.
+/// Facets around round shapes. Corners stand out by half a percent.
 const FACETS: u32 = 24;
 
-/// Of the areas of closed meshes, in `f32`.
+/// Bound of the rounding of the areas of closed meshes in `f32`, as a share of the area.
 const ROUNDING: f64 = 1e-4;
 
 /// The surface of a shape; `None` if it has none, or none that is closed.
 ///
-/// What has flat faces is taken as it is. A mesh of what is round gets the shape's moments up to the
-/// second, so that it stands out as much as it falls short.
+/// Flat faces are taken as they are. The mesh of a round shape gets the shape's moments up to the second, so
+/// that it is partly outside and partly inside of the shape.
 pub(super) fn of(shape: &SharedShape) -> Option<Mesh> {
     let mut triangles = Vec::new();
     add(shape, &mut triangles)?;
@@ -66,8 +66,8 @@ fn has_flat_faces(shape: &SharedShape) -> bool {
     )
 }
 
-/// Moments of what triangles enclose: those of the tetrahedra that they make with its centre, each
-/// with ∫ x xᵀ = (Σ v vᵀ + (Σ v)(Σ v)ᵀ)/20 of its volume, over its corners v.
+/// Moments of the volume that triangles enclose: of the tetrahedra that they make with its centre, each with ∫
+/// x xᵀ = (Σ v vᵀ + (Σ v)(Σ v)ᵀ)/20 of its volume, over its corners v.
 fn moments(triangles: &[Triangle]) -> Moments {
     let (measure, centre) = content(triangles);
     let mut second = DMat3::ZERO;
@@ -84,7 +84,7 @@ fn moments(triangles: &[Triangle]) -> Moments {
     }
 }
 
-/// Whether there are no gaps: the areas of a closed surface, as vectors, add up to nothing.
+/// Returns true if the area vectors add up to zero, to rounding, as those of a closed surface do.
 fn is_closed(triangles: &[Triangle]) -> bool {
     let areas = triangles.iter().map(|[a, b, c]| (b - a).cross(c - a));
     let (sum, size) = areas.fold((DVec3::ZERO, 0.0), |(sum, size), area| {

@@ -1,5 +1,5 @@
-//! At which points the shapes of colliders are sampled: worked out once for all shapes that are alike,
-//! and kept as long as a collider has one of them.
+//! The points at which the shapes of colliders are sampled, and the meshes by which they are cut. They are
+//! computed once for equal shapes, and kept as long as a collider has one of them.
 
 mod content;
 mod kinds;
@@ -19,19 +19,19 @@ use crate::rapier::geometry::Collider;
 use kinds::{Kinds, Known};
 pub(super) use rule::Rule;
 
-/// The samples of all shapes met so far.
+/// The samples and meshes of all shapes that colliders have had.
 #[derive(Debug, Default)]
 pub(crate) struct Shapes {
     colliders: Coarena<Option<Met>>,
     kinds: Kinds,
-    /// That of a ball of radius one.
+    /// The mesh of a ball of radius one.
     ball_mesh: Option<Arc<Mesh>>,
 }
 
-/// The shape of a collider.
+/// The shape of a collider when it was last seen.
 #[derive(Clone, Debug)]
 struct Met {
-    /// Kept, so that whoever changes the shape gets a copy, and the collider another pointer.
+    /// Held so that Rapier copies the shape before a change, and the changed shape has another address.
     shape: SharedShape,
     kind: usize,
 }
@@ -47,7 +47,7 @@ impl Shapes {
         moments.map_or(0.0, |moments| moments.measure)
     }
 
-    /// Where a collider is sampled, in its own frame, and the radius it is taken to have.
+    /// The point at which a collider is sampled once, in its own frame, and the radius that the sample gets.
     pub(super) fn middle(&mut self, handle: ColliderHandle, collider: &Collider) -> (Vector, Real) {
         if let Some(ball) = collider.shape().as_ball() {
             return (Vector::ZERO, ball.radius);
@@ -59,7 +59,7 @@ impl Shapes {
         }
     }
 
-    /// A ball around a collider, in its frame; infinite around what has no bounds.
+    /// A ball around a collider, in its frame; infinite for shapes without bounds.
     pub(super) fn bounding_ball(
         &mut self,
         handle: ColliderHandle,
@@ -69,7 +69,7 @@ impl Shapes {
         known.map_or((Vector::ZERO, Real::INFINITY), |known| known.ball)
     }
 
-    /// The samples of a collider; `middle` where it has none.
+    /// The samples of a collider; `middle` alone if its shape has none.
     pub(super) fn rule(
         &mut self,
         (handle, collider): (ColliderHandle, &Collider),
@@ -80,7 +80,7 @@ impl Shapes {
         Some(known.rule(points, middle))
     }
 
-    /// What is cut of a collider.
+    /// The solid of a collider that is cut at borders.
     pub(super) fn solid(&mut self, handle: ColliderHandle, collider: &Collider) -> PartSolid {
         if let Some(ball) = collider.shape().as_ball() {
             let known = self.ball_mesh.take();
@@ -106,7 +106,7 @@ impl Shapes {
             None => {
                 let kind = self.kinds.take(shape);
                 let shape = shape.clone();
-                // A collider that is gone left its place to this one.
+                // The collider may have the place of one that was removed.
                 let place = handle.0.into_raw_parts().0;
                 let before = self.colliders.get_unknown_gen(place);
                 if let Some(before) = before.and_then(Option::as_ref) {

@@ -1,19 +1,19 @@
-//! Moments of shapes, and points that have them.
+//! Moments of shapes up to the second, and weighted points with given moments.
 
 use crate::math::{DMat3, DVec3, SharedShape, to_dvec3, to_f64};
 
-/// Moments of a shape that is filled uniformly.
+/// Moments of a shape that is filled uniformly, in the shape's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moments {
     /// Volume or area.
     pub measure: f64,
     pub centre: DVec3,
-    /// About the centre, per measure.
+    /// Second moments about the centre, per measure.
     pub second: DMat3,
 }
 
 impl Moments {
-    /// Those of a shape's volume, by Parry's mass properties; `None` if it has none.
+    /// The moments of a shape's volume, from Parry's mass properties; `None` if it has no volume.
     pub(super) fn of(shape: &SharedShape) -> Option<Self> {
         let properties = shape.mass_properties(1.0);
         let measure = to_f64(properties.mass());
@@ -33,7 +33,7 @@ impl Moments {
         sound.then_some(moments)
     }
 
-    /// Those of weighted points.
+    /// The moments of weighted points.
     pub(super) fn of_points(points: &[(DVec3, f64)]) -> Self {
         let measure: f64 = points.iter().map(|(_, weight)| weight).sum();
         let first: DVec3 = points.iter().map(|(point, weight)| *point * *weight).sum();
@@ -50,8 +50,8 @@ impl Moments {
 }
 
 impl Moments {
-    /// The linear map, about the centres, that gives what has these moments the second moments of
-    /// others; `None` if either are flat.
+    /// The linear map, about the centres, that turns second moments of `self` into those of `wanted`; `None` if
+    /// either are flat.
     pub(super) fn map_onto(&self, wanted: &Moments) -> Option<DMat3> {
         let map = cholesky(wanted.second)? * cholesky(self.second)?.inverse();
         map.is_finite().then_some(map)
@@ -63,8 +63,8 @@ pub(super) fn outer(v: DVec3) -> DMat3 {
     DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
 
-/// Moves weighted points, all by the same linear map, so that they get the moments; `None` if
-/// they, or the moments, are flat.
+/// Moves weighted points by one linear map so that they get these moments; `None` if the points or the moments
+/// are flat. Also returns the map.
 pub(super) fn matched(
     points: &[(DVec3, f64)],
     moments: &Moments,
@@ -80,7 +80,7 @@ pub(super) fn matched(
     Some((points.iter().map(moved).collect(), map))
 }
 
-/// The lower triangle L of a matrix L Lᵀ; `None` if it is not safely positive.
+/// The lower triangle L of a matrix L Lᵀ; `None` if the matrix is not safely positive definite.
 pub(super) fn cholesky(a: DMat3) -> Option<DMat3> {
     let scale = a.x_axis.x.max(a.y_axis.y).max(a.z_axis.z);
     let root = |x: f64| (x > scale * 1e-9).then(|| x.sqrt());

@@ -1,9 +1,9 @@
-//! What is worked out for a shape: samples and their weights.
+//! Samples of one shape with their weights.
 
 use super::moments::{Moments, cholesky};
 use crate::math::{DMat3, DVec3, SharedShape, Vector, from_dvec3, to_dvec3};
 
-/// Of a tetrahedron: their mean is zero, and the mean of v vᵀ is the identity.
+/// Corners of a tetrahedron: their mean is zero, and the mean of v vᵀ is the identity.
 const CORNERS: [DVec3; 4] = [
     DVec3::new(1.0, 1.0, 1.0),
     DVec3::new(1.0, -1.0, -1.0),
@@ -11,16 +11,17 @@ const CORNERS: [DVec3; 4] = [
     DVec3::new(-1.0, -1.0, 1.0),
 ];
 
-/// Samples of a shape, in its frame; their fractions sum to one.
+/// Samples of a shape, in its frame, each with its fraction. Fractions add up to one.
 #[derive(Debug)]
 pub(in crate::sample) struct Rule {
     pub samples: Vec<(Vector, f64)>,
-    /// Second moments, about its sample, of what each stands for.
+    /// Second moments, about its sample, of the fraction that a sample stands for.
     pub spread: DMat3,
 }
 
 impl Rule {
-    /// Four points with the same moments up to the second; `None` if the points are flat, or no more than that.
+    /// Four points with the same moments up to the second; `None` if the points are flat, or not more than
+    /// four.
     pub(super) fn few(&self) -> Option<Self> {
         let points = self.samples.iter();
         let points: Vec<_> = points
@@ -36,7 +37,7 @@ impl Rule {
         })
     }
 
-    /// Where a shape gives no better ones.
+    /// One sample, for a shape that has no others.
     pub(super) fn single(local_point: Vector) -> Self {
         Rule {
             samples: vec![(local_point, 1.0)],
@@ -45,7 +46,7 @@ impl Rule {
     }
 }
 
-/// The local bounds of a shape, if they are finite and not empty.
+/// The bounding box of a shape in its frame, if it is finite and not empty.
 pub(super) fn bounds(shape: &SharedShape) -> Option<(DVec3, DVec3)> {
     let bounds = shape.compute_local_aabb();
     let (low, high) = (to_dvec3(bounds.mins), to_dvec3(bounds.maxs));

@@ -1,4 +1,4 @@
-//! Samples of surfaces.
+//! Samples of the surfaces of shapes, and triangles of these.
 
 use super::moments::{Moments, matched, outer};
 use super::rule::{Rule, bounds};
@@ -11,13 +11,12 @@ const FACETS: u32 = 96;
 /// Patches along each edge of a shape's bounds.
 const PATCHES: f64 = 3.0;
 
-/// Triangles are cut in four until they are smaller than a patch, this often at most.
+/// Triangles are cut into four until they are smaller than half a patch, and at most this often.
 const MOST_CUTS: u32 = 4;
 
 type Triangle = [DVec3; 3];
 
-/// Points with their share of the area; `None` for shapes that are nothing but, or have no,
-/// surface.
+/// Points on the surface with their shares of its area; `None` for shapes without a mesh or bounds.
 pub(super) fn rule(shape: &SharedShape) -> Option<Rule> {
     if let Some(cuboid) = shape.as_cuboid() {
         return Some(of_points(cuboid_points(to_dvec3(cuboid.half_extents))));
@@ -64,8 +63,8 @@ fn cuboid_points(half: DVec3) -> Vec<(DVec3, f64)> {
     points
 }
 
-/// The surface of a shape as triangles, with so many facets around what is round; none for what
-/// has no mesh.
+/// Appends the surface of a shape as triangles, with this number of `facets` around round shapes. Shapes that
+/// have no mesh add none.
 pub(super) fn add_triangles(
     shape: &SharedShape,
     pose: &Pose,
@@ -114,8 +113,8 @@ fn middle(&[a, b, c]: &Triangle) -> DVec3 {
     (a + b + c) / 3.0
 }
 
-/// Moments of the surface: a triangle's ∫ x xᵀ is its area/12 times Σ v vᵀ over its corners,
-/// plus 9 c cᵀ of its middle.
+/// Moments of the surface: a triangle's ∫ x xᵀ is its area/12 times Σ v vᵀ over its corners, plus 9 c cᵀ of its
+/// middle.
 fn of_triangles(triangles: &[Triangle]) -> Option<Moments> {
     let points: Vec<_> = triangles.iter().map(|t| (middle(t), area(t))).collect();
     let mut moments = Moments::of_points(&points);
@@ -131,7 +130,7 @@ fn of_triangles(triangles: &[Triangle]) -> Option<Moments> {
     (moments.measure > 0.0 && moments.second.is_finite()).then_some(moments)
 }
 
-/// One point for all of the surface that lies in each cell of a grid.
+/// One point for the part of the surface in each cell of a grid.
 fn patches(triangles: &[Triangle], low: DVec3, patch: DVec3) -> Vec<(DVec3, f64)> {
     let mut cells = [[0.0; 4]; 27];
     let mut open: Vec<(Triangle, u32)> = triangles.iter().map(|t| (*t, 0)).collect();

@@ -1,17 +1,17 @@
-//! Samples of volumes.
+//! Samples of the volumes of shapes.
 
 use super::moments::{Moments, cholesky, matched};
 use super::rule::{Rule, bounds};
 use crate::math::{DMat3, DVec3, SharedShape, from_dvec3};
 
-/// Samples wanted of a volume: 3 × 3 × 3 of a cube.
+/// Fewest samples of a volume: the 3 × 3 × 3 of a cube.
 const FEWEST: usize = 27;
 
-/// Cells of a grid that are tried for samples, at most: thin, slanted shapes fill few of them.
+/// A grid of more cells is not refined any further: thin, slanted shapes fill few of them.
 const MOST_TRIED: usize = 4096;
 
-/// Points that share the volume equally: those of a grid that lie in the shape, moved (little) so
-/// that their moments up to the second are those of the shape.
+/// Points that share the volume equally: grid points in the shape, moved (by little) so that their moments up
+/// to the second are those of the shape. If no grid has enough, eight points with these moments.
 pub(super) fn rule(shape: &SharedShape, moments: &Moments) -> Option<Rule> {
     let (low, high) = bounds(shape)?;
     let mut counts = [2_usize; 3];
@@ -34,7 +34,7 @@ pub(super) fn rule(shape: &SharedShape, moments: &Moments) -> Option<Rule> {
     corners(moments)
 }
 
-/// The cells' centres that lie in the shape.
+/// The centres of those cells of the grid that lie in the shape.
 fn inside(shape: &SharedShape, low: DVec3, edges: DVec3, counts: [usize; 3]) -> Vec<(DVec3, f64)> {
     let mut points = Vec::new();
     for x in 0..counts[0] {
@@ -51,7 +51,7 @@ fn inside(shape: &SharedShape, low: DVec3, edges: DVec3, counts: [usize; 3]) -> 
     points
 }
 
-/// Eight points with the moments, wherever they lie.
+/// Eight points with these moments, inside of the shape or not.
 fn corners(moments: &Moments) -> Option<Rule> {
     let root = cholesky(moments.second)?;
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
@@ -59,7 +59,7 @@ fn corners(moments: &Moments) -> Option<Rule> {
         let offset = DVec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2));
         (moments.centre + root * offset, 0.125)
     };
-    // Each stands for an eighth, half as wide.
+    // Each stands for an eighth of the shape that is half as wide.
     Some(finished((0..8).map(point).collect(), moments.second * 0.25))
 }
 
