@@ -1,5 +1,4 @@
-//! Fields on bodies that they pull at their centres of mass, eight bodies at a time: no list of samples is
-//! made for these.
+//! Evaluates fields that pull at centres of mass, on eight bodies at a time and without a list of samples.
 
 use fearless_simd::{Simd, dispatch};
 
@@ -15,27 +14,28 @@ use crate::math::{DVec3, to_dvec3, to_f64};
 use crate::rigid::{Body, Slowing};
 use crate::sample::{Moment, SamplePoint, Samples, owner};
 
-/// So many bodies are evaluated at once.
+/// The number of bodies that are evaluated together.
 pub(crate) const TOGETHER: usize = WIDTH;
 
-/// The force of all fields on a body.
+/// The force of all fields on a body, in world axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CentreForce {
     pub force: DVec3,
-    /// How drag and wind, which are part of it, change with the velocity.
+    /// The derivative by velocity of drag and wind, which are part of the force.
     pub slowing: Slowing,
 }
 
-/// Evaluates a set that acts [at centres of mass](Compiled::at_centres); keeps its buffers between calls.
+/// Evaluates a set that acts [at centres of mass](Compiled::at_centres). Keeps its buffers between calls.
 #[derive(Debug)]
 pub(crate) struct CentreEvaluator {
     frames: FrameCache,
     machine: Interpreter,
     moment: Moment,
     constants: Pull,
-    /// The bodies that are asked about, and nothing else.
+    /// The handles of the bodies to be evaluated; it has no other content.
     these: Samples,
-    /// Each of them at its centre of mass; the last ones are left from before if there are fewer.
+    /// The sample of each of them, at its centre of mass. Entries after the last body are left from earlier
+    /// calls.
     samples: [SamplePoint; WIDTH],
 }
 
@@ -53,14 +53,14 @@ impl Default for CentreEvaluator {
     }
 }
 
-/// What came of up to eight bodies.
+/// The forces on up to eight bodies.
 pub(crate) struct Felt {
     forces: Vec3<Lanes>,
     slowings: [Slowing; WIDTH],
 }
 
 impl Felt {
-    /// The force on one of them.
+    /// The force on one of the bodies.
     #[inline]
     pub(crate) fn on(&self, lane: usize) -> CentreForce {
         let Vec3 { x, y, z } = &self.forces;
@@ -72,7 +72,7 @@ impl Felt {
 }
 
 impl CentreEvaluator {
-    /// Looks up where all fields are.
+    /// Looks up the frames of all fields, and starts without bodies.
     pub(crate) fn begin(&mut self, compiled: &Compiled, world: &impl Frames, moment: Moment) {
         self.moment = moment;
         self.constants = Pull::of(&compiled.constants, moment.dt);
@@ -86,7 +86,7 @@ impl CentreEvaluator {
         }
     }
 
-    /// Adds a body to those that are asked about, of which there are at most [`TOGETHER`].
+    /// Adds a body to those to be evaluated, of which there are at most [`TOGETHER`].
     #[inline]
     pub(crate) fn ask(&mut self, body: &Body) {
         let sample = &mut self.samples[self.these.bodies.len()];
@@ -96,15 +96,15 @@ impl CentreEvaluator {
         self.these.bodies.push(body.handle);
     }
 
-    /// Begins anew with none.
+    /// Removes all bodies.
     pub(crate) fn clear(&mut self) {
         self.these.bodies.clear();
     }
 
-    /// The forces on the bodies that are asked about, where the fields [are](Self::begin).
+    /// The forces on these bodies, with the fields at the places they had at [`begin`](Self::begin).
     pub(crate) fn forces(&mut self, compiled: &Compiled) -> Felt {
         let count = self.these.bodies.len();
-        // The last one fills up.
+        // Lanes without a body repeat the last one.
         for lane in count..WIDTH {
             let number = self.samples[lane].body;
             self.samples[lane] = self.samples[count - 1];
@@ -142,7 +142,7 @@ impl CentreEvaluator {
         felt
     }
 
-    /// What constants and radial fields do.
+    /// The forces of constants and radial fields.
     fn sources(&self, compiled: &Compiled) -> Felt {
         let pulls = self.samples.each_ref().map(|it| self.constants.on(it));
         let pull = |axis| Lanes::from_fn(|lane| to_f64(pulls[lane][axis]));
@@ -163,7 +163,7 @@ impl CentreEvaluator {
         }
     }
 
-    /// What the sources of a batch do to bodies of a weight of one.
+    /// The sum of the forces of a batch on bodies with a weight of one.
     #[inline(always)]
     fn pulls(&self, batch: &RadialBatch) -> Vec3<Lanes> {
         let place = |axis| Lanes::from_fn(|lane| to_f64(self.samples[lane].world_point[axis]));
@@ -198,7 +198,7 @@ impl Asked<'_> {
         dispatch!(level(), simd => self.on(simd, &samples[..count]))
     }
 
-    /// The force on a body that lies at a border, or where numbers are out of range.
+    /// The force on a body that lies at a border, or whose lane had a number that is not finite.
     fn interpreted(&self, sample: &SamplePoint, machine: &mut Interpreter) -> Option<DVec3> {
         let query = self.samples.query(sample, self.moment);
         let motion = Motion::of(&query);

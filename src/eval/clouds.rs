@@ -1,5 +1,5 @@
-//! Batches of radial fields on parts that are sampled at many points: where those are is worked out from
-//! how the body stands, and only the wrench they sum up to is kept.
+//! Batches of radial fields on parts with several samples. The places of these follow from the pose of the body,
+//! and only the wrench that they add up to is kept.
 
 use std::ops::Range;
 
@@ -14,15 +14,15 @@ use crate::math::{DMat3, Real, Vector, from_dvec3};
 use crate::rigid::Wrench;
 use crate::sample::{CloudRun, Moment, SamplePoint, Samples};
 
-/// Lanes.
+/// Samples that are evaluated together.
 const WIDTH: usize = 8;
 
-/// The samples of a part, and how its body stands.
+/// The samples of a part, and the pose of its body.
 struct Cloud<'a> {
     local_arms: [&'a [Real]; 3],
     fractions: &'a [Real],
     centre: Vector,
-    /// Of the body, in the world.
+    /// The axes of the body, in the world.
     axes: [Vector; 3],
     owner: Real,
     range: Option<Real>,
@@ -48,8 +48,8 @@ impl<'a> Cloud<'a> {
 }
 
 impl Sources {
-    /// Adds what the gathered sources give on the samples that are no sites; of a potential, in place of
-    /// the first component of the force.
+    /// Adds the wrenches of the gathered sources on the samples that are not sites. A potential is added in place
+    /// of the first component of the force.
     pub(super) fn add_to_clouds(&self, task: &Task<'_>, moment: Moment, sums: &mut [Wrench]) {
         let (samples, batch, level) = (task.samples, task.batch, level());
         let law = Law::new(&batch.law);
@@ -117,7 +117,7 @@ impl Sources {
                 if acts.all_false() {
                     continue;
                 }
-                // Selected: what does not act may be infinite or NaN.
+                // Selected, since lanes that do not count may be infinite or NaN.
                 let strength = self.strength[source];
                 match cloud.quantity {
                     Quantity::Force => {
@@ -145,7 +145,7 @@ impl Sources {
         }
     }
 
-    /// Several sources at once.
+    /// One sample at a time, and several sources at once.
     #[inline(always)]
     fn one_by_one<S: Simd>(&self, simd: S, law: impl Kernel, cloud: &Cloud<'_>) -> Wrench {
         let mut wrench = Wrench::ZERO;
@@ -177,13 +177,13 @@ fn load<S: Simd>(simd: S, column: &[Real], at: usize) -> Eight<S> {
     Eight::from_slice(simd, &column[at..at + WIDTH])
 }
 
-/// The sum of all lanes.
+/// The sums over all lanes.
 #[inline(always)]
 fn vector<S: Simd>([x, y, z]: [Eight<S>; 3]) -> Vector {
     Vector::new(sum_of(x), sum_of(y), sum_of(z))
 }
 
-/// Arms in the axes of a body, in the world.
+/// Lever arms turned from the axes of a body into those of the world.
 #[inline(always)]
 fn turned<V>(axes: [Vector; 3], [x, y, z]: [V; 3]) -> [V; 3]
 where

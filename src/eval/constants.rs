@@ -1,4 +1,4 @@
-//! The same vector for every body, whatever its place.
+//! Constant fields: the same vector for every body at any place.
 
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::frames::FrameCache;
@@ -7,22 +7,22 @@ use crate::field::{ForceMode, Frames};
 use crate::math::{Real, Vector};
 use crate::sample::SamplePoint;
 
-/// Adds up all constants first: one weight of a body for all of a kind.
+/// Evaluates constants. Those of one force mode are added up first, so that a body is weighted once for each.
 #[derive(Debug, Default)]
 pub(super) struct Constants;
 
-/// The sums of some constants, by what they are.
+/// The sum of constants, by force mode.
 #[derive(Debug)]
 pub(super) struct Pull {
     force: Vector,
     acceleration: Vector,
-    /// A change of velocity over the step.
+    /// A change of velocity over the step (m/s).
     change: Vector,
     dt: Real,
 }
 
 impl Pull {
-    /// In a step of length `dt`.
+    /// The sums of some constants, for a step of length `dt` (s).
     pub(super) fn of(constants: &[ConstantField], dt: Real) -> Self {
         let sum = |mode: ForceMode| -> Vector {
             let fields = constants.iter().filter(|constant| constant.mode == mode);
@@ -36,7 +36,7 @@ impl Pull {
         }
     }
 
-    /// The force on a body, or on a particle of a soft body.
+    /// The force on a body as a whole, or on a particle of a soft body.
     pub(super) fn on(&self, sample: &SamplePoint) -> Vector {
         let mass = sample.mass;
         let mut pull = self.force * sample.share;

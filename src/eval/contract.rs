@@ -1,4 +1,4 @@
-//! What every evaluator promises.
+//! The trait that all evaluators implement, with the scene they read and the sums they add to.
 
 use super::frames::FrameCache;
 use super::slowings::BodySlowings;
@@ -8,7 +8,7 @@ use crate::math::Vector;
 use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
-/// What is evaluated on: samples at one moment, and a world in which anchors are found.
+/// The samples at one moment on which fields are evaluated, and a world in which anchors are found.
 pub(super) struct Scene<'a, F> {
     pub compiled: &'a Compiled,
     pub world: &'a F,
@@ -16,27 +16,27 @@ pub(super) struct Scene<'a, F> {
     pub moment: Moment,
 }
 
-/// What evaluators add to.
+/// The sums that evaluators add to.
 pub(super) struct Sums<'a> {
-    /// The force on each sample of the list.
+    /// The force on each placed sample of the list.
     pub forces: &'a mut [Vector],
-    /// What acts on each body as a whole, beside the forces on its samples.
+    /// The wrench on each body as a whole, besides the forces on its samples.
     pub wrenches: &'a mut [Wrench],
-    /// How drag and wind slow the bodies, if that is asked for.
+    /// The derivatives by velocity of drag and wind on the bodies, if they are asked for.
     pub slowings: Option<&'a mut BodySlowings>,
 }
 
-/// Evaluates batches of one kind. `tests` in this folder hold each one to it:
+/// An evaluator of batches of one kind. The suite in `tests` checks that:
 ///
-/// - it adds to the sums what the [reference](crate::reference) gives, within rounding, on all
-///   samples that take the batch, and on no others;
-/// - sources whose anchor is gone, or that are off, give nothing; nor do those of the body itself;
-/// - what it keeps from call to call (buffers, neighbours, hierarchies) does not show in any bit.
+/// - it adds to the sums what the [reference](crate::reference) gives, within rounding, at all samples of the
+///   batch and at no others;
+/// - sources whose anchor is gone, or that are off, add nothing, nor do those of the sampled body itself;
+/// - buffers, neighbours and hierarchies that it keeps between calls do not change any bit of the result.
 pub(super) trait BatchEvaluator<B: ?Sized> {
-    /// Takes up the scene, before any batch of it.
+    /// Prepares for a scene, before any batch of it.
     fn begin(&mut self, _scene: &Scene<'_, impl Frames>, _frames: &mut FrameCache) {}
 
-    /// Adds what a batch gives. The number tells it from the others of its kind.
+    /// Adds the forces of a batch. The number tells the batch from others of its kind.
     fn add(
         &mut self,
         batch: (u32, &B),

@@ -1,19 +1,19 @@
-//! Programs on bodies in pieces: where a border passes through a body, what is inside feels the field.
+//! Programs on bodies that borders cut: each piece is evaluated by itself.
 
 use crate::compile::Program;
 use crate::field::{Border, Cuts, Frame, Query};
 use crate::math::{DVec3, to_dvec3};
 use crate::sample::{Cutter, Moment, Samples};
 
-/// What an instance of a program is asked on a body.
+/// The sample at which an instance of a program is evaluated on a body that may be cut.
 pub(super) enum Asked<'a> {
-    /// At its centre: no border is near.
+    /// At the centre of mass, since no border is near.
     Whole(&'a Query),
-    /// At a piece of it, from which the force comes with a weight and a lever arm.
+    /// At a piece, with the weight and the lever arm of the force on it.
     Piece(&'a Query, f64, DVec3),
 }
 
-/// Finds the borders near bodies; keeps its buffers between calls.
+/// Finds the borders near bodies, and cuts bodies there. Keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(super) struct BodyCuts {
     cutter: Cutter,
@@ -21,8 +21,8 @@ pub(super) struct BodyCuts {
 }
 
 impl BodyCuts {
-    /// Asks some instances, whose frames are looked up, of a body that the program cuts, or of its
-    /// pieces.
+    /// Calls `ask` for some instances, whose frames have been looked up, on a body that the program cuts: once
+    /// for the whole body, or once for each of its pieces.
     pub(super) fn each(
         &mut self,
         (program, frames): (&Program, &[Option<Frame>]),

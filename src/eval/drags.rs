@@ -1,4 +1,4 @@
-//! Drag and wind in closed form: bodies in them ask for their derivatives at every step.
+//! Drag and wind in closed form, with derivatives, which each step needs of bodies in them.
 
 use fearless_simd::{Simd, dispatch};
 
@@ -17,7 +17,7 @@ use crate::sample::{Moment, SamplePoint};
 pub(super) struct DragOn {
     rates: [f64; 2],
     strength: f64,
-    /// The part of the step in which it acts.
+    /// The share of the step in which it acts.
     share: f64,
     mode: ForceMode,
     dt: f64,
@@ -36,13 +36,13 @@ impl DragOn {
         })
     }
 
-    /// How its `force` on a sample falls with the velocity there.
+    /// The derivative by velocity of its `force` on a sample.
     pub(super) fn slowing(&self, sample: &SamplePoint, force: DVec3) -> Slowing {
         let weight = self.weight(sample) * self.strength * self.share;
         Slowing::of_drag(force, weight, self.rates)
     }
 
-    /// What turns the vector of a field that is shared out by mass into a force on a sample.
+    /// The factor from the vector of a field that is shared out by mass to a force on a sample.
     fn weight(&self, sample: &SamplePoint) -> f64 {
         let mass = to_f64(sample.mass);
         let whole = match self.mode {
@@ -54,8 +54,8 @@ impl DragOn {
     }
 }
 
-/// The force of a program that is one drag, in closed form; `None` where that is not known. Its derivative by
-/// place is right only if all terms are asked for.
+/// The force of a program that is one drag, with its derivatives, in closed form; `None` where there is none. The
+/// derivative by place is right only with [`Terms::All`].
 pub(super) fn drag_on(
     program: &Program,
     instance: usize,
@@ -92,7 +92,7 @@ pub(super) fn drag_on(
     leaf.drag_of(program.strength(instance, 0), &local, flow)
 }
 
-/// What blows there, unless its derivatives are wanted that are not zero.
+/// The flow at a sample; `None` if its derivatives are needed and may not be zero.
 fn flow_of(flow: &Formula, local: &LocalQuery<'_>, terms: Terms) -> Option<DVec3> {
     let here = || real(flow.vector(local));
     match flow {

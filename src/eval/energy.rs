@@ -1,12 +1,12 @@
-//! The potential energy of programs.
+//! The potential energy of bodies in the fields of programs.
 
 use super::cut::{Asked, BodyCuts};
 use crate::compile::{Program, Step};
 use crate::field::{Field, Frame, LocalQuery, Open, Operator, Query};
 use crate::sample::{Moment, Samples};
 
-/// The potential of a program's fields, of those that have one and are not changed on the way, and
-/// whether these are all that act.
+/// The sum of the potentials of a program's fields (J), and whether no field acts besides those counted. A
+/// program whose steps do more than add fields counts as a whole as without potential.
 pub(super) fn program_energy(
     program: &Program,
     frames: &[Option<Frame>],
@@ -54,7 +54,8 @@ pub(super) fn program_energy(
     (total, all)
 }
 
-/// The potential energy of a sample in one leaf of an instance, if that acts on it and has one.
+/// The potential energy of a sample in one leaf of an instance (J); `None` if the leaf does not act on it, or has
+/// no potential.
 fn leaf_energy(
     (program, frames, (instance, number)): (&Program, &[Option<Frame>], (usize, usize)),
     query: &Query,

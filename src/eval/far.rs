@@ -1,9 +1,9 @@
-//! Radial fields of very many sources: what is far is taken together (Barnes & Hut, Nature 324, 1986).
+//! Radial fields of very many sources: sources far off act together (Barnes & Hut, Nature 324, 1986).
 //!
-//! The sources are cut into cells within cells, each into two of the same number. A cell whose sources are
-//! seen from all of eight neighbouring samples under less than the opening angle acts by its moments, up
-//! to the second, about the centre of its strengths; the others are opened, down to single sources.
-//! Sources of the body that is acted on are always single, and left out.
+//! The sources are divided into cells within cells, each into two with the same number of sources. A cell that
+//! appears smaller than the opening angle from all of eight neighbouring samples acts by its moments, up to the
+//! second, about the centre of its strengths. Other cells are opened, down to single sources. A cell with sources
+//! of a sampled body is opened, and these sources are left out.
 
 mod cells;
 mod halves;
@@ -23,27 +23,28 @@ use crate::threads::each_chunk;
 use cells::{Cells, Source};
 use walk::{Block, WIDTH, Walk};
 
-/// Of so many blocks of samples one thread takes care at a time.
+/// Blocks of samples that one thread evaluates at a time.
 const CHUNK: usize = 8;
 
-/// Whole batches by their cells; keeps its buffers between calls.
+/// Evaluates batches by cells; keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(super) struct FarRadials {
-    /// By batch.
+    /// The cells of each batch.
     cells: Vec<Cells>,
     sources: Vec<Source>,
-    /// The sites that are acted on.
+    /// The numbers of the sites that are acted on.
     order: Vec<u32>,
     blocks: Vec<Block>,
 }
 
-/// Whether a batch is asked to be evaluated so, and has enough sources.
+/// Returns true if a batch is to be evaluated by cells, and has enough sources for that.
 pub(super) fn is_far(batch: &RadialBatch) -> bool {
     batch.index_kind() == IndexKind::Cells
 }
 
 impl FarRadials {
-    /// Adds what a batch gives on all samples; whether that was possible: all sources stand somewhere.
+    /// Adds the forces of a batch on all samples. Returns false, and adds nothing, where [`Walk::new`] gives
+    /// `None`.
     pub(super) fn add(
         &mut self,
         task: &Task<'_>,
@@ -62,7 +63,7 @@ impl FarRadials {
         true
     }
 
-    /// Sorts the sources of a batch as they stand now.
+    /// Sorts the sources of a batch, with anchors at their present places, into cells.
     pub(super) fn sort(
         &mut self,
         (number, batch): (u32, &RadialBatch),
@@ -74,7 +75,7 @@ impl FarRadials {
             self.cells.resize_with(number + 1, Cells::default);
         }
         let cells = &mut self.cells[number];
-        // What stands still is sorted once.
+        // Sources that stand still are sorted once.
         let stamp = (batch.moving == 0).then_some(batch.log.stamp);
         if stamp.is_none() || cells.made_for != stamp {
             gather(batch, frame, quantity, &mut self.sources);
@@ -83,7 +84,8 @@ impl FarRadials {
         }
     }
 
-    /// Adds the force on a sample, and its derivatives, of a batch that was sorted; whether that was possible.
+    /// Adds the force of a sorted batch on a sample, with derivatives. Returns false, and adds nothing, where
+    /// [`Walk::new`] gives `None`.
     pub(super) fn linearise(
         &self,
         (number, batch): (u32, &RadialBatch),
@@ -99,7 +101,7 @@ impl FarRadials {
     }
 }
 
-/// Adds what acts on the sites that are coupled; what comes third are buffers.
+/// Adds the forces on the sites that the batch acts on; the third argument are buffers.
 fn add_to_sites(
     walk: &Walk<'_>,
     task: &Task<'_>,
@@ -130,7 +132,7 @@ fn add_to_sites(
     }
 }
 
-/// Takes the sources whose anchors are there.
+/// Lists the sources whose anchors exist.
 fn gather(
     batch: &RadialBatch,
     mut frame: impl FnMut(AnchorId) -> Option<Frame>,
@@ -152,7 +154,7 @@ fn gather(
     }
 }
 
-/// Adds what acts on the samples that are no sites.
+/// Adds the wrenches on the samples that are not sites.
 fn add_to_clouds(
     walk: &Walk<'_>,
     (task, moment): (&Task<'_>, Moment),
@@ -177,7 +179,7 @@ fn add_to_clouds(
     }
 }
 
-/// What acts on a part that is sampled at many points.
+/// The wrench on a part with several samples, for a weight of one.
 fn on_cloud(walk: &Walk<'_>, samples: &Samples, run: &CloudRun, blocks: &mut Vec<Block>) -> Wrench {
     let sample = &samples.list[run.first as usize];
     let body = sample.body as usize;

@@ -1,4 +1,4 @@
-//! Where the anchors of fields are, looked up when first asked for.
+//! The present frames of anchors, looked up when they are first needed.
 
 use crate::compile::{AnchorId, Compiled, NO_ANCHOR, Program};
 use crate::field::{Frame, Frames};
@@ -7,13 +7,14 @@ use crate::field::{Frame, Frames};
 #[derive(Debug, Default)]
 pub(super) struct FrameCache {
     frames: Vec<Option<Frame>>,
-    /// By anchor: the evaluation it was looked up in.
+    /// For each anchor, the evaluation in which it was last looked up.
     known: Vec<u32>,
     evaluation: u32,
 }
 
 impl FrameCache {
-    /// Forgets where everything was. Costs nothing, however many anchors there are.
+    /// Starts an evaluation, in which each frame is looked up again. The cost does not depend on the number of
+    /// anchors, unless it has grown.
     pub(super) fn clear(&mut self, compiled: &Compiled) {
         let count = compiled.anchors.len();
         if self.frames.len() < count {
@@ -27,7 +28,7 @@ impl FrameCache {
         self.evaluation += 1;
     }
 
-    /// The frame of an anchor, if it is there.
+    /// The frame of an anchor; `None` if its carrier is gone.
     pub(super) fn get(
         &mut self,
         compiled: &Compiled,
@@ -42,7 +43,7 @@ impl FrameCache {
         self.frames[place]
     }
 
-    /// Looks up what the leaves and modifiers of an instance hang on.
+    /// Looks up the anchors of the leaves and modifiers of an instance.
     pub(super) fn fill_instance(
         &mut self,
         compiled: &Compiled,
@@ -66,7 +67,7 @@ impl FrameCache {
         }
     }
 
-    /// By anchor: its frame, if it was looked up in this evaluation and is there.
+    /// The frame of each anchor. Only those looked up in this evaluation are up to date.
     pub(super) fn all(&self) -> &[Option<Frame>] {
         &self.frames
     }

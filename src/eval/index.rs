@@ -1,4 +1,4 @@
-//! Which programs may act at a point.
+//! An index of the programs that may act at a point.
 
 use super::frames::FrameCache;
 use super::instances::Reach;
@@ -8,27 +8,27 @@ use crate::math::{Real, Vector};
 use crate::neighbors::Hierarchy;
 use crate::rapier::parry::bounding_volume::Aabb;
 
-/// Fewer programs than this are each asked for every sample.
+/// With fewer programs than this, each is evaluated at every sample.
 const FEWEST_FOR_INDEX: usize = 32;
 
-/// Finds programs and their instances by the point they may act at. Follows the compiled form, and
-/// what moves; what stands still costs nothing.
+/// Finds programs and their instances by the points they may act at. It follows changes of the compiled form and
+/// anchors that move; programs that stand still cost nothing.
 #[derive(Debug, Default)]
 pub(super) struct ProgramIndex {
     followed: Followed,
-    /// By number of a program.
+    /// The reach of each program, by number.
     reaches: Vec<Reach>,
-    /// Bounded programs, if there are many.
+    /// The bounded programs, if there are many.
     tree: Hierarchy,
-    /// By number: whether the tree holds it.
+    /// For each program, by number: true if the tree has it.
     in_tree: Vec<bool>,
     indexed: bool,
-    /// How often boxes were put in or taken out since all were.
+    /// The number of boxes inserted or removed since the tree was built.
     moved: usize,
 }
 
 impl ProgramIndex {
-    /// Takes up where the programs are now.
+    /// Updates reaches and tree to the compiled form and the present anchors.
     pub(super) fn refresh(
         &mut self,
         compiled: &Compiled,
@@ -46,7 +46,8 @@ impl ProgramIndex {
         );
         self.in_tree.resize(self.reaches.len(), false);
         match changed {
-            // What moves lets boxes overlap that need not: from time to time all is built anew.
+            // Boxes that are inserted one by one overlap more than needed, so the tree is rebuilt from time to
+            // time.
             Some(_) if self.moved > 64 + 4 * compiled.programs.len() => {
                 self.renew_all(compiled, frames, world);
             }
@@ -116,7 +117,7 @@ impl ProgramIndex {
         self.in_tree[place] = bounds.is_some();
     }
 
-    /// Whether programs are to be asked for by point; otherwise each one is to be asked.
+    /// Returns true if programs are to be found by point; otherwise each one is to be evaluated.
     pub(super) fn is_in_use(&self) -> bool {
         self.indexed
     }
@@ -126,13 +127,13 @@ impl ProgramIndex {
         self.bounded_near((point, 0.0), visit);
     }
 
-    /// The same, within a distance of a point.
+    /// [`Self::bounded_at`] for all points within a distance of one.
     pub(super) fn bounded_near(&self, (point, distance): (Vector, Real), visit: impl FnMut(u32)) {
         let here = Aabb::from_half_extents(point, Vector::splat(distance));
         self.tree.intersect_aabb(&here).for_each(visit);
     }
 
-    /// All programs that may act at a point, in their order.
+    /// All programs that may act at a point, in the order of their keys.
     pub(super) fn at(&self, compiled: &Compiled, point: Vector, found: &mut Vec<(Key, u32)>) {
         found.clear();
         let forces = |number: u32| {

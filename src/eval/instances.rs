@@ -1,4 +1,4 @@
-//! Which instances of a program may act at a point.
+//! An index of the instances of one program that may act at a point.
 
 use std::collections::HashMap;
 
@@ -11,28 +11,28 @@ use crate::rapier::parry::bounding_volume::Aabb;
 
 type Ball = Option<(Vector, Real)>;
 
-/// Balls around the instances of a program, by number, or a hierarchy of them if they are many.
+/// Balls around the instances of a program, or a hierarchy of these balls if there are many.
 #[derive(Debug)]
 pub(super) struct Reach {
-    /// Holds all that any instance can reach.
+    /// The corners of a box around all places at which any instance can act.
     low: Vector,
     high: Vector,
-    /// As they were built; empty once single terms were taken up.
+    /// The ball of each instance at the last build; empty once single terms were changed.
     balls: Vec<Ball>,
     bvh: Option<Hierarchy>,
     leaves: Leaves,
     found: Vec<u32>,
 }
 
-/// What the leaves of a hierarchy stand for. Instances change their numbers when terms before them
-/// come and go, so they are known by their term, and their number within it.
+/// The instance of each leaf of a hierarchy. Instances change their numbers when terms before them come and go,
+/// so they are identified by their term and their number within it.
 #[derive(Debug, Default)]
 struct Leaves {
-    /// The terms of the instances that the hierarchy was built of, by leaf.
+    /// For each leaf, the term of its instance when the hierarchy was built.
     built: Vec<Key>,
-    /// The leaves of terms that were taken up since.
+    /// The leaves of the terms that were changed since then.
     changed: HashMap<Key, Vec<u32>>,
-    /// By leaf, once a term was taken up.
+    /// The instance of each leaf; filled when the first term is changed.
     instances: Vec<(Key, u32)>,
     free: Vec<u32>,
 }
@@ -45,7 +45,7 @@ impl Leaves {
         }
     }
 
-    /// Takes out the leaves of a term.
+    /// Frees the leaves of a term, and returns them.
     fn take(&mut self, serial: Key) -> Vec<u32> {
         if self.instances.is_empty() {
             let mut within = 0;
@@ -64,7 +64,7 @@ impl Leaves {
         taken
     }
 
-    /// A leaf for the next instance of a term that was taken out.
+    /// A leaf for the next instance of a term whose leaves were freed.
     fn add(&mut self, serial: Key) -> u32 {
         let of_term = self.changed.entry(serial).or_default();
         let instance = (serial, of_term.len() as u32);
@@ -92,7 +92,7 @@ impl Default for Reach {
 }
 
 impl Reach {
-    /// Takes up where the instances are now; whether that is elsewhere.
+    /// Updates the balls to the present anchors. Returns true if any has changed.
     pub(super) fn refresh(
         &mut self,
         compiled: &Compiled,
@@ -102,7 +102,7 @@ impl Reach {
     ) -> bool {
         let mut same = self.balls.len() == program.instances.len();
         if !same {
-            // Its leaves stand for others.
+            // Leaves would stand for other instances.
             self.bvh = None;
         }
         self.balls.resize(program.instances.len(), None);
@@ -111,7 +111,7 @@ impl Reach {
             same &= *ball == now;
             *ball = now;
         }
-        // Zones that stand still keep their hierarchy.
+        // Instances that stand still keep their hierarchy.
         if !same {
             self.build(program);
         }
@@ -138,8 +138,8 @@ impl Reach {
         }
     }
 
-    /// Takes up the instances of one term, which may be more or fewer than before; whether anything
-    /// is elsewhere. `program` is as it is now.
+    /// Updates the instances of one term, whose number may have changed. Returns true if anything has changed.
+    /// `program` already has the change.
     pub(super) fn change(
         &mut self,
         compiled: &Compiled,
@@ -169,13 +169,13 @@ impl Reach {
         true
     }
 
-    /// A box that holds all that any instance can reach, if there is anything.
+    /// A box around all places at which any instance can act; `None` if there are none.
     pub(super) fn bounds(&self) -> Option<Aabb> {
         let filled = self.low.cmple(self.high).all();
         filled.then(|| Aabb::new(self.low, self.high))
     }
 
-    /// Puts into `found` the instances that may act within a distance of a point, in their order.
+    /// Lists in `found` the instances that may act within a distance of a point, in their order.
     pub(super) fn near(
         &self,
         program: &Program,
@@ -202,11 +202,11 @@ impl Reach {
                 *number = program.instances.start_of(serial) + within;
             }
         }
-        // Sums must not depend on how the hierarchy was built.
+        // Sorted, since sums must not depend on how the hierarchy was built.
         found.sort_unstable();
     }
 
-    /// Like [`Self::near`], for what is mostly out of reach of all.
+    /// [`Self::near`] with a test of the bounds first, for points that are mostly out of reach of all.
     pub(super) fn around(
         &self,
         program: &Program,
@@ -230,12 +230,12 @@ impl Reach {
     }
 }
 
-/// Where an instance can be felt, given where it is.
+/// The ball within which an instance can act, given the frame of its centre.
 fn ball_at(program: &Program, centre: Option<crate::field::Frame>) -> Ball {
     let reach = program.reach.unwrap_or(Real::INFINITY);
     match (centre, program.reach) {
         (Some(frame), _) => Some((frame.pose.translation, reach)),
-        // Some field hangs elsewhere, and may be there still.
+        // Without a common reach, fields with another anchor may still act.
         (None, None) => Some((Vector::ZERO, reach)),
         (None, Some(_)) => None,
     }

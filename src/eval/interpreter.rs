@@ -1,4 +1,4 @@
-//! Programs: composite terms, at one sample, with or without derivatives, or at several samples at once.
+//! Runs programs (composite terms) at one sample, with or without derivatives, or at several samples at once.
 
 use crate::compile::{Program, Step};
 use crate::field::{
@@ -6,12 +6,12 @@ use crate::field::{
     Override, Query, Sets, Single, Stack, Vec3,
 };
 
-/// A composite at a sample.
+/// The value of a composite at a sample.
 #[derive(Clone, Copy)]
 pub(super) struct Value<T: Number, S> {
     pub defined: S,
     pub vector: Vec3<T>,
-    /// Whether the vector would hold that of the leaf that is watched, were it not zero.
+    /// True if the watched leaf contributes to the vector, even by zero.
     watched: T::Mask,
 }
 
@@ -26,35 +26,35 @@ impl<T: Number, S> Value<T, S> {
     }
 }
 
-/// What a program gives at a sample where it is defined.
+/// The result of a program at a sample where it is defined.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outcome<T = f64> {
-    /// The force, world axes.
+    /// The force, in world axes.
     pub force: Vec3<T>,
-    /// Whether the leaf that is watched contributes to it.
+    /// True if the watched leaf contributes to the force.
     watched: bool,
 }
 
-/// Evaluates programs at one sample at a time; keeps its buffer between calls.
+/// Runs programs at one sample at a time; keeps its buffer between calls.
 #[derive(Debug, Default)]
 pub(crate) struct Interpreter {
     normals: Vec<Normal>,
 }
 
-/// One sample, or several, before one instance of a program.
+/// An instance of a program, and the sample or samples at which it is run.
 pub(super) struct SampleContext<'a, T: Asked> {
     pub program: &'a Program,
     pub instance: usize,
     pub frames: &'a [Option<Frame>],
     pub query: &'a T::Query,
     pub motion: &'a Motion<T>,
-    /// A leaf of which is asked whether it contributes.
+    /// The leaf whose contribution is reported.
     pub watched: Option<u32>,
 }
 
 impl Interpreter {
-    /// The program's instance at a sample; `None` where it is not defined. With numbers that carry
-    /// derivatives it gives those of the force, too.
+    /// Runs an instance of a program at a sample; `None` where it is not defined. Numbers that carry derivatives
+    /// give the derivatives of the force, too.
     pub(crate) fn run<T: Single>(
         &mut self,
         program: &Program,
@@ -68,7 +68,7 @@ impl Interpreter {
         ))
     }
 
-    /// Whether a leaf contributes to a program's instance at a sample, be it by zero.
+    /// Returns true if a leaf contributes to an instance of a program at a sample, even by zero.
     pub(crate) fn contributes(
         &mut self,
         (program, leaf): (&Program, u32),
@@ -84,14 +84,14 @@ impl Interpreter {
         outcome.is_some_and(|outcome| outcome.watched)
     }
 
-    /// Like [`Interpreter::run`].
+    /// [`Interpreter::run`] for a given context.
     pub(super) fn run_at<T: Single>(&mut self, place: &SampleContext<'_, T>) -> Option<Outcome<T>> {
         let open = Open::<T>::new();
         let value = place.walk(&open);
         if !open.on_a_surface() {
             return outcome(value, &open);
         }
-        // The sample lies on a surface: find the pieces around it, and walk again.
+        // The sample lies on a surface: find the pieces of its neighbourhood, and run again.
         self.normals.clear();
         for (leaf, field) in place.program.leaves.iter().enumerate() {
             if let Some(local) = place.acting(leaf).filter(|(_, acts)| *acts) {
@@ -129,7 +129,7 @@ impl<'a, T: Asked> SampleContext<'a, T> {
         }
     }
 
-    /// The program, step by step.
+    /// Runs the steps of the program.
     #[inline(always)]
     pub(super) fn walk<S: Sets<T>>(&self, here: &S) -> Value<T, S::Set> {
         let undefined = Value::undefined(here.all(false.into()));
@@ -167,7 +167,8 @@ impl<'a, T: Asked> SampleContext<'a, T> {
         self.program.frame(self.instance, anchored, self.frames)
     }
 
-    /// The sample as a leaf sees it, if the leaf is there, and whether it acts on the sample.
+    /// The sample in the frame of a leaf, and the mask of samples on which the leaf acts; `None` if that is
+    /// empty, or if the carrier of the leaf is gone.
     #[inline(always)]
     fn acting(&self, leaf: usize) -> Option<(LocalQuery<'a, T>, T::Mask)> {
         let frame = self.frame(leaf)?;
@@ -232,7 +233,7 @@ impl<'a, T: Asked> SampleContext<'a, T> {
     }
 }
 
-/// An operator on the values of its operands; see the table at [`Operator`].
+/// The result of an operator on two operands; see the table at [`Operator`].
 #[inline(always)]
 fn apply<T: Asked, S: Sets<T>>(
     operator: Operator,

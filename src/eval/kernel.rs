@@ -1,4 +1,4 @@
-//! Radial laws on several lanes at once.
+//! Radial laws on several lanes at once, for pairs of samples and sources.
 
 use fearless_simd::{Simd, SimdMask};
 
@@ -8,13 +8,13 @@ use crate::math::{Real, from_f64, to_f64};
 
 /// A radial law of strength one on lanes.
 pub(super) trait Kernel: Copy {
-    /// s with F = s d, given r². What it is where the mask is not set does not matter.
+    /// The factor s in F = s d, from r². Lanes that are not set in `acts` may hold anything.
     fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V;
-    /// U, given r²; likewise.
+    /// The potential U, from r²; likewise.
     fn potential<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V;
 }
 
-/// The laws that have a kernel of their own, and the rest.
+/// The laws with kernels of their own, and all others.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Law {
     InverseSquare(InverseSquare),
@@ -83,7 +83,7 @@ pub(super) struct InverseSquare {
 }
 
 impl InverseSquare {
-    /// The factor, given 1/r and 1/r².
+    /// The factor, from 1/r and 1/r².
     #[inline(always)]
     pub(super) fn factor_of<S: Simd, V: Lanes<S>>(self, inverse: V, inverse2: V) -> V {
         inverse * (inverse2 - self.shift)
@@ -111,7 +111,7 @@ pub(super) struct Softened {
 }
 
 impl Softened {
-    /// Whether s is finite everywhere.
+    /// Returns true if s is finite at any distance.
     fn is_sound(softening: Real) -> bool {
         let inverse = softening.recip();
         (inverse * inverse * inverse).is_finite() && (softening * softening).is_normal()
@@ -158,7 +158,7 @@ impl LennardJones {
         }
     }
 
-    /// The factor, given 1/r and 1/r².
+    /// The factor, from 1/r and 1/r².
     #[inline(always)]
     pub(super) fn factor_of<S: Simd, V: Lanes<S>>(self, inverse: V, inverse2: V) -> V {
         let s2 = inverse2 * self.sigma2;
@@ -182,14 +182,14 @@ impl Kernel for LennardJones {
     }
 }
 
-/// Any law, one lane after the other, by its definition.
+/// Any other law: its definition in `f64`, lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Other {
     law: Radial,
 }
 
 impl Other {
-    // Not inlined: compiled once, so that it is the same whatever instructions the caller may use.
+    // Not inlined: it is compiled once, so its bits do not depend on the caller's instruction set.
     #[inline(never)]
     fn factor_at(&self, r2: Real) -> Real {
         from_f64(self.law.factor(to_f64(r2)))
@@ -197,7 +197,7 @@ impl Other {
 
     #[inline(never)]
     fn potential_at(&self, r2: Real) -> Real {
-        // Laws without a potential are not asked for it.
+        // Callers ask only laws with a potential.
         from_f64(self.law.potential_at(to_f64(r2)).unwrap_or(f64::NAN))
     }
 }

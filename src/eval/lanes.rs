@@ -1,5 +1,5 @@
-//! Several scalars at once. Fixed numbers of lanes, whatever registers the machine has, no fused
-//! multiply-add and fixed orders of sums: so every machine gives the same bits.
+//! Numbers in SIMD lanes. The number of lanes and the order of sums are fixed whatever registers the machine has,
+//! and no multiply-add is fused: so every machine gives the same bits.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdCombine, SimdFloat};
 
@@ -16,12 +16,12 @@ mod width {
 
 pub(super) use width::{Eight, Four};
 
-/// Any number of scalars.
+/// A vector of [`Real`] with any number of lanes.
 pub(super) trait Lanes<S: Simd>: SimdFloat<S, Element = Real> {}
 
 impl<S: Simd, V: SimdFloat<S, Element = Real>> Lanes<S> for V {}
 
-/// The lanes of a bit mask, first to last.
+/// The numbers of the bits set in a mask, first to last.
 #[inline(always)]
 pub(super) fn lanes_of(mut mask: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -31,7 +31,7 @@ pub(super) fn lanes_of(mut mask: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// How many lanes [`Four`] has.
+/// The number of lanes of [`Four`].
 pub(super) const WIDTH: usize = 4;
 
 /// The lanes that start at `values[at]`. The slice must be padded by [`WIDTH`].
@@ -54,17 +54,17 @@ pub(super) fn sum_of<S: Simd>(lanes: Eight<S>) -> Real {
     ((((((a + b) + c) + d) + e) + f) + g) + h
 }
 
-/// A number for each of four sites.
+/// One number for each of four sites.
 pub(super) type Row = [Real; 4];
 
-/// Four numbers, twice.
+/// A row of four numbers, twice.
 #[inline(always)]
 pub(super) fn twice<S: Simd>(simd: S, row: &Row) -> Eight<S> {
     let row = Four::load_array_ref(simd, row);
     row.combine(row)
 }
 
-/// Two of four numbers, each four times.
+/// Two numbers of a row, from `first` on, each four times.
 #[inline(always)]
 pub(super) fn spread<S: Simd>(simd: S, row: &Row, first: usize) -> Eight<S> {
     Four::splat(simd, row[first]).combine(Four::splat(simd, row[first + 1]))
@@ -72,11 +72,11 @@ pub(super) fn spread<S: Simd>(simd: S, row: &Row, first: usize) -> Eight<S> {
 
 #[cfg(test)]
 thread_local! {
-    /// What a test wants in place of the best there is.
+    /// The instruction set that a test uses in place of the best one.
     pub(super) static FORCED: std::cell::Cell<Option<Level>> = const { std::cell::Cell::new(None) };
 }
 
-/// The widest instructions that the machine has.
+/// The best instruction set of the machine.
 pub(super) fn level() -> Level {
     #[cfg(test)]
     if let Some(level) = FORCED.get() {

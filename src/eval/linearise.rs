@@ -1,4 +1,4 @@
-//! The forces on bodies with their derivatives.
+//! The forces on bodies with their derivatives by place and velocity.
 
 use std::cell::{LazyCell, OnceCell};
 use std::ops::Deref;
@@ -15,7 +15,7 @@ use crate::field::{Dual, Frames, Linearised, Motion, Query, SamplingRule, Vec3};
 use crate::math::{DMat3, DVec3, to_dvec3, to_f64};
 use crate::sample::{Kind, Moment, SamplePoint, Samples};
 
-/// One sample of a body: what is asked, and how it moves.
+/// A sample of a body: its query, and its motion as numbers that carry derivatives.
 struct Seeded {
     query: Query,
     motion: OnceCell<Motion<Dual<6>>>,
@@ -37,9 +37,9 @@ impl Seeded {
 /// A force with its derivatives, in two parts.
 #[derive(Default)]
 struct Sum {
-    /// Of what carries derivatives along.
+    /// The sum of forces that carry derivatives.
     varying: Option<Vec3<Dual<6>>>,
-    /// Of what has them in closed form.
+    /// The sum of forces with derivatives in closed form.
     closed: Linearised,
 }
 
@@ -72,13 +72,13 @@ pub(crate) struct Lineariser {
     index: ProgramIndex,
     machine: Interpreter,
     found: Vec<(Key, u32)>,
-    /// By batch: its sources, and whether they are those of the world that was prepared.
+    /// For each batch, its sources; true if they are those of the prepared world.
     sources: Vec<(Sources, bool)>,
     far: FarRadials,
 }
 
 impl Lineariser {
-    /// Takes up where all anchors are.
+    /// Updates the index to the present anchors, and forgets frames and sources of earlier worlds.
     pub(crate) fn prepare(&mut self, compiled: &Compiled, world: &impl Frames) {
         self.frames.clear(compiled);
         self.index.refresh(compiled, &mut self.frames, world);
@@ -87,9 +87,9 @@ impl Lineariser {
             .for_each(|(_, known)| *known = false);
     }
 
-    /// Visits the samples of one body with the force there and its derivatives by the place and
-    /// velocity of the sample, in the world as it was [prepared](Self::prepare). Constant
-    /// fields have none and are left out, force and all; so is what is not asked for.
+    /// Visits the samples of one body with the force there and its derivatives by the place and velocity of the
+    /// sample, in the world as it was [prepared](Self::prepare). Constant fields, which have no derivatives, and
+    /// terms that are not asked for are left out, also from the force.
     pub(crate) fn of_body(
         &mut self,
         (compiled, world): (&Compiled, &impl Frames),
@@ -108,7 +108,7 @@ impl Lineariser {
                 let at_centre = samples.asks_whole(how) && sample.kind == Kind::Centre;
                 at_centre == whole && samples.takes(how, sample)
             };
-            // Most bodies are sampled in one way.
+            // Made when needed: most bodies are sampled in one way, and have no force at their other samples.
             let seeded = LazyCell::new(|| Seeded::new(samples, sample, moment));
             let mut force = None;
             let radials = compiled.radials.iter();
@@ -138,7 +138,7 @@ impl Lineariser {
         }
     }
 
-    /// Has the sources of a batch in the world that was prepared.
+    /// Gathers the sources of a batch, once for a prepared world.
     fn take_up(
         &mut self,
         (compiled, world): (&Compiled, &impl Frames),
@@ -156,7 +156,7 @@ impl Lineariser {
                 self.far
                     .sort((number as u32, batch), &mut frame, Quantity::Force);
             }
-            // Also for those in cells: some may stand nowhere.
+            // Gathered for far fields too: cells cannot hold sources without a finite place.
             sources.refresh(batch, frame, Quantity::Force);
         }
     }
@@ -202,7 +202,8 @@ impl Lineariser {
 }
 
 impl Sources {
-    /// Adds what they do to a sample, of s d: s + 2 s' d dᵀ, where s' is by r².
+    /// Adds the force s d of each source on a sample, and its derivative s + 2 s' d dᵀ, where s' is the
+    /// derivative of s by r².
     fn linearise(
         &self,
         batch: &RadialBatch,

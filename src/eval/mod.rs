@@ -1,4 +1,4 @@
-//! Evaluate: batches × samples → forces.
+//! Evaluates compiled fields on samples: wrenches on bodies, potential energies, and derivatives.
 
 mod at_centres;
 mod clouds;
@@ -57,8 +57,8 @@ pub(crate) struct Evaluator {
 }
 
 impl Evaluator {
-    /// The wrench on each body of `samples`; what drag and wind have a part in, and how that falls with the
-    /// velocities, goes to `slowings`, if given.
+    /// The wrench on each body of `samples`. Drag and wind in closed form, with their derivatives by velocity,
+    /// are also added to `slowings`, if given.
     pub(crate) fn wrenches(
         &mut self,
         compiled: &Compiled,

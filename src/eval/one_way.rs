@@ -1,4 +1,5 @@
-//! Batches of radial fields: every sample against every source in range, several at a time.
+//! Batches of radial fields in which sources act on samples without a reaction: every sample against every source
+//! in range, several at a time.
 
 use std::ops::Range;
 
@@ -15,28 +16,28 @@ use crate::math::{Real, Vector};
 use crate::sample::{Moment, SamplePoint, Samples};
 use crate::threads::each_chunk;
 
-/// Samples that one thread takes at a time: whole chunks of lanes.
+/// Samples that one thread evaluates at a time: a multiple of the lanes.
 const CHUNK: usize = 1024;
 
-/// Every source against every sample in range.
+/// Evaluates every source in range of every sample; keeps its sources between calls.
 #[derive(Debug, Default)]
 pub(super) struct OneWayRadials {
     sources: Sources,
-    /// By batch: sources that all stand still.
+    /// For each batch whose sources all stand still, these.
     still: Vec<Sources>,
 }
 
-/// A batch with all that it is evaluated on.
+/// A batch with everything it is evaluated on.
 pub(super) struct Task<'a> {
     pub number: u32,
     pub batch: &'a RadialBatch,
     pub samples: &'a Samples,
-    /// Of each site: what turns the vector of the fields into a force.
+    /// For each site, the factor from the fields' vector to a force.
     pub weights: &'a [Real],
     pub quantity: Quantity,
 }
 
-/// What turns the vector of a batch into a force on each site; zero where it is not sampled.
+/// The factor from the vector of a batch to a force on each site; zero at sites where it is not sampled.
 pub(super) fn weigh(
     batch: &RadialBatch,
     samples: &Samples,
@@ -74,7 +75,7 @@ impl OneWayRadials {
 }
 
 impl Sources {
-    /// Adds what the gathered sources give on all sites.
+    /// Adds the forces of the gathered sources on all sites.
     pub(super) fn add_to(&self, task: &Task<'_>, sums: &mut [Vector]) {
         let probes = Probes {
             samples: &task.samples.list[..task.samples.sites],
@@ -101,7 +102,7 @@ impl Sources {
         }
         let each = probes.samples.iter().zip(probes.weights).zip(sums);
         for ((sample, weight), sum) in each {
-            // Samples that are not coupled are left out; so is what they would cost.
+            // Skipped, to save the cost of samples that are not coupled.
             if *weight == 0.0 {
                 continue;
             }
@@ -117,8 +118,8 @@ impl Sources {
         }
     }
 
-    /// The same for sources that would not fill the lanes: several samples at once, and in each lane the
-    /// sum over the sources in their order, which is that of [`Accumulator::total`].
+    /// [`Sources::add`] for sources that would not fill the lanes: several samples at once, with the sum over the
+    /// sources in each lane. The order of sums is that of [`Accumulator::total`].
     #[inline(always)]
     fn add_across<S: Simd>(
         &self,
@@ -154,7 +155,7 @@ impl Sources {
     }
 }
 
-/// 0, 1, 2, …
+/// The numbers of the lanes.
 #[inline(always)]
 fn counting<S: Simd>(simd: S) -> Four<S> {
     Four::load_array(simd, [0.0, 1.0, 2.0, 3.0])
@@ -169,7 +170,7 @@ fn splat<S: Simd>(simd: S, [x, y, z]: [Real; 3]) -> [Four<S>; 3] {
     ]
 }
 
-/// Samples that meet sources, and how.
+/// Samples that meet sources, with their weights, the range and the quantity.
 struct Probes<'a> {
     samples: &'a [SamplePoint],
     weights: &'a [Real],
@@ -178,7 +179,7 @@ struct Probes<'a> {
 }
 
 impl Probes<'_> {
-    /// Without those before a place.
+    /// Those from number `first` on.
     fn from(&self, first: usize) -> Self {
         Probes {
             samples: &self.samples[first.min(self.samples.len())..],
@@ -188,7 +189,7 @@ impl Probes<'_> {
     }
 }
 
-/// The sum over sources at one sample, or at several, one per lane.
+/// The sum over sources at one sample, or at several, one in each lane.
 pub(super) struct Accumulator<S: Simd> {
     point: [Four<S>; 3],
     owner: Four<S>,
@@ -215,7 +216,7 @@ impl<S: Simd> Accumulator<S> {
         }
     }
 
-    /// For no more samples than lanes; what is in the others is never looked at.
+    /// For at most as many samples as lanes; the other lanes are not read.
     #[inline(always)]
     fn of_several(simd: S, samples: &[SamplePoint], probes: &Probes<'_>) -> Self {
         let met = (probes.range, probes.quantity);
@@ -254,7 +255,7 @@ impl<S: Simd> Accumulator<S> {
         }
     }
 
-    /// Adds a source per lane, given by its point, strength and owner, where it is `there`.
+    /// Adds one source in each lane, given by its point, strength and owner, where `there` is set.
     #[inline(always)]
     fn meet(
         &mut self,
@@ -271,7 +272,7 @@ impl<S: Simd> Accumulator<S> {
         if acts.all_false() {
             return;
         }
-        // Selected: what does not act may be infinite or NaN.
+        // Selected, since lanes that do not act may be infinite or NaN.
         let zero = Four::splat(owner.simd, 0.0);
         match self.quantity {
             Quantity::Force => {

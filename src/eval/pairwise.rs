@@ -1,10 +1,10 @@
-//! Radial fields of bodies on bodies: every pair of parts once, both ways, and all laws at once.
+//! Radial fields of bodies on bodies: every pair of parts once, in both directions, for all laws at once.
 //!
-//! Most sources of a many-body scene sit where a sample sits: the field of an atom, sampled at
-//! atoms. Then a pair is worked out once and acts on both. Batches of one range are met in one pass
-//! over pairs of tiles, which are four sites of one body. Parts of one body never act on each
-//! other. Pairs are met in the order of the bodies, so that it does not show when the list of those
-//! that are near was made; copying neighbours together to save lanes cost more than it saved.
+//! Most sources of a many-body scene are at the place of a sample: the field of an atom, sampled at atoms. Such a
+//! pair is computed once and acts on both. The batches of one range are evaluated in one pass over pairs of
+//! tiles. A tile is up to four sites of one body; without a range, of any bodies. Parts of one body do not act on
+//! each other. Pairs are taken in the order of the bodies, so that results do not depend on the age of the list
+//! of near tiles. Copying neighbours together to save lanes cost more than it saved.
 
 mod meet;
 mod near;
@@ -23,13 +23,14 @@ use meet::Laws;
 use near::NearTiles;
 use tiles::Tiles;
 
-/// Sources that are samples, pair by pair, both ways; the others one way.
+/// Evaluates sources at samples pair by pair, in both directions, and other sources in one direction.
 #[derive(Debug, Default)]
 pub(super) struct PairwiseRadials {
-    /// All that the sides and passes were made from.
+    /// The stamps, and the properties of the moment, that sides and passes were made from.
     made_for: Vec<u64>,
     asked: Vec<u64>,
-    /// Of each batch that is met pair by pair; those behind the number are kept for their buffers.
+    /// The batches that are evaluated pair by pair. The first `batches` are in use; others are kept for their
+    /// buffers.
     sides: Vec<Sides>,
     batches: usize,
     passes: Vec<Pass>,
@@ -37,32 +38,32 @@ pub(super) struct PairwiseRadials {
     sources: Sources,
 }
 
-/// A batch, as samples are to it.
+/// A batch, with the strength and the weight of each site in it.
 #[derive(Debug)]
 pub(super) struct Sides {
     number: u32,
     law: Law,
     range: Option<Real>,
-    /// Of each site as a source.
+    /// The strength of each site as a source; zero if it is none.
     strengths: Vec<Real>,
-    /// Of each sample: what turns the vector of the field into a force.
+    /// The factor from the vector of the fields to a force on each site.
     weights: Vec<Real>,
-    /// Sources that are no samples.
+    /// Sources that are not at sites.
     apart: Vec<RadialSource>,
 }
 
-/// Batches of one range.
+/// The batches of one range.
 #[derive(Debug, Default)]
 struct Pass {
     laws: Laws,
-    /// By law, the sides it belongs to.
+    /// For each law, the place of its batch among the sides; `None` if no batch has it.
     order: Vec<Option<usize>>,
     tiles: Tiles,
     near: NearTiles,
 }
 
 impl PairwiseRadials {
-    /// Takes up those of some batches that are wanted, in the order given.
+    /// Prepares those of `batches` that are `wanted`, in their order.
     pub(super) fn take_up<'a>(
         &mut self,
         batches: impl Iterator<Item = (u32, &'a RadialBatch)> + Clone,
@@ -92,13 +93,13 @@ impl PairwiseRadials {
         self.group(samples);
     }
 
-    /// Whether a batch was taken up.
+    /// Returns true if a batch is evaluated pair by pair.
     pub(super) fn has(&self, number: u32) -> bool {
         let sides = &self.sides[..self.batches];
         sides.iter().any(|sides| sides.number == number)
     }
 
-    /// Makes a pass of the batches of each range.
+    /// Groups the batches by range into passes.
     fn group(&mut self, samples: &Samples) {
         let sides = &self.sides[..self.batches];
         self.ranges = 0;
@@ -117,7 +118,7 @@ impl PairwiseRadials {
         }
     }
 
-    /// Adds the forces, or potentials, that the samples exert on each other.
+    /// Adds the forces, or potentials, that sites exert on each other.
     pub(super) fn meet(&mut self, samples: &Samples, quantity: Quantity, sums: &mut [Vector]) {
         for pass in &mut self.passes[..self.ranges] {
             pass.tiles.place(samples);
@@ -127,7 +128,7 @@ impl PairwiseRadials {
         }
     }
 
-    /// Adds what is no pair of sites in a batch that was taken up.
+    /// Adds the forces of a batch that are not between pairs of sites.
     pub(super) fn add_others(
         &mut self,
         (number, batch): (u32, &RadialBatch),
@@ -147,7 +148,7 @@ impl PairwiseRadials {
             weights: &sides.weights,
             quantity,
         };
-        // What is no site meets all sources one by one.
+        // Samples that are not sites meet all sources.
         if samples.any_cloud(batch.how) {
             let all_sources = &batch.sources;
             self.sources
@@ -161,7 +162,7 @@ impl PairwiseRadials {
     }
 }
 
-/// What the weights of a batch read of the moment.
+/// The properties of the moment that the weights of a batch depend on, as bits.
 fn read(batch: &RadialBatch, moment: Moment) -> [u64; 3] {
     let of_time = batch.weighting.coupling == Coupling::Axis(Axis::Time);
     let of_step = batch.weighting.mode == ForceMode::VelocityChange;
@@ -206,8 +207,7 @@ impl Sides {
         }
     }
 
-    /// Whether there are enough sources among the samples for every pair of samples to be worth a
-    /// look.
+    /// Returns true if enough of the sources are at sites for a test of every pair of samples to pay off.
     pub(super) fn are_worth_it(&self, batch: &RadialBatch) -> bool {
         let weights = self.weights.iter();
         let coupled = weights.filter(|weight| **weight != 0.0).count();
@@ -215,14 +215,14 @@ impl Sides {
         matched * 2 >= coupled && matched > 0
     }
 
-    /// What a site is to the batch.
+    /// The strength and the weight of a site in the batch.
     fn of(&self, site: usize) -> [Real; 2] {
         [self.strengths[site], self.weights[site]]
     }
 }
 
 impl Pass {
-    /// Takes up the batches of the range of the first.
+    /// Sets up the batches that have the range of the first.
     fn fill(&mut self, sides: &[Sides], samples: &Samples) {
         let Some(range) = sides.first().map(|first| first.range) else {
             return;
@@ -251,8 +251,8 @@ impl Pass {
     }
 }
 
-/// Whether strengths are to each other as weights are, so that what acts on one of a pair acts on the
-/// other, too. Products that were rounded differ by two roundings of either side.
+/// Returns true if strengths are proportional to weights, so that the forces on both of a pair are opposite.
+/// Allows for two roundings of a product.
 fn is_mutual(sides: impl Iterator<Item = [Real; 2]> + Clone) -> bool {
     let size = |[_, weight]: &[Real; 2]| weight.abs();
     let largest = sides

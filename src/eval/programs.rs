@@ -1,4 +1,4 @@
-//! Programs: on several samples at once where they can, else by the interpreter, one after the other.
+//! Evaluates programs on bodies: several samples at once where they can, else one by one with the interpreter.
 
 use fearless_simd::dispatch;
 
@@ -17,10 +17,10 @@ use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3};
 use crate::sample::{SamplePoint, Samples};
 use crate::threads::each_chunk;
 
-/// Of so many lots of samples one thread takes care at a time.
+/// Groups of samples that one thread evaluates at a time.
 const CHUNK: usize = 32;
 
-/// Evaluates programs; keeps where they reach between calls.
+/// Evaluates programs; keeps their index and its buffers between calls.
 #[derive(Debug, Default)]
 pub(super) struct Programs {
     index: ProgramIndex,
@@ -29,11 +29,11 @@ pub(super) struct Programs {
     reactions: Vec<(usize, Vector, Vector)>,
     cuts: BodyCuts,
     near: Vec<u32>,
-    /// The places of the samples that a program is asked about.
+    /// The places of the samples at which a program is evaluated.
     asked: Vec<u32>,
-    /// Which instance is asked about which of them.
+    /// Pairs of an instance and the place of a sample.
     pairs: Vec<(u32, u32)>,
-    /// What came of several samples at once.
+    /// The results for several samples at once.
     found: Vec<Found>,
 }
 
@@ -44,24 +44,24 @@ fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
     centre.unwrap_or_else(|| &samples.list[place - count])
 }
 
-/// An instance that is asked about several samples.
+/// An instance of a program that is evaluated on several samples.
 struct Asking<'a> {
     wide: Wide<'a>,
-    /// If it is a drag.
+    /// Its closed form, if it is drag or wind.
     drag: Option<DragOn>,
 }
 
-/// One program on one sample.
+/// A program to be evaluated at one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Job {
-    /// Of the program.
+    /// The key of the program.
     key: Key,
     number: u32,
-    /// Its place among the centres and then the list of samples, or [`ALL`].
+    /// The place of the sample among the centres and then the list, or [`ALL`].
     sample: u32,
 }
 
-/// In place of a sample.
+/// Stands for all samples.
 const ALL: u32 = u32::MAX;
 
 impl BatchEvaluator<Program> for Programs {
@@ -99,7 +99,7 @@ impl BatchEvaluator<Program> for Programs {
 }
 
 impl Programs {
-    /// Adds what all programs give, each on the samples that it may reach.
+    /// Adds the forces of all programs, each at the samples that it may reach.
     pub(super) fn add_all(
         &mut self,
         scene: &Scene<'_, impl Frames>,
@@ -127,7 +127,7 @@ impl Programs {
         self.jobs = jobs;
     }
 
-    /// Which programs may act on which samples, program by program in their order.
+    /// The samples that each program may act on, in the order of the programs.
     fn find_jobs(&mut self, compiled: &Compiled, samples: &Samples) -> Vec<Job> {
         let mut jobs = std::mem::take(&mut self.jobs);
         jobs.clear();
@@ -144,7 +144,7 @@ impl Programs {
             self.index
                 .bounded_at(sample.world_point, |number| add(number, place as u32));
         }
-        // Bodies are cut by what reaches any of them.
+        // Bodies are cut by programs that reach any part of them.
         for (place, (centre, bulk)) in samples.centres.iter().zip(&samples.bulks).enumerate() {
             let cut_by = |number: u32| {
                 let program = compiled.programs.get(number);
@@ -163,7 +163,7 @@ impl Programs {
         jobs
     }
 
-    /// Adds what a program gives on some samples.
+    /// Adds the forces of a program on some samples.
     fn add_on(
         &mut self,
         (number, program): (u32, &Program),
@@ -193,7 +193,7 @@ impl Programs {
         self.add_asked((number, program), scene, frames, sums);
     }
 
-    /// Adds what a program gives on the samples that were asked about.
+    /// Adds the forces of a program on the samples in `asked`.
     fn add_asked(
         &mut self,
         (number, program): (u32, &Program),
@@ -238,7 +238,7 @@ impl Programs {
         self.react(samples, sums);
     }
 
-    /// Adds what an instance gives on several samples.
+    /// Adds the forces of an instance on several samples.
     fn add_in_lanes(&mut self, asked: &Asking<'_>, run: &[(u32, u32)], sums: &mut Sums<'_>) {
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
@@ -263,7 +263,7 @@ impl Programs {
         self.found = all_found;
     }
 
-    /// Adds what an instance gives on one sample.
+    /// Adds the force of an instance on one sample.
     fn add_one(&mut self, asked: &Asking<'_>, place: u32, sums: &mut Sums<'_>) {
         let wide = &asked.wide;
         let query = wide
@@ -277,7 +277,7 @@ impl Programs {
         }
     }
 
-    /// Adds a force on one sample; takes note of its reaction.
+    /// Adds a force on one sample, and notes its reaction.
     fn add_force(&mut self, asked: &Asking<'_>, place: u32, exact: DVec3, sums: &mut Sums<'_>) {
         let Wide {
             program,
@@ -306,7 +306,7 @@ impl Programs {
         }
     }
 
-    /// Adds what a program gives on a body that it cuts; whether it does.
+    /// Adds the wrench of a program on a body that it cuts. Returns false if it does not cut the body.
     fn cut(
         &mut self,
         (number, program): (u32, &Program),
@@ -317,7 +317,7 @@ impl Programs {
         let Some(bulk) = scene.samples.cut(program.how, body) else {
             return false;
         };
-        // Rounded up, not to lose what only just reaches.
+        // Rounded up, so that instances are not lost that only just reach the body.
         let extent = from_f64(bulk.extent) * (1.0 + Real::EPSILON * 4.0);
         let point = scene.samples.centres[body as usize].world_point;
         let reach = self.index.reach(number);
@@ -358,7 +358,7 @@ impl Programs {
         true
     }
 
-    /// Adds the opposite forces on the bodies that carry the fields.
+    /// Adds the opposite forces to the bodies that carry the fields.
     fn react(&mut self, samples: &Samples, sums: &mut Sums<'_>) {
         for (place, force, world_point) in self.reactions.drain(..) {
             let arm = world_point - samples.centres[place].world_point;

@@ -1,4 +1,4 @@
-//! Batches of radial fields, each in the way that suits it.
+//! Evaluates batches of radial fields: pair by pair, by cells, or one way, whichever suits the batch.
 
 use super::contract::{BatchEvaluator, Scene, Sums};
 use super::far::{FarRadials, is_far};
@@ -10,7 +10,7 @@ use crate::compile::{Ordered, RadialBatch};
 use crate::field::Frames;
 use crate::math::Real;
 
-/// Evaluates radial batches, each in the way that suits it; keeps its buffers between calls.
+/// Evaluates radial batches; keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(super) struct Radials {
     one_way: OneWayRadials,
@@ -32,8 +32,8 @@ impl BatchEvaluator<Ordered<RadialBatch>> for Radials {
 }
 
 impl Radials {
-    /// Adds the forces on every sample, or in place of their first components the potentials of those
-    /// that have one.
+    /// Adds the forces on all samples; or, in place of their first components, the potentials of those laws that
+    /// have one.
     pub(super) fn add_quantity(
         &mut self,
         batches: &Ordered<RadialBatch>,
@@ -76,7 +76,7 @@ impl Radials {
 
 #[cfg(test)]
 mod by_themselves {
-    //! The two ways by themselves: whatever the batch, they differ in rounding only.
+    //! Both evaluators by themselves: on any batch they differ in rounding only.
 
     use super::*;
 

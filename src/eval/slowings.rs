@@ -1,52 +1,52 @@
-//! How drag and wind slow bodies, in closed form, added up over samples while their forces are.
+//! Derivatives by velocity of drag and wind on bodies, added up over samples together with the forces.
 
 use crate::math::DVec3;
 use crate::rapier::na::{Matrix3, Matrix6, Vector3, Vector6};
 use crate::rigid::{Slowing, cross_matrix, six};
 
-/// The drags and winds on some bodies, and how they fall with the velocities.
+/// The drag and wind on each of some bodies, with its derivative by the body's velocities.
 #[derive(Debug, Default)]
 pub(crate) struct BodySlowings {
     bodies: Vec<Sum>,
-    /// What of −∂wrench/∂velocities is along the axes of single samples, of the bodies that have any.
+    /// Parts of −∂wrench/∂velocities along the axes of single samples, for bodies that have any.
     along: Vec<Matrix6<f64>>,
 }
 
-/// Over the samples of a body, at the arms a from its centre of mass.
+/// Sums over the samples of a body, at arms a from its centre of mass.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sum {
     force: DVec3,
     torque: DVec3,
-    /// Σ λ, where λ is what a sample is slowed by in all directions.
+    /// Σ λ, where λ is the part of a sample's derivative that is alike in all directions.
     across: f64,
     /// Σ λ a
     first: DVec3,
     /// Σ λ a aᵀ
     second: Matrix3<f64>,
-    /// The place of the rest among those of all bodies.
+    /// The number of the body's matrix in [`BodySlowings::along`], if it has one.
     along: Option<u32>,
-    /// Whether any sample is beside the centre of mass.
+    /// True if any sample is not at the centre of mass.
     has_arms: bool,
 }
 
-/// The drags and winds on a body together.
+/// The drag and wind on a body: wrench and derivative.
 pub(crate) struct BodySlowing {
     pub wrench: Vector6<f64>,
-    /// Its derivative by the linear and the angular velocity.
+    /// The derivative of the wrench by the linear and the angular velocity.
     pub slope: Matrix6<f64>,
-    /// Whether all of it acts at the centre of mass.
+    /// True if all of it acts at the centre of mass.
     pub at_centre: bool,
 }
 
 impl BodySlowings {
-    /// Of so many bodies, on which nothing acts yet.
+    /// Starts with this number of bodies, and nothing that acts on them.
     pub(crate) fn start(&mut self, bodies: usize) {
         self.along.clear();
         self.bodies.clear();
         self.bodies.resize(bodies, Sum::default());
     }
 
-    /// Adds a force on a sample of a body, at `arm` from its centre of mass.
+    /// Adds a force on a sample of a body, at `arm` from its centre of mass, with its derivative by velocity.
     pub(super) fn add(&mut self, body: u32, arm: DVec3, force: DVec3, slowing: &Slowing) {
         let sum = &mut self.bodies[body as usize];
         sum.force += force;
@@ -69,12 +69,12 @@ impl BodySlowings {
         self.along[along as usize] += axis * axis.transpose() * slowing.along;
     }
 
-    /// Whether any bodies were evaluated.
+    /// Returns true if there are any bodies.
     pub(crate) fn of_any(&self) -> bool {
         !self.bodies.is_empty()
     }
 
-    /// What acts on a body; `None` before anything was evaluated.
+    /// The drag and wind on a body; `None` if there is no such body.
     pub(crate) fn on(&self, body: usize) -> Option<BodySlowing> {
         let sum = self.bodies.get(body)?;
         let mut slope = Matrix6::zeros();

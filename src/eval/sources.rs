@@ -1,4 +1,4 @@
-//! Sources of radial fields, as they are met by samples.
+//! The sources of one batch of radial fields, in columns, sorted by the cells of a grid.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -11,8 +11,8 @@ use crate::math::{DVec3, Real, Vector, to_f64};
 use crate::neighbors::{FEWEST_FOR_GRID, PointGrid};
 use crate::sample::owner;
 
-/// Sources in separate arrays, sorted by the cells of a grid if there are many, and in a cell by
-/// their terms. Behind each row of cells [`Four`](super::lanes::Four) can be read.
+/// Sources in columns, sorted by the cells of a grid if there are many, and within a cell by their terms. Columns
+/// are padded, so that [`Four`](super::lanes::Four) can be read behind each row of cells.
 #[derive(Debug, Default)]
 pub(super) struct Sources {
     points: Vec<Vector>,
@@ -24,20 +24,20 @@ pub(super) struct Sources {
     pub(super) owner: Vec<Real>,
     grid: PointGrid,
     gridded: bool,
-    /// That of the batch they were taken from, if all its sources stand still; else zero.
+    /// The stamp of the batch they were gathered from, if all its sources stand still; else zero.
     stamp: u64,
-    /// Of the term of each, if so.
+    /// The term of each source, in that case.
     serials: Vec<Key>,
     count: usize,
-    /// The corners of the box they are in, and how many stand in each of its faces.
+    /// The corners of the box around them, and the number of sources in each of its faces.
     bounds: [Vector; 2],
     in_faces: [usize; 6],
-    /// Where rows that were moved would run into others.
+    /// For rows that were moved, the place that the row must not grow beyond.
     limits: HashMap<usize, usize>,
 }
 
 impl Sources {
-    /// Takes the sources whose anchors are there, and sorts them into a grid if there are many.
+    /// Gathers the sources whose anchors exist, and sorts them into a grid if there are many.
     pub(super) fn gather(
         &mut self,
         batch: &RadialBatch,
@@ -83,7 +83,7 @@ impl Sources {
         }
     }
 
-    /// Takes note of what [`Sources::follow`] needs to know.
+    /// Notes the properties that [`Sources::follow`] needs.
     fn note_terms(&mut self, batch: &RadialBatch) {
         let order = self.grid.order().iter();
         self.serials.clear();
@@ -109,8 +109,7 @@ impl Sources {
         [&mut self.x, &mut self.y, &mut self.z, strength, owner]
     }
 
-    /// Of the cells of the grid. Half the range: finer cells fit the ball better than they cost in
-    /// ranges.
+    /// The side of the grid's cells. Half the range: finer cells fit the ball better than they cost in ranges.
     fn side(&self, batch: &RadialBatch) -> Real {
         let range = batch.range.filter(|_| self.gridded);
         range.map_or(Real::MAX, |range| range * 0.5)
@@ -128,12 +127,12 @@ impl Sources {
         all.filter(|all| all.len() <= WIDTH)
     }
 
-    /// Where the source at a place stands.
+    /// The point of the source at a place.
     pub(super) fn point(&self, at: usize) -> DVec3 {
         DVec3::new(to_f64(self.x[at]), to_f64(self.y[at]), to_f64(self.z[at]))
     }
 
-    /// Visits ranges of places that hold all sources within range of a point, and some others.
+    /// Visits ranges of places that together hold all sources within range of a point, and some farther ones.
     #[inline(always)]
     pub(super) fn for_each_near(
         &self,
@@ -159,8 +158,8 @@ impl Sources {
         }
     }
 
-    /// Brings the sources of a batch that all stand still up to date. Afterwards they are what
-    /// [`Sources::gather`] would make of them; whether that was possible.
+    /// Follows the changes of a batch whose sources all stand still, so that the sources are the same as after
+    /// [`Sources::gather`]. Returns false if that is not possible.
     fn follow(
         &mut self,
         batch: &RadialBatch,
@@ -170,8 +169,7 @@ impl Sources {
         before == batch.log.stamp || self.patch(batch, before, frame).is_some()
     }
 
-    /// Puts the sources of terms that were changed in place of those they had; `None` if the grid
-    /// is to be another.
+    /// Replaces the sources of the terms that were changed; `None` if the grid would have another shape.
     fn patch(
         &mut self,
         batch: &RadialBatch,
@@ -202,7 +200,7 @@ impl Sources {
         same.then_some(())
     }
 
-    /// Takes out a source of a term, unless it came after what was gathered.
+    /// Removes a source of a term. One that was added and removed since the last update is not there.
     fn remove(&mut self, serial: Key, point: Vector) {
         let cell = self.grid.cell_of(point);
         let [mut run, row] = self.grid.runs(cell);
@@ -222,7 +220,7 @@ impl Sources {
         }
     }
 
-    /// Puts in a source of a term, after those it has in the cell; `None` if it is out of bounds.
+    /// Inserts a source of a term, after those it has in the cell; `None` if the source is out of bounds.
     fn insert(&mut self, serial: Key, point: Vector, strength: Real) -> Option<()> {
         let [low, high] = self.bounds;
         let inside = point.cmpge(low) & point.cmple(high);
@@ -245,7 +243,7 @@ impl Sources {
         Some(())
     }
 
-    /// Moves the row of a cell to the end, unless there is room behind it.
+    /// Moves the row of a cell to the end of the columns, unless there is room behind it.
     fn make_room(&mut self, cell: usize) {
         let (number, [_, row]) = (self.grid.row_of(cell), self.grid.runs(cell));
         if self
@@ -272,7 +270,7 @@ fn is_gridded(batch: &RadialBatch, count: usize) -> bool {
     batch.range.is_some() && count >= FEWEST_FOR_GRID
 }
 
-/// In which faces of a box a point is, by number.
+/// The numbers of the faces of a box that a point lies in.
 fn faces(bounds: [Vector; 2], point: Vector) -> impl Iterator<Item = usize> {
     let corners = bounds.into_iter().flat_map(|corner| corner.to_array());
     let coordinates = point.to_array().into_iter().cycle();

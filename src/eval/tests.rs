@@ -21,7 +21,7 @@ use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Ri
 use crate::rigid::{Body, Lookup, Wrench};
 use crate::sample::{Gatherer, Moment, Properties, Samples};
 
-/// Fields, and bodies that they act on.
+/// Fields, and a world of bodies on which they act.
 struct Stage {
     set: FieldSet,
     compiled: Compiled,
@@ -61,7 +61,7 @@ fn world() -> PhysicsWorld {
     world
 }
 
-/// Works out the masses, which Rapier would in its first step.
+/// Computes the masses, which Rapier would do in its first step.
 fn weigh(world: &mut PhysicsWorld) {
     let PhysicsWorld {
         bodies, colliders, ..
@@ -122,7 +122,7 @@ impl Stage {
         }
     }
 
-    /// What an evaluator adds to sums that hold something already.
+    /// The wrenches that an evaluator adds to sums that begin with `start`.
     fn evaluate<B: ?Sized>(
         &self,
         evaluator: &mut impl BatchEvaluator<B>,
@@ -212,7 +212,7 @@ fn constants(_: &PhysicsWorld) -> Vec<Tree> {
     ]
 }
 
-/// Of colliders, of bodies, and of the world; bounded and not.
+/// Radial fields on colliders, on bodies and on the world, with and without a range.
 fn radials(world: &PhysicsWorld) -> Vec<Tree> {
     let mut all = Vec::new();
     for (number, (collider, _)) in world.colliders.iter().enumerate() {
@@ -234,7 +234,7 @@ fn radials(world: &PhysicsWorld) -> Vec<Tree> {
     all
 }
 
-/// Very many of bodies and of the world, in cells too fine to act as a whole.
+/// Very many sources on bodies and the world, with an angle at which no cell acts as a whole.
 fn far(world: &PhysicsWorld) -> Vec<Tree> {
     let pull = |k: usize| Field::point_gravity(0.01 * k as Real).opening_angle(1e-6);
     let still = (0..600).map(|k| {
@@ -253,7 +253,7 @@ fn far(world: &PhysicsWorld) -> Vec<Tree> {
     still.chain(carried).map(Tree::from).collect()
 }
 
-/// Composites, instances, fields that react, that are off, and many unlike ones.
+/// Composites, instances, fields that react, fields that are off, and many different fields.
 fn programs(world: &PhysicsWorld) -> Vec<Tree> {
     let bodies: Vec<RigidBodyHandle> = world.bodies.iter().map(|(handle, _)| handle).collect();
     let pull = Field::radial(-1.0, 0.0).within(Region::ball(4.1));
@@ -348,7 +348,7 @@ macro_rules! keeps_the_contract {
                 let mut kept = $fresh;
                 for round in 0..12 {
                     let handles: Vec<_> = stage.set.iter().map(|(handle, _)| handle).collect();
-                    // Constants are soon all gone.
+                    // All constants are removed after a few rounds.
                     let Some(handle) = handles.get(round * 7 % handles.len().max(1)) else {
                         break;
                     };
@@ -392,7 +392,7 @@ fn levels() -> Vec<Level> {
     all
 }
 
-/// Many bodies of one to six parts, with laws of all kinds.
+/// Radial fields of all kinds on many bodies of one to six parts.
 fn many(world: &PhysicsWorld) -> Vec<Tree> {
     let mut all = Vec::new();
     for (number, (collider, _)) in world.colliders.iter().enumerate() {
@@ -431,7 +431,7 @@ fn crowd() -> Stage {
     Stage::of(world, many)
 }
 
-/// Whatever instructions there are, every bit is the same, and right.
+/// Every instruction set gives the same bits, and they are right.
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
     let stage = crowd();

@@ -1,8 +1,8 @@
-//! Programs on eight samples at a time: the walk of the [interpreter](super::interpreter), over
-//! [`Lanes`], so that each sample has the bits that it would have by itself.
+//! Programs on eight samples at a time: the walk of the [interpreter](super::interpreter) over [`Lanes`]. Each
+//! sample gets the bits that it would get by itself.
 //!
-//! On the surface of a region, and where a number is not finite, a sample is *in doubt*, and the
-//! interpreter is asked.
+//! A sample on the surface of a region, or with a number that is not finite, is *in doubt*, and left to the
+//! interpreter.
 
 use fearless_simd::Simd;
 
@@ -12,10 +12,10 @@ use crate::field::{Frame, LANES, Lanes, Motion, Number, Numbers, Open, Plain, Qu
 use crate::math::{DVec3, to_dvec3, to_f64};
 use crate::sample::{Moment, SamplePoint, Samples};
 
-/// How many samples.
+/// The number of samples.
 pub(super) const WIDTH: usize = LANES;
 
-/// An instance of a program, and when it is asked.
+/// An instance of a program, and the moment at which it is evaluated.
 pub(super) struct Asked<'a> {
     pub program: &'a Program,
     pub instance: usize,
@@ -24,7 +24,8 @@ pub(super) struct Asked<'a> {
     pub moment: Moment,
 }
 
-/// What an instance gives to up to eight samples; by bit, where it is defined, and who is in doubt.
+/// The forces of an instance on up to eight samples, with a bit for each sample on which it is defined, and for
+/// each that is in doubt.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     forces: [[f64; WIDTH]; 3],
@@ -33,7 +34,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// The force on a sample on which it is defined, not rounded.
+    /// The force, in `f64`, on a sample on which the instance is defined.
     pub(super) fn exact_force(&self, lane: usize) -> DVec3 {
         let [x, y, z] = &self.forces;
         DVec3::new(x[lane], y[lane], z[lane])
@@ -41,7 +42,7 @@ impl Found {
 }
 
 impl Asked<'_> {
-    /// Runs the instance on up to eight samples, and at least one, with some instructions.
+    /// Runs the instance on one to eight samples, with the instructions of `simd`.
     #[inline(always)]
     pub(super) fn on<S: Simd>(&self, simd: S, samples: &[&SamplePoint]) -> Found {
         simd.vectorize(
@@ -53,7 +54,7 @@ impl Asked<'_> {
     #[inline(always)]
     fn run(&self, samples: &[&SamplePoint]) -> Found {
         let last = samples.len().min(WIDTH) - 1;
-        // The last one fills up.
+        // Lanes without a sample repeat the last one.
         let samples: [&SamplePoint; WIDTH] = std::array::from_fn(|lane| samples[lane.min(last)]);
         let point = |axis| of_each(&samples, |sample| to_dvec3(sample.world_point)[axis]);
         let velocity = |axis| of_each(&samples, |sample| to_dvec3(sample.velocity)[axis]);

@@ -1,4 +1,4 @@
-//! Closed forms against numbers that carry derivatives.
+//! Compares closed forms of drag with numbers that carry derivatives.
 
 use proptest::prelude::*;
 

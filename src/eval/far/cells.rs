@@ -1,52 +1,52 @@
-//! Sources in cells within cells.
+//! Sources of a batch in cells within cells, each with its moments.
 
 use std::ops::Range;
 
 use super::halves::part;
 use crate::math::DVec3;
 
-/// Cells of no more sources are not cut.
+/// Cells of no more sources are not divided.
 const FEWEST: usize = 8;
 
-/// A source, as it stands in the world.
+/// A source at its place in the world.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
     pub point: DVec3,
     pub strength: f64,
-    /// Of the body that carries it.
+    /// The body that carries it; see [`owner`](crate::sample::owner).
     pub owner: f64,
 }
 
-/// The sources of a batch, in halves of halves.
+/// The sources of a batch, divided into halves of halves.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
-    /// That of the batch, if its sources stand still.
+    /// The stamp of the batch they were sorted from, if its sources stand still.
     pub made_for: Option<u64>,
-    /// Whether all sources are somewhere; otherwise there are no cells.
+    /// True if all sources have finite places; otherwise there are no cells.
     pub are_finite: bool,
     pub sources: Vec<Source>,
-    /// Each before those within it.
+    /// Each cell before those within it.
     pub list: Vec<Cell>,
-    /// The sources of bodies: the body, and the place among the sources; sorted.
+    /// The sources that bodies carry, as body and place in `sources`, sorted.
     owned: Vec<(f64, u32)>,
 }
 
-/// Neighbouring sources, and what they are from afar.
+/// A cell of neighbouring sources, with the moments by which it acts on samples far off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
-    /// The centre of the sizes of their strengths.
+    /// The mean place of its sources, weighted by the sizes of their strengths.
     pub centre: DVec3,
-    /// No source is farther from it, squared.
+    /// The largest squared distance of a source from the centre.
     pub radius2: f64,
     /// The sum of strengths s.
     pub total: f64,
-    /// Of s δ, for the way δ of each from the centre.
+    /// The sum of s δ, for the offset δ of each source from the centre.
     pub first: DVec3,
-    /// Of s δ δᵀ: xx, yy, zz, then yz, xz, xy.
+    /// The sum of s δ δᵀ: xx, yy, zz, then yz, xz, xy.
     pub second: [DVec3; 2],
     pub start: u32,
     pub end: u32,
-    /// Where the cells within it end.
+    /// The number of the first cell after those within it.
     pub next: u32,
     pub is_cut: bool,
 }
@@ -58,7 +58,7 @@ impl Cell {
 }
 
 impl Cells {
-    /// Takes up sources, unless some are nowhere.
+    /// Sorts sources into cells, unless some have no finite place.
     pub(super) fn sort(&mut self, sources: &[Source]) {
         self.list.clear();
         self.sources.clear();
@@ -76,7 +76,7 @@ impl Cells {
             .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
-    /// Makes a cell of some sources, and those within it.
+    /// Makes a cell of some sources, and the cells within it.
     fn cut(&mut self, places: Range<usize>) {
         let number = self.list.len();
         let is_cut = places.len() > FEWEST;

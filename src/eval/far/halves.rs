@@ -1,9 +1,9 @@
-//! Points in halves of halves.
+//! Divides points into halves of halves, so that neighbours come together.
 
 use crate::math::DVec3;
 
-/// Puts `at` points before the others that are no farther along the axis on which all are spread most.
-/// By number, not by place: so one that is very far from the others does not matter to them.
+/// Moves `at` items to the front that lie no farther than the others along the axis on which all spread most.
+/// Items are counted, so a single item far off does not coarsen the groups of the others.
 pub(super) fn part<T>(items: &mut [T], at: usize, point: impl Fn(&T) -> DVec3) {
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let points = items.iter().map(&point);
@@ -12,7 +12,7 @@ pub(super) fn part<T>(items: &mut [T], at: usize, point: impl Fn(&T) -> DVec3) {
     items.select_nth_unstable_by(at, |a, b| point(a)[axis].total_cmp(&point(b)[axis]));
 }
 
-/// Sorts points so that any `size` that follow each other from a multiple of it on are near each other.
+/// Reorders items so that each chunk of `size` consists of neighbours.
 pub(super) fn gather<T>(items: &mut [T], size: usize, point: &impl Fn(&T) -> DVec3) {
     if items.len() <= size {
         return;
@@ -30,7 +30,7 @@ pub(super) fn gather<T>(items: &mut [T], size: usize, point: &impl Fn(&T) -> DVe
 mod tests {
     use super::*;
 
-    /// On a line with one point very far away, in an order that says nothing.
+    /// Points on a line, shuffled, with one of them very far away.
     #[test]
     fn neighbours_come_together() {
         let place = |number: usize| match number {

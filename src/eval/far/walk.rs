@@ -1,4 +1,4 @@
-//! What sources in cells give on eight samples at once.
+//! Sums the forces of cells on eight samples at once.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f64x8};
 
@@ -9,10 +9,10 @@ use crate::field::{Linearised, Profile, Radial};
 use crate::math::{DMat3, DVec3, to_dvec3, to_f64};
 use crate::sample::SamplePoint;
 
-/// Samples at once.
+/// Samples that are evaluated together.
 pub(super) const WIDTH: usize = 8;
 
-/// Neighbouring samples, up to eight.
+/// Up to eight neighbouring samples.
 #[derive(Debug, Default)]
 pub(super) struct Block {
     points: [[f64; WIDTH]; 3],
@@ -21,19 +21,19 @@ pub(super) struct Block {
     high: DVec3,
     count: usize,
     sums: [[f64; WIDTH]; 3],
-    /// The places of the sources of their bodies, sorted.
+    /// The places of the sources that their bodies carry, sorted.
     own: Vec<u32>,
 }
 
 impl Block {
-    /// Takes up samples: their points, and their bodies.
+    /// Sets the samples, given by their points and bodies.
     fn fill(&mut self, samples: impl Iterator<Item = (DVec3, f64)>, cells: &Cells) {
         self.owners = [f64::NAN; WIDTH];
         (self.low, self.high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.count = 0;
         self.own.clear();
         for (lane, (point, owner)) in samples.take(WIDTH).enumerate() {
-            // Lanes without a sample are where the last one is.
+            // Lanes without a sample repeat the last one.
             for (column, x) in self.points.iter_mut().zip(point.to_array()) {
                 column[lane..].fill(x);
             }
@@ -48,26 +48,26 @@ impl Block {
         self.own.sort_unstable();
     }
 
-    /// What was found on each.
+    /// The sum at each sample.
     pub(super) fn sums(&self) -> impl Iterator<Item = DVec3> {
         let [x, y, z] = &self.sums;
         (0..self.count).map(|lane| DVec3::new(x[lane], y[lane], z[lane]))
     }
 
-    /// Whether a cell holds sources of a body that is acted on.
+    /// Returns true if a cell has sources of a sampled body.
     fn has_own(&self, cell: &Cell) -> bool {
         let next = self.own.partition_point(|place| *place < cell.start);
         self.own.get(next).is_some_and(|place| *place < cell.end)
     }
 
-    /// How far a point is from all samples at least, squared.
+    /// A lower bound of the squared distance of a point from the samples.
     fn distance2(&self, point: DVec3) -> f64 {
         let outside = (self.low - point).max(point - self.high).max(DVec3::ZERO);
         outside.length_squared()
     }
 }
 
-/// A law F = s d (d² + ε²)ᵖ of sources in cells.
+/// The law F = s d (d² + ε²)ᵖ of sources in cells.
 pub(super) struct Walk<'a> {
     cells: &'a Cells,
     law: &'a Radial,
@@ -76,12 +76,12 @@ pub(super) struct Walk<'a> {
     exponent: f64,
     /// ε².
     softening2: f64,
-    /// Of the opening angle.
+    /// Square of the opening angle, as the ratio of a cell's radius to its distance.
     tangent2: f64,
 }
 
 impl<'a> Walk<'a> {
-    /// `None` for laws that are not of that form, and for sources of which some are nowhere.
+    /// `None` for laws of another form, and if a source has no finite place.
     pub(super) fn new(cells: &'a Cells, law: &'a Radial, quantity: Quantity) -> Option<Self> {
         let Profile::Power {
             power, softening, ..
@@ -101,8 +101,8 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Sums over all sources on each of some samples, given by their points and bodies; in place of the
-    /// first component the potential may be asked for.
+    /// Sums over all sources at each of some samples, given by their points and bodies. A potential is in place
+    /// of the first component of the force.
     pub(super) fn on(&self, samples: impl Iterator<Item = (DVec3, f64)>, block: &mut Block) {
         block.fill(samples, self.cells);
         block.sums = dispatch!(level(), simd => self.sum(simd, block));
@@ -127,7 +127,8 @@ impl<'a> Walk<'a> {
         seen.sum.map(|sum| sum.to_array())
     }
 
-    /// Adds the force on one sample, and its derivatives, for which a cell is as if all were in its centre.
+    /// Adds the force on one sample, with derivatives. For these a cell acts as if all its sources were in its
+    /// centre.
     pub(super) fn linearise(&self, sample: &SamplePoint, weight: f64, sum: &mut Linearised) {
         let (point, owner) = (to_dvec3(sample.world_point), to_f64(sample.owner));
         let is_own = |cell: &Cell| {
@@ -166,7 +167,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The force of the first and second moments of a cell, at a way d from its centre; see
+    /// The force of the first and second moments of a cell, at the offset d from its centre; see
     /// [`Walk::add_cell`].
     fn moments(&self, cell: &Cell, d: DVec3, [g, slope]: [f64; 2]) -> DVec3 {
         let bend = slope * (self.exponent - 1.0) / (d.length_squared() + self.softening2);
@@ -202,7 +203,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// A source that is off by δ acts by F(d − δ) = F − (δ·∇)F + ½ (δ·∇)²F + …, with derivatives by
+    /// A source at an offset δ from the centre acts by F(d − δ) = F − (δ·∇)F + ½ (δ·∇)²F + …, with derivatives by
     /// those of g(ρ²) = ρ²ᵖ.
     #[inline(always)]
     fn add_cell<S: Simd>(&self, seen: &mut Seen<S>, cell: &Cell) {
@@ -237,7 +238,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// g, given ρ².
+    /// g, from ρ².
     #[inline(always)]
     fn factor<S: Simd>(&self, rho2: f64x8<S>) -> f64x8<S> {
         match self.exponent == -1.5 {
@@ -246,7 +247,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// U of strength one, given ρ².
+    /// U for a strength of one, from ρ².
     #[inline(always)]
     fn potential<S: Simd>(&self, rho2: f64x8<S>) -> f64x8<S> {
         match self.exponent == -1.5 {
@@ -255,7 +256,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    // Not inlined: compiled once, so that it is the same whatever instructions the caller may use.
+    // Not inlined: it is compiled once, so its bits do not depend on the caller's instruction set.
     #[inline(never)]
     fn each<S: Simd>(&self, rho2: f64x8<S>, number: fn(&Radial, f64) -> f64) -> f64x8<S> {
         let mut numbers = rho2.to_array();
@@ -266,7 +267,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Eight samples, and what was found on them so far.
+/// Eight samples, and the sums at them so far.
 struct Seen<S: Simd> {
     points: [f64x8<S>; 3],
     owners: f64x8<S>,

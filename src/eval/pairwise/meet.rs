@@ -1,4 +1,4 @@
-//! Tiles against tiles: all laws of one range on sixteen pairs of sites at once.
+//! Pairs of tiles: all laws of one range on sixteen pairs of sites at once.
 
 use std::ops::Range;
 
@@ -12,27 +12,27 @@ use crate::eval::quantity::Quantity;
 use crate::math::Real;
 use crate::threads::each_chunk;
 
-/// The laws that act within one range. Tiles know the charges of the first Lennard-Jones law, then
-/// those of the first inverse square, which share their roots, and then those of the rest.
+/// The laws that act within one range. Tiles have the charges of the first Lennard-Jones law, then those of the
+/// first inverse square law, which share their roots, and then those of the others.
 #[derive(Debug, Default)]
 pub(super) struct Laws {
     range: Option<Real>,
     lennard_jones: LennardJones,
     inverse_square: InverseSquare,
     rest: Vec<Law>,
-    /// What there is of [`LENNARD_JONES`], [`INVERSE_SQUARE`] and [`REST`].
+    /// Bits of [`LENNARD_JONES`], [`INVERSE_SQUARE`] and [`REST`] for the laws in it.
     there: u32,
-    /// Whether what acts on one of a pair acts on the other, too, in every law.
+    /// True if in every law the forces on the two of a pair are opposite.
     pub mutual: bool,
 }
 
-/// What a loop over pairs is compiled for.
+/// Bits of the form that a loop over pairs is compiled for.
 const LENNARD_JONES: u32 = 1;
 const INVERSE_SQUARE: u32 = 2;
 const REST: u32 = 4;
-/// What acts on one of a pair may not act on the other.
+/// The forces on the two of a pair may not be opposite.
 const ONE_SIDED: u32 = 8;
-/// Tiles may share bodies.
+/// Tiles may have sites of the same body.
 const SHARED: u32 = 16;
 const ALL: u32 = 31;
 const POTENTIAL: u32 = 32;
@@ -44,7 +44,7 @@ impl Laws {
         self.there = 0;
     }
 
-    /// Adds a law: which of the first two it is, or that it is the last of the rest.
+    /// Adds a law. Returns its slot if it is one of the first two; `None` if it goes to the others.
     pub(super) fn put(&mut self, law: Law) -> Option<usize> {
         let (slot, kind) = match law {
             Law::LennardJones(law) if self.there & LENNARD_JONES == 0 => {
@@ -64,7 +64,7 @@ impl Laws {
         slot
     }
 
-    /// Adds what all pairs of sites do to each other to the sums of the tiles.
+    /// Adds the forces, or potentials, between all pairs of sites to the sums of the tiles.
     pub(super) fn meet(&self, tiles: &mut Tiles, near: &NearTiles, quantity: Quantity) {
         const BOTH: u32 = LENNARD_JONES | INVERSE_SQUARE;
         const GRAVITY: u32 = INVERSE_SQUARE | SHARED;
@@ -76,7 +76,7 @@ impl Laws {
         each_chunk(&mut parts, 1, |_, parts| {
             let Some(on) = parts.first_mut() else { return };
             on.clear(known.len());
-            // The commonest are compiled by themselves.
+            // The most common forms have loops of their own.
             dispatch!(level(), simd => match (quantity, form) {
                 (Quantity::Potential, _) => self.meet_all::<_, { ALL | POTENTIAL }>(simd, known, near, on),
                 (_, BOTH) => self.meet_all::<_, BOTH>(simd, known, near, on),
@@ -122,7 +122,7 @@ impl Laws {
                         *back += more;
                     }
                 }
-                // Of a tile with itself each pair is met from both sides.
+                // For a tile with itself each pair is visited from both sides.
                 if FORM & POTENTIAL == 0 && tile != other {
                     subtract(simd, &mut sums[other - start], back);
                 }
@@ -137,7 +137,7 @@ impl Laws {
     }
 }
 
-/// The laws where nothing that is written can change them: so they stay in registers.
+/// A copy of the laws that no write can alias, so that they stay in registers.
 struct Constants<'a, S: Simd> {
     range2: Eight<S>,
     lennard_jones: LennardJones,
@@ -145,7 +145,7 @@ struct Constants<'a, S: Simd> {
     rest: &'a [Law],
 }
 
-/// Takes what came of two of four sites, and of the other two, off the sums.
+/// Subtracts from the sums of four sites the reactions of two sites of another tile.
 #[inline(always)]
 fn subtract<S: Simd>(simd: S, sums: &mut [Row; 3], back: [Eight<S>; 3]) {
     for (sum, back) in sums.iter_mut().zip(back) {
@@ -154,23 +154,23 @@ fn subtract<S: Simd>(simd: S, sums: &mut [Row; 3], back: [Eight<S>; 3]) {
     }
 }
 
-/// Whether any of two sites of four is anything to a law.
+/// Returns true if any of two sites of a tile has a strength or weight in a law.
 fn is_charged(charges: &[Row; 2], first: usize) -> bool {
     charges.iter().any(|row| row[first..first + 2] != [0.0; 2])
 }
 
-/// Strengths and weights.
+/// Strengths and weights of sites in one law.
 type Charges<S> = [Eight<S>; 2];
 
-/// The tile that is met.
+/// The second tile of a pair.
 struct There<'a, S: Simd> {
     point: [Eight<S>; 3],
     charges: [Charges<S>; 2],
     rest: &'a [[Row; 2]],
     bodies: Eight<S>,
-    /// Whether it may share a body with the other tile.
+    /// True if it may have sites of the same body as the first tile.
     may_share: bool,
-    /// By how much each pair counts: a half of a tile with itself, which meets each pair twice.
+    /// The factor of each pair in a potential: one half for a tile with itself, where pairs are visited twice.
     share: Real,
 }
 
@@ -193,12 +193,13 @@ impl<'a, S: Simd> There<'a, S> {
     }
 }
 
-/// Two sites of the tile that meets others.
+/// Two sites of the first tile of a pair.
 struct Half<'a, S: Simd> {
     simd: S,
     point: [Eight<S>; 3],
     charges: [Charges<S>; 2],
-    /// Whether they are anything to the first two laws: a hydrogen may be nothing to one.
+    /// For each of the first two laws, true if a site has a charge in it. A hydrogen may have none in one of
+    /// them.
     charged: [bool; 2],
     rest: &'a [[Row; 2]],
     bodies: Eight<S>,
@@ -237,8 +238,8 @@ impl<S: Simd> Half<'_, S> {
         }
     }
 
-    /// Adds what sites of the other tile do to it, and returns what it does to them, the other way
-    /// round.
+    /// Adds the forces of the other tile's sites to `on`, and returns the reactions on these sites, with the
+    /// opposite sign.
     #[inline(always)]
     fn meet<const FORM: u32>(
         &self,
@@ -306,7 +307,7 @@ impl<S: Simd> Half<'_, S> {
     }
 }
 
-/// The sum over laws of what acts on either side of a pair, over the way from one to the other.
+/// The sum over laws of the factors on either side of a pair. A factor times the way between the two is a force.
 struct Pull<S: Simd, const FORM: u32> {
     own: Eight<S>,
     other: Eight<S>,
@@ -314,7 +315,7 @@ struct Pull<S: Simd, const FORM: u32> {
 }
 
 impl<S: Simd, const FORM: u32> Pull<S, FORM> {
-    /// Adds the value of a law. Selected: where it is not coupled it may be infinite.
+    /// Adds the value of a law. Selected, since it may be infinite where the pair is not coupled.
     #[inline(always)]
     fn add(&mut self, value: Eight<S>, own: Charges<S>, other: Charges<S>) {
         let zero = Eight::splat(value.simd, 0.0);

@@ -1,5 +1,5 @@
-//! Which tiles may have sites in range of each other: a list that outlives the step (Verlet, Phys.
-//! Rev. 159 (1967) 98).
+//! A list of pairs of tiles with sites in range of each other. It is made with a margin, and outlives the step
+//! until a site has moved by half of that (Verlet, Phys. Rev. 159 (1967) 98).
 
 use std::ops::Range;
 
@@ -11,30 +11,29 @@ use crate::math::{Real, Vector};
 use crate::neighbors::{FEWEST_FOR_GRID, PointGrid};
 use crate::threads::each_chunk;
 
-/// The list reaches farther than the range by this share of it, and so holds until a site has moved by
-/// half of that.
+/// Margin of the list, as a share of the range. The list holds until a site has moved by half of it.
 const SKIN: Real = 0.1;
 
-/// Tiles whose neighbours one thread looks for at a time.
+/// Tiles for which one thread searches neighbours at a time.
 const CHUNK: usize = 512;
 
-/// For each tile, later ones of other bodies of which a site may be in range of one of its own.
+/// For each tile, the later tiles of other bodies with a site that may be in range of one of its own.
 #[derive(Debug, Default)]
 pub(super) struct NearTiles {
     range: Option<Real>,
     bodies: Vec<Row>,
-    /// Where the sites were when it was made.
+    /// The places of the sites when the list was made.
     points: Vec<[Row; 3]>,
-    /// Where the others of each tile start; one more for the end. None if there is no range.
+    /// For each tile, where its others start; one more for the end. Empty if there is no range.
     starts: Vec<u32>,
     others: Vec<u32>,
     search: Search,
-    /// A buffer for where the next other of each tile goes.
+    /// A buffer: for each tile, where its next other goes.
     next: Vec<u32>,
 }
 
 impl NearTiles {
-    /// Forgets what it knows, unless it is of that range and of the same tiles.
+    /// Keeps the list only if it is of this range and of tiles with the same bodies.
     pub(super) fn keep_if_of(&mut self, range: Option<Real>, tiles: &Tiles) {
         if self.range != range || self.bodies != tiles.bodies {
             self.range = range;
@@ -44,7 +43,7 @@ impl NearTiles {
         }
     }
 
-    /// Brings it up to date; whatever its age, the others in range stand in the same order.
+    /// Brings the list up to date. The order of the tiles in range does not depend on the age of the list.
     pub(super) fn refresh(&mut self, tiles: &Tiles) {
         let Some(range) = self.range else {
             let known = self.others.len() as u32;
@@ -61,7 +60,7 @@ impl NearTiles {
         self.order();
     }
 
-    /// Later tiles that may be in range of one. Without a range, all, and itself.
+    /// The later tiles that may be in range of one. Without a range, all later tiles, and the tile itself.
     #[inline(always)]
     pub(super) fn of(&self, tile: usize, count: usize) -> &[u32] {
         match self.range {
@@ -70,7 +69,7 @@ impl NearTiles {
         }
     }
 
-    /// Sorts the pairs found, of which the later tiles stand in their order, by the earlier ones.
+    /// Sorts the pairs found by their earlier tile. The later tiles of each keep their order.
     fn order(&mut self) {
         let count = self.points.len();
         self.starts.clear();
@@ -94,10 +93,10 @@ impl NearTiles {
     }
 }
 
-/// Whether no site has moved by half the skin.
+/// Returns true if no site has moved by half the margin.
 #[inline(always)]
 fn still_holds<S: Simd>(simd: S, now: &[[Row; 3]], before: &[[Row; 3]], range: Real) -> bool {
-    // A hair less: rounding must not lose what is exactly at the range.
+    // Slightly less, since rounding must not lose a site at the range exactly.
     let slack = range * SKIN * 0.499;
     let mut all = <Four<S> as SimdBase<S>>::Mask::splat(simd, true);
     for (now, before) in now.iter().zip(before) {
@@ -115,17 +114,17 @@ fn distance2<S: Simd>(simd: S, a: &[Row; 3], b: &[Row; 3]) -> Four<S> {
     x * x + y * y + z * z
 }
 
-/// Buffers of the search.
+/// Search for near tiles by balls around them; keeps its buffers.
 #[derive(Debug, Default)]
 struct Search {
-    /// Balls that hold the tiles.
+    /// Balls around the tiles.
     centres: Vec<Vector>,
     radii: Vec<Real>,
     largest: Real,
     grid: PointGrid,
-    /// The balls in the order of the grid: x, y, z, radius, and which tile it is.
+    /// The balls in the order of the grid: x, y, z, radius, and the number of the tile.
     sorted: [Vec<Real>; 5],
-    /// Earlier tile and later, by chunks of the later ones.
+    /// Pairs of an earlier and a later tile, in chunks by the later one.
     found: Vec<Vec<(u32, u32)>>,
 }
 
@@ -163,7 +162,7 @@ impl Search {
         }
     }
 
-    /// Lists the pairs of tiles of which any sites are within reach, the later tiles in their order.
+    /// Finds the pairs of tiles with sites within reach of each other, in the order of the later tiles.
     fn find_all(&mut self, tiles: &Tiles, reach: Real) {
         let mut found = std::mem::take(&mut self.found);
         found.resize_with(tiles.len().div_ceil(CHUNK), Vec::new);
@@ -178,7 +177,7 @@ impl Search {
         self.found = found;
     }
 
-    /// Lists the pairs of which the later tile is one of those given.
+    /// Finds the pairs whose later tile is one of those given.
     #[inline(always)]
     fn find<S: Simd>(
         &self,
@@ -229,7 +228,7 @@ impl Search {
     }
 }
 
-/// Which of eight balls of earlier tiles meet one, as bits.
+/// A bit for each of eight balls that meets the given one and is of an earlier tile.
 #[inline(always)]
 fn meets<S: Simd>(
     simd: S,
@@ -247,7 +246,7 @@ fn meets<S: Simd>(
     ((dx * dx + dy * dy + dz * dz).simd_le(reach * reach) & earlier).to_bitmask()
 }
 
-/// Whether any of four sites are within reach of any others.
+/// Returns true if any of four sites is within reach of any of four others.
 #[inline(always)]
 fn within<S: Simd>(simd: S, sites: &[[Eight<S>; 3]; 2], there: &[Row; 3], reach: Real) -> bool {
     let (x, y, z) = (

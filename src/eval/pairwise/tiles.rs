@@ -1,4 +1,4 @@
-//! Sites by fours, as registers want them.
+//! Sites of bodies in groups of four, in the layout of SIMD registers.
 
 use std::ops::Range;
 
@@ -7,40 +7,40 @@ use crate::math::{Real, Vector};
 use crate::sample::{SamplePoint, Samples};
 use crate::threads::{self, each_chunk};
 
-/// Where there are threads, tiles are shared out to them in parts of at least so many, and no more parts.
+/// Fewest tiles of a part, and most parts, where tiles are divided among threads.
 const FEWEST: usize = 128;
 const MOST_PARTS: usize = 8;
-/// Tiles that one thread sums up at a time.
+/// Tiles that one thread adds up at a time.
 const CHUNK: usize = 1024;
 
-/// Sites in tiles of four: where they are, what they are to the laws, and what acts on them.
+/// Sites in tiles of four: their places, their charges in each law, and the sums of forces on them.
 ///
-/// Where a tile is not full, sites without charges stand in the place of the last one.
+/// A tile with fewer sites repeats the place of its last one, without charges.
 #[derive(Debug, Default)]
 pub(super) struct Tiles {
     pub points: Vec<[Row; 3]>,
     pub parts: Vec<Part>,
-    /// Tile by tile and law by law, the strength and the weight of each site.
+    /// The strength and the weight of each site, by tile and then by law.
     charges: Vec<[Row; 2]>,
     laws: usize,
-    /// Which body each site is of.
+    /// The number of each site's body.
     pub bodies: Vec<Row>,
-    /// How many sites each tile has.
+    /// The number of sites in each tile.
     pub counts: Vec<u8>,
-    /// Which sample each site is, four to a tile.
+    /// The number of each site's sample, four to a tile.
     samples: Vec<u32>,
 }
 
-/// What comes of some tiles that meet others, all of which come later.
+/// A range of tiles that meet later tiles, and the sums that come of it.
 #[derive(Debug, Default)]
 pub(super) struct Part {
     pub tiles: Range<usize>,
-    /// What acts on each tile from the first of them on.
+    /// The sums on each tile, from the first of the range to the last of all.
     pub sums: Vec<[Row; 3]>,
 }
 
 impl Part {
-    /// Nothing acts on the tiles yet; `count`: of all.
+    /// Sets the sums to zero; `count` is the number of all tiles.
     pub(super) fn clear(&mut self, count: usize) {
         self.sums.clear();
         self.sums.resize(count - self.tiles.start, [[0.0; 4]; 3]);
@@ -61,7 +61,8 @@ impl Tiles {
         self.counts.len()
     }
 
-    /// Adds a site: to the last tile, if that has room and is of the same body or `mixed`.
+    /// Adds a site to the last tile, if that has room and is of the same body or `mixed`; otherwise to a new
+    /// tile.
     pub(super) fn push(
         &mut self,
         (number, sample): (usize, &SamplePoint),
@@ -90,7 +91,7 @@ impl Tiles {
         }
     }
 
-    /// Takes up where the sites are, and shares out the tiles.
+    /// Sets the places of the sites, and divides the tiles into parts.
     pub(super) fn place(&mut self, samples: &Samples) {
         let numbers = self.samples.chunks_exact(4);
         for (points, numbers) in self.points.iter_mut().zip(numbers) {
@@ -112,7 +113,7 @@ impl Tiles {
         }
     }
 
-    /// Adds what came of the other parts to that of the first, which is the sum for all tiles then.
+    /// Adds the sums of the other parts to those of the first, which then has the sums of all.
     pub(super) fn join(&mut self) {
         let Some((whole, others)) = self.parts.split_first_mut() else {
             return;
@@ -129,7 +130,7 @@ impl Tiles {
         });
     }
 
-    /// Adds what acts on the sites to the sums of their samples.
+    /// Adds the sums on the sites to those of their samples.
     pub(super) fn give(&self, sums: &mut [Vector]) {
         let joined = self.parts.first().map_or(&[][..], |whole| &whole.sums);
         for (tile, [x, y, z]) in joined.iter().enumerate() {
@@ -140,7 +141,7 @@ impl Tiles {
         }
     }
 
-    /// Of each law, the strengths and weights of a tile.
+    /// For each law, the strengths and weights of a tile.
     #[inline(always)]
     pub(super) fn charges(&self, tile: usize) -> &[[Row; 2]] {
         &self.charges[tile * self.laws..(tile + 1) * self.laws]

@@ -1,4 +1,4 @@
-//! Lanes against the interpreter, on all that has lanes: bit for bit.
+//! Compares lanes with the interpreter, bit for bit, on everything that has lanes.
 
 use std::sync::Arc;
 
@@ -116,7 +116,7 @@ fn field() -> impl Strategy<Value = Field> {
         0..4_u8,
     );
     parts.prop_map(|(field, region, (place, turn, still), strength, kind)| {
-        // Those that are not turned stand on the grid that samples of another test are on.
+        // Fields that are not turned have their places on the grid of another test's samples.
         let on_grid = place.map(|x: f64| (2.0 * x).round() / 2.0);
         let [place, turn] = if still {
             [on_grid, [0.0; 3]]
@@ -178,7 +178,7 @@ pub(in crate::eval) fn samples(numbers: &[[f64; 8]]) -> Samples {
     samples
 }
 
-/// How many lanes a program filled, and in how many it was in doubt.
+/// The number of lanes that a program filled, and the number of those in doubt.
 fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
     let mut set = FieldSet::new();
     set.insert(tree);
@@ -242,7 +242,7 @@ proptest! {
         compare(tree, &samples(&numbers))?;
     }
 
-    /// On points of a coarse grid, many of which are on borders.
+    /// At points of a coarse grid, many of which are on borders.
     #[test]
     fn borders_are_left_to_the_interpreter(
         tree in tree(),
@@ -253,7 +253,7 @@ proptest! {
     }
 }
 
-/// What is far from borders and of ordinary size is not in doubt, so that lanes are of use.
+/// Samples far from borders, with numbers of ordinary size, are not in doubt, so lanes are of use.
 #[test]
 fn doubts_are_rare() {
     let mut counts = [0, 0];

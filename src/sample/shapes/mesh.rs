@@ -66,8 +66,8 @@ fn has_flat_faces(shape: &SharedShape) -> bool {
     )
 }
 
-/// Moments of the volume that triangles enclose: of the tetrahedra that they make with its centre, each with ∫
-/// x xᵀ = (Σ v vᵀ + (Σ v)(Σ v)ᵀ)/20 of its volume, over its corners v.
+/// Moments of the volume that triangles enclose: of the tetrahedra that they make with its centre, each with
+/// ∫ x xᵀ = (Σ v vᵀ + (Σ v)(Σ v)ᵀ)/20 of its volume, over its corners v.
 fn moments(triangles: &[Triangle]) -> Moments {
     let (measure, centre) = content(triangles);
     let mut second = DMat3::ZERO;
