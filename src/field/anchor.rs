@@ -1,8 +1,8 @@
-//! The frames fields are anchored to.
+//! The frames that fields are anchored to: that of the world, a body or a collider.
 
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 
-/// What a field moves with.
+/// The frame that a field moves with.
 ///
 /// The field's own frame is `local_pose` seen from the world, the body or the collider. A field
 /// anchored to a body, or to a collider of a body, never acts on that body.
@@ -49,7 +49,7 @@ impl Anchor {
         }
     }
 
-    /// With the field's frame there.
+    /// The anchor with the field's frame at `pose`, in the frame of the world, the body or the collider.
     pub fn with_local_pose(mut self, pose: Pose) -> Self {
         match &mut self {
             Anchor::World { local_pose }
@@ -59,14 +59,15 @@ impl Anchor {
         self
     }
 
-    /// How far apart two frames are that hang on the same; `None` if they do not.
+    /// The distance between the origins of two anchors on the same carrier; `None` if the carriers differ.
     pub(crate) fn distance_to(&self, other: &Anchor) -> Option<Real> {
         let from = *self.local_pose();
         let here = other.with_local_pose(from);
         (here == *self).then(|| (other.local_pose().translation - from.translation).length())
     }
 
-    /// The anchor of a field of an instance, given the anchor of the instance.
+    /// The anchor of a field of an instance, given the anchor of the instance. Anchors on bodies and colliders
+    /// stay as they are.
     pub(crate) fn within(&self, instance: &Anchor) -> Anchor {
         match self {
             Anchor::World { local_pose } => {
@@ -113,7 +114,7 @@ impl From<Vector> for Anchor {
     }
 }
 
-/// Where an anchor is and how it moves, right now.
+/// The present pose and velocity of an anchor's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -122,13 +123,13 @@ impl From<Vector> for Anchor {
 pub struct Frame {
     /// The frame in the world.
     pub pose: Pose,
-    /// Velocity of the frame's origin, world axes.
+    /// Velocity of the frame's origin, in world axes.
     pub velocity: Vector,
-    /// Angular velocity of the frame, world axes.
+    /// Angular velocity of the frame, in world axes.
     pub angvel: Vector,
-    /// The body the frame belongs to: the field does not act on it.
+    /// The body that the frame belongs to. The field does not act on this body.
     pub body: Option<RigidBodyHandle>,
-    /// The collider it belongs to, of an anchor to one.
+    /// The collider that the frame belongs to, if the anchor is on a collider.
     pub collider: Option<ColliderHandle>,
 }
 
@@ -144,7 +145,7 @@ impl Frame {
         }
     }
 
-    /// The frame of a collider.
+    /// The frame as that of a collider.
     pub(crate) fn of_collider(self, handle: ColliderHandle) -> Frame {
         Frame {
             collider: Some(handle),
@@ -164,8 +165,8 @@ impl Frame {
     }
 }
 
-/// Looks up where anchors are. Implemented for `(&RigidBodySet, &ColliderSet)`.
+/// Looks up the frames of anchors. Implemented for `(&RigidBodySet, &ColliderSet)`.
 pub trait Frames {
-    /// The frame of `anchor`, or `None` where its body or collider is not (or no longer) there.
+    /// The frame of `anchor`; `None` if its body or collider does not exist (any more).
     fn frame(&self, anchor: &Anchor) -> Option<Frame>;
 }

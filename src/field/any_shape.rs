@@ -1,8 +1,8 @@
-//! Parry's shapes as values that can be compared.
+//! A wrapper of Parry's shapes that makes them comparable.
 
 use crate::math::SharedShape;
 
-/// A shape of Parry's; equal to itself only.
+/// A shape of Parry's. It is equal only to a clone that shares its memory.
 #[derive(Clone)]
 pub struct AnyShape(pub SharedShape);
 

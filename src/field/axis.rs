@@ -1,13 +1,13 @@
-//! Coordinates of a sample beyond x, y and z.
+//! The coordinates of a sample that regions and formulas may read.
 
 use std::fmt;
 use std::sync::Arc;
 
 /// One coordinate of the space a dynamic field is defined on (paper §2.1: fields map Rⁿ to R³).
 ///
-/// A region may constrain any axis and a formula may read any; an operand is constant along the
-/// axes it does not name. `X`, `Y`, `Z`, and what is said of speed and approach, are measured in the
-/// field's own frame: of a field on a body they are relative to that body.
+/// A region may constrain any axis and a formula may read any; an operand is constant along the axes it does
+/// not name. `X`, `Y`, `Z`, and axes of speed and approach, are measured in the field's own frame: for a field
+/// on a body they are relative to that body.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Axis {
@@ -21,7 +21,7 @@ pub enum Axis {
     Time,
     /// Speed of the sample relative to the field's frame at the sample point.
     Speed,
-    /// Component of the sample's velocity relative to the field's frame, along its x.
+    /// Component of the sample's velocity relative to the field's frame, along its x axis.
     VelocityX,
     /// The same along y.
     VelocityY,
@@ -29,16 +29,16 @@ pub enum Axis {
     VelocityZ,
     /// Distance of the sample point from the field's origin: with a field on a body, from that body.
     Distance,
-    /// How fast the sample approaches the field's origin; negative while it goes away.
+    /// Speed at which the sample approaches the field's origin; negative while it moves away.
     ClosingSpeed,
-    /// Time until the sample is nearest to the field's origin, if both keep their velocities; negative
-    /// once it was, infinite for what does not move.
+    /// Time until the sample is nearest to the field's origin, if both keep their velocities. Negative after
+    /// that moment, infinite for a sample that does not move relative to the origin.
     TimeToClosest,
-    /// How near to the field's origin it is then, or was.
+    /// Distance of the sample from the field's origin at that moment.
     ClosestDistance,
     /// Radius of the sample.
     Radius,
-    /// Mass the sample stands for; over the samples of a body it sums to the body's mass.
+    /// Mass that the sample stands for; over the samples of a body it adds up to the body's mass.
     Mass,
     /// Electric charge of the sample.
     Charge,
@@ -93,31 +93,31 @@ impl Axis {
         Axis::Charge,
     ];
 
-    /// Whether it depends on the velocity of the sample.
+    /// Returns true if it depends on the velocity of the sample.
     pub(crate) fn reads_velocity(&self) -> bool {
         use Axis::*;
         let of_motion = matches!(self, Speed | VelocityX | VelocityY | VelocityZ);
         of_motion || self.is_steep()
     }
 
-    /// Whether no bound is known of how much it differs between near points of a body.
+    /// Returns true if there is no bound of its change between near points of a body.
     pub(crate) fn is_steep(&self) -> bool {
         use Axis::*;
         matches!(self, ClosingSpeed | TimeToClosest | ClosestDistance)
     }
 
-    /// Whether it may differ between the colliders of a body at one place.
+    /// Returns true if it may differ between the colliders of a body at one place.
     pub(crate) fn is_of_part(&self) -> bool {
         use Axis::*;
         matches!(self, Radius | Mass | Charge | User(_))
     }
 
-    /// Whether it is measured in the field's own frame, and so differs from field to field.
+    /// Returns true if it is measured in the field's own frame, and so differs from field to field.
     pub(crate) fn reads_frame(&self) -> bool {
         matches!(self, Axis::Distance) || self.spatial().is_some() || self.reads_velocity()
     }
 
-    /// Which spatial coordinate this is, if it is one.
+    /// The number of the spatial coordinate that it is, if it is one.
     pub(crate) fn spatial(&self) -> Option<usize> {
         match self {
             Axis::X => Some(0),
@@ -128,7 +128,7 @@ impl Axis {
     }
 }
 
-/// By its name.
+/// Saved as its name.
 #[cfg(feature = "serde-serialize")]
 impl serde::Serialize for Axis {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -136,7 +136,7 @@ impl serde::Serialize for Axis {
     }
 }
 
-/// By its name.
+/// Read from its name.
 #[cfg(feature = "serde-serialize")]
 impl<'de> serde::Deserialize<'de> for Axis {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -145,7 +145,7 @@ impl<'de> serde::Deserialize<'de> for Axis {
     }
 }
 
-/// By its name.
+/// A string.
 #[cfg(feature = "schemars")]
 impl schemars::JsonSchema for Axis {
     fn schema_name() -> std::borrow::Cow<'static, str> {

@@ -1,4 +1,4 @@
-//! Where regions end in space: bodies are cut there.
+//! The surfaces at which regions end in space, where bodies are cut.
 
 use super::anchor::Frame;
 use super::formula::Formula;
@@ -19,22 +19,23 @@ pub(crate) struct Border {
 /// One of the smooth faces of a border, as seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Face {
-    /// How far out of the solid the point is.
+    /// Distance of the point from the face; negative inside the solid.
     pub distance: f64,
-    /// Out of the solid, in world axes, of length one.
+    /// The outward normal, in world axes and of length one.
     pub outward: DVec3,
-    /// How much it bends, at most, as far as was asked for: zero of a plane.
+    /// Bound of the curvature within the distance that was asked for; zero for a plane.
     pub curvature: f64,
-    /// If it bends by that, inwards: the direction, in world axes, in which it does not; zero if it
-    /// bends alike in all.
+    /// For a face that bends inwards by `curvature`: the tangent, in world axes, along which it is straight, or
+    /// zero if it bends alike in all directions. `None` if the face may have another form. Meaningless for a
+    /// plane.
     pub round: Option<DVec3>,
-    /// Whether it is all of a sphere.
+    /// True if the face is a whole sphere.
     pub is_sphere: bool,
 }
 
 impl Border {
-    /// Adds the borders of a field that may pass within a distance of a point: those of the solids
-    /// its region is made of, and the surface of a fluid.
+    /// Adds those borders of a field that may pass within a distance of a point: the solids of its region, and
+    /// the surface of a fluid.
     pub(crate) fn near(field: &Field, frame: &Frame, at: (DVec3, f64), borders: &mut Vec<Border>) {
         let to_world = to_dpose3(&frame.pose);
         let mut add = |solid: &Solid, pose: DPose3| {
@@ -54,13 +55,13 @@ impl Border {
         }
     }
 
-    /// Whether it may pass within a distance of a point.
+    /// Returns true if the border may pass within a distance of a point.
     pub(crate) fn passes(&self, at: (DVec3, f64)) -> bool {
         passes(&self.solid, &self.pose, at)
     }
 
-    /// A face by its number, from a point of the world, and as it is within a distance of there;
-    /// `None` if there are no more.
+    /// A face by its number, as seen from a point of the world, with a bound of its curvature within a distance
+    /// of that point; `None` after the last face.
     pub(crate) fn face(&self, number: usize, (world_point, within): (DVec3, f64)) -> Option<Face> {
         let p = self.pose.inverse_transform_point(world_point);
         let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -88,7 +89,7 @@ impl Border {
                 curved(to_f64(*radius).recip())
             }
             (Solid::HalfSpace { outward }, 0) => {
-                // Nearly of length one.
+                // Stored with length one only to rounding.
                 let outward = to_dvec3(*outward).normalize();
                 (p.dot(outward), outward, 0.0)
             }
@@ -106,8 +107,8 @@ impl Border {
         })
     }
 
-    /// How much the surface of any shape bends within a distance of a point of its frame, by how far
-    /// it is from its tangent plane there; without bound if it has another face that near.
+    /// An estimate of the curvature of a shape's surface within a distance of a point of its frame, from its
+    /// deviation from the tangent plane there. Infinite if there seems to be another face within that distance.
     fn bend(&self, point: DVec3, within: f64) -> f64 {
         let seen = self.outermost(point);
         let Some(outward) = real(seen.outward).try_normalize() else {
@@ -127,7 +128,8 @@ impl Border {
         if alone { bend } else { f64::INFINITY }
     }
 
-    /// Along which tangent a round face is straight, seen from a point of the solid's frame.
+    /// The tangent along which a round face is straight, as seen from a point of the solid's frame; zero if it
+    /// bends alike in all directions.
     fn straight(&self, point: DVec3, outward: DVec3) -> Option<DVec3> {
         match &self.solid {
             Solid::Cylinder { .. } => Some(DVec3::Y),
@@ -140,8 +142,8 @@ impl Border {
         }
     }
 
-    /// The surface that a point of the solid's frame is farthest out of; of those with flat ends,
-    /// the round one.
+    /// The surface that a point of the solid's frame is farthest outside of; for solids with flat ends, their
+    /// round surface.
     fn outermost(&self, point: DVec3) -> Surface {
         let mut found = Surface::new(f64::NEG_INFINITY, DVec3::ZERO);
         let round_is_last = !matches!(self.solid, Solid::Shape(_));
@@ -156,18 +158,18 @@ impl Border {
     }
 }
 
-/// Distances that differ by this part of a body's size are the same.
+/// Distances that differ by less than this share of a body's size count as equal.
 const SAME: f64 = 1e-6;
 
-/// Directions all around, of which one is within 28° of any: what another face cuts off between them is
-/// less than 1/100 of a ball.
+/// Directions all around: every direction is within 28° of one of them. What another face cuts off between them
+/// is less than 1/100 of a ball.
 fn around() -> impl Iterator<Item = DVec3> {
     let signs = |n: u8| f64::from(n) - 1.0;
     let cube = (0..27_u8).map(move |n| DVec3::new(signs(n % 3), signs(n / 3 % 3), signs(n / 9)));
     cube.filter_map(DVec3::try_normalize)
 }
 
-/// Whether the surface of a solid may pass within a distance of a point; it may, if nobody knows.
+/// Returns true if the surface of a solid may pass within a distance of a point, or if that is not known.
 fn passes(solid: &Solid, pose: &DPose3, (world_point, within): (DVec3, f64)) -> bool {
     let point = pose.inverse_transform_point(world_point);
     let mut excess = f64::NEG_INFINITY;

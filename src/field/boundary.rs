@@ -1,4 +1,4 @@
-//! What holds on a boundary: the one place that says so.
+//! Decides whether a sample on a boundary belongs to a set made of regions. Regions and trees both use this.
 //!
 //! Sets are closed and regularised (§3.1.1): a set is the closure of its interior. So whether a
 //! sample on a boundary belongs to a composite set is decided by what lies right beside it. The
@@ -15,9 +15,9 @@
 //! apex of a pyramid of any number of sides lies in the pyramid, and in its complement.
 //! Away from all surfaces there is one piece, and this is the plain algebra of sets.
 //!
-//! Which vector holds where two operands meet is decided by membership in each of them, as
-//! everywhere else: on a face that E and G share from opposite sides, E ∩ G is empty, and the
-//! operators on their union give what they give for a sample in both.
+//! Where two operands meet, membership in each of them decides on the vector, as everywhere else: on a face
+//! that E and G share from opposite sides, E ∩ G is empty, and the operators on their union give the same as
+//! for a sample in both.
 //!
 //! A sample lies on a surface when its distance is zero exactly, in `f64`. The surfaces are taken
 //! as planes through the sample, which decides the pieces wherever the surfaces cross; at points
@@ -63,14 +63,14 @@ impl Pieces {
 /// The pieces that meet at one sample.
 #[derive(Debug)]
 pub(crate) struct Neighbourhood {
-    /// Those through the sample, each once.
+    /// The planes through the sample, each once.
     planes: Vec<Plane>,
-    /// The sets met so far.
+    /// All sets made so far.
     sets: RefCell<Diagram>,
 }
 
 impl Neighbourhood {
-    /// Away from all surfaces: one piece.
+    /// The neighbourhood of a sample away from all surfaces: one piece.
     pub(crate) fn open() -> Self {
         Neighbourhood {
             planes: Vec::new(),
@@ -101,7 +101,7 @@ impl Neighbourhood {
         self.combine(Rule::FirstOnly, a, b)
     }
 
-    /// What a rule leaves may be sides of planes that no piece lies on; then it is nothing.
+    /// Combines two sets. A result that has sides of planes, but no piece, becomes the empty set.
     fn combine(&self, rule: Rule, a: Pieces, b: Pieces) -> Pieces {
         let mut sets = self.sets.borrow_mut();
         let set = sets.combine(rule, a.0, b.0);
@@ -113,8 +113,8 @@ impl Neighbourhood {
         }
     }
 
-    /// The pieces on the inner side of a surface, given the sample's signed distance from it.
-    /// `normal` is asked for only on the surface itself.
+    /// The pieces on the inner side of a surface, given the sample's signed distance from it. `normal` is
+    /// called only if the sample is on the surface.
     pub(crate) fn behind(&self, distance: f64, normal: impl FnOnce() -> Normal) -> Pieces {
         if distance < 0.0 {
             return Pieces::ALL;
@@ -127,7 +127,8 @@ impl Neighbourhood {
             let same_side = parallel(&plane.normal, &unit(&normal)?)?;
             Some((k, same_side))
         });
-        // Without that plane among the pieces the surface is not told apart: a closed set.
+        // A surface that is not among the planes divides no pieces, and a closed set has its surface: so all
+        // belong to it.
         plane.map_or(Pieces::ALL, |(k, same_side)| {
             Pieces(self.sets.borrow_mut().side(k, same_side))
         })

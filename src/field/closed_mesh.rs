@@ -1,18 +1,19 @@
-//! Triangle meshes as solids: what they need so that every point is inside or outside.
+//! Checks that a triangle mesh is the surface of a solid, so that every point is inside or outside, and orients
+//! it.
 //!
-//! Parry tells the two apart by the normals of faces, edges and corners, which needs a surface
-//! without gaps that is wound outwards. Meshes from files promise neither.
+//! Parry tells inside from outside by the normals of faces, edges and corners, which needs a surface without
+//! gaps that is wound outwards. Meshes from files need not be so.
 
 use std::collections::BTreeMap;
 
 use crate::math::{DVec3, SharedShape, Vector, to_dvec3};
 use crate::rapier::parry::shape::{TriMesh, TriMeshFlags};
 
-/// Volumes below this share of the cube of their extent are rounding.
+/// Volumes below this share of the cube of their extent count as rounding.
 const NO_VOLUME: f64 = 1e-12;
 
-/// Why a mesh is not the surface of a solid. Vertices are numbered as in the mesh; of those at one
-/// place, the first counts for all.
+/// The reason why a mesh is not the surface of a solid. Vertices are numbered as in the mesh; the first of
+/// several vertices at one place stands for all.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshFault {
@@ -22,7 +23,7 @@ pub enum MeshFault {
          each must belong to two", edge[0], edge[1]
     )]
     Open {
-        /// How many edges there are at gaps.
+        /// The number of edges at gaps.
         edges: usize,
         /// The ends of one of them.
         edge: [u32; 2],
@@ -33,20 +34,20 @@ pub enum MeshFault {
          belong to more than two triangles", edge[0], edge[1]
     )]
     Crowded {
-        /// How many such edges there are.
+        /// The number of edges with more than two triangles.
         edges: usize,
         /// The ends of one of them.
         edge: [u32; 2],
-        /// How many triangles that one belongs to.
+        /// The number of triangles at that edge.
         triangles: usize,
     },
-    /// Neighbours do not agree which side is outside.
+    /// Two neighbours disagree on which side is outside.
     #[error(
         "the two triangles at {edges} of its edges, the first from vertex {} to vertex {}, are \
          wound against each other", edge[0], edge[1]
     )]
     Winding {
-        /// How many such edges there are.
+        /// The number of edges between such neighbours.
         edges: usize,
         /// The ends of one of them.
         edge: [u32; 2],
@@ -72,7 +73,7 @@ pub enum MeshFault {
     },
 }
 
-/// The mesh with equal vertices made one, wound outwards, with the normals that tell inside from
+/// The mesh with equal vertices merged, wound outwards, and with the normals by which Parry tells inside from
 /// outside.
 pub(super) fn oriented(mesh: &TriMesh) -> Result<SharedShape, MeshFault> {
     let vertices = mesh.vertices();
@@ -92,12 +93,11 @@ pub(super) fn oriented(mesh: &TriMesh) -> Result<SharedShape, MeshFault> {
     rebuilt(vertices, triangles)
 }
 
-/// The triangles, with the first of all vertices at one place in place of the others; those that
-/// become lines left out.
+/// The triangles with equal vertices replaced by the first of them, without those that become lines.
 fn merged(triangles: &[[u32; 3]], places: &[DVec3]) -> Vec<[u32; 3]> {
     let mut first: BTreeMap<[u64; 3], u32> = BTreeMap::new();
     let mut merge = |vertex: u32| {
-        // Adding zero makes one of the two zeros.
+        // Adding zero turns −0 into 0.
         let bits = places[vertex as usize]
             .to_array()
             .map(|x| (x + 0.0).to_bits());
@@ -118,10 +118,10 @@ fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]]
 }
 
-/// Checks that at each edge two triangles meet that run along it in opposite directions. Gives the
-/// closed surfaces that hang together, as numbers of triangles.
+/// Checks that two triangles meet at each edge, and run along it in opposite directions. Returns the closed
+/// surfaces, each as the numbers of connected triangles.
 fn closed_surfaces(triangles: &[[u32; 3]]) -> Result<Vec<Vec<usize>>, MeshFault> {
-    // For each edge its triangles, and whether they run along it from the lesser vertex.
+    // For each edge its triangles; true if a triangle runs along it from the lesser vertex.
     let mut meeting: BTreeMap<[u32; 2], Vec<(usize, bool)>> = BTreeMap::new();
     for (number, triangle) in triangles.iter().enumerate() {
         for edge in edges(*triangle) {
@@ -168,8 +168,8 @@ fn closed_surfaces(triangles: &[[u32; 3]]) -> Result<Vec<Vec<usize>>, MeshFault>
     Ok(surfaces)
 }
 
-/// The volume inside, negative if it is wound inwards; from a corner, so that distance from the
-/// origin costs no precision.
+/// The enclosed volume, negative if the surface is wound inwards. It is measured from a corner, so that
+/// distance from the origin costs no precision.
 fn volume<'a>(triangles: impl Iterator<Item = &'a [u32; 3]>, places: &[DVec3]) -> f64 {
     let mut triangles = triangles.peekable();
     let from = triangles
@@ -196,8 +196,8 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold(nowhere, |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// Checks that every point is wound around once or not at all: a surface that is wound outwards
-/// lies outside all others, one that is wound inwards inside one.
+/// Checks that each point is wound around once or not at all: a surface that is wound outwards must lie outside
+/// all others, one that is wound inwards inside of one.
 fn check_nesting(
     surfaces: &[Vec<usize>],
     triangles: &[[u32; 3]],
@@ -231,8 +231,8 @@ fn check_nesting(
     Ok(())
 }
 
-/// How often a surface is wound around a point: the solid angle it fills, over 4π. A. van Oosterom
-/// and J. Strackee, IEEE Transactions on Biomedical Engineering 30 (1983), 125–126.
+/// The number of times that a surface is wound around a point: the solid angle that it fills, over 4π. A. van
+/// Oosterom and J. Strackee, IEEE Transactions on Biomedical Engineering 30 (1983), 125–126.
 fn windings(surface: &[[u32; 3]], places: &[DVec3], at: DVec3) -> f64 {
     let half_angle = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|vertex| places[vertex as usize] - at);
@@ -245,6 +245,6 @@ fn windings(surface: &[[u32; 3]], places: &[DVec3], at: DVec3) -> f64 {
 
 fn rebuilt(vertices: &[Vector], triangles: Vec<[u32; 3]>) -> Result<SharedShape, MeshFault> {
     let mesh = TriMesh::with_flags(vertices.to_vec(), triangles, TriMeshFlags::ORIENTED);
-    // Without a triangle it encloses nothing.
+    // A mesh without triangles encloses nothing.
     mesh.map(SharedShape::new).map_err(|_| MeshFault::Flat)
 }

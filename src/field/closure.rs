@@ -1,4 +1,4 @@
-//! Functions of the user's own: formulas, scalars and predicates.
+//! Functions of the user's as formulas, scalars and predicates.
 
 use std::fmt;
 use std::sync::Arc;
@@ -12,28 +12,27 @@ use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
 
 type Function<R> = dyn Fn(&Sample<'_>) -> R + Send + Sync;
 
-/// A user's function, and what it reads: a formula, or with another result a
+/// A user's function with the axes it reads: a formula, or with another result a
 /// [scalar](crate::Scalar::closure) or a [predicate](crate::Region::predicate).
 ///
-/// The derivatives of a formula are central differences: good to some 10⁻⁴ of the vector in `f32`,
-/// 10⁻⁹ in `f64`, where it is smooth. Derivatives by other axes than place and velocity are left
-/// out.
+/// The derivatives of a formula are central differences: good to some 10⁻⁴ of the vector in `f32`, 10⁻⁹ in
+/// `f64`, where the formula is smooth. Derivatives by other axes than place and velocity are left out.
 ///
-/// Code cannot be saved. A closure with a name is saved as that name; once read, it is to be
+/// Code cannot be saved. A closure with a name is saved as that name; after reading it has to be
 /// [resolved](crate::Tree::resolve) before it can be used.
 pub struct Closure<R = Vector> {
     name: Option<Arc<str>>,
     axes: Vec<Axis>,
     reads_velocity: bool,
-    /// `None` for what was read and not resolved.
+    /// `None` for a closure that was read and not resolved.
     function: Option<Box<Function<R>>>,
 }
 
-/// What a closure returns.
+/// The results that a closure may have.
 pub trait Output: Sized + 'static {
-    /// How messages call such a closure.
+    /// The kind of closure that has this result, for messages.
     const KIND: &'static str;
-    /// The result of what is not resolved; no valid tree holds such a closure.
+    /// The result of a closure that is not resolved. No valid tree holds such a closure.
     const NONE: Self;
 }
 
@@ -72,7 +71,7 @@ impl<R> Closure<R> {
         }
     }
 
-    /// The place of a function that is to be looked up by its name.
+    /// A closure whose function is to be looked up by its name.
     #[cfg(feature = "serde-serialize")]
     pub(crate) fn unresolved(name: Arc<str>) -> Self {
         Closure {
@@ -99,7 +98,7 @@ impl<R: Output> Closure<R> {
         local.single().map_or(R::NONE, result)
     }
 
-    /// The result for a sample that was moved.
+    /// The result for the sample at another point and velocity in the field's frame.
     fn beside<T: Single>(&self, local: &LocalQuery<'_, T>, point: DVec3, velocity: DVec3) -> R {
         let Some(function) = &self.function else {
             return R::NONE;
@@ -170,7 +169,7 @@ impl Law for Closure {
     }
 }
 
-/// Equal to itself only.
+/// A closure is equal to itself only.
 impl<R> PartialEq for Closure<R> {
     fn eq(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)

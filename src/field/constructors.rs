@@ -1,4 +1,4 @@
-//! One constructor for each kind of field.
+//! Constructors of fields, at least one for each kind of formula.
 
 use std::sync::Arc;
 
@@ -16,9 +16,8 @@ use super::query::Sample;
 use super::region::Region;
 use crate::math::{Real, Vector};
 
-/// Fields of each formula. In each, `d` is the distance vector from the origin of the field's
-/// frame, `r` its length. `assets/formulas.svg` in the repository shows them all, and the crate
-/// page has them in a table.
+/// Fields of each formula. In each, `d` is the distance vector from the origin of the field's frame, and `r`
+/// its length. `assets/formulas.svg` in the repository shows them all, and the crate page has them in a table.
 impl Field {
     /// The same vector everywhere, in the field's frame: a force, unless read otherwise.
     pub fn uniform(vector: Vector) -> Self {
@@ -180,7 +179,7 @@ impl Field {
         })
     }
 
-    /// Drag in a wind of a velocity in the field's frame: the same as
+    /// Drag in a wind of this velocity in the field's frame: the same as
     /// `Field::uniform(velocity).as_wind(linear, quadratic)`.
     pub fn wind(velocity: Vector, linear: Real, quadratic: Real) -> Self {
         Self::uniform(velocity).as_wind(linear, quadratic)
@@ -243,13 +242,12 @@ impl Field {
         Self::new(Formula::Expression(Arc::new(Expression::new(components))))
     }
 
-    /// A detection field (§3.3): finds what touches the collider it is anchored to, and answers
-    /// by a law.
+    /// A detection field (§3.3): finds parts that touch the collider it is anchored to, and answers by a law.
     ///
-    /// By the paper's laws it is a vector field like any other: a change of velocity (m/s) at the
-    /// middle of what touches, zero where nothing does. Operators, strength, scales and limits act on
-    /// it as on any vector; what it adds to its composite is what is given. The other laws answer
-    /// both sides at once: of them operators decide only whether they are there.
+    /// With the paper's laws it is a vector field like any other: a change of velocity (m/s) at the middle of a
+    /// part that touches, and zero at other parts. Operators, strength, scales and limits act on it as on any
+    /// vector; the part gets what the field adds to its composite. The other laws answer both parts at once:
+    /// for these, operators decide only whether the field acts.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

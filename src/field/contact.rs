@@ -1,4 +1,4 @@
-//! How a detection field answers a touch (§3.3).
+//! The laws by which detection fields answer a touch (§3.3).
 
 use super::error::{BuildError, bad};
 use super::query::Touch;
@@ -28,10 +28,9 @@ use crate::math::{DVec3, Real, to_f64};
 pub enum ContactLaw {
     /// Only reports the contact.
     Observe,
-    /// The paper's rule, literally: the field around one part gives the other a velocity change
-    /// along the line of centres, away from the field, as large as the *other's own* speed at
-    /// the point of contact. A part without a field pushes nobody. The rule conserves momentum
-    /// and energy in symmetric cases only.
+    /// The paper's rule, literally: the field around one part gives the other a velocity change along the line
+    /// of centres, away from the field, as large as the *other's own* speed at the point of contact. A part
+    /// without a field pushes no other part. The rule conserves momentum and energy in symmetric cases only.
     Paper,
     /// The paper's rule, read with the velocity *relative* to the field and along its normal: the
     /// other gets a velocity change along the line of centres as large as the speed at which the
@@ -41,11 +40,11 @@ pub enum ContactLaw {
     /// A spring that pushes overlapping parts apart, with a force along the normal of
     /// stiffness · depth + damping · approach speed, never pulling.
     ///
-    /// The force at the end of a step acts as an impulse over the step's length: symplectic Euler,
-    /// stable while `dt` √(stiffness / effective mass) < 2, and
-    /// [told](crate::StepWarning::Stiff) from 0.5 on. Damping is solved for all contacts that hang together,
-    /// and for the approach that it leaves, so it stops bodies at any strength and turns none back. A swept
-    /// contact is reported when it begins, and pushes from the end of that step on.
+    /// The force at the end of a step acts as an impulse over the step's length: symplectic Euler, stable while
+    /// `dt` √(stiffness / effective mass) < 2, and [reported](crate::StepWarning::Stiff) from 0.5 on. Damping
+    /// is solved for all contacts of connected bodies, and for the approach that it leaves, so it stops bodies
+    /// at any strength and turns none back. A swept contact is reported when it begins, and pushes from the end
+    /// of that step on.
     Penalty {
         /// Force per length of overlap; not negative.
         stiffness: Real,
@@ -81,8 +80,8 @@ impl ContactLaw {
         }
     }
 
-    /// The same law with Coulomb friction; laws other than [`ContactLaw::Impulse`] have none, and
-    /// stay as they are.
+    /// The same law with Coulomb friction. Laws other than [`ContactLaw::Impulse`] have no friction, and stay
+    /// as they are.
     pub const fn with_friction(self, coefficient: Real) -> Self {
         match self {
             Self::Impulse { restitution, .. } => Self::Impulse {
@@ -93,7 +92,7 @@ impl ContactLaw {
         }
     }
 
-    /// Whether what rebounds may be as fast as it came.
+    /// Returns true if a part may rebound as fast as it came.
     pub(crate) fn keeps_speed(self) -> bool {
         match self {
             Self::Impulse { restitution, .. } => restitution >= 1.0,
@@ -101,13 +100,14 @@ impl ContactLaw {
         }
     }
 
-    /// Whether what touches is given a vector, and not a pair equal and opposite impulses.
+    /// Returns true if the law gives a part a vector of its own, and not both parts equal and opposite
+    /// impulses.
     pub(crate) fn is_vector(self) -> bool {
         matches!(self, Self::Paper | Self::PaperRelative)
     }
 
-    /// The vector of a contact field at a part that touches: the change of its velocity, world axes.
-    /// Laws that need both sides at once have none.
+    /// The vector of a contact field at a part that touches: its change of velocity, in world axes. Zero for
+    /// laws that need both sides at once.
     pub(crate) fn push(self, touch: &Touch) -> DVec3 {
         match self {
             Self::Paper => touch.world_normal * touch.speed,
@@ -116,7 +116,7 @@ impl ContactLaw {
         }
     }
 
-    /// Of two laws for one pair the one that counts.
+    /// The law that counts if two fields answer one pair.
     pub(crate) fn stronger(self, other: Self) -> Self {
         match (self, other) {
             (

@@ -1,4 +1,4 @@
-//! What can be wrong with fields and trees.
+//! The errors of fields and trees that are not valid.
 
 use std::fmt;
 
@@ -31,18 +31,18 @@ impl From<String> for FieldRef {
     }
 }
 
-/// Its label.
+/// Displayed as its label.
 impl fmt::Display for FieldRef {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.label)
     }
 }
 
-/// Why fields were refused.
+/// The reason why fields were refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// A closure was read by its name, and its function not looked up.
+    /// A closure was read by its name, and its function was not looked up.
     #[error(
         "{field}: the {kind} `{closure}` is a closure that was read by name: give its function in a \
          `Registry` to `Tree::resolve`"
@@ -50,7 +50,7 @@ pub enum BuildError {
     Unresolved {
         /// The field.
         field: String,
-        /// What the closure is: a formula, a scalar or a predicate.
+        /// The kind of closure: a formula, a scalar or a predicate.
         kind: &'static str,
         /// Its name.
         closure: String,
@@ -60,12 +60,12 @@ pub enum BuildError {
     UnknownClosure {
         /// The field.
         field: String,
-        /// What the closure is: a formula, a scalar or a predicate.
+        /// The kind of closure: a formula, a scalar or a predicate.
         kind: &'static str,
         /// Its name.
         closure: String,
     },
-    /// The tree is defined nowhere: it holds no field.
+    /// The tree is defined nowhere: it has no field.
     #[error("the tree is empty: it needs at least one field")]
     Empty,
     /// Operators are nested too deeply. Chains of one associative operator count as one level.
@@ -99,7 +99,7 @@ pub enum BuildError {
     Expression {
         /// The field.
         field: FieldRef,
-        /// What is wrong with the text, and at which character.
+        /// The fault in the text, and its place.
         error: Box<ExpressionError>,
     },
     /// A parameter of a field is out of its range.
@@ -114,23 +114,23 @@ pub enum BuildError {
         /// The value found.
         value: f64,
     },
-    /// A mesh stands for the points inside it, and has no inside.
+    /// A region is the inside of a mesh, and the mesh has none.
     #[error("{field}: the mesh of the region is not the surface of a solid: {fault}")]
     MeshRegion {
         /// The field.
         field: FieldRef,
-        /// What is wrong with the mesh.
+        /// The fault of the mesh.
         fault: MeshFault,
     },
-    /// A region is a surface or a line, or has one among its parts: it holds no points.
+    /// A region is a surface or a line, or has one among its parts: it has no points inside.
     #[error("{field}: the region is a {shape}, which has no volume, so nothing is inside it")]
     FlatRegion {
         /// The field.
         field: FieldRef,
-        /// What it is.
+        /// The kind of shape.
         shape: &'static str,
     },
-    /// A region or formula names an axis nobody declared.
+    /// A region or formula names an axis that is not declared.
     #[error("{field}: there is no axis `{axis}`; declared are: {declared}")]
     UnknownAxis {
         /// The field.
@@ -146,8 +146,8 @@ pub enum BuildError {
         /// The axis.
         axis: String,
     },
-    /// A field is to react on the body that carries it, but its term of the tree is carried by
-    /// none, or by several.
+    /// A field is to react on the body that carries it, but its term of the tree is carried by no body, or by
+    /// several.
     #[error(
         "{field}: to react, all fields of its term must react and be anchored to the same body or \
          collider"
@@ -156,8 +156,8 @@ pub enum BuildError {
         /// The field.
         field: FieldRef,
     },
-    /// A detection field stands where its vector would be changed, and its law has none: it answers
-    /// both sides at once. The paper's laws are vectors.
+    /// A detection field is an operand where its vector would be changed, and its law has no vector: it answers
+    /// both sides at once. The paper's laws have vectors.
     #[error(
         "{field}: a detection field cannot be an operand of {operator}, unless its law is the paper's"
     )]
@@ -167,7 +167,7 @@ pub enum BuildError {
         /// The operator.
         operator: &'static str,
     },
-    /// A detection field has nothing to touch with: it needs a collider, or a region in space.
+    /// A detection field is not anchored to a collider, so it has nothing to touch with.
     #[error("{field}: a detection field must be anchored to a collider")]
     DetectionAnchor {
         /// The field.
@@ -176,7 +176,7 @@ pub enum BuildError {
 }
 
 impl BuildError {
-    /// The same, about a field of a set.
+    /// The same error, about a field of a set.
     pub(super) fn of(mut self, field: Option<FieldHandle>) -> Self {
         match &mut self {
             BuildError::Misfit { field: culprit, .. }

@@ -1,25 +1,25 @@
-//! What can be wrong with the text of an expression.
+//! The errors in the text of an expression.
 
-/// Why the text of an expression was refused, and where.
+/// The reason why the text of an expression was refused, and the place of the fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{}`, character {position}: {kind}", excerpt(.text, *.position))]
 pub struct ExpressionError {
-    /// Which of the three texts: 0 for x, 1 for y, 2 for z.
+    /// The component that the text is for: 0 for x, 1 for y, 2 for z.
     pub component: usize,
     /// The text.
     pub text: String,
-    /// The character it is about, counted from one. Where the text ends too early it is one more
-    /// than there are.
+    /// The character at which the fault is, counted from one. If the text ends too early, this is one more than
+    /// its length.
     pub position: usize,
-    /// What is wrong there.
+    /// The fault at that place.
     pub kind: ExpressionErrorKind,
 }
 
-/// What is wrong at a character of an expression.
+/// A fault at a character of an expression.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExpressionErrorKind {
-    /// There is nothing but spaces.
+    /// The text has nothing but spaces.
     #[error("the text is empty: the number zero is written `0`")]
     Empty,
     /// The text is too long.
@@ -48,9 +48,9 @@ pub enum ExpressionErrorKind {
     /// Something else should stand here.
     #[error("expected {expected}, found {}", found_text(.found))]
     Unexpected {
-        /// What could stand here.
+        /// The tokens that are allowed here.
         expected: &'static str,
-        /// What does, or how it begins; `None` at the end of the text.
+        /// The token found, or how it begins; `None` at the end of the text.
         found: Option<String>,
     },
     /// A name before a bracket that is not that of a function.
@@ -83,10 +83,10 @@ pub enum ExpressionErrorKind {
     /// A bracket that opens and is not closed.
     #[error("this bracket is not closed")]
     Unclosed,
-    /// A bracket that closes, and none is open.
+    /// A bracket that closes while none is open.
     #[error("this bracket closes nothing")]
     Unopened,
-    /// A comparison of what a comparison gave.
+    /// A comparison of the result of a comparison.
     #[error("comparisons do not chain: write `a < b and b < c`")]
     Chained,
     /// A `not` behind an operator that binds more tightly.
@@ -94,7 +94,7 @@ pub enum ExpressionErrorKind {
     LooseNot,
 }
 
-/// What of the text is around a character, on one line.
+/// The part of the text around a character, on one line.
 fn excerpt(text: &str, position: usize) -> String {
     const AROUND: usize = 32;
     let first = position.saturating_sub(AROUND + 1);

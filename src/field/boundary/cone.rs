@@ -1,4 +1,4 @@
-//! Whether sides of planes meet in a cone that is not flat.
+//! Tests whether sides of planes meet in a cone that is not flat.
 //!
 //! The widest round cone on all sides has its axis along the point of least norm in the convex hull
 //! of the unit vectors into the sides, and the norm is the sine of half its opening. The point is
@@ -7,24 +7,23 @@
 
 use super::plane::{Normal, dot};
 
-/// The sine of half the opening at and below which a cone is flat. Two planes that are told apart
-/// make wedges of at least 2.2e-5.
+/// Sine of half the opening at and below which a cone is flat. Two planes that are told apart make wedges of at
+/// least 2.2e-5.
 const FLAT: f64 = 2e-5;
 
-/// The sine of the angle to each side from which on a direction is clear of it. It is less than
-/// [`FLAT`], so that one of the two is met before the vectors at hand depend on each other to
-/// within rounding.
+/// Sine of the angle to a side above which a direction is clear of it. It is less than [`FLAT`], so that the
+/// search ends by one of the two before its vectors depend on each other to within rounding.
 const CLEAR: f64 = 1e-5;
 
-/// Wolfe's method ends by itself; rounding may not let it.
+/// Bound of the rounds of Wolfe's method, which rounding may keep from ending.
 const MOST_ROUNDS: usize = 1000;
 
-/// Whether a unit vector points into a side, and not along its border.
+/// Returns true if a unit vector points into a side, and not along its border.
 pub(super) fn is_clear_of(side: &Normal, direction: &Normal) -> bool {
     dot(side, direction) > CLEAR
 }
 
-/// A unit vector that is clear of all sides, given as unit vectors into them; `None` if the cone
+/// A unit vector that is clear of all sides, which are given as unit vectors into them; `None` if the cone
 /// between them is flat, or empty.
 pub(super) fn wide_direction(sides: &[Normal]) -> Option<Normal> {
     let mut hull = Hull {
@@ -49,10 +48,10 @@ pub(super) fn wide_direction(sides: &[Normal]) -> Option<Normal> {
     None
 }
 
-/// A point of the hull, as a mean of some corners with weights.
+/// A point of the convex hull, as the mean of some corners with weights.
 struct Hull<'a> {
     sides: &'a [Normal],
-    /// Those the mean is made of, and their weights, which sum to one.
+    /// The numbers of these corners, and their weights, which add up to one.
     corners: Vec<(usize, f64)>,
 }
 
@@ -69,8 +68,8 @@ impl Hull<'_> {
         point
     }
 
-    /// Moves to the point of least norm among the means of the corners, giving up corners that it
-    /// would have to leave by.
+    /// Moves to the point of least norm among the means of the corners. Removes corners whose weight would
+    /// become negative.
     fn approach(&mut self) -> Option<()> {
         loop {
             let wanted = self.least_norm()?;
@@ -90,8 +89,8 @@ impl Hull<'_> {
         }
     }
 
-    /// The weights, of any sign, of the point of least norm in the plane through the corners: the
-    /// solution of (G + 1) w = 1 over its sum, for the products G of the corners.
+    /// The weights, of any sign, of the point of least norm in the plane through the corners: the solution of
+    /// (G + 1) w = 1 over its sum, with the products G of the corners.
     fn least_norm(&self) -> Option<Vec<f64>> {
         let side = |k: usize| &self.sides[self.corners[k].0];
         let count = self.corners.len();
@@ -105,7 +104,7 @@ impl Hull<'_> {
     }
 }
 
-/// Solves linear equations, one a row with its right-hand side last, by elimination with pivots.
+/// Solves linear equations by elimination with pivots. Each row has its right-hand side last.
 fn solve(mut rows: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     let count = rows.len();
     for k in 0..count {

@@ -1,14 +1,14 @@
 //! Sets of pieces, as binary decision diagrams.
 //!
-//! A set is asked plane by plane: does the piece lie behind it, or beyond? Each node asks about one
-//! plane and passes on to a node for either answer; equal nodes are one. Planes are asked about in
-//! falling order, so that a set grows at its top when the surfaces after it are met.
+//! A node tests one plane: does the piece lie behind it, or beyond? It leads to another node for either answer,
+//! and equal nodes are shared. Planes are tested in falling order, so that a set grows at its top when later
+//! surfaces are added.
 //!
-//! Diagrams know nothing of geometry: they hold sides of planes that no piece may lie on.
+//! Diagrams do not know geometry: a set may have sides of planes on which no piece lies.
 
 use std::collections::BTreeMap;
 
-/// A set: the place of its first node, after the two sets that ask nothing.
+/// A set: the number of its first node plus two. The sets without nodes are 0 and 1.
 pub(super) type Set = u32;
 
 /// The empty set.
@@ -17,7 +17,7 @@ pub(super) const NOWHERE: Set = 0;
 /// All pieces.
 pub(super) const WHOLE: Set = 1;
 
-/// One question, and what is left of the set on either side of the plane.
+/// A node: a plane, and the rest of the set on either side of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Question {
     pub plane: usize,
@@ -25,7 +25,7 @@ pub(super) struct Question {
     pub beyond: Set,
 }
 
-/// How two sets make one.
+/// The rule by which two sets are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Rule {
     Either,
@@ -33,7 +33,7 @@ pub(super) enum Rule {
     FirstOnly,
 }
 
-/// All sets met so far, each part of them once.
+/// All sets made so far, with shared nodes.
 #[derive(Debug, Default)]
 pub(super) struct Diagram {
     questions: Vec<Question>,
@@ -42,13 +42,13 @@ pub(super) struct Diagram {
 }
 
 impl Diagram {
-    /// What a set asks first, unless it asks nothing.
+    /// The first node of a set; `None` for the two sets without nodes.
     pub fn question(&self, set: Set) -> Option<Question> {
         let place = set.checked_sub(2)?;
         Some(self.questions[place as usize])
     }
 
-    /// How many questions all sets together ask.
+    /// The number of nodes of all sets.
     #[cfg(test)]
     pub fn size(&self) -> usize {
         self.questions.len()
@@ -81,8 +81,7 @@ impl Diagram {
         place
     }
 
-    /// One set of two. The pairs that wait for others are kept on a list, since there may be as
-    /// many as there are planes.
+    /// Combines two sets. Pairs that wait for others are kept on a list, since there may be as many as planes.
     pub fn combine(&mut self, rule: Rule, a: Set, b: Set) -> Set {
         if let Some(set) = self.settled(rule, (a, b)) {
             return set;
@@ -112,7 +111,7 @@ impl Diagram {
         }
     }
 
-    /// What the rule gives, where that is plain or was found before.
+    /// The result of a rule, if it is trivial or was found before.
     fn settled(&self, rule: Rule, (a, b): (Set, Set)) -> Option<Set> {
         match (rule, a, b) {
             (Rule::Either, NOWHERE, other) | (Rule::Either, other, NOWHERE) => Some(other),
@@ -127,7 +126,7 @@ impl Diagram {
         }
     }
 
-    /// The plane that a pair asks about first, and the pairs that are left on its two sides.
+    /// The plane that a pair of sets tests first, and the pairs that remain on its two sides.
     fn split(&self, (a, b): (Set, Set)) -> (usize, (Set, Set), (Set, Set)) {
         let (first_a, first_b) = (self.question(a), self.question(b));
         let planes = first_a

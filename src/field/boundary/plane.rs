@@ -1,12 +1,12 @@
-//! Planes through a sample.
+//! Planes through a sample, with the outward normals of surfaces.
 
-/// The directions that count as one: closer than this, two unit normals are the same plane.
+/// Unit normals whose cosine differs from ±1 by less than this are those of one plane.
 const SAME_DIRECTION: f64 = 1e-9;
 
-/// The cosine of what counts as a right angle.
+/// Cosines below this count as right angles.
 const RIGHT_ANGLE: f64 = 1e-6;
 
-/// Direction in which a surface is left, in the space of all axes: world x, y, z first.
+/// The outward normal of a surface in the space of all axes: world x, y, z first.
 pub(crate) type Normal = Vec<f64>;
 
 /// A plane through the sample.
@@ -14,8 +14,8 @@ pub(crate) type Normal = Vec<f64>;
 pub(super) struct Plane {
     /// Of length one.
     pub normal: Normal,
-    /// Whether it is at right angles to all others, so that either of its sides meets every piece
-    /// that the others make.
+    /// True if it is at right angles to all others, so that each of its sides meets every piece that the others
+    /// make.
     pub is_free: bool,
 }
 
@@ -40,14 +40,14 @@ impl Plane {
             .collect()
     }
 
-    /// The unit vector that points into one of the sides.
+    /// The unit vector that points to one side: behind the plane, or beyond it.
     pub fn inward(&self, behind: bool) -> Normal {
         let sign = if behind { -1.0 } else { 1.0 };
         self.normal.iter().map(|n| sign * n).collect()
     }
 }
 
-/// Whether two unit normals span the same plane, and if so whether they point the same way.
+/// If two unit normals are those of one plane, whether they point the same way.
 pub(super) fn parallel(a: &Normal, b: &Normal) -> Option<bool> {
     let cosine = dot(a, b);
     (1.0 - cosine.abs() < SAME_DIRECTION).then_some(cosine > 0.0)

@@ -1,4 +1,4 @@
-//! Whether a set holds a piece.
+//! Searches a set for a piece.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -7,19 +7,19 @@ use super::cone::{is_clear_of, wide_direction};
 use super::diagram::{Diagram, NOWHERE, Set, WHOLE};
 use super::plane::{Normal, Plane, dot};
 
-/// What is left of a set on one side of a plane more.
+/// The rest of a set on one side of one more plane.
 struct Branch {
     set: Set,
-    /// How many sides were taken before.
+    /// The number of sides chosen before.
     depth: usize,
-    /// The plane and its side, behind or beyond; none for free planes, which need no care.
+    /// The plane, and true for its side behind. `None` for free planes, which need no test.
     side: Option<(usize, bool)>,
-    /// A direction that is clear of the sides before.
+    /// A direction that is clear of the sides chosen before.
     direction: Rc<Normal>,
 }
 
-/// Whether some piece lies in a set: whether one of the ways through its questions takes sides that
-/// meet. Ways that part and meet again with the same sides taken are followed once.
+/// Returns true if a piece lies in a set: if a path through its nodes chooses sides that meet. Paths that part
+/// and meet again with the same sides are followed once.
 pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[Plane]) -> bool {
     let mut followed = BTreeSet::new();
     let mut taken: Vec<(usize, bool)> = Vec::new();
@@ -46,7 +46,7 @@ pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[Plane]) -> bool 
             continue;
         }
         let plane = &planes[question.plane];
-        // Last in, first out: the side that the direction is on already is likelier to do.
+        // Last in, first out: the side that the direction is already on is more likely to succeed.
         let likelier = dot(&plane.normal, &direction) < 0.0;
         for behind in [!likelier, likelier] {
             open.push(Branch {
@@ -64,8 +64,8 @@ pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[Plane]) -> bool 
     false
 }
 
-/// A direction that is clear of all sides taken, of which the branch's own is the last; `None` if
-/// there is none.
+/// A direction that is clear of all sides chosen, the last of which is the branch's own; `None` if there is
+/// none.
 fn direction_on(taken: &[(usize, bool)], planes: &[Plane], branch: &Branch) -> Option<Rc<Normal>> {
     let inward = |(plane, behind): (usize, bool)| planes[plane].inward(behind);
     let is_clear = |side| is_clear_of(&inward(side), &branch.direction);

@@ -1,3 +1,5 @@
+//! Tests of boundaries against lists of all pieces.
+
 use super::plane::dot;
 use super::*;
 
@@ -92,7 +94,7 @@ fn one_surface() {
     assert!(!here.behind(f64::NAN, || vec![1.0, 0.0, 0.0]).any());
 }
 
-/// What 24 axes that all end at the sample cost: there are 16,777,216 pieces.
+/// The cost of 24 axes that all end at the sample: there are 16,777,216 pieces.
 #[test]
 fn work_grows_with_the_axes_and_not_with_their_pieces() {
     for count in [8, 12, 16, 24, 64, 200] {
@@ -109,7 +111,7 @@ fn work_grows_with_the_axes_and_not_with_their_pieces() {
             sides.fold(Pieces::NONE, |a, b| here.union(a, b))
         };
         assert!(all_of(&sides).any() && any_of(&sides).any());
-        // Either one or the other of each pair.
+        // One of each pair.
         let pairs: Vec<Pieces> = sides
             .chunks(2)
             .map(|pair| {
@@ -134,8 +136,8 @@ fn pyramid(sides: usize) -> Vec<Normal> {
     (0..sides).map(side).collect()
 }
 
-/// The apex lies in the pyramid, in its complement, and in what each side alone cuts off; not in
-/// the pyramid and, at once, what one of its sides cuts off.
+/// The apex lies in the pyramid, in its complement, and in the half-space that each side alone cuts off; not in
+/// the pyramid and, at once, in the part that one of its sides cuts off.
 #[test]
 fn the_apex_of_a_pyramid_of_any_number_of_sides() {
     for count in [3, 12, 64, 65, 128] {
@@ -203,7 +205,7 @@ fn listed(planes: &[Normal]) -> Vec<u64> {
     found
 }
 
-/// Numbers that look random, the same in every run.
+/// Pseudo-random numbers, the same in every run.
 struct Dice(u64);
 
 impl Dice {

@@ -1,4 +1,4 @@
-//! Three expressions, given as text.
+//! A formula whose three components are expressions, given as text.
 
 mod exact;
 mod function;
@@ -73,7 +73,7 @@ pub struct Expression {
 }
 
 impl Expression {
-    /// Expressions for x, y and z. What is wrong with them is told when the tree is compiled.
+    /// Expressions for x, y and z. Faults in their texts are reported when the tree is validated.
     pub fn new(components: [&str; 3]) -> Self {
         let mut names = Names::default();
         Expression {
@@ -156,7 +156,7 @@ impl Law for Expression {
     }
 }
 
-/// Equal if the texts are.
+/// Equal if the texts are equal.
 impl PartialEq for Expression {
     fn eq(&self, other: &Self) -> bool {
         self.texts == other.texts

@@ -20,7 +20,7 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct LinearKernel {
-    /// What the components mean.
+    /// The coordinates that the components are in.
     pub coordinates: Coordinates,
     /// K.
     #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
@@ -108,7 +108,7 @@ fn times<T: Number>(rows: &[Vector; 3], v: Vec3<T>) -> Vec3<T> {
     Vec3::new(row(0), row(1), row(2))
 }
 
-/// Three numbers from 0 to 1 that look random.
+/// Three pseudo-random numbers from 0 to 1.
 fn hash(point: DVec3, time: f64) -> DVec3 {
     let mut seed = 0;
     for x in [point.x, point.y, point.z, time] {
@@ -119,7 +119,7 @@ fn hash(point: DVec3, time: f64) -> DVec3 {
 }
 
 impl LinearKernel {
-    /// Whether it reads velocities only.
+    /// Returns true if the vector depends on no place.
     pub(super) fn is_placeless(&self) -> bool {
         let of_place = [self.noise, self.falloff_linear, self.falloff_quadratic];
         self.coordinates == Coordinates::Cartesian

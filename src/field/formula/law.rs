@@ -1,11 +1,11 @@
-//! What every formula says of itself.
+//! The trait that all formulas implement.
 
 use crate::field::axis::Axis;
 use crate::field::error::BuildError;
 use crate::field::number::Vec3;
 use crate::field::query::{Asked, LocalQuery, Single};
 
-/// What a [`Law`] says that knows one sample at a time.
+/// Implements [`Law::vector`] for a law that is evaluated at one sample at a time.
 macro_rules! alone {
     () => {
         fn vector<T: $crate::field::Asked>(
@@ -27,32 +27,32 @@ pub(crate) trait Law {
     /// Its name, for messages and plans.
     fn kind(&self) -> &'static str;
 
-    /// The vector at a sample, or at several, in the field's frame. A law that must branch
-    /// says `alone!()` here, and is [`Alone`](crate::field::query::Alone).
+    /// The vector at a sample, or at several, in the field's frame. A law that must branch writes `alone!()` in
+    /// place of this, and implements [`Alone`](crate::field::query::Alone).
     fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
 
-    /// The vector times a strength, before a bound.
+    /// The vector times a strength, before a bound is applied.
     #[inline(always)]
     fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
         self.vector(local) * T::from(strength)
     }
 
-    /// Whether it can be asked about several samples at once.
+    /// Returns true if it can be evaluated at several samples at once.
     fn knows_several(&self) -> bool {
         true
     }
 
-    /// The potential U with F = −∇U at a sample, where there is one.
+    /// The potential U with F = −∇U at a sample; `None` if the law has none.
     fn potential<T: Single>(&self, _local: &LocalQuery<'_, T>) -> Option<T> {
         None
     }
 
-    /// Whether the vector depends on the velocity of the sample.
+    /// Returns true if the vector depends on the velocity of the sample.
     fn reads_velocity(&self) -> bool {
         false
     }
 
-    /// The axes it names beyond those every formula may read.
+    /// The axes it names beyond those that every formula may read.
     fn axes(&self) -> &[Axis] {
         &[]
     }

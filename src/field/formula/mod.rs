@@ -1,4 +1,4 @@
-//! The algebraic component of a field: the function from a sample to a vector.
+//! The formulas: functions from a sample, in the field's frame, to a vector in that frame.
 
 mod buoyancy;
 #[cfg(feature = "expression")]
@@ -39,7 +39,7 @@ use super::number::{Plain, Vec3, constant, length, real};
 use super::query::{Alone, Asked, LocalQuery, Single};
 use crate::math::{DVec3, Real, to_f64};
 
-/// What a field does where it is defined. Made by the constructors of [`Field`](crate::Field).
+/// The vector of a field where it is defined. Made by the constructors of [`Field`](crate::Field).
 ///
 /// Each formula maps the sample, seen in the field's own frame, to a vector in that frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,16 +77,16 @@ pub enum Formula {
     LinearKernel(Box<LinearKernel>),
     /// A function of the user's.
     Closure(Arc<Closure>),
-    /// Detects who touches the collider the field is anchored to (§3.3), and answers by a law: the
-    /// change of velocity that the paper's law gives what touches, and zero where nothing does.
+    /// The answer of a detection field to a touch of its collider (§3.3), by a law: for the paper's laws the
+    /// change of velocity of a part that touches, and zero for other parts.
     Contact(ContactLaw),
     /// Three expressions, given as text.
-    // Last, so that numbers of variants do not depend on the feature.
+    // Last, so that the numbers of variants do not depend on the feature.
     #[cfg(feature = "expression")]
     Expression(Arc<Expression>),
 }
 
-/// Does the same with whatever law a formula is; with a wind perhaps something else.
+/// Evaluates an expression for the law of any formula, with another expression for a wind if one is given.
 macro_rules! with_law {
     ($formula:expr, $law:ident => $result:expr) => {
         with_law!($formula, $law => $result, wind: $result)
@@ -121,29 +121,30 @@ impl Formula {
         with_law!(self, law => law.vector(local))
     }
 
-    /// The same, as the flow of a wind: a function that calls itself would not be inlined.
+    /// The vector as the flow of a wind. A separate function, since a recursive one would not be inlined.
     #[inline(always)]
     fn flow<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         with_law!(self, law => law.vector(local), wind: law.within_a_wind(local))
     }
 
-    /// The vector times a strength, before the bound that a law has of its own.
+    /// The vector times a strength, before a law's own bound is applied.
     #[inline(always)]
     pub(crate) fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
         with_law!(self, law => law.times(strength, local))
     }
 
-    /// Whether it can be asked about several samples at once.
+    /// Returns true if it can be evaluated at several samples at once.
     pub(crate) fn knows_several(&self) -> bool {
         with_law!(self, law => law.knows_several())
     }
 
-    /// The potential at a sample, for the vector as it stands, where the formula has one.
+    /// The potential at a sample, for a strength of one; `None` if the formula has none.
     pub(crate) fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         with_law!(self, law => law.potential(local))
     }
 
-    /// A drag, and the velocity past the medium, in a `flow` that is given.
+    /// The drag, and the velocity past the medium, given the `flow` of a wind. `None` for other formulas, for
+    /// an unknown flow, and above the speed cap.
     pub(crate) fn as_drag(
         &self,
         local: &LocalQuery<'_>,
@@ -176,12 +177,12 @@ impl Formula {
         with_law!(self, law => law.validate(field))
     }
 
-    /// Whether the vector is the same at all points of a body.
+    /// Returns true if the vector is the same at all points of a body.
     pub(crate) fn is_uniform(&self) -> bool {
         matches!(self, Formula::Uniform(_))
     }
 
-    /// Whether the vector is linear in place and velocity: a constant, and what is proportional to them.
+    /// Returns true if the vector is linear in place and velocity: a constant plus terms proportional to them.
     pub(crate) fn is_linear(&self) -> bool {
         match self {
             Formula::Uniform(_) | Formula::Magnetic(_) => true,
@@ -196,7 +197,7 @@ impl Formula {
         }
     }
 
-    /// Whether the vector is the same wherever the field's frame stands.
+    /// Returns true if the vector does not change when the field's frame is moved without a turn.
     pub(crate) fn is_placeless(&self) -> bool {
         match self {
             Formula::Uniform(_) | Formula::Drag(_) | Formula::Magnetic(_) => true,
@@ -206,14 +207,14 @@ impl Formula {
         }
     }
 
-    /// Whether its vector may be the velocity of a medium: no answer to a touch, to the velocity of
-    /// the sample or to its volume.
+    /// Returns true if the vector may be the velocity of a medium: it answers neither a touch nor the velocity
+    /// or the volume of the sample.
     fn is_flow(&self) -> bool {
         use Formula::*;
         !matches!(self, Contact(_) | Drag(_) | Magnetic(_) | Buoyancy(_))
     }
 
-    /// Whether the vector depends on the volume of the sample.
+    /// Returns true if the vector depends on the volume of the sample.
     pub(crate) fn reads_volume(&self) -> bool {
         match self {
             Formula::Buoyancy(_) => true,
@@ -222,7 +223,7 @@ impl Formula {
         }
     }
 
-    /// Whether the vector may differ between the colliders of a body at one place.
+    /// Returns true if the vector may differ between the colliders of a body at one place.
     pub(crate) fn reads_parts(&self) -> bool {
         match self {
             Formula::Closure(_) | Formula::Buoyancy(_) => true,
@@ -231,7 +232,7 @@ impl Formula {
         }
     }
 
-    /// Whether the vector may depend on time, beyond the axes it names.
+    /// Returns true if the vector may depend on time, apart from the axes it names.
     pub(crate) fn reads_time(&self) -> bool {
         match self {
             Formula::Turbulence(law) => law.turnover != 0.0,
@@ -241,7 +242,7 @@ impl Formula {
         }
     }
 
-    /// Whether it gives zero wherever it is defined.
+    /// Returns true if it is known to be zero wherever it is defined.
     pub(crate) fn is_zero(&self) -> bool {
         use crate::math::Vector;
         match self {
@@ -269,7 +270,7 @@ pub struct Wind {
     pub flow: Box<Formula>,
     /// c₁ and c₂.
     pub drag: Drag,
-    /// The largest |w| that counts; may be infinite.
+    /// The largest |w| that counts (m/s); may be infinite.
     #[cfg_attr(
         feature = "serde-serialize",
         serde(with = "crate::field::saved::upper")

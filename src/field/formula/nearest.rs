@@ -1,4 +1,4 @@
-//! Radial forces from a shape rather than a point.
+//! Radial forces that start from the nearest point of a shape in place of a point.
 
 use super::radial::Radial;
 use super::{Law, alone};
@@ -32,7 +32,7 @@ impl Nearest {
         &self.shape.0
     }
 
-    /// d.
+    /// The distance vector d.
     fn distance<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let from = |point: DVec3| {
             let projection = self.shape.0.project_local_point(from_dvec3(point), true);
@@ -50,7 +50,7 @@ impl Nearest {
         })
     }
 
-    /// The same, not bounded.
+    /// The same formula without a bound.
     pub(crate) fn unbounded(&self) -> Nearest {
         Nearest {
             shape: self.shape.clone(),

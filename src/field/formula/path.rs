@@ -1,4 +1,4 @@
-//! Following a path.
+//! A formula that follows a path.
 
 use super::{Law, alone};
 use crate::field::error::{BuildError, all_finite, bad, finite_vector};
@@ -26,7 +26,7 @@ pub struct Path {
     pub(crate) closed: bool,
     /// Speed along the path.
     pub speed: Real,
-    /// How far ahead of the nearest point the goal lies.
+    /// Distance from the nearest point to the goal, along the path.
     pub look_ahead: Real,
     /// k, force per length.
     pub stiffness: Real,
@@ -72,7 +72,7 @@ impl Path {
         self
     }
 
-    /// Sets how far ahead of the nearest point the goal lies. Nothing by default.
+    /// Sets the distance from the nearest point to the goal, along the path. Zero by default.
     pub fn look_ahead(mut self, distance: Real) -> Self {
         self.look_ahead = distance;
         self
@@ -121,7 +121,7 @@ impl Path {
     }
 }
 
-/// What a file holds of it.
+/// The settings of a path, as they are saved.
 #[cfg(feature = "serde-serialize")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -163,7 +163,7 @@ impl From<Settings> for Path {
 impl From<Path> for Settings {
     fn from(path: Path) -> Self {
         let points = path.points.iter().copied().map(crate::math::from_dvec3);
-        // A closed path holds its first point twice.
+        // A closed path has its first point twice.
         let distinct = path.points.len() - usize::from(path.closed && !path.points.is_empty());
         Settings {
             points: points.take(distinct).collect(),

@@ -1,25 +1,25 @@
 //! Functions whose derivatives need care.
 //!
-//! Where a function has a value and no slope, because it is infinite there (√x at 0), the slope is
-//! taken as zero, as in the rest of the crate. Elsewhere infinities must not meet zeros on the way:
-//! they would make a slope NaN that is finite.
+//! Where a function has a value and an infinite slope (√x at 0), the slope is taken as zero, as in the rest of
+//! the crate. Elsewhere intermediate results must not multiply infinities by zeros, which would turn a finite
+//! slope into NaN.
 
 use crate::field::number::Number;
 
-/// Below it 1/x is no longer finite.
+/// Below this 1/x may be infinite.
 const LEAST: f64 = f64::MIN_POSITIVE;
 
 /// |x|; at zero, the slope is that on the right.
 pub(super) fn abs<T: Number<Plain = f64>>(x: T) -> T {
     match x.re() {
-        // Also without the sign of −0.
+        // Also removes the sign of −0.
         0.0 => x - x.re(),
         value if value < 0.0 => -x,
         _ => x,
     }
 }
 
-/// A function of x, given its value and its derivative, which is taken as zero where it is not finite.
+/// A function of x, given its value and its derivative, which is taken as zero where it is infinite.
 pub(super) fn by<T: Number<Plain = f64>>(
     x: T,
     function: fn(f64) -> f64,
@@ -50,14 +50,14 @@ pub(super) fn atan<T: Number<Plain = f64>>(x: T) -> T {
     by(x, f64::atan, |x| 1.0 / (1.0 + x * x))
 }
 
-/// The angle of the point (x, y); at the origin, its slope is taken as zero.
+/// The angle of the point (x, y); at the origin the slope is taken as zero.
 pub(super) fn atan2<T: Number<Plain = f64>>(y: T, x: T) -> T {
     let angle = y.re().atan2(x.re());
     let origin = y.re() == 0.0 && x.re() == 0.0;
     if !T::HAS_SLOPES || origin {
         return angle.into();
     }
-    // By the smaller of the two quotients, so that neither axis divides by zero.
+    // By the smaller of the two quotients, so that neither divides by zero.
     let turned = if x.re().abs() >= y.re().abs() {
         atan(y / x)
     } else {
@@ -66,14 +66,14 @@ pub(super) fn atan2<T: Number<Plain = f64>>(y: T, x: T) -> T {
     turned - turned.re() + angle
 }
 
-/// The length of a vector of any dimension; at zero, its slope is taken as zero.
+/// The length of a vector of any dimension; at zero the slope is taken as zero.
 pub(super) fn hypot<T: Number<Plain = f64>>(components: &[T]) -> T {
     let sizes = components.iter().map(|x| x.re().abs());
     let largest = sizes.clone().fold(0.0, f64::max);
     if !(LEAST..f64::INFINITY).contains(&largest) {
         return sizes.fold(0.0, f64::hypot).into();
     }
-    // So that squares neither overflow nor vanish.
+    // Relative to the largest, so that squares neither overflow nor underflow.
     let relative = components.iter().map(|x| *x / largest);
     let square = relative.map(|x| x * x).fold(T::from(0.0), |a, b| a + b);
     square.sqrt() * largest
@@ -82,7 +82,7 @@ pub(super) fn hypot<T: Number<Plain = f64>>(components: &[T]) -> T {
 /// The largest whole exponent for which powers are products.
 const LARGEST_PRODUCT: f64 = 64.0;
 
-/// The exponent, if powers with it are products.
+/// The exponent, if powers with it are computed as products.
 pub(super) fn whole(exponent: f64) -> Option<i32> {
     let is_whole = exponent.fract() == 0.0 && exponent.abs() <= LARGEST_PRODUCT;
     is_whole.then_some(exponent as i32)
@@ -107,8 +107,7 @@ pub(super) fn product<T: Number<Plain = f64>>(x: T, exponent: i32) -> T {
     result
 }
 
-/// x to the exponent y. Of a base that is not positive, powers have no slope along the exponent;
-/// it is taken as zero.
+/// x to the power y. For a base that is not positive the slope along the exponent is taken as zero.
 pub(super) fn power<T: Number<Plain = f64>>(x: T, y: T) -> T {
     let (base, exponent) = (x.re(), y.re());
     let logarithm_is_finite = (LEAST..f64::INFINITY).contains(&base);
@@ -117,7 +116,7 @@ pub(super) fn power<T: Number<Plain = f64>>(x: T, y: T) -> T {
         if !T::HAS_SLOPES || !logarithm_is_finite {
             return value;
         }
-        // Times one, but for its slope.
+        // The factor is one, with the slope along the exponent.
         return value * ((y - exponent) * x.ln()).exp();
     }
     let value = base.powf(exponent);

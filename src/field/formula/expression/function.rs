@@ -1,11 +1,11 @@
-//! The functions of expressions.
+//! The functions and operators of expressions.
 
 use std::f64::consts::{LOG2_E, LOG10_E};
 
 use super::exact::{self, by};
 use crate::field::number::Number;
 
-/// A function, or an operator that is one.
+/// A function, or an operator that is evaluated like one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Function {
     Abs,
@@ -51,7 +51,7 @@ pub(super) enum Function {
     Not,
 }
 
-/// A function by its name.
+/// A function with its name and numbers of arguments.
 pub(super) struct Named {
     pub name: &'static str,
     pub function: Function,
@@ -84,7 +84,7 @@ const fn any(name: &'static str, function: Function, fewest: usize) -> Named {
     }
 }
 
-/// All that have names, but `if`, which the parser knows.
+/// All functions with names, except `if`, which the parser handles.
 static NAMED: [Named; 33] = [
     fixed("abs", Function::Abs, 1),
     fixed("sign", Function::Sign, 1),
@@ -132,13 +132,13 @@ pub(super) fn known() -> String {
     names.chain(["if"]).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether a number stands for what is true.
+/// Returns true if a number stands for true.
 pub(super) fn holds<T: Number<Plain = f64>>(x: &T) -> bool {
     x.re() != 0.0
 }
 
 impl Function {
-    /// The value. Of other numbers of arguments than it takes, there is none.
+    /// The value of the function; NaN for a number of arguments that it does not take.
     pub(super) fn of<T: Number<Plain = f64>>(self, arguments: &[T]) -> T {
         let truth = |yes: bool| T::from(f64::from(yes));
         match (self, arguments) {
@@ -190,12 +190,12 @@ impl Function {
     }
 }
 
-/// Zero at zero.
+/// The sign of x, zero at zero.
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// The first that is better than all others; what is NaN is passed over.
+/// The first argument that is better than all others; NaN is skipped.
 fn chosen<T: Number<Plain = f64>>(all: &[T], better: fn(f64, f64) -> bool) -> T {
     let nan = T::from(f64::NAN);
     all.iter().fold(nan, |best, x| {
@@ -204,7 +204,7 @@ fn chosen<T: Number<Plain = f64>>(all: &[T], better: fn(f64, f64) -> bool) -> T 
     })
 }
 
-/// x within its bounds; of bounds in the wrong order, the upper counts.
+/// x within its bounds. If the bounds are in the wrong order, the upper one counts.
 fn clamp<T: Number<Plain = f64>>(x: T, low: T, high: T) -> T {
     let raised = if x.re() < low.re() { low } else { x };
     if raised.re() > high.re() {

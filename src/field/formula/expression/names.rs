@@ -1,11 +1,11 @@
-//! What the names in expressions stand for.
+//! Names in expressions: constants, and axes with their numbers.
 
 use std::collections::HashMap;
 use std::f64::consts::{E, PI, TAU};
 
 use crate::field::axis::Axis;
 
-/// The number of that name, if it is a constant.
+/// The value of a constant with this name.
 pub(super) fn constant(name: &str) -> Option<f64> {
     match name {
         "PI" | "π" => Some(PI),
@@ -23,7 +23,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// The number of the axis of that name.
+    /// The number of the axis with this name.
     pub(super) fn axis(&mut self, name: &str) -> usize {
         if let Some(number) = self.numbers.get(name) {
             return *number;
@@ -34,7 +34,7 @@ impl Names {
         number
     }
 
-    /// All of them, by their numbers.
+    /// All axes, in the order of their numbers.
     pub(super) fn into_axes(self) -> Vec<Axis> {
         self.axes
     }

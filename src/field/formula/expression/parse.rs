@@ -1,7 +1,7 @@
-//! From a text to a program, by the precedence of operators.
+//! Parses a text into a program, by the precedence of operators.
 //!
-//! Operators and brackets wait on a stack until their operands are complete. Nothing calls itself,
-//! so no text is too deep.
+//! Operators and brackets wait on a stack until their operands are complete. There is no recursion, so texts
+//! may be nested to any depth.
 
 use super::function::{self, Function, Named};
 use super::names::{self, Names};
@@ -15,7 +15,7 @@ const LONGEST: usize = 65_536;
 const OPERAND: &str = "a number, a name or `(`";
 const OPERATOR: &str = "an operator";
 
-/// How tightly operators bind, from loose to tight.
+/// Precedence of operators, from loose to tight.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 enum Binding {
     Or,
@@ -30,7 +30,7 @@ enum Binding {
     Bracket,
 }
 
-/// What waits for its last operand.
+/// An operator, a bracket or a call that waits for its last operand.
 enum Waiting {
     Operator {
         op: Op,
@@ -43,13 +43,13 @@ enum Waiting {
     Call {
         named: &'static Named,
         open: usize,
-        /// How many arguments are complete.
+        /// The number of complete arguments.
         complete: usize,
     },
     If {
         open: usize,
         complete: usize,
-        /// The jump from the end of what is complete.
+        /// The jump whose target is still to be set.
         jump: usize,
     },
 }
@@ -60,7 +60,7 @@ struct Parser<'n> {
     program: Program,
 }
 
-/// Reads a text.
+/// Parses a text.
 pub(super) fn parse(text: &str, names: &mut Names) -> Result<Program, Fault> {
     check_length(text)?;
     let mut parser = Parser {
@@ -103,7 +103,7 @@ fn check_length(text: &str) -> Result<(), Fault> {
 }
 
 impl Parser<'_> {
-    /// Takes a token where an operand is due; whether one still is.
+    /// Takes a token where an operand is expected. Returns true if one is still expected after it.
     fn operand(&mut self, spot: &Spot<'_>) -> Result<bool, Fault> {
         match spot.token {
             Token::Number(number) => self.program.push(Op::Number(number)),
@@ -132,7 +132,7 @@ impl Parser<'_> {
         Ok(false)
     }
 
-    /// Takes a token where an operator may stand; whether an operand is due after it.
+    /// Takes a token where an operator is expected. Returns true if an operand is expected after it.
     fn operator(&mut self, spot: &Spot<'_>) -> Result<bool, Fault> {
         match spot.token {
             Token::Symbol(symbol) => self.binary(symbol, spot)?,
@@ -199,7 +199,8 @@ impl Parser<'_> {
         });
     }
 
-    /// In `-not x` and `a < not b` nobody knows what `not` would take.
+    /// Refuses `not` after an operator that binds more tightly, as in `-not x` and `a < not b`: its operand is
+    /// unclear.
     fn check_not(&self, spot: &Spot<'_>) -> Result<(), Fault> {
         match self.waiting.last() {
             Some(Waiting::Operator { binding, .. }) if *binding > Binding::Not => {
@@ -214,7 +215,7 @@ impl Parser<'_> {
             return Err(unexpected(OPERATOR, spot));
         };
         match binding {
-            // From right to left.
+            // Powers are taken from right to left.
             Binding::Power => self.complete(Binding::Bracket),
             Binding::Comparison => {
                 self.complete(Binding::Sum);
@@ -236,7 +237,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Completes the operators that bind at least so tightly.
+    /// Completes the waiting operators that bind at least as tightly as `least`.
     fn complete(&mut self, least: Binding) {
         while let Some(&Waiting::Operator {
             op,
@@ -257,7 +258,7 @@ impl Parser<'_> {
                 named, complete, ..
             }) => {
                 *complete += 1;
-                // One more is to come.
+                // One more argument follows.
                 if named.most.is_some_and(|most| *complete >= most) {
                     return Err(wrong_number(named, spot));
                 }
@@ -315,7 +316,7 @@ impl Parser<'_> {
     }
 }
 
-/// The operation between two operands, and how tightly it binds.
+/// The operation of an operator between two operands, and its precedence.
 fn binary(symbol: Symbol) -> Option<(Op, Binding)> {
     let function = |function| Op::Call(function, 2);
     Some(match symbol {

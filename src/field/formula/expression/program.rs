@@ -1,4 +1,4 @@
-//! Expressions as instructions for a stack of numbers.
+//! Expressions as instructions for a stack machine.
 
 use super::exact;
 use super::function::{Function, holds};
@@ -15,13 +15,13 @@ pub(super) enum Op {
     Subtract,
     Multiply,
     Divide,
-    /// The power with that whole exponent.
+    /// A power with this whole exponent.
     Whole(i32),
-    /// A function of so many arguments.
+    /// A function of this number of arguments.
     Call(Function, u32),
-    /// Goes on at that instruction.
+    /// Continues at this instruction.
     Jump(u32),
-    /// Takes a condition; goes on at that instruction unless it holds.
+    /// Takes a condition, and continues at this instruction unless it holds.
     JumpUnless(u32),
 }
 
@@ -29,23 +29,23 @@ pub(super) enum Op {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Program {
     ops: Vec<Op>,
-    /// Where jumps last met: operations do not reach behind it.
+    /// The end of the instructions that a jump leads over. Operations are not merged across it.
     met: usize,
-    /// How many numbers are on the stack after the last instruction.
+    /// The number of values on the stack after the last instruction.
     depth: usize,
-    /// How many there ever are.
+    /// The largest number of values on the stack at any time.
     deepest: usize,
 }
 
 impl Program {
-    /// Adds what puts a number on the stack.
+    /// Adds an instruction that puts a number on the stack.
     pub(super) fn push(&mut self, op: Op) {
         self.ops.push(op);
         self.depth += 1;
         self.deepest = self.deepest.max(self.depth);
     }
 
-    /// Adds an operation on the last `operands` numbers. If all are constants, so is the result.
+    /// Adds an operation on the last `operands` numbers. If all of them are constants, it is computed at once.
     pub(super) fn apply(&mut self, op: Op, operands: usize) {
         self.depth = self.depth + 1 - operands;
         let op = self.with_whole_exponent(op);
@@ -66,7 +66,7 @@ impl Program {
         }
     }
 
-    /// A power with a constant exponent that is whole needs no logarithm.
+    /// A power with a constant whole exponent needs no logarithm.
     fn with_whole_exponent(&mut self, op: Op) -> Op {
         let last = self.ops[self.met..].last();
         if let (Op::Call(Function::Power, _), Some(&Op::Number(exponent))) = (op, last)
@@ -85,14 +85,14 @@ impl Program {
         self.ops.len() - 1
     }
 
-    /// Adds a jump over what stands for the number that is on the stack.
+    /// Adds a jump over the instructions for the other result; its target is set later.
     pub(super) fn jump(&mut self) -> usize {
         self.ops.push(Op::Jump(0));
         self.depth -= 1;
         self.ops.len() - 1
     }
 
-    /// Lets a jump go on at the next instruction.
+    /// Sets the target of a jump to the next instruction.
     pub(super) fn land(&mut self, jump: usize) {
         self.met = self.ops.len();
         if let Op::Jump(target) | Op::JumpUnless(target) = &mut self.ops[jump] {
@@ -102,7 +102,7 @@ impl Program {
 
     /// The result, with a value for each axis.
     pub(super) fn value<T: Number<Plain = f64>>(&self, axis: impl Fn(usize) -> T) -> T {
-        /// Deeper ones are rare, and allocate.
+        /// Stacks up to this depth need no allocation; deeper ones are rare.
         const SHALLOW: usize = 12;
         let zero = T::from(0.0);
         if self.deepest <= SHALLOW {
@@ -112,7 +112,7 @@ impl Program {
     }
 }
 
-/// The number that instructions leave at the bottom of a stack.
+/// Runs instructions, and returns the number that they leave at the bottom of the stack.
 fn run<T: Number<Plain = f64>>(ops: &[Op], stack: &mut [T], axis: impl Fn(usize) -> T) -> T {
     let mut depth = 0;
     let mut at = 0;

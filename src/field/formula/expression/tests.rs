@@ -1,4 +1,4 @@
-//! Texts, their values and their derivatives.
+//! Tests of texts, their values and their derivatives.
 
 mod random;
 
@@ -271,7 +271,7 @@ fn long_texts_are_told_of_in_part() {
     assert!(fault(&format!("{name}(1)")).to_string().len() < 500);
 }
 
-/// Derivatives by all functions, against differences.
+/// Derivatives by all functions, compared with differences.
 #[test]
 fn slopes_are_those_of_differences() {
     let [x, y] = [0.7, -0.4];
@@ -313,7 +313,7 @@ fn slopes_are_those_of_differences() {
     }
 }
 
-/// Where the chain rule meets zeros, infinities and corners.
+/// Points where the chain rule meets zeros, infinities and corners.
 #[test]
 fn slopes_are_exact_at_special_points() {
     const ROOT: f64 = std::f64::consts::SQRT_2;
@@ -391,7 +391,7 @@ fn slopes_are_exact_at_special_points() {
     }
 }
 
-/// Whatever is nested, on a stack that would not bear recursion.
+/// Deep nesting, on a stack that is too small for recursion.
 #[test]
 fn deep_texts_need_no_stack() {
     let nested = |open: &str, middle: &str, close: &str, levels: usize| {

@@ -1,8 +1,8 @@
-//! A text as a row of tokens.
+//! Splits a text into tokens.
 
 use crate::field::expression_error::ExpressionErrorKind;
 
-/// What is wrong at a byte of a text.
+/// A fault at a byte of a text.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub at: usize,
@@ -15,15 +15,15 @@ impl Fault {
     }
 }
 
-/// A word of the language.
+/// A token of the language.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Token<'a> {
     Number(f64),
     /// A name: an axis or a constant.
     Name(&'a str),
-    /// A name in braces: an axis, whatever it is called.
+    /// A name in braces: an axis, even if the name has another meaning without them.
     Braced(&'a str),
-    /// A name and the bracket after it, which opens at a byte of the text.
+    /// A name and the bracket after it, with the byte at which the bracket is.
     Call(&'a str, usize),
     Symbol(Symbol),
     Open,
@@ -49,7 +49,7 @@ pub(super) enum Symbol {
     Not,
 }
 
-/// Longer ones first: `<=` is not `<`.
+/// Longer marks come first, so that `<=` is not read as `<`.
 const MARKS: [(&str, Token); 17] = [
     ("<=", Token::Symbol(Symbol::LessOrEqual)),
     (">=", Token::Symbol(Symbol::GreaterOrEqual)),
@@ -70,12 +70,12 @@ const MARKS: [(&str, Token); 17] = [
     (",", Token::Comma),
 ];
 
-/// A token in its place.
+/// A token with its place.
 pub(super) struct Spot<'a> {
     pub token: Token<'a>,
-    /// The byte it begins at.
+    /// The byte at which it begins.
     pub at: usize,
-    /// How it is written.
+    /// Its text.
     pub text: &'a str,
 }
 
@@ -113,7 +113,7 @@ impl<'a> Tokens<'a> {
         &self.text[self.at..]
     }
 
-    /// Takes so many bytes.
+    /// Takes this number of bytes.
     fn take(&mut self, length: usize) -> &'a str {
         let taken = &self.rest()[..length];
         self.at += length;
@@ -205,7 +205,7 @@ fn number_length(text: &str) -> usize {
         let signs = usize::from(exponent.starts_with(['+', '-']));
         let first = end + 1 + signs;
         let last = after_digits(first);
-        // Without digits it is a name after a number, which the parser refuses.
+        // Without digits this is a name after a number, which the parser refuses.
         if last > first {
             end = last;
         }
@@ -213,7 +213,7 @@ fn number_length(text: &str) -> usize {
     end
 }
 
-/// How a word of any length begins, for messages.
+/// The first characters of a word, for messages.
 pub(super) fn beginning(word: &str) -> String {
     const SHOWN: usize = 32;
     match word.char_indices().nth(SHOWN) {

@@ -1,11 +1,11 @@
-//! Random expressions, written out and read again; and random texts.
+//! Random expressions that are written out and read again, and random texts.
 
 use proptest::prelude::*;
 
 use super::super::function;
 use super::*;
 
-/// An expression as people think of it.
+/// An expression as a tree, which can be written as text and evaluated.
 #[derive(Clone, Debug)]
 enum Tree {
     Number(f64),
@@ -17,7 +17,7 @@ enum Tree {
     If(Box<[Tree; 3]>),
 }
 
-/// How an operator is written, how tightly it binds, and what it does.
+/// An operator: its text, its precedence and its function.
 #[derive(Debug)]
 struct Operator {
     mark: &'static str,
@@ -38,7 +38,7 @@ const NOT: u8 = 3;
 const COMPARISON: u8 = 4;
 const SIGN: u8 = 7;
 const POWER: u8 = 8;
-/// What needs no brackets anywhere.
+/// Precedence of operands that need no brackets anywhere.
 const WORD: u8 = 9;
 
 static OPERATORS: [Operator; 15] = {
@@ -112,7 +112,7 @@ fn tree() -> impl Strategy<Value = Tree> {
 }
 
 impl Tree {
-    /// Whether it has neither axes nor conditions.
+    /// Returns true if it has neither axes nor conditions.
     fn is_constant(&self) -> bool {
         match self {
             Tree::Number(_) => true,
@@ -165,17 +165,17 @@ impl Tree {
         }
     }
 
-    /// With brackets around every operation.
+    /// Written with brackets around every operation.
     fn bracketed(&self) -> String {
         self.written(&|_, _| true)
     }
 
-    /// With no more brackets than it needs.
+    /// Written with no more brackets than needed.
     fn bare(&self) -> String {
         self.written(&|tree, least| tree.binding() < least)
     }
 
-    /// `brackets` says whether an operand needs them where only what binds so tightly does not.
+    /// `brackets` decides whether an operand gets brackets, given the precedence below which it needs them.
     fn written(&self, brackets: &impl Fn(&Tree, u8) -> bool) -> String {
         let within = |tree: &Tree, least: u8| {
             let text = tree.written(brackets);
@@ -208,7 +208,7 @@ impl Tree {
     }
 }
 
-/// Bit by bit, but for the signs of zeros and the kinds of NaN.
+/// Equal bit by bit, except for the signs of zeros and the kinds of NaN.
 fn same(a: f64, b: f64) -> bool {
     a == b || (a.is_nan() && b.is_nan())
 }
@@ -233,7 +233,7 @@ proptest! {
             let found = at(&text, seeded);
             prop_assert!(same(found.re, moved.re), "{text}: {found:?}, not {moved:?}");
             for (a, b) in slopes(found).iter().zip(slopes(moved).iter()) {
-                // Of a constant, the program has the value, and no slopes that are NaN.
+                // For a constant, the program has the value, and no slopes that are NaN.
                 prop_assert!(same(*a, *b) || b.is_nan(), "{text}: {found:?}, not {moved:?}");
             }
         }
