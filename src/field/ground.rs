@@ -1,4 +1,4 @@
-//! What is below a height field.
+//! The solid below a height field.
 
 mod cells;
 
@@ -8,12 +8,12 @@ use super::surface::Surface;
 use crate::math::{DVec2, DVec3, SharedShape, to_dvec3, to_f64};
 use cells::{Cell, Cells, Triangle};
 
-/// The points below a height field, within its rectangle, however deep; below cells and triangles
-/// that are removed, none.
+/// The points below a height field, within its rectangle, at any depth. Points below removed cells and
+/// triangles are outside.
 #[derive(Clone, Debug)]
 pub(super) struct Ground {
     shape: SharedShape,
-    /// Which share of the height above it the distance from the ground is at least.
+    /// A lower bound of the distance from the ground, as a share of the height above it.
     least_share: f64,
     has_holes: bool,
 }
@@ -40,7 +40,7 @@ impl Ground {
         })
     }
 
-    /// Visits the sides of the rectangle and, as one, the surface and the walls of holes.
+    /// Visits the sides of the rectangle and, as one surface, the ground and the walls of holes.
     pub fn for_each_surface(&self, point: DVec3, mut visit: impl FnMut(Surface)) {
         let Some(field) = self.shape.as_heightfield() else {
             return visit(Surface::new(f64::INFINITY, DVec3::ZERO));
@@ -60,14 +60,14 @@ impl Ground {
         });
     }
 
-    /// The surface, with holes filled in, as seen from a height.
+    /// The ground with holes filled in, as seen from a height.
     fn top(&self, mut here: impl Iterator<Item = Triangle>, near: DVec2, height: f64) -> Surface {
         let Some(first) = here.next() else {
             return Surface::new(f64::INFINITY, DVec3::ZERO);
         };
         let gap = height - first.height_at(near);
         let bound = gap * self.least_share;
-        // Zero on the surface only.
+        // The distance is zero only on the surface.
         let vanished = bound == 0.0 && gap != 0.0;
         let distance = if vanished {
             f64::MIN_POSITIVE.copysign(gap)
@@ -75,7 +75,7 @@ impl Ground {
             bound
         };
         let normal = DVec3::new(-first.gradient.x, 1.0, -first.gradient.y);
-        // A fold is no plane: there, the set is taken as it is, closed.
+        // A fold has no plane, so the set is taken as closed there.
         let folded = gap == 0.0 && here.any(|other| other.gradient != first.gradient);
         Surface {
             distance,
@@ -112,7 +112,7 @@ impl Ground {
     }
 }
 
-/// The nearest place where ground ends at a hole, or farther away than the cells around.
+/// The nearest wall of a hole, or a surface without direction beyond the cells around.
 fn wall(cells: Cells<'_>, near: DVec2) -> Surface {
     let mut here = cells.at(near).map(|triangle| triangle.is_there);
     let solid = here.next().unwrap_or(false);

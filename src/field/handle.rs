@@ -1,6 +1,6 @@
-//! Handles of what is in a set.
+//! Handles of the fields and trees in a set.
 
-/// A field in a [`FieldSet`](crate::FieldSet). When the field is gone, no other is found by its handle.
+/// A field in a [`FieldSet`](crate::FieldSet). Once the field is removed, its handle finds no other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -11,8 +11,8 @@ pub struct FieldHandle {
     pub(super) generation: u32,
 }
 
-/// A tree that was inserted into a [`FieldSet`](crate::FieldSet). When the tree is gone, no other is found by its
-/// handle.
+/// A tree that was inserted into a [`FieldSet`](crate::FieldSet). Once the tree is removed, its handle finds no
+/// other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(
     feature = "serde-serialize",

@@ -1,10 +1,10 @@
-//! Layers of different priority.
+//! Layers of different priority, which replace or stop each other.
 
 use super::nodes::Node;
 use super::priority::Override;
 use super::tree::Tree;
 
-/// One operand of [`Tree::layers`].
+/// One operand of [`Tree::layers`], with its priority.
 #[derive(Clone, Debug)]
 #[must_use = "setters and operators take the value and return the changed one"]
 pub struct Layer {
@@ -23,19 +23,19 @@ impl Layer {
         }
     }
 
-    /// Sets the priority; layers of higher priority come first.
+    /// Sets the priority. Layers of higher priority come first.
     pub fn priority(mut self, priority: i32) -> Self {
         self.priority = priority;
         self
     }
 
-    /// Drops, where it is defined, what layers of higher priority gave.
+    /// Drops, where the layer is defined, the forces of layers of higher priority.
     pub fn replacing(mut self) -> Self {
         self.mode.replaces = true;
         self
     }
 
-    /// Leaves out, where it is defined, layers of lower priority.
+    /// Leaves out, where the layer is defined, layers of lower priority.
     pub fn stopping(mut self) -> Self {
         self.mode.stops = true;
         self

@@ -1,4 +1,4 @@
-//! A field: a leaf of the tree.
+//! A field, which is a leaf of a tree: a formula on a region, with an anchor and settings.
 
 use std::sync::Arc;
 
@@ -34,33 +34,33 @@ use crate::math::{DMat3, DVec3, InteractionGroups, Pose, Real, SharedShape, to_f
 )]
 pub struct Field {
     pub(crate) name: Option<Arc<str>>,
-    /// What the vector is multiplied with, before any limit: 1 by default.
+    /// The factor of the vector, before any limit: 1 by default.
     pub strength: Real,
-    /// Whether it is on: a field that is off is not defined anywhere.
+    /// True if the field is on. A field that is off is defined nowhere.
     pub enabled: bool,
-    /// When it acts: always, by default.
+    /// The time at which it acts: always, by default.
     pub lifetime: Lifetime,
-    /// Where it is defined, in its own frame.
+    /// The region where it is defined, in its own frame.
     pub region: Region,
     /// Its vector, in its own frame.
     pub formula: Formula,
-    /// What its frame moves with.
+    /// The frame that it moves with.
     pub anchor: Anchor,
     pub(crate) mode: ForceMode,
     pub(crate) coupling: Coupling,
     pub(crate) scale: Option<Scalar>,
     /// Bound of the vector's length, after scaling.
     pub(crate) limit: Option<Real>,
-    /// Without any, the field acts on all colliders, whatever theirs.
+    /// The groups of the field; without any it acts on all colliders.
     pub(crate) groups: Option<InteractionGroups>,
     pub(crate) reacts: bool,
     pub(crate) sampling: Sampling,
-    /// A setter that does not fit the formula, for validation to report.
+    /// A setter that does not fit the formula, which validation reports.
     #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::misfit"))]
     pub(crate) misfit: Option<Setter>,
 }
 
-/// How the vector of a field is to be read. Forces are what the algebra combines.
+/// The quantity that the vector of a field stands for. The algebra combines forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -78,7 +78,7 @@ pub enum ForceMode {
     VelocityChange,
 }
 
-/// What the vector of a field is multiplied with, besides what its [`ForceMode`] asks for.
+/// The factor of a field's vector at each sample, besides the one of its [`ForceMode`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -99,14 +99,14 @@ pub enum Coupling {
 }
 
 impl Coupling {
-    /// Whether the number is measured in the field's own frame, and so differs from field to
-    /// field at one sample.
+    /// Returns true if the factor is measured in the field's own frame, and so differs from field to field at
+    /// one sample.
     pub(crate) fn reads_frame(&self) -> bool {
         matches!(self, Coupling::Axis(axis) if axis.reads_frame())
     }
 }
 
-/// The name of a setter. A name of its own, too, lest serde would borrow it from what it reads.
+/// The name of a setter. The alias keeps serde from borrowing it from its input.
 type Setter = &'static str;
 
 impl Field {
@@ -190,20 +190,19 @@ impl Field {
         self
     }
 
-    /// Lets very many sources of a power law act together where they are far: 100,000 bodies that
-    /// attract each other, without a cutoff, in n log n (Barnes & Hut, Nature 324, 1986).
+    /// Lets very many sources of a power law act together where they are far off: 100,000 bodies that attract
+    /// each other, without a cutoff, in n log n (Barnes & Hut, Nature 324, 1986).
     ///
-    /// Sources are cut into cells within cells. A cell of which no source is farther than `angle`
-    /// times its distance from its centre acts by its moments, up to the second; others are opened. A
-    /// smaller angle costs more and errs less: ARCHITECTURE.md has a table. The error is that of an
-    /// approximation, and neither the same on both of a pair nor bounded for each body: momentum is kept as
-    /// well as forces are right.
+    /// Sources are divided into cells within cells. A cell acts by its moments, up to the second, if each of
+    /// its sources is nearer to its centre than `angle` times the distance of the centre; others are opened. A
+    /// smaller angle costs more and errs less: ARCHITECTURE.md has a table. The error is neither the same on
+    /// both of a pair nor bounded for each body, so momentum is conserved only as well as forces are right.
     ///
-    /// It counts for 512 or more fields that differ in strength and place only, are summed with
-    /// everything else, and act everywhere; in composites and regions each is evaluated by itself.
-    /// Questions that name single fields ([`Fields::explain`](crate::Fields::explain)) are exact. Derivatives,
-    /// for schemes that need them, take a far cell for a point. Laws that are no power, bounded or cut
-    /// off are refused with the tree, as are angles above 1.
+    /// It has an effect for 512 or more fields that differ in strength and place only, are summed with
+    /// everything else, and act everywhere; in composites and regions each is evaluated by itself. Questions
+    /// about single fields ([`Fields::explain`](crate::Fields::explain)) are exact. Derivatives, for schemes
+    /// that need them, take a cell far off for a point. Laws that are not powers, are bounded or are cut off
+    /// are refused with the tree, as are angles above 1.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -253,9 +252,9 @@ impl Field {
         self
     }
 
-    /// Reads the vector as the velocity of a medium, in the field's frame, that drags what it
-    /// flows past: (`linear` + `quadratic` |w|) w for the velocity w of the flow past the sample.
-    /// Contacts, drag, magnetic fields and buoyancy are no flows: they are refused with the tree.
+    /// Reads the vector as the velocity of a medium, in the field's frame, that drags bodies along: (`linear` +
+    /// `quadratic` |w|) w for the velocity w of the flow past the sample. Contacts, drag, magnetic fields and
+    /// buoyancy are not flows: they are refused with the tree.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -285,8 +284,8 @@ impl Field {
         self
     }
 
-    /// Restricts the field to samples of colliders whose collision groups interact with these.
-    /// Without, it acts on all.
+    /// Restricts the field to samples of colliders whose collision groups interact with these. Without groups
+    /// it acts on all.
     pub fn groups(mut self, groups: InteractionGroups) -> Self {
         self.groups = Some(groups);
         self
@@ -306,7 +305,7 @@ impl Field {
         self
     }
 
-    /// Restricts the field to what is not in a region of its own frame.
+    /// Restricts the field to the complement of a region of its own frame.
     pub fn outside(self, region: Region) -> Self {
         self.within(region.complement())
     }
@@ -328,7 +327,7 @@ impl Field {
         self.name.as_deref()
     }
 
-    /// Sets what the vector is multiplied with, before any limit.
+    /// Sets the factor of the vector, before any limit.
     pub fn strength(mut self, strength: Real) -> Self {
         self.strength = strength;
         self
@@ -340,19 +339,19 @@ impl Field {
         self
     }
 
-    /// Sets when the field acts.
+    /// Sets the time at which the field acts.
     pub fn lifetime(mut self, lifetime: Lifetime) -> Self {
         self.lifetime = lifetime;
         self
     }
 
-    /// Sets how the vector is read.
+    /// Sets the quantity that the vector stands for.
     pub fn force_mode(mut self, mode: ForceMode) -> Self {
         self.mode = mode;
         self
     }
 
-    /// Sets what the vector is multiplied with.
+    /// Sets the factor of the vector at each sample.
     pub fn coupled_to(mut self, coupling: Coupling) -> Self {
         self.coupling = coupling;
         self
@@ -363,13 +362,13 @@ impl Field {
         self.coupled_to(Coupling::Axis(axis.into()))
     }
 
-    /// Whether the field acts on anything in a step, or at a moment.
+    /// Returns true if the field acts at some time of a step, or at a moment.
     pub(crate) fn is_on(&self, span: Span) -> bool {
         self.enabled && self.lifetime.share_of(span) > 0.0
     }
 
-    /// Which samples the field acts on at all, its region aside: it is on, its groups allow them, and
-    /// they are not of the body that carries the field.
+    /// The samples that the field may act on, whatever its region: the field is on, its groups allow them, and
+    /// they do not belong to the body that carries it.
     #[inline(always)]
     pub(crate) fn acts_on<Q: Properties>(
         &self,
@@ -389,7 +388,7 @@ impl Field {
         self.force_of(self.strength, local)
     }
 
-    /// Like [`Self::force`], with another strength than the field's own.
+    /// [`Self::force`] with another strength than the field's own.
     #[inline(always)]
     pub(crate) fn force_of<T: Asked>(&self, strength: Real, local: &LocalQuery<'_, T>) -> Vec3<T> {
         if self.is_contact() && local.touch().is_none() {
@@ -409,7 +408,7 @@ impl Field {
         rotate(local.rotation, vector) * self.weight(local)
     }
 
-    /// Whether it can be asked about several samples at once.
+    /// Returns true if it can be evaluated at several samples at once.
     pub(crate) fn knows_several(&self) -> bool {
         let of_users = |coupling: &Coupling| matches!(coupling, Coupling::Axis(Axis::User(_)));
         !of_users(&self.coupling)
@@ -418,8 +417,8 @@ impl Field {
             && self.scale.as_ref().is_none_or(Scalar::knows_several)
     }
 
-    /// The same force with its derivative by velocity in closed form, if it is a drag, in a `flow` that is
-    /// given. The one by place is left at zero.
+    /// [`Self::force_of`] with its derivative by velocity in closed form, if the field is a drag, given the
+    /// `flow` of a wind. The derivative by place is left at zero.
     pub(crate) fn drag_of(
         &self,
         strength: Real,
@@ -439,12 +438,12 @@ impl Field {
         })
     }
 
-    /// The potential energy of a sample, where the field has a potential.
+    /// The potential energy of a sample (J); `None` if the field has no potential.
     pub(crate) fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         self.potential_of(self.strength, local)
     }
 
-    /// Like [`Self::potential`], with another strength than the field's own.
+    /// [`Self::potential`] with another strength than the field's own.
     pub(crate) fn potential_of<T: Single>(
         &self,
         strength: Real,
@@ -459,11 +458,11 @@ impl Field {
         Some(potential * T::from(to_f64(strength)) * weight)
     }
 
-    /// The number that turns the formula's vector into a force on the sample.
+    /// The factor from the formula's vector to a force on the sample.
     #[inline(always)]
     fn weight<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
         let numbers = local.query.numbers();
-        // What a touch gives is a change of velocity, whatever the field says.
+        // The vector of a contact is a change of velocity, whatever the mode of the field.
         let mode = if self.is_contact() {
             ForceMode::VelocityChange
         } else {
@@ -482,19 +481,19 @@ impl Field {
         whole * T::of(numbers.fraction * self.lifetime.share_of(local.query.span()))
     }
 
-    /// Whether the field acts on a body as a whole, at its centre of mass: a uniform vector that
-    /// is shared out by mass, and asks nothing that may differ between the colliders.
+    /// Returns true if the field acts on a body as a whole, at its centre of mass: a uniform vector that is
+    /// shared out by mass, and depends on nothing that may differ between the colliders.
     pub(crate) fn acts_at_centre(&self) -> bool {
         self.is_shared_out() && !self.reads_parts() && self.scale_is_uniform()
     }
 
-    /// Whether it is a uniform vector that is shared out by mass.
+    /// Returns true if it is a uniform vector that is shared out by mass.
     pub(super) fn is_shared_out(&self) -> bool {
         self.formula.is_uniform() && self.coupling == Coupling::Share
     }
 
-    /// Whether it may differ between the colliders of a body at one place: no single sample stands
-    /// for all of them.
+    /// Returns true if it may differ between the colliders of a body at one place, so that no single sample
+    /// stands for all of them.
     pub(super) fn reads_parts(&self) -> bool {
         self.groups.is_some()
             || self.coupling != Coupling::Share
@@ -503,9 +502,9 @@ impl Field {
             || self.scale.as_ref().is_some_and(Scalar::reads_parts)
     }
 
-    /// The same field with the place of its region in its anchor instead, if that is no other: zones
-    /// that are alike but for where they are become instances of one. Only in the world's frame, where
-    /// nothing is rounded.
+    /// The same field with the place of its region moved into its anchor, if that does not change it. Zones
+    /// that differ only in their place then become instances of one. Only for fields in the world's own frame,
+    /// where this does not round.
     pub(crate) fn at_its_region(&self) -> Option<Field> {
         let of_place = self.anchor != Anchor::WORLD
             || self.reacts
@@ -519,12 +518,12 @@ impl Field {
         Some(moved)
     }
 
-    /// Whether its scale, if it has one, is the same at all points of a body.
+    /// Returns true if its scale, if it has one, is the same at all points of a body.
     pub(super) fn scale_is_uniform(&self) -> bool {
         self.scale.as_ref().is_none_or(Scalar::is_uniform)
     }
 
-    /// Whether the field changes with time, in its own frame; closures may read it.
+    /// Returns true if the field may change with time in its own frame. Closures are taken to do so.
     pub(crate) fn reads_time(&self) -> bool {
         let by_scale = self.scale.as_ref().is_some_and(Scalar::has_code);
         !self.lifetime.is_timeless()
@@ -538,13 +537,13 @@ impl Field {
         self.formula.reads_velocity() || self.axes().any(Axis::reads_velocity)
     }
 
-    /// How much of its potential counts as energy: a field of a body shares it with the field of
-    /// the body it acts on, which acts back; unless it reacts itself.
+    /// The share of its potential that counts as energy. The field of a body shares it with the field of the
+    /// body it acts on, which acts back, unless it reacts itself.
     pub(crate) fn energy_share(&self, carried: bool) -> f64 {
         if carried && !self.reacts { 0.5 } else { 1.0 }
     }
 
-    /// Whether a potential is known.
+    /// Returns true if it has a potential.
     pub(crate) fn has_potential(&self) -> bool {
         let query = Query::default();
         let frame = Frame::at_rest(Pose::IDENTITY);
@@ -555,7 +554,7 @@ impl Field {
         matches!(self.formula, Formula::Contact(_))
     }
 
-    /// Whether it is a contact field by a law that is no vector.
+    /// Returns true if it is a contact field whose law has no vector.
     pub(crate) fn answers_pairs(&self) -> bool {
         match self.formula {
             Formula::Contact(law) => !law.is_vector(),
@@ -563,12 +562,12 @@ impl Field {
         }
     }
 
-    /// Whether the formula's vector is multiplied or bounded.
+    /// Returns true if the formula's vector is multiplied or bounded.
     pub(crate) fn changes_its_vector(&self) -> bool {
         self.strength != 1.0 || self.scale.is_some() || self.limit.is_some()
     }
 
-    /// The axes the field names.
+    /// The axes that the field names.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
         let coupling = match &self.coupling {
             Coupling::Axis(axis) => Some(axis),
@@ -582,7 +581,7 @@ impl Field {
             .chain(scale)
     }
 
-    /// How messages name the field.
+    /// The name of the field in messages.
     pub(crate) fn label(&self, place: usize) -> String {
         match &self.name {
             Some(name) => format!("field `{name}`"),

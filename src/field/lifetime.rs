@@ -1,20 +1,18 @@
-//! When a field acts.
+//! The time at which a field acts.
 
 use super::BuildError;
 use super::error::bad;
 use crate::math::{Real, to_f64};
 
-/// When a field acts, in simulated time and in steps. Outside of it the field is not defined
-/// anywhere.
+/// The time at which a field acts, in simulated time and in steps. At other times the field is defined nowhere.
 ///
-/// A step in which a field begins or ends has it all along, with its vector times the share of the
-/// step in which it acts: the impulse of a constant force is the force times the overlap with the
-/// step, however short, and under every [`Scheme`](crate::Scheme). What is asked about a moment has it
-/// whole or not at all, and so have contacts, which are answered at a moment.
+/// In a step in which a field begins or ends, its vector is multiplied by the share of the step in which it
+/// acts: the impulse of a constant force is the force times the overlap with the step, however short, and under
+/// every [`Scheme`](crate::Scheme). Questions about a moment see the field whole or not at all, and so do
+/// contacts, which are answered at a moment.
 ///
-/// At the end of the step in which its time or its steps are over, a field leaves its
-/// [set](crate::FieldSet), and its handle finds it no more: who goes back in time puts back the set
-/// with the state.
+/// At the end of the step in which its time or its steps are over, a field leaves its [set](crate::FieldSet),
+/// and its handle finds it no longer. To go back in time, restore the set together with the state.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -39,7 +37,7 @@ pub struct Lifetime {
     /// The moment from which on it does not act any more; ∞ by default.
     #[cfg_attr(feature = "serde-serialize", serde(with = "never_after"))]
     pub until: f64,
-    /// In how many steps it still acts; then it leaves its set. `None` by default: in all.
+    /// The number of steps in which it still acts; then it leaves its set. `None` by default: no limit.
     pub steps: Option<u32>,
 }
 
@@ -60,7 +58,7 @@ impl Lifetime {
         }
     }
 
-    /// So many steps.
+    /// For this number of steps.
     pub fn steps(steps: u32) -> Self {
         Lifetime {
             steps: Some(steps),
@@ -68,7 +66,7 @@ impl Lifetime {
         }
     }
 
-    /// Whether a field acts at a moment of simulated time.
+    /// Returns true if a field acts at a moment of simulated time (s).
     pub fn holds_at(&self, time: f64) -> bool {
         self.from <= time && time < self.until && self.steps != Some(0)
     }
@@ -83,18 +81,18 @@ impl Lifetime {
         (overlap / (end - start)).max(0.0)
     }
 
-    /// Whether it is over for good from a moment on.
+    /// Returns true if it is over at a moment, and stays so.
     pub(crate) fn is_over_at(&self, time: f64) -> bool {
         self.until <= time || self.steps == Some(0)
     }
 
-    /// Whether it begins or ends in a span.
+    /// Returns true if it begins or ends in a span.
     pub(crate) fn changes_in(&self, span: Span) -> bool {
         let within = |time: f64| span.start <= time && time <= span.end;
         within(self.from) || within(self.until)
     }
 
-    /// Whether time makes no difference.
+    /// Returns true if it does not depend on simulated time; it may have a limit of steps.
     pub(crate) fn is_timeless(&self) -> bool {
         self.from == f64::NEG_INFINITY && self.until == f64::INFINITY
     }
@@ -108,7 +106,7 @@ impl Lifetime {
     }
 }
 
-/// What a lifetime is asked about: a step, or a moment, which ends where it starts.
+/// The time for which a lifetime is evaluated: a step, or a moment, which ends where it starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Span {
     pub start: f64,
@@ -137,7 +135,7 @@ impl Default for Lifetime {
     }
 }
 
-/// Infinities as `None`: JSON knows none.
+/// Saves an infinite bound as `None`, since JSON has no infinities.
 #[cfg(feature = "serde-serialize")]
 macro_rules! bound {
     ($name:ident, $none:expr) => {

@@ -1,4 +1,4 @@
-//! Which fields can be evaluated as instances of one.
+//! A hash of fields, to find those that can be evaluated as instances of one.
 
 use std::hash::{Hash, Hasher};
 use std::sync::LazyLock;
@@ -13,7 +13,7 @@ use super::solid::Solid;
 use crate::math::{DQuat, DVec3, to_f64};
 
 impl Field {
-    /// Whether two fields that are on differ in name, anchor and strength at most.
+    /// Returns true if two fields that are on differ at most in name, anchor and strength.
     pub(crate) fn is_like(&self, other: &Field) -> bool {
         self.formula == other.formula
             && self.lifetime == other.lifetime
@@ -27,13 +27,13 @@ impl Field {
             && self.sampling == other.sampling
     }
 
-    /// The same number for fields that are alike, and mostly another for those that are not: made of the
-    /// vector at one place, and of the distances of another from the surfaces of the region.
+    /// A hash: equal for fields that are alike, and rarely equal for others. It is made of the vector at one
+    /// place, and of the distances of another place from the surfaces of the region.
     pub(crate) fn likeness(&self) -> u64 {
         let mut print = Fingerprint::default();
         std::mem::discriminant(&self.formula).hash(&mut print);
         match code(&self.formula) {
-            // Equal to itself only.
+            // A closure is equal to itself only.
             Some(closure) => print.write_usize(std::ptr::from_ref(closure).addr()),
             None => print.numbers(&real(self.formula.vector(&seen_from(NEAR))).to_array()),
         }
@@ -41,7 +41,7 @@ impl Field {
         for step in &self.region.steps {
             std::mem::discriminant(step).hash(&mut print);
             match step {
-                // Its surfaces take time to find.
+                // The surfaces of a shape take long to find.
                 Step::Solid(Solid::Shape(_), _) | Step::Predicate(_) => {}
                 Step::Solid(solid, pose) => {
                     let far = constant(FAR);
@@ -63,13 +63,14 @@ impl Field {
     }
 }
 
-/// Within the range of most formulas, and below the surface of fluids.
+/// A place within the range of most formulas, and below the surface of fluids.
 const NEAR: DVec3 = DVec3::new(0.137, -0.291, 0.173);
 
-/// Outside of most regions: there the distance from a round surface tells all lengths of the solid.
+/// A place outside of most regions: there the distance from a round surface depends on all lengths of the
+/// solid.
 const FAR: DVec3 = DVec3::new(1031.7, -1519.3, 977.1);
 
-/// A sample at a place of the field's own frame, of which no property is zero.
+/// A sample at a place of the field's own frame, with no property that is zero.
 fn seen_from(local_point: DVec3) -> LocalQuery<'static> {
     static SAMPLE: LazyLock<Query> = LazyLock::new(|| Query {
         time: 0.7,
@@ -96,8 +97,8 @@ fn code(formula: &Formula) -> Option<&Closure> {
     }
 }
 
-/// Mixes numbers; much faster than the hasher of the standard library, and as good for numbers
-/// that nobody picks to collide.
+/// Mixes numbers. Much faster than the hasher of the standard library, and sufficient for numbers that are not
+/// chosen to collide.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Fingerprint(u64);
 
@@ -132,7 +133,7 @@ impl Hasher for Fingerprint {
 }
 
 impl Fingerprint {
-    /// Zeros of both signs count as one.
+    /// Zeros of both signs count as equal.
     fn number(&mut self, x: f64) {
         self.write_u64((x + 0.0).to_bits());
     }
@@ -162,7 +163,7 @@ mod tests {
         assert_eq!(numbers.len(), 10_000);
     }
 
-    /// Regions that differ in one length are compared with few others.
+    /// Regions that differ in one length have different hashes.
     #[test]
     fn each_length_of_a_region_counts() {
         let makes: [fn(Real) -> Region; 11] = [

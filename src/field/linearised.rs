@@ -1,4 +1,4 @@
-//! A force with its derivatives.
+//! A force with its derivatives by place and velocity.
 
 use super::number::{Dual, Vec3, real};
 use crate::math::{DMat3, DVec3};
@@ -15,7 +15,7 @@ pub struct Linearised {
 }
 
 impl Default for Linearised {
-    /// Nothing. (The default of a matrix is the identity.)
+    /// All zero. (The default of a matrix is the identity.)
     fn default() -> Self {
         Linearised {
             force: DVec3::ZERO,
@@ -26,7 +26,7 @@ impl Default for Linearised {
 }
 
 impl Linearised {
-    /// Of a force that carries its derivatives.
+    /// From a force that carries its derivatives.
     pub(crate) fn new(force: Vec3<Dual<6>>) -> Self {
         let column = |k: usize| {
             let Vec3 { x, y, z } = force;

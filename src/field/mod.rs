@@ -1,4 +1,4 @@
-//! Define: regions, formulas, fields, operators, and the tree they make.
+//! Fields as data: regions, formulas and operators, and the trees and sets they form.
 
 mod anchor;
 mod any_shape;

@@ -1,4 +1,4 @@
-//! What changes the vector of one composite.
+//! Scales and limits of the vector of a composite.
 
 use std::sync::Arc;
 
@@ -9,21 +9,21 @@ use super::query::{Asked, LocalQuery};
 use super::scalar::Scalar;
 use crate::math::{Real, to_f64};
 
-/// A change of the vector where it is defined.
+/// A change of a composite's vector, where the composite is defined.
 #[derive(Clone, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub(crate) enum Modifier {
-    /// Times a number that depends on the sample, seen in the frame of the anchor.
+    /// Multiplies by a number that depends on the sample in the frame of the anchor.
     Scale { scale: Arc<Scalar>, anchor: Anchor },
-    /// No longer than this.
+    /// Shortens the vector to this length if it is longer.
     Limit(Real),
 }
 
 impl Modifier {
-    /// The frame it sees the sample in, if it looks.
+    /// The anchor in whose frame it reads the sample, if it reads it.
     pub(crate) fn anchor(&self) -> Option<Anchor> {
         match self {
             Modifier::Scale { anchor, .. } => Some(*anchor),
@@ -38,7 +38,7 @@ impl Modifier {
         }
     }
 
-    /// Whether it can be asked about several samples at once.
+    /// Returns true if it can be evaluated at several samples at once.
     pub(crate) fn knows_several(&self) -> bool {
         match self {
             Modifier::Scale { scale, .. } => scale.knows_several(),
@@ -46,7 +46,7 @@ impl Modifier {
         }
     }
 
-    /// Whether two differ in their anchors at most.
+    /// Returns true if two differ in their anchors at most.
     pub(crate) fn is_like(&self, other: &Modifier) -> bool {
         match (self, other) {
             (Modifier::Scale { scale, .. }, Modifier::Scale { scale: known, .. }) => scale == known,
@@ -55,8 +55,8 @@ impl Modifier {
         }
     }
 
-    /// The changed vector. `local` is the sample in the frame of the anchor; where that is not (or
-    /// no longer) there, a scale leaves the vector as it is.
+    /// The changed vector. `local` is the sample in the frame of the anchor. If the carrier of the anchor does
+    /// not exist (any more), a scale leaves the vector as it is.
     #[inline(always)]
     pub(crate) fn apply<T: Asked>(
         &self,

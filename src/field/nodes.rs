@@ -1,4 +1,4 @@
-//! The nodes of trees in a flat list, and what can be read off them.
+//! The nodes of trees in a flat list, and queries on it.
 
 use std::sync::Arc;
 
@@ -35,12 +35,12 @@ pub(crate) enum Node {
         operands: Vec<u32>,
         modes: Arc<[Override]>,
     },
-    /// Where a field was that is gone: defined nowhere.
+    /// The place of a field that was removed: defined nowhere.
     Vacant,
 }
 
 impl Node {
-    /// Whether it has as many operands as it needs.
+    /// Returns true if it has the number of operands that it needs.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn is_whole(&self) -> bool {
         let count = self.operands().len();
@@ -114,7 +114,7 @@ impl<'a> Nodes<'a> {
         }
     }
 
-    /// How messages name the field or operation at a place.
+    /// The name of the field or operation at a place, for messages.
     pub(crate) fn label(self, place: u32) -> String {
         match self.get(place) {
             Node::Leaf(field) => field.label(place as usize),
@@ -147,20 +147,20 @@ impl<'a> Nodes<'a> {
         found
     }
 
-    /// How a term is sampled.
+    /// The sampling rule of a term.
     pub(crate) fn how(self, term: u32) -> SamplingRule {
         let below = self.below(term);
         let scales = below.iter().filter_map(|node| self.scale(*node));
         let fields = below.iter().filter_map(|node| self.field(*node));
         let mut how = SamplingRule::of_term(fields, scales);
-        // Operators and limits bend what is linear.
+        // Operators and limits are not linear.
         let is_plain =
             |node: &u32| matches!(self.get(*node), Node::Leaf(_) | Node::Instances { .. });
         how.linear &= below.iter().all(is_plain);
         how
     }
 
-    /// What a node hangs on, or its instances.
+    /// The anchors of a node, or of its instances.
     pub(crate) fn anchors_at(self, node: u32) -> &'a [Anchor] {
         match self.get(node) {
             Node::Leaf(field) => std::slice::from_ref(&field.anchor),
@@ -180,10 +180,10 @@ impl<'a> Nodes<'a> {
         of_field.chain(of_scale)
     }
 
-    /// The nodes at and below a node, operands before what uses them, in their order.
+    /// The nodes at and below a node, with operands before their users, in the order of operands.
     pub(crate) fn postorder(self, root: u32) -> Vec<u32> {
         let (mut found, mut open) = (Vec::new(), vec![root]);
-        // The other way round first: what uses, then its operands from the last to the first.
+        // In reverse first: each node before its operands, and these from the last to the first.
         while let Some(node) = open.pop() {
             found.push(node);
             open.extend(self.get(node).operands());

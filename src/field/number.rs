@@ -1,14 +1,14 @@
-//! The numbers that the meaning of fields is written over, once.
+//! The numbers over which fields are evaluated.
 //!
-//! Formulas, regions, scales, operators and the walk over programs are the same text for all of them:
+//! Formulas, regions, scales, operators and the walk over programs are written once for all of them:
 //!
-//! | number | what it gives |
+//! | number | evaluates |
 //! |---|---|
 //! | `f64` | one sample |
-//! | [`Lanes`] | eight samples at once, each with the very bits of `f64` |
+//! | [`Lanes`] | eight samples at once, each with the same bits as `f64` |
 //! | [`Dual`] of `f64` | one sample, with exact derivatives (forward mode) |
 //!
-//! So what depends on a number is no branch but a [`select`](Number::select) between two results.
+//! So code must not branch on a number: it [selects](Number::select) between two results.
 
 mod dual;
 mod lanes;
@@ -40,26 +40,26 @@ pub(crate) trait Number:
     + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
 {
-    /// The same without derivatives, which is what can be compared.
+    /// The same numbers without derivatives, which can be compared.
     type Plain: Plain<Mask = Self::Mask>;
-    /// What comparisons give.
+    /// The result of comparisons.
     type Mask: Mask;
-    /// Whether derivatives are carried along.
+    /// True if derivatives are carried.
     const HAS_SLOPES: bool;
 
     /// The number without its derivatives.
     fn re(self) -> Self::Plain;
 
-    /// A number that depends on nothing.
+    /// A number whose derivatives are zero.
     fn of(plain: Self::Plain) -> Self;
 
     /// `yes` where the mask is set, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// A function of this number, given its value and its derivative here.
+    /// A function of this number, given its value and its derivative at this number.
     fn follow(self, value: Self::Plain, slope: impl FnOnce() -> Self::Plain) -> Self;
 
-    /// Its derivative at zero, which is infinite, is taken as zero.
+    /// The square root. Its derivative at zero, which is infinite, is taken as zero.
     #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.re().map(f64::sqrt);
@@ -85,7 +85,7 @@ pub(crate) trait Number:
         Self::from(1.0) / self
     }
 
-    /// The number to a power. Common ones take no logarithm.
+    /// The number to a power. Common powers need no logarithm.
     #[inline(always)]
     fn powf(self, power: f64) -> Self {
         let (x, one) = (self.re(), Self::Plain::from(1.0));
@@ -121,19 +121,19 @@ pub(crate) trait Number:
         Self::select(other.re().below(self.re()), other, self)
     }
 
-    /// The greater of two numbers; likewise.
+    /// The greater of two numbers; the first, if they are equal or not comparable.
     #[inline(always)]
     fn greater(self, other: Self) -> Self {
         Self::select(other.re().above(self.re()), other, self)
     }
 }
 
-/// A number without derivatives: one, or several at once.
+/// A number without derivatives: one number, or several at once.
 pub(crate) trait Plain: Number<Plain = Self> {
-    /// A function of each.
+    /// A function of each number.
     fn map(self, function: impl Fn(f64) -> f64) -> Self;
 
-    /// The number, if it is one; of several, there is none.
+    /// The number, if it is one; `None` for several.
     fn single(self) -> Option<f64>;
 
     fn below(self, other: impl Into<Self>) -> Self::Mask;
@@ -152,11 +152,11 @@ pub(crate) trait Plain: Number<Plain = Self> {
     }
 }
 
-/// Which of several numbers, or whether.
+/// The result of comparing one number, or several.
 pub(crate) trait Mask:
     Copy + Debug + From<bool> + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// Whether it is set for any.
+    /// Returns true if it is set for any number.
     fn any(self) -> bool;
 }
 

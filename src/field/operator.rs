@@ -1,4 +1,4 @@
-//! The operators of the algebra.
+//! The operators that combine fields.
 
 use std::fmt;
 
@@ -23,7 +23,7 @@ use super::sets::Sets;
 /// | [`ReplaceIntersection`](Operator::ReplaceIntersection) →∩ | E∩G | V |
 /// | [`Difference`](Operator::Difference) − | E−G | U |
 ///
-/// And four beyond the paper, for what other engines' users know:
+/// And four that other engines have:
 ///
 /// | operator | defined on | value |
 /// |---|---|---|
@@ -46,9 +46,9 @@ use super::sets::Sets;
 /// assert_eq!(tree.field_count(), 12);
 /// ```
 ///
-/// The sets are closed and regularised: what happens on a boundary is said in
-/// [`boundary`](crate::field::boundary). Vectors are forces here, whatever the fields' own
-/// [`ForceMode`](crate::ForceMode). Where a field's vector enters a cross product, so does its unit.
+/// The sets are closed and regularised; see [`boundary`](crate::field::boundary) for samples on a boundary.
+/// Vectors are forces here, whatever the fields' own [`ForceMode`](crate::ForceMode). If the vector of a field
+/// enters a cross product, so does its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -96,13 +96,13 @@ impl Operator {
         Operator::Maximum,
     ];
 
-    /// Whether operands may be regrouped, and the operator so takes any number of them (§3.1.2).
+    /// Returns true if operands may be regrouped; the operator then takes any number of them (§3.1.2).
     pub fn is_associative(self) -> bool {
         use Operator::*;
         !matches!(self, CrossUnion | CrossIntersection | Difference)
     }
 
-    /// The set of the result, for sets of the operands.
+    /// The set of the result, given the sets of the operands.
     #[inline(always)]
     pub(crate) fn set<T: Asked, S: Sets<T>>(self, e: S::Set, g: S::Set, here: &S) -> S::Set {
         match self {
@@ -128,7 +128,7 @@ impl Operator {
         }
     }
 
-    /// Whether the result is defined only where both operands are.
+    /// Returns true if the result is defined only where both operands are.
     pub(crate) fn is_intersection(self) -> bool {
         use Operator::*;
         matches!(

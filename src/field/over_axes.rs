@@ -1,4 +1,4 @@
-//! Sets over any axes: half-spaces and balls.
+//! Half-spaces and balls over any axes.
 
 use super::axis::Axis;
 use super::boundary::Normal;
@@ -7,7 +7,7 @@ use super::number::{Vec3, rotate};
 use super::query::{Asked, LocalQuery, Single};
 use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
 
-/// A half-space or a ball over several axes, in a frame at `pose` in that of the field.
+/// A half-space or a ball over several axes. Its frame has a `pose` in that of the field.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -32,16 +32,16 @@ pub struct OverAxes {
 pub enum Shape {
     /// The sum of coordinates times coefficients is at most the offset.
     HalfSpace {
-        /// One for each axis.
+        /// The coefficient of each axis.
         coefficients: Vec<Real>,
         /// The greatest sum.
         offset: Real,
     },
     /// An ellipsoid.
     Ball {
-        /// One for each axis.
+        /// The coordinate of the centre on each axis.
         centre: Vec<Real>,
-        /// One for each axis.
+        /// The radius along each axis.
         radii: Vec<Real>,
     },
 }
@@ -93,8 +93,8 @@ impl OverAxes {
         rotate(pose.rotation.inverse(), local.point - pose.translation)
     }
 
-    /// How far outside the sample is, negative inside and zero on the border: along the steepest
-    /// direction for a half-space, in units of the smallest radius for a ball.
+    /// Distance of the sample from the border, negative inside: along the steepest direction for a half-space,
+    /// in units of the smallest radius for a ball.
     #[inline(always)]
     pub(crate) fn excess<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
         let point = self.point(local);
@@ -162,7 +162,7 @@ impl OverAxes {
         normal
     }
 
-    /// Farthest distance from the field's origin, if the set is bounded in space.
+    /// A bound of the distance from the field's origin; `None` if the set is not bounded in space.
     pub(crate) fn extent(&self) -> Option<Real> {
         let Shape::Ball { centre, radii } = &self.shape else {
             return None;

@@ -1,5 +1,5 @@
-//! Fields under the names that users of other engines look for. Each is composed of the
-//! constructors and setters that everyone has.
+//! Fields under the names that users of other engines look for. Each consists of public constructors and
+//! setters.
 
 use super::anchor::Anchor;
 use super::formula::LinearKernel;
@@ -11,17 +11,17 @@ use super::scalar::Scalar;
 use super::tree::Tree;
 use crate::math::{Real, Vector};
 
-/// Fields for games. Their strengths can be scaled, and all that holds for other fields holds for
-/// them: [`within`](Self::within), [`at`](Self::at), [`groups`](Self::groups) and the operators.
+/// Fields for games. Like other fields they can be scaled, restricted by [`within`](Self::within) and
+/// [`groups`](Self::groups), anchored by [`at`](Self::at), and combined by operators.
 ///
 /// See also [`point_gravity`](Self::point_gravity), [`wind`](Self::wind), [`vortex`](Self::vortex),
 /// [`updraft`](Self::updraft) and [`turbulence`](Self::turbulence).
 impl Field {
-    /// A zone with a gravity of its own: an acceleration, the same for all bodies in the region. Of
-    /// a body that straddles the border the part inside feels it.
+    /// A zone with a gravity of its own: an acceleration, the same for all bodies in the region. If a body is
+    /// partly in the region, that part feels it.
     ///
-    /// It adds to the gravity of the world, which fields know nothing of. A zone that replaces
-    /// that of the world needs the latter as a field, too, and `world.gravity` at zero:
+    /// It adds to the gravity of the world, which fields do not read. A zone that is to replace the world's
+    /// gravity needs the latter as a field, too, and `world.gravity` at zero:
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -46,8 +46,8 @@ impl Field {
             .within(region)
     }
 
-    /// Wind in a region: [`wind`](Self::wind) of this velocity, which drags what is slower along
-    /// and slows what is faster.
+    /// Wind in a region: [`wind`](Self::wind) of this velocity, which accelerates slower bodies and slows
+    /// faster ones.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -68,8 +68,8 @@ impl Field {
         Self::wind(velocity, linear, quadratic).within(region)
     }
 
-    /// A conveyor belt: whatever has its centre of mass in the region is brought to this velocity
-    /// along the belt, and is left alone across it.
+    /// A conveyor belt: a body with its centre of mass in the region is brought to this velocity along the
+    /// belt, and not changed across it.
     ///
     /// `grip` is the rate at which the difference of the velocities fades, in 1/time. The region
     /// is the space above the belt, not the belt.
@@ -135,7 +135,7 @@ impl Field {
     /// An explosion: it changes velocities, by `speed` in its middle and by less farther out, down
     /// to zero at `reach`. It acts for one step and then leaves its [set](crate::FieldSet).
     ///
-    /// Light and heavy bodies fly off alike.
+    /// The change of velocity does not depend on the mass.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -163,8 +163,7 @@ impl Field {
 
 /// Composites for games.
 impl Tree {
-    /// A pool of a fluid: what is in it is carried by the weight of the fluid it displaces, and
-    /// slowed down.
+    /// A pool of a fluid: bodies in it are carried by the weight of the fluid they displace, and slowed down.
     ///
     /// The middle of the surface is the origin of `frame`, and +y is up. The fluid fills
     /// `half_extents.x` and `half_extents.z` to either side, and 2 `half_extents.y` downward.
@@ -203,7 +202,7 @@ impl Tree {
     ) -> Self {
         let frame = frame.into();
         let down = -Vector::Y * half_extents.y;
-        // What floats has its middle above the surface, and yet displaces.
+        // A floating body has its middle above the surface, and yet displaces fluid.
         let column = Region::cuboid(half_extents + Vector::Y * half_extents.y);
         let carried = Field::buoyancy(density, gravity).within(column).at(frame);
         let slowed = Field::drag(drag, 0.0)

@@ -1,14 +1,14 @@
-//! What layers do to those of other priority.
+//! The effect of a layer on layers of other priority.
 
-/// What a layer does to the others where it is defined.
+/// The effect of a layer on the others, where it is defined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub struct Override {
-    /// Drops what layers of higher priority gave.
+    /// Drops the forces of layers of higher priority.
     pub replaces: bool,
-    /// Leaves layers of lower priority out.
+    /// Leaves out layers of lower priority.
     pub stops: bool,
 }

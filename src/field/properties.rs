@@ -1,4 +1,4 @@
-//! What users say about axes, colliders and bodies, as data.
+//! Properties of axes, colliders and bodies that users set, as data.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use super::error::{BuildError, FINITE, bad};
 use super::sampling::Sampling;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, to_f64};
 
-/// Why a property of a collider, a body or an axis was refused. Nothing has changed.
+/// The reason why a property of a collider, a body or an axis was refused. Nothing has changed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PropertyError {
@@ -35,7 +35,7 @@ pub enum PropertyError {
         /// The value found.
         value: Real,
     },
-    /// An axis was set that was never declared.
+    /// An axis was set that is not declared.
     #[error("there is no axis `{axis}`; declare it first")]
     UnknownAxis {
         /// The axis.
@@ -51,7 +51,7 @@ pub enum PropertyError {
     },
 }
 
-/// What the fields may ask of a collider, beyond its shape and place.
+/// Properties of a collider that fields may read, besides its shape and place.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -66,8 +66,8 @@ pub enum PropertyError {
 pub struct ColliderProperties {
     /// Electric charge, for [`Axis::Charge`]. Zero by default.
     pub charge: Real,
-    /// Mass of this part of the body, if it is not the collider's own: colliders of density zero
-    /// have none. Only the ratio between the parts of a body counts.
+    /// Mass of this part of the body, in place of the collider's own, which is zero for a density of zero. Only
+    /// the ratio between the parts of a body counts.
     pub mass: Option<Real>,
     /// Values along the user's axes; others take the value of the world.
     pub axes: Vec<(Arc<str>, Real)>,
@@ -116,7 +116,7 @@ impl ColliderProperties {
     }
 }
 
-/// The user's axes with the world's values, the properties of colliders, and what bodies ask for.
+/// The user's axes with the world's values, the properties of colliders, and the samplings of bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -224,12 +224,12 @@ impl Properties {
         }
     }
 
-    /// What bodies ask for, those that were removed since included, in the order of handles.
+    /// The samplings that bodies ask for, in the order of handles. Bodies that were removed since are included.
     pub(crate) fn samplings(&self) -> &[(RigidBodyHandle, Sampling)] {
         &self.samplings
     }
 
-    /// What bodies ask for, each thing once, in an order that does not depend on the bodies'.
+    /// The samplings that bodies ask for, each once, in an order that does not depend on the order of bodies.
     pub(crate) fn overrides(&self) -> Vec<Sampling> {
         let mut overrides: Vec<Sampling> = Vec::new();
         for (_, own) in &self.samplings {
@@ -241,7 +241,7 @@ impl Properties {
         overrides
     }
 
-    /// Checks what was read from somewhere: that all is in its range and in order.
+    /// Checks properties that were read from a file: values must be in range. Restores the order.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn checked(self) -> Result<Self, PropertyError> {
         let mut checked = Properties::default();

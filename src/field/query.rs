@@ -1,4 +1,4 @@
-//! What a field is asked: one point of one body at one moment, with its properties.
+//! The arguments of fields: one point of one body at one moment with its properties, or several points.
 
 use std::sync::Arc;
 
@@ -29,20 +29,20 @@ pub struct Query {
     pub time: f64,
     /// The time step, over which a [`ForceMode::VelocityChange`](crate::ForceMode) is spread.
     pub dt: f64,
-    /// The step whose mean is asked for, by its start and end: a field that begins or ends in it acts
-    /// with its share of it. `None` for the moment `time` alone.
+    /// The step, by start and end, over which fields are averaged: a field that begins or ends in it acts with
+    /// its share of it. `None` for the moment `time` alone.
     pub step: Option<[f64; 2]>,
-    /// Which fraction of its part the sample stands for: one unless the part is sampled at
-    /// several points. Forces are weighted with it; what follows is that of the whole part.
+    /// The fraction of its part that the sample stands for: one unless the part is sampled at several points.
+    /// Forces are weighted with it; the properties below are those of the whole part.
     pub fraction: f64,
-    /// Second moments of what the sample stands for about the sample point, per volume, in world
-    /// axes; zero where it stands for a whole part.
+    /// Second moments, about the sample point, of the fraction of the part that it stands for, per volume and
+    /// in world axes; zero for a whole part.
     pub spread: DMat3,
     /// Radius of the part.
     pub radius: f64,
     /// Mass of the part.
     pub mass: f64,
-    /// That mass as a share of the body's: sums to one over the parts of a body.
+    /// That mass as a share of the body's; adds up to one over the parts of a body.
     pub share: f64,
     /// Charge of the part.
     pub charge: f64,
@@ -50,18 +50,19 @@ pub struct Query {
     pub volume: f64,
     /// Collision groups of the part.
     pub groups: InteractionGroups,
-    /// Values of the user's axes, by name.
+    /// Values of the user's axes, with their names.
     pub user: Arc<[(Arc<str>, f64)]>,
-    /// The body the sample belongs to: that body's own fields do not act.
+    /// The body of the sample. Fields that this body carries do not act on it.
     pub body: Option<RigidBodyHandle>,
-    /// What the part touches: a [contact field](crate::Field::contact) is zero where nothing does.
+    /// The colliders that the part touches. A [contact field](crate::Field::contact) is zero without a touch.
     pub touches: Vec<Touch>,
 }
 
-/// The second moments of what is small beside anything.
+/// Second moments of a piece so small that it lies on one side of any surface. Not zero, which stands for a
+/// whole part.
 pub(crate) const POINT: DMat3 = DMat3::from_diagonal(DVec3::splat(1e-60));
 
-/// A part that the sampled one touches, as a contact field around the former sees it (§3.3).
+/// A collider that the sampled part touches, as a contact field around it sees the part (§3.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
     /// The collider that is touched, which may carry a contact field.
@@ -70,12 +71,12 @@ pub struct Touch {
     pub world_normal: DVec3,
     /// Speed of the sampled part at the point of contact.
     pub speed: f64,
-    /// How fast the two approach along the normal.
+    /// Speed at which the two approach along the normal.
     pub approach_speed: f64,
 }
 
 impl Default for Query {
-    /// A resting point of unit mass at the origin, of no size and no charge.
+    /// A resting point of unit mass at the origin, without size or charge.
     fn default() -> Self {
         Query {
             world_point: DVec3::ZERO,
@@ -103,31 +104,31 @@ impl Query {
         self.user.iter().position(|(known, _)| **known == *name)
     }
 
-    /// The value of a user's axis, where it has one.
+    /// The value of a user's axis; `None` if it has none.
     fn user_value(&self, name: &str) -> Option<f64> {
         Some(self.user[self.user_index(name)?].1)
     }
 }
 
-/// A number that fields can be asked with, and what else they are told of a sample, or of several.
+/// A number over which fields can be evaluated, with the properties of one sample or of several.
 pub(crate) trait Asked: Number {
-    /// The properties of what is asked about.
+    /// The properties of the sample or samples.
     type Query: Properties<Plain = Self::Plain>;
 
-    /// Does something in a function of its own; with several samples not, where what is not inlined
-    /// would have to do with the instructions of the build.
+    /// Runs a closure in a function of its own. For several samples it is inlined instead, since a separate
+    /// function would be compiled for the instructions of the build.
     fn apart<R>(something: impl FnOnce() -> R) -> R;
 
-    /// The vector of a law that knows one sample at a time: of several, not a number.
+    /// The vector of a law that is evaluated at one sample at a time; NaN for several samples.
     fn alone(law: &impl Alone, local: &LocalQuery<'_, Self>) -> Vec3<Self>;
 }
 
-/// The number of one sample, with or without derivatives.
+/// A number of one sample, with or without derivatives.
 pub(crate) trait Single: Asked<Plain = f64, Mask = bool, Query = Query> {}
 
 impl<T: Asked<Plain = f64, Mask = bool, Query = Query>> Single for T {}
 
-/// A law that knows one sample at a time.
+/// A law that is evaluated at one sample at a time.
 pub(crate) trait Alone {
     /// The vector at a sample, in the field's frame.
     fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
@@ -167,22 +168,22 @@ impl Asked for Lanes {
     }
 }
 
-/// What is the same wherever a sample is seen from, and carries no derivatives.
+/// Properties of a sample, or of several, that do not depend on the field's frame and carry no derivatives.
 pub(crate) trait Properties {
     type Plain: Plain;
 
     fn numbers(&self) -> Numbers<Self::Plain>;
-    /// What lifetimes are asked about.
+    /// The time for which lifetimes are evaluated.
     fn span(&self) -> Span;
-    /// Which samples are of a body.
+    /// The samples that belong to a body.
     fn is_of(&self, body: Option<RigidBodyHandle>) -> <Self::Plain as Number>::Mask;
-    /// Which samples are of colliders whose groups interact with these.
+    /// The samples of colliders whose groups interact with these.
     fn interacts(&self, groups: InteractionGroups) -> <Self::Plain as Number>::Mask;
-    /// The query, if one sample is asked about.
+    /// The query; `None` for several samples.
     fn single(&self) -> Option<&Query>;
 }
 
-/// Those of a [`Query`] that laws for several samples read.
+/// The numbers of a [`Query`] that laws for several samples read.
 #[derive(Clone, Copy)]
 pub(crate) struct Numbers<P> {
     pub time: f64,
@@ -228,7 +229,7 @@ impl Properties for Query {
     }
 }
 
-/// What fields are told of several samples at once.
+/// The properties of several samples that fields are evaluated at together.
 pub(crate) struct Queries {
     pub numbers: Numbers<Lanes>,
     pub span: Span,
@@ -269,13 +270,14 @@ impl Properties for Queries {
 }
 
 impl Frame {
-    /// Whether a sample is of the body that the frame belongs to.
+    /// Returns true if a sample belongs to the body that the frame is on.
     pub(crate) fn carries(&self, query: &Query) -> bool {
         query.is_of(self.body)
     }
 }
 
-/// How a sample moves, as numbers that may carry derivatives; the rest of a query has none.
+/// Point and velocity of a sample in the world, as numbers that may carry derivatives; its other properties
+/// have none.
 #[derive(Clone, Copy)]
 pub(crate) struct Motion<T> {
     pub point: Vec3<T>,
@@ -292,7 +294,7 @@ impl Motion<f64> {
 }
 
 impl Motion<Dual<6>> {
-    /// With the derivatives by the point (first three) and the velocity (last three) themselves.
+    /// With derivatives by the point itself (the first three) and by the velocity (the last three).
     pub(crate) fn seeded(query: &Query) -> Self {
         let seed = |v: DVec3, first: usize| {
             let component = |k: usize| Dual::input(v[k], first + k);
@@ -305,11 +307,11 @@ impl Motion<Dual<6>> {
     }
 }
 
-/// A query as a field sees it: point and velocity relative to the field's frame, in its axes.
+/// A query in the frame of a field: point and velocity relative to that frame, in its axes.
 pub(crate) struct LocalQuery<'a, T: Asked = f64> {
     pub point: Vec3<T>,
     pub velocity: Vec3<T>,
-    /// Frame to world.
+    /// The rotation from the field's frame to the world.
     pub rotation: DQuat,
     /// The collider that carries the field.
     pub collider: Option<ColliderHandle>,
@@ -341,7 +343,7 @@ impl<'a, T: Asked> LocalQuery<'a, T> {
         }
     }
 
-    /// The same without derivatives, if it is one sample.
+    /// The query without derivatives; `None` for several samples.
     pub(crate) fn single(&self) -> Option<LocalQuery<'a>> {
         let number = |x: T| x.re().single().unwrap_or(f64::NAN);
         Some(LocalQuery {
@@ -353,14 +355,14 @@ impl<'a, T: Asked> LocalQuery<'a, T> {
         })
     }
 
-    /// How the sample touches the collider that carries the field.
+    /// The touch between the sample and the collider that carries the field, if there is one.
     pub(crate) fn touch(&self) -> Option<&'a Touch> {
         let (collider, query) = (self.collider?, self.query.single()?);
         let mut touches = query.touches.iter();
         touches.find(|touch| touch.collider == collider)
     }
 
-    /// The coordinate of the sample along `axis`; `None` where the user's axis has no value.
+    /// The coordinate of the sample along `axis`; `None` for a user's axis without a value.
     #[inline(always)]
     pub(crate) fn coordinate(&self, axis: &Axis) -> Option<T> {
         Some(match axis {
@@ -411,7 +413,7 @@ impl<T: Single> LocalQuery<'_, T> {
         real(self.point)
     }
 
-    /// Like [`Self::coordinate`], without derivatives.
+    /// [`Self::coordinate`] without derivatives.
     pub(crate) fn axis(&self, axis: &Axis) -> Option<f64> {
         self.coordinate(axis).map(T::re)
     }
@@ -444,7 +446,7 @@ impl<T: Single> LocalQuery<'_, T> {
     }
 }
 
-/// What a user's own formula is given: the sample in the frame of the field.
+/// The argument of a user's function: the sample in the frame of the field.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Sample<'a> {
@@ -460,7 +462,7 @@ pub struct Sample<'a> {
     pub mass: Real,
     /// Charge of the part.
     pub charge: Real,
-    /// The axes the formula declared that it reads, in that order.
+    /// The coordinates of the sample along the axes that the function declared, in that order.
     pub axes: &'a [Real],
 }
 

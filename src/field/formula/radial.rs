@@ -1,4 +1,4 @@
-//! Forces along the line through the field's origin.
+//! Forces along the line through the field's origin, as functions of the distance.
 
 use super::Law;
 use crate::field::error::{BuildError, bad, finite, not_negative, positive};
@@ -12,7 +12,7 @@ use crate::math::{Real, to_f64};
 /// cutoff r_c ("shifted force"; Allen & Tildesley, Computer Simulation of Liquids, §1.6.3): the
 /// potential becomes U(r) − U(r_c) + (r − r_c) f(r_c).
 ///
-/// At the very centre the direction is undefined: what is not singular there pushes nowhere.
+/// At the very centre the direction is undefined: laws that are not singular there give zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -27,7 +27,7 @@ pub struct Radial {
     pub nearest: Option<Real>,
     /// Bound of the strength of the force. A bounded force has no potential here.
     pub strongest: Option<Real>,
-    /// What is seen under less than this acts as a whole, if there are very many; see
+    /// Cells of sources that appear smaller than this act as a whole, if there are very many sources; see
     /// [`Field::opening_angle`](crate::Field::opening_angle).
     pub opening_angle: Option<Real>,
 }
@@ -69,7 +69,7 @@ pub enum Profile {
     Morse {
         /// D, the depth of the well.
         depth: Real,
-        /// a, per length: the well is the narrower the larger it is.
+        /// a, per length. A larger a makes the well narrower.
         stiffness: Real,
         /// r₀, where the well is deepest.
         rest_length: Real,
@@ -102,23 +102,23 @@ impl Radial {
         }
     }
 
-    /// Whether the force is the profile, shifted or not, at all distances.
+    /// Returns true if the force is the profile, shifted or not, at all distances.
     pub(crate) fn is_plain(&self) -> bool {
         self.nearest.is_none() && self.strongest.is_none()
     }
 
-    /// Whether the force is proportional to the distance.
+    /// Returns true if the force is proportional to the distance.
     pub(super) fn is_linear(&self) -> bool {
         let grows = matches!(self.profile, Profile::Power { power: 1.0, .. });
         grows && self.is_plain() && self.shifted_at.is_none()
     }
 
-    /// Whether a potential is known: not of a bounded force.
+    /// Returns true if it has a potential here: a bounded force has none.
     pub(crate) fn has_potential(&self) -> bool {
         self.strongest.is_none()
     }
 
-    /// The same law, not bounded.
+    /// The same law without a bound.
     pub(crate) fn unbounded(self) -> Radial {
         Radial {
             strongest: None,
@@ -126,7 +126,7 @@ impl Radial {
         }
     }
 
-    /// The factor s with F = s d, given r².
+    /// The factor s in F = s d, from r².
     #[inline(always)]
     pub(crate) fn factor<T: Number>(&self, r2: T) -> T {
         self.factor_less(self.shift(), r2)
@@ -141,7 +141,7 @@ impl Radial {
         }
     }
 
-    /// The factor, with the shift that is taken off the force at hand.
+    /// The factor, given the shift that is subtracted from the force.
     #[inline(always)]
     fn factor_less<T: Number>(&self, shift: f64, r2: T) -> T {
         let own = self.profile.factor(r2);
@@ -166,7 +166,7 @@ impl Radial {
         T::select(at_centre, 0.0.into(), force / r)
     }
 
-    /// The force at the nearest distance, which it keeps below.
+    /// The force at the nearest distance, which it also has at any smaller one.
     fn force_when_near(&self) -> f64 {
         let nearest = self.nearest.map_or(0.0, to_f64);
         self.profile.force(nearest) - self.shift()
@@ -177,7 +177,7 @@ impl Radial {
             .map_or(0.0, |cutoff| self.profile.force(to_f64(cutoff)))
     }
 
-    /// Checks that there are moments to expand the force in, and that they come to an end.
+    /// Checks that the force has moments to be expanded in, and that the angle is in range.
     fn may_be_seen_from_afar(&self, field: &str, angle: Real) -> Result<(), BuildError> {
         let is_power = matches!(self.profile, Profile::Power { .. });
         if !is_power || !self.is_plain() || self.shifted_at.is_some() {
@@ -195,7 +195,7 @@ impl Radial {
         }
     }
 
-    /// The potential, given r²; a bounded force is given none.
+    /// The potential, from r²; `None` for a bounded force.
     pub(crate) fn potential_at<T: Number<Plain = f64>>(&self, r2: T) -> Option<T> {
         if !self.has_potential() {
             return None;
@@ -221,7 +221,7 @@ impl Radial {
         }
     }
 
-    /// The law of so many times the strength, under the same bound.
+    /// The law with the strength multiplied by a factor, and the same bound.
     pub(crate) fn times(mut self, factor: Real) -> Radial {
         *self.profile.strength_mut() *= factor;
         self
@@ -235,7 +235,7 @@ impl Radial {
         (strength, law)
     }
 
-    /// All that tells laws of strength one apart.
+    /// The parameters by which laws of strength one differ, as bits.
     pub(crate) fn bits(&self) -> [u64; 7] {
         let bits = |x: Real| to_f64(x).to_bits();
         let option_bits = |x: Option<Real>| x.map_or(u64::MAX, bits);

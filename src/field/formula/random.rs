@@ -1,11 +1,10 @@
-//! Seeded random numbers, the same on every machine and in both precisions, for the formulas that
-//! need some.
+//! Seeded random numbers for formulas, the same on every machine and in both precisions.
 
 use std::f64::consts::TAU;
 
 use crate::math::DVec3;
 
-/// A SplitMix64 generator (Steele, Lea and Flood, 2014): 64 bits of state, any seed is good.
+/// A SplitMix64 generator (Steele, Lea and Flood, 2014) with 64 bits of state. Any seed is good.
 #[derive(Clone, Debug)]
 pub(super) struct Random {
     state: u64,

@@ -1,4 +1,4 @@
-//! The same vector everywhere, and the spring.
+//! A uniform vector, and a spring.
 
 use super::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};

@@ -1,4 +1,4 @@
-//! Around, towards and along an axis.
+//! Flows and forces around, towards and along an axis.
 
 use super::Law;
 use crate::field::error::{BuildError, all_finite, not_negative};

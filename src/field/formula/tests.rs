@@ -1,4 +1,4 @@
-//! Every formula against its own derivatives.
+//! Tests of formulas against their derivatives, potentials and closed forms.
 
 use std::sync::Arc;
 
@@ -110,7 +110,7 @@ fn fields() -> Vec<(&'static str, Field, bool)> {
     ]
 }
 
-/// A frame that is turned, and moves.
+/// A frame that is turned and moves.
 fn frame() -> Frame {
     let pose = Pose::new(Vector::new(0.1, 0.2, -0.3), Vector::new(0.3, -0.5, 0.7));
     Frame {
@@ -134,7 +134,7 @@ fn force(field: &Field, query: &Query) -> DVec3 {
     real(field.force(&LocalQuery::new(query, &frame())))
 }
 
-/// ∂F/∂x and ∂F/∂v from the numbers that carry them, against central differences of the force.
+/// ∂F/∂x and ∂F/∂v from numbers that carry derivatives, compared with central differences of the force.
 #[test]
 fn derivatives_are_those_of_finite_differences() {
     let mut random = Random::new(3);
@@ -153,7 +153,7 @@ fn derivatives_are_those_of_finite_differences() {
             );
             let x = query.world_point;
             let v = query.world_velocity;
-            // A difference of closures and shapes cannot be better than their scalar type.
+            // A difference of closures and shapes is not better than their scalar type.
             let step = if numerical { 30.0 } else { 1.0 };
             let step = step
                 * if numerical {
@@ -189,7 +189,7 @@ fn derivatives_are_those_of_finite_differences() {
     }
 }
 
-/// Whether the one-sided slopes along an input differ.
+/// Returns true if the one-sided slopes along an input differ.
 fn is_at_a_corner(field: &Field, query: &Query, input: usize, step: f64) -> bool {
     let at = |by: f64| {
         let mut moved = query.clone();
@@ -204,7 +204,7 @@ fn is_at_a_corner(field: &Field, query: &Query, input: usize, step: f64) -> bool
     bend.length() > 1e-3 * (1.0 + at(0.0).length())
 }
 
-/// What Jacobians take of radial laws, against the one definition of each.
+/// The slopes of radial laws that Jacobians use, compared with the definition of each law.
 #[test]
 fn slopes_of_radial_laws_are_those_of_their_factors() {
     let mut laws = 0;
@@ -230,7 +230,7 @@ fn slopes_of_radial_laws_are_those_of_their_factors() {
     assert!(laws >= 7);
 }
 
-/// F = −∇U, where there is a U and nothing that depends on the velocity.
+/// F = −∇U, for fields with a potential U that do not depend on the velocity.
 #[test]
 fn forces_are_the_slopes_of_their_potentials() {
     let mut random = Random::new(4);
@@ -260,7 +260,7 @@ fn forces_are_the_slopes_of_their_potentials() {
     assert_eq!(with_potential, 50 * 15, "fields with a potential");
 }
 
-/// What is known in closed form against the numbers that carry derivatives.
+/// Closed forms, compared with numbers that carry derivatives.
 #[test]
 fn drags_have_the_derivatives_that_numbers_carry() {
     let mut random = Random::new(5);
@@ -274,7 +274,7 @@ fn drags_have_the_derivatives_that_numbers_carry() {
         Field::drag(0.5, 0.3),
         Field::drag(0.5, 0.0).force_mode(mass),
         wind().strength(1.7),
-        // Of what is faster the rule is another.
+        // Above the cap another rule holds.
         wind().speed_cap(1.5),
     ];
     let (mut known, mut unknown) = (0, 0);
@@ -308,7 +308,7 @@ fn drags_have_the_derivatives_that_numbers_carry() {
     assert!(known >= 150 && unknown > 0, "{known}, {unknown}");
 }
 
-/// The flow has no sources, and the mean square it was asked for.
+/// The flow has no sources, and has the mean square that was asked for.
 #[test]
 fn turbulence_has_no_divergence() {
     let mut random = Random::new(9);
@@ -377,7 +377,7 @@ fn a_path_leads_along_and_back() {
     );
 }
 
-/// What cannot be is told, by name, when the tree is compiled.
+/// Invalid parameters are reported by name when the tree is compiled.
 #[test]
 fn bad_parameters_are_refused() {
     let grid = Grid {

@@ -1,4 +1,4 @@
-//! Turbulence.
+//! A random flow without sources, as a sum of plane waves.
 
 use std::f64::consts::TAU;
 
@@ -37,10 +37,10 @@ pub struct Turbulence {
 /// Enough for a flow that looks the same in all directions.
 const WAVES: usize = 32;
 
-/// A number of each wave.
+/// One number for each wave.
 type Each = [f64; WAVES];
 
-/// The waves, number by number, so that several fit into a register.
+/// The waves in columns, so that several fit into a register.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Waves {
     /// kₙ.
@@ -52,7 +52,7 @@ pub(crate) struct Waves {
     pub sine: [Each; 3],
 }
 
-/// One of them, or several.
+/// One wave, or several.
 struct Wave<P> {
     along: Vec3<P>,
     frequency: P,
@@ -80,7 +80,7 @@ impl Turbulence {
         .made()
     }
 
-    /// Sets how many times smaller the smallest eddies are. Eight by default.
+    /// Sets the ratio of the largest to the smallest eddies. Eight by default.
     pub fn detail(mut self, ratio: Real) -> Self {
         self.detail = ratio;
         self.made()
@@ -131,7 +131,7 @@ impl Turbulence {
     }
 }
 
-/// What a file holds of it; the waves follow.
+/// The settings of the flow, as they are saved. The waves follow from them.
 #[cfg(feature = "serde-serialize")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -182,7 +182,7 @@ impl From<Turbulence> for Settings {
 /// The flow of some waves, and its derivatives along x, y and z.
 type Sums<P> = [Vec3<P>; 4];
 
-/// What one wave, or several, add to the flow and its derivatives.
+/// Adds the flow of one wave, or of several, and its derivatives.
 #[inline(always)]
 fn flow_of<P: Plain>(wave: Wave<P>, point: Vec3<P>, time: f64, sums: &mut Sums<P>) {
     let (sin, cos) = sin_cos(wave.along.dot(point) + wave.frequency * time);
@@ -194,7 +194,7 @@ fn flow_of<P: Plain>(wave: Wave<P>, point: Vec3<P>, time: f64, sums: &mut Sums<P
 }
 
 impl Waves {
-    /// Some waves, of which `number` gives those of a column.
+    /// Some waves, taken from each column by `number`.
     #[inline(always)]
     fn wave<P: Plain>(&self, number: impl Fn(&Each) -> P) -> Wave<P> {
         let vector = |[x, y, z]: &[Each; 3]| Vec3::new(number(x), number(y), number(z));
@@ -206,7 +206,7 @@ impl Waves {
         }
     }
 
-    /// At one point: eight waves at once.
+    /// The flow at one point, with its derivatives: eight waves at once.
     #[inline(always)]
     fn at_one(&self, point: DVec3, time: f64) -> Sums<f64> {
         let mut sums = [Vec3::zero(); 4];
@@ -217,7 +217,7 @@ impl Waves {
         sums.map(|vector| vector.map(Lanes::total))
     }
 
-    /// At several points: wave by wave, in the order of the sums above.
+    /// The flow at several points: wave by wave, in the order of the sums above.
     #[inline(always)]
     fn at_several<P: Plain>(&self, point: Vec3<P>, time: f64) -> Vec3<P> {
         let mut flow = Vec3::zero();

@@ -1,4 +1,4 @@
-//! Forces that depend on the velocity.
+//! Drag and the magnetic force, which depend on the velocity.
 
 use super::law::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
@@ -25,7 +25,7 @@ pub struct Drag {
 }
 
 impl Drag {
-    /// The force on what moves with `velocity` through the medium.
+    /// The force on a sample that moves with `velocity` through the medium.
     #[inline(always)]
     pub(crate) fn force<T: Number>(&self, velocity: Vec3<T>) -> Vec3<T> {
         let (linear, quadratic) = (to_f64(self.linear), to_f64(self.quadratic));
@@ -35,7 +35,7 @@ impl Drag {
         velocity * -(length(velocity) * quadratic + linear)
     }
 
-    /// The same with its derivative: −(c₁ + c₂ |v|) − c₂ v vᵀ/|v|.
+    /// The derivative of the force by the velocity: −(c₁ + c₂ |v|) − c₂ v vᵀ/|v|.
     pub(crate) fn slope(&self, velocity: DVec3) -> DMat3 {
         let (speed, quadratic) = (velocity.length(), to_f64(self.quadratic));
         let mut slope =

@@ -1,25 +1,25 @@
-//! The cells and triangles of a height field, in 64-bit precision, scaled.
+//! The cells and triangles of a height field, scaled and in 64-bit precision.
 
 use crate::math::{DVec2, DVec3, to_dvec3, to_f64};
 use crate::rapier::parry::shape::{HeightField, HeightFieldCellStatus};
 
-/// A height field, seen from above: x, and z in place of y.
+/// A height field as seen from above, with z as the second coordinate.
 #[derive(Clone, Copy)]
 pub(super) struct Cells<'a> {
     field: &'a HeightField,
     pub scale: DVec3,
-    /// How many there are along x and along z.
+    /// The numbers of cells along x and along z.
     counts: [usize; 2],
-    /// Of one cell.
+    /// The size of a cell.
     size: DVec2,
 }
 
-/// One cell.
+/// A cell of a height field.
 #[derive(Clone, Copy)]
 pub(super) struct Cell {
     low: DVec2,
     size: DVec2,
-    /// At its corners: low x and low z; low x and high z; high x and low z; high x and high z.
+    /// Heights at the corners: low x and low z; low x and high z; high x and low z; high x and high z.
     heights: [f64; 4],
     status: HeightFieldCellStatus,
 }
@@ -27,12 +27,12 @@ pub(super) struct Cell {
 /// One of the two triangles of a cell.
 #[derive(Clone, Copy)]
 pub(super) struct Triangle {
-    /// Whether it was not removed.
+    /// True if it was not removed.
     pub is_there: bool,
     corners: [DVec2; 3],
-    /// At the first corner.
+    /// The height at the first corner.
     height: f64,
-    /// How fast the height grows along x and along z.
+    /// The slope of the height along x and along z.
     pub gradient: DVec2,
 }
 
@@ -60,15 +60,15 @@ impl<'a> Cells<'a> {
         DVec2::new(point.x, point.z).max(-half).min(half)
     }
 
-    /// The triangles that hold a point of the rectangle: several on their edges.
+    /// The triangles that contain a point of the rectangle: several if it is on an edge.
     pub fn at(self, point: DVec2) -> impl Iterator<Item = Triangle> + Clone + 'a {
         let [[x, last_x], [z, last_z]] = [self.holding(0, point.x), self.holding(1, point.y)];
         let cells = (x..=last_x).flat_map(move |x| (z..=last_z).map(move |z| [x, z]));
         cells.flat_map(move |place| self.cell(place).triangles_at(point))
     }
 
-    /// The triangles of the cell that holds a point of the rectangle and of those around it; and how
-    /// far the point is from all others.
+    /// The triangles of the cell that contains a point of the rectangle, and of the cells around it; and a
+    /// lower bound of the distance from all others.
     pub fn around(self, point: DVec2) -> (impl Iterator<Item = Triangle> + 'a, f64) {
         let middle = [self.holding(0, point.x)[0], self.holding(1, point.y)[0]];
         let least = middle.map(|k| k.saturating_sub(1));
@@ -87,13 +87,13 @@ impl<'a> Cells<'a> {
         (cells.flat_map(Cell::triangles), beyond)
     }
 
-    /// Where a cell begins, along x or z.
+    /// The coordinate at which a cell begins, along x or z.
     fn border(&self, axis: usize, number: usize) -> f64 {
         let share = number as f64 / self.counts[axis] as f64 - 0.5;
         share * [self.scale.x, self.scale.z][axis]
     }
 
-    /// The first and the last cell that hold a coordinate: two on their border.
+    /// The first and the last cell that contain a coordinate: two if it is on their border.
     fn holding(&self, axis: usize, x: f64) -> [usize; 2] {
         let last = self.counts[axis] - 1;
         let place = (x / [self.scale.x, self.scale.z][axis] + 0.5) * self.counts[axis] as f64;
@@ -121,8 +121,8 @@ impl<'a> Cells<'a> {
 }
 
 impl Cell {
-    /// Parry's left one and its right one. They share the diagonal from low x and high z to high x
-    /// and low z, or in a zigzag the other.
+    /// Parry's left triangle and its right one. They share the diagonal from low x and high z to high x and low
+    /// z, or the other one in a zigzag.
     pub fn triangles(self) -> [Triangle; 2] {
         let [h00, h01, h10, h11] = self.heights;
         let DVec2 { x: w, y: l } = self.size;
@@ -160,7 +160,7 @@ impl Cell {
         self.status.contains(zigzag)
     }
 
-    /// The triangles that hold a point of the cell: both on their diagonal.
+    /// The triangles that contain a point of the cell: both if it is on their diagonal.
     fn triangles_at(self, point: DVec2) -> impl Iterator<Item = Triangle> + Clone {
         let share = (point - self.low) / self.size;
         let beyond = if self.is_zigzag() {
@@ -175,12 +175,12 @@ impl Cell {
 }
 
 impl Triangle {
-    /// Of its plane, at a point.
+    /// The height of its plane at a point.
     pub fn height_at(&self, point: DVec2) -> f64 {
         self.height + self.gradient.dot(point - self.corners[0])
     }
 
-    /// From a point outside to the nearest point of the triangle, from above.
+    /// The way from a point outside to the nearest point of the triangle, as seen from above.
     pub fn way_from(&self, point: DVec2) -> DVec2 {
         let [a, b, c] = self.corners;
         let to_edge = |(a, b): (DVec2, DVec2)| {

@@ -1,14 +1,14 @@
 //! Eight numbers at once.
 //!
-//! Plain loops over all of them: whatever inlines them is compiled for the registers it may use
-//! ([`vectorize`](fearless_simd::Simd::vectorize)), and nothing is fused or regrouped, so that each
-//! number has the bits that it would have by itself, on every machine.
+//! Operations are plain loops over all of them, which are compiled for the registers of the function that
+//! inlines them ([`vectorize`](fearless_simd::Simd::vectorize)). Nothing is fused or regrouped, so each number
+//! has the bits that it would have by itself, on every machine.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::{Mask, Number, Plain};
 
-/// How many.
+/// The number of lanes.
 pub(crate) const LANES: usize = 8;
 
 /// Eight numbers.
@@ -16,7 +16,7 @@ pub(crate) const LANES: usize = 8;
 #[repr(align(64))]
 pub(crate) struct Lanes(pub [f64; LANES]);
 
-/// Which of eight: all bits, or none.
+/// A mask of eight numbers: all bits of a lane are set, or none.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct LaneMask([u64; LANES]);
@@ -27,7 +27,7 @@ impl Lanes {
         Lanes(from_fn(number))
     }
 
-    /// The sum, first to last.
+    /// The sum of all lanes, first to last.
     #[inline(always)]
     pub(crate) fn total(self) -> f64 {
         let [first, rest @ ..] = self.0;
@@ -36,7 +36,7 @@ impl Lanes {
 }
 
 impl LaneMask {
-    /// By bit.
+    /// One bit for each lane.
     #[inline(always)]
     pub(crate) fn bits(self) -> u64 {
         let each = self.0.iter().enumerate();
@@ -49,7 +49,7 @@ impl LaneMask {
     }
 }
 
-/// As that of `std`, and always inlined.
+/// `std::array::from_fn`, but always inlined.
 #[inline(always)]
 fn from_fn<T>(each: impl Fn(usize) -> T) -> [T; LANES] {
     [

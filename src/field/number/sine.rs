@@ -1,11 +1,11 @@
-//! Sine and cosine by arithmetic alone: the same bits for one number and for several, on every machine.
+//! Sine and cosine by arithmetic alone, with the same bits for one number and for several, on every machine.
 
 use super::{Mask, Plain};
 
-/// The largest number whose multiples of π/2 are taken off exactly.
+/// The largest number whose multiples of π/2 are subtracted exactly.
 const LARGEST: f64 = 1e6;
 
-/// π/2 in three parts, of which the first two have 33 bits: so many that 2²⁰ times them are exact.
+/// π/2 in three parts, of which the first two have 33 bits, so that 2²⁰ times these parts are exact.
 #[expect(clippy::excessive_precision, reason = "as they are known")]
 const QUARTER: [f64; 3] = [
     1.570_796_326_734_125_614_17,
@@ -13,10 +13,10 @@ const QUARTER: [f64; 3] = [
     2.022_266_248_795_950_631_54e-21,
 ];
 
-/// To be added and taken off again: what is left is whole.
+/// Added and subtracted again, this leaves a whole number.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 
-/// By falling powers of the square: ±1/k!, of which the last ones but x itself, or 1 − x²/2, are left out.
+/// ±1/k! by falling powers of the square. The terms x of the sine, and 1 − x²/2 of the cosine, are left out.
 const SINE: [f64; 7] = [
     -1.0 / 1_307_674_368_000.0,
     1.0 / 6_227_020_800.0,
@@ -36,9 +36,10 @@ const COSINE: [f64; 7] = [
     1.0 / 24.0,
 ];
 
-/// Sine and cosine, to a few roundings of one; beyond a million, those of the platform.
+/// Sine and cosine, to a few roundings of one; beyond a million those of the platform.
 ///
-/// What is left of a number within an eighth of a turn goes into Taylor's series, as far as an `f64` sees.
+/// The remainder of a number, within an eighth of a turn, goes into Taylor series with all terms that an `f64`
+/// resolves.
 #[inline(always)]
 pub(crate) fn sin_cos<P: Plain>(x: P) -> (P, P) {
     let quarters = nearest(x * std::f64::consts::FRAC_2_PI);
@@ -47,7 +48,7 @@ pub(crate) fn sin_cos<P: Plain>(x: P) -> (P, P) {
     let square = rest * rest;
     let sin = rest + rest * (square * series(&SINE, square));
     let cos = (square * square) * series(&COSINE, square) - square * 0.5 + 1.0;
-    // In which quarter: from −2 to 2, of which these are one.
+    // The quarter of the turn, from −2 to 2, where −2 and 2 are the same.
     let quarter = quarters - nearest(quarters * 0.25) * 4.0;
     let (odd, turned) = (quarter.abs().equals(1.0), quarter.abs().equals(2.0));
     let (mine, other) = (P::select(odd, cos, sin), P::select(odd, sin, cos));

@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
 use super::{Number, Plain};
 use crate::math::{DQuat, DVec3};
 
-/// Three numbers.
+/// Three numbers of one kind.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vec3<T> {
     pub x: T,
@@ -57,7 +57,7 @@ impl<T: Number> Vec3<T> {
         yes.zip(no, |yes, no| T::select(mask, yes, no))
     }
 
-    /// Without derivatives.
+    /// The vector without derivatives.
     #[inline(always)]
     pub(crate) fn re(self) -> Vec3<T::Plain> {
         self.map(T::re)
@@ -69,7 +69,7 @@ impl<T: Number> Vec3<T> {
     }
 }
 
-/// Each component by itself.
+/// Operators that act on each component by itself.
 macro_rules! componentwise {
     ($($Trait:ident<$Other:ty>, $method:ident: ($a:ident, $b:ident) $x:expr, $y:expr, $z:expr;)*) => {$(
         impl<T: Number> $Trait<$Other> for Vec3<T> {
@@ -114,7 +114,7 @@ impl<T> Index<usize> for Vec3<T> {
     }
 }
 
-/// A vector that depends on nothing.
+/// A vector whose derivatives are zero.
 #[inline(always)]
 pub(crate) fn constant<T: Number>(v: DVec3) -> Vec3<T> {
     Vec3::new(v.x.into(), v.y.into(), v.z.into())
@@ -126,13 +126,13 @@ pub(crate) fn real<T: Number<Plain = f64>>(v: Vec3<T>) -> DVec3 {
     DVec3::new(v.x.re(), v.y.re(), v.z.re())
 }
 
-/// |v|; its slope at zero, where there is none, is taken as zero.
+/// v|. Its slope at zero, which does not exist, is taken as zero.
 #[inline(always)]
 pub(crate) fn length<T: Number>(v: Vec3<T>) -> T {
     v.dot(v).sqrt()
 }
 
-/// v/|v|, or zero.
+/// v/|v|, or zero for a zero vector.
 #[inline(always)]
 pub(crate) fn direction<T: Number>(v: Vec3<T>) -> Vec3<T> {
     let length = length(v);
@@ -152,7 +152,7 @@ pub(crate) fn cross<T: Number>(a: DVec3, v: Vec3<T>) -> Vec3<T> {
 /// `v` turned by `rotation`.
 #[inline(always)]
 pub(crate) fn rotate<T: Number>(rotation: DQuat, v: Vec3<T>) -> Vec3<T> {
-    // An unrotated frame must not cost the last bit: boundaries are compared exactly.
+    // An identity must not cost the last bit, since boundaries are compared exactly.
     if rotation == DQuat::IDENTITY {
         return v;
     }
@@ -161,8 +161,8 @@ pub(crate) fn rotate<T: Number>(rotation: DQuat, v: Vec3<T>) -> Vec3<T> {
     v + across.map(|part| part * rotation.w) + cross(axis, across)
 }
 
-/// A function known only by its value and, on demand, its slope along each input: its value as a
-/// number that follows the inputs to first order.
+/// A function that is known by its value and, on demand, its slopes by the inputs, as a number that follows the
+/// inputs to first order.
 #[inline(always)]
 pub(crate) fn chain<T: Number, const N: usize>(
     value: Vec3<T::Plain>,
@@ -172,7 +172,7 @@ pub(crate) fn chain<T: Number, const N: usize>(
     let mut result = Vec3::of(value);
     if T::HAS_SLOPES {
         for (input, slope) in inputs.into_iter().zip(slopes()) {
-            // Zero, but for the derivative.
+            // Zero, with the derivative of the input.
             let moved = input - T::of(input.re());
             result += Vec3::of(slope) * moved;
         }
@@ -196,11 +196,11 @@ pub(crate) fn differences<const N: usize>(
     })
 }
 
-/// The vector, no longer than `limit`.
+/// The vector, shortened to `limit` if it is longer.
 #[inline(always)]
 pub(crate) fn limited<T: Number>(vector: Vec3<T>, limit: f64) -> Vec3<T> {
     if limit == 0.0 {
-        // Its slope is zero, too, however small the vector.
+        // Its slope is zero, too, even for small vectors.
         return Vec3::zero();
     }
     let size = length(vector);
