@@ -1,4 +1,4 @@
-//! The spatial component of a field (the paper's critical set): where it acts.
+//! The region of a field (the paper's critical set): the set where it is defined.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use super::solid::Solid;
 use super::stack::Stack;
 use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 
-/// Where a field is defined: a set in the space of all axes, in the field's own frame.
+/// The set where a field is defined: a set in the space of all axes, in the field's own frame.
 ///
 /// Outside its region a field is *not defined*, which is not the same as zero: replacements and
 /// cross products see the difference. Regions are closed and regularised; see
@@ -40,7 +40,7 @@ pub struct Region {
     pub(crate) steps: Vec<Step>,
 }
 
-/// One step of a region: a set, or what combines sets before it.
+/// One step of a region: a set, or an operation on the sets before it.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -60,15 +60,15 @@ pub enum Step {
     ),
     /// A set over several axes.
     OverAxes(OverAxes),
-    /// Where a function says so.
+    /// The set where a function is true.
     Predicate(Arc<Closure<bool>>),
-    /// Of the two sets before.
+    /// The union of the two sets before.
     Union,
-    /// Of the two sets before.
+    /// The intersection of the two sets before.
     Intersection,
-    /// Of the two sets before.
+    /// The difference of the two sets before.
     Difference,
-    /// Of the set before.
+    /// The complement of the set before.
     Complement,
 }
 
@@ -122,23 +122,21 @@ impl Region {
 
     /// Any Parry shape: convex, mesh, height field, compound, voxels, …
     ///
-    /// - A **mesh** must be the surface of a solid, as files have it, with or without flags: equal
-    ///   vertices are made one, and it is turned if it is wound inwards. The field is refused
-    ///   ([`BuildError::MeshRegion`]) where the mesh has gaps, edges of more than two triangles, or
-    ///   neighbours that are wound against each other. Whether it cuts itself is not looked at. A mesh
-    ///   with the flag `ORIENTED` is taken as it is.
-    /// - A **height field** stands for the points below it, within its rectangle and however deep;
-    ///   y is up, as for Parry. Below cells and triangles that are removed there are none. On its
-    ///   folds, which are no planes, and on the walls of holes it is simply a closed set. Its depth
-    ///   is that of the point below the ground, or less where the ground is steep anywhere, and
-    ///   with holes at most to the end of the next cell.
-    /// - Shapes that are surfaces or lines (a triangle, a segment, a polyline) hold nothing: a field
+    /// - A **mesh** must be the surface of a solid, as files have it, with or without flags: equal vertices are
+    ///   merged, and it is turned if it is wound inwards. The field is refused ([`BuildError::MeshRegion`]) if
+    ///   the mesh has gaps, edges of more than two triangles, or neighbours that are wound against each other.
+    ///   Self-intersections are not looked for. A mesh with the flag `ORIENTED` is taken as it is.
+    /// - A **height field** stands for the points below it, at any depth, within its rectangle; y is up, as for
+    ///   Parry. Points below removed cells and triangles are outside. On its folds, which have no plane, and on
+    ///   the walls of holes it is simply a closed set. Its depth is that of the point below the ground, or less
+    ///   if the ground is steep anywhere, and with holes at most the distance to the end of the next cell.
+    /// - Shapes that are surfaces or lines (a triangle, a segment, a polyline) have nothing inside: a field
     ///   within one, or within a compound with one, is refused ([`BuildError::FlatRegion`]).
     pub fn shape(shape: SharedShape) -> Self {
         Self::solid(Solid::Shape(AnyShape(shape).into()))
     }
 
-    /// Where `axis` lies between two values; either may be infinite.
+    /// The set where `axis` is between two values; either may be infinite.
     pub fn interval(axis: impl Into<Axis>, min: Real, max: Real) -> Self {
         let axis = axis.into();
         match axis.spatial() {
@@ -177,10 +175,9 @@ impl Region {
         }
     }
 
-    /// Where a function of the user's is true. `reads` lists the axes it wants in
-    /// [`Sample::axes`].
+    /// The set where a function of the user's is true. `reads` lists the axes it wants in [`Sample::axes`].
     ///
-    /// Its boundary is not known: there, the function is taken at its word.
+    /// The boundary of the set is not known, so on it the function alone decides.
     pub fn predicate(
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
@@ -211,8 +208,8 @@ impl Region {
         }
     }
 
-    /// The same region moved to `local_pose` (a pose, or a point) in the field's frame. What is no
-    /// place stays: intervals of time, speeds, predicates.
+    /// The same region moved to `local_pose` (a pose, or a point) in the field's frame. Sets without a place
+    /// stay as they are: intervals of time, speeds, predicates.
     pub fn at(mut self, local_pose: impl Into<Placement>) -> Self {
         let Placement(moved) = local_pose.into();
         for step in &mut self.steps {
@@ -226,7 +223,7 @@ impl Region {
         self
     }
 
-    /// Where its first solid is, if that is not the origin.
+    /// The place of its first solid, if that is not the origin.
     pub(crate) fn place(&self) -> Option<Vector> {
         let place = self.steps.iter().find_map(|step| match step {
             Step::Solid(_, pose) => Some(pose.translation),
@@ -262,12 +259,12 @@ impl Region {
         self
     }
 
-    /// Whether this is all of space: no test needed.
+    /// Returns true if this is all of space, so that no test is needed.
     pub(crate) fn is_everywhere(&self) -> bool {
         matches!(self.steps[..], [Step::Everywhere])
     }
 
-    /// The radius, if this is nothing but a ball around the origin.
+    /// The radius, if the region is a ball around the origin.
     pub(crate) fn as_centred_ball(&self) -> Option<Real> {
         match &self.steps[..] {
             [Step::Solid(Solid::Ball { radius }, pose)] if pose.translation == Vector::ZERO => {
@@ -277,8 +274,8 @@ impl Region {
         }
     }
 
-    /// A radius around the origin of the field's frame that holds the whole region, if it is
-    /// bounded in space.
+    /// A radius around the origin of the field's frame that encloses the whole region; `None` if the region is
+    /// not known to be bounded in space.
     pub(crate) fn bounding_radius(&self) -> Option<Real> {
         let mut stack: Vec<Option<Real>> = Vec::new();
         for step in &self.steps {
@@ -309,13 +306,13 @@ impl Region {
         stack.pop().flatten()
     }
 
-    /// Whether a function of the user's decides.
+    /// Returns true if it depends on a function of the user's.
     pub(crate) fn has_code(&self) -> bool {
         let mut steps = self.steps.iter();
         steps.any(|step| matches!(step, Step::Predicate(_)))
     }
 
-    /// Whether the colliders of a body may differ in it at one place.
+    /// Returns true if it may differ between the colliders of a body at one place.
     pub(crate) fn reads_parts(&self) -> bool {
         self.has_code() || self.axes().any(Axis::is_of_part)
     }
@@ -346,7 +343,7 @@ impl Region {
         Ok(())
     }
 
-    /// Whether it can be asked about several samples at once.
+    /// Returns true if it can be evaluated at several samples at once.
     pub(crate) fn knows_several(&self) -> bool {
         let of_users = |axis: &Axis| matches!(axis, Axis::User(_));
         !self.has_code()
@@ -357,7 +354,7 @@ impl Region {
             })
     }
 
-    /// What of the neighbourhood lies in the region.
+    /// The part of the neighbourhood that lies in the region.
     #[inline(always)]
     pub(crate) fn set<T: Asked, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
         let mut stack = Stack::<S::Set, 4>::new(here.all(false.into()));
@@ -376,10 +373,9 @@ impl Region {
         stack.top()
     }
 
-    /// How deep the sample lies inside the region, negative outside: for solids and intervals no
-    /// more than the distance from the border, along whichever axis it is; without a border,
-    /// infinite. For sets over several axes it is in units of the smallest radius or steepest
-    /// slope.
+    /// Depth of the sample inside the region, negative outside. For solids and intervals it is no more than the
+    /// distance from the border, along whichever axis that is; without a border it is infinite. For sets over
+    /// several axes it is in units of the smallest radius or steepest slope.
     #[inline(always)]
     pub(crate) fn depth<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
         let mut stack = Stack::<T, 4>::new(f64::NAN.into());
@@ -422,7 +418,7 @@ impl Region {
 }
 
 impl Step {
-    /// What lies in a set that is not made of others.
+    /// The part of the neighbourhood that lies in a set which is not made of others.
     #[inline(always)]
     fn set<T: Asked, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
         let everywhere = here.all(true.into());
@@ -456,7 +452,7 @@ impl Step {
         }
     }
 
-    /// How deep the sample lies in a set that is not made of others.
+    /// Depth of the sample in a set which is not made of others.
     #[inline(always)]
     pub(super) fn depth<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
         match self {
@@ -472,7 +468,7 @@ impl Step {
     }
 }
 
-/// Where a region is put: made from a pose or from a point.
+/// The pose to which a region is moved: made from a pose or from a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement(Pose);
 

@@ -1,4 +1,4 @@
-//! Named functions, for trees that were saved.
+//! Named functions, which trees get back after they were saved and read.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::math::{Real, Vector};
 
 /// The functions behind the names of closures.
 ///
-/// A saved tree holds the names of its closures only. Whoever reads it gives the functions again:
+/// A saved tree holds the names of its closures only. The functions have to be given again after reading:
 ///
 /// ```
 /// use rapier3d_fields::field::Registry;
@@ -43,12 +43,12 @@ pub struct Registry {
 type Names<R> = BTreeMap<Arc<str>, Arc<Closure<R>>>;
 
 impl Registry {
-    /// Without functions.
+    /// A registry without functions.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds the function of a [`Field::closure_named`]. Another of that name is replaced.
+    /// Adds the function of a [`Field::closure_named`]. Replaces another with that name.
     pub fn formula(
         mut self,
         name: &str,
@@ -60,7 +60,7 @@ impl Registry {
         self
     }
 
-    /// Adds the function of a [`Scalar::closure_named`]. Another of that name is replaced.
+    /// Adds the function of a [`Scalar::closure_named`]. Replaces another with that name.
     pub fn scalar(
         mut self,
         name: &str,
@@ -72,7 +72,7 @@ impl Registry {
         self
     }
 
-    /// Adds the function of a [`Region::predicate_named`]. Another of that name is replaced.
+    /// Adds the function of a [`Region::predicate_named`]. Replaces another with that name.
     pub fn predicate(
         mut self,
         name: &str,
@@ -85,7 +85,7 @@ impl Registry {
     }
 }
 
-/// Puts the function of that name in the place of a closure that has none.
+/// Gives a closure without a function the one with its name.
 fn fill<R: Output>(
     closure: &mut Arc<Closure<R>>,
     names: &Names<R>,
@@ -110,7 +110,7 @@ impl Tree {
     /// Looks up the functions of closures that were read by name.
     ///
     /// # Errors
-    /// The registry has no function of that name, and of that kind.
+    /// The registry has no function of that name and kind.
     pub fn resolve(&mut self, registry: &Registry) -> Result<(), BuildError> {
         for place in 0..self.nodes().0.len() {
             let label = self.nodes().label(place as u32);

@@ -1,4 +1,4 @@
-//! How fields and terms are sampled.
+//! The sampling rules of fields and terms.
 
 use super::formula::Formula;
 use super::leaf::{Coupling, Field};
@@ -6,15 +6,15 @@ use super::sampling::{Cuts, Sampling, SamplingRule};
 use super::scalar::Scalar;
 
 impl Field {
-    /// Sets where on bodies the field is sampled. A term of the tree (an operand of the outermost
-    /// sum of union) is sampled as its field of the finest sampling asks for, in the order of
-    /// [`Sampling`]'s variants.
+    /// Sets the points of bodies at which the field is sampled. A term of the tree (an operand of the outermost
+    /// sum of union) is sampled as its field of the finest sampling asks for, in the order of [`Sampling`]'s
+    /// variants.
     pub fn sampled(mut self, sampling: Sampling) -> Self {
         self.sampling = sampling;
         self
     }
 
-    /// How the field by itself is sampled.
+    /// The sampling rule of the field by itself.
     fn how(&self) -> SamplingRule {
         let of_sites = self.coupling != Coupling::Share && !self.formula.reads_volume();
         let auto = self.sampling == Sampling::Auto;
@@ -36,30 +36,30 @@ impl Field {
         }
     }
 
-    /// Whether its force is linear in place and velocity, and acts everywhere.
+    /// Returns true if its force is linear in place and velocity, and acts everywhere.
     fn is_linear(&self) -> bool {
         let everywhere = self.region.is_everywhere() && self.limit.is_none();
-        // Times a coordinate it would be of the second power.
+        // Multiplied by a coordinate it would be of the second power.
         let even = self.scale_is_uniform() && !self.coupling.reads_frame();
         everywhere && even && self.formula.is_linear()
     }
 
-    /// Whether its force on a piece of a part that no border passes through is the same whatever the
-    /// piece looks like: then bodies may be cut at borders.
+    /// Returns true if its force on a piece of a part through which no border passes does not depend on the
+    /// form of the piece. Bodies may then be cut at borders.
     fn is_even(&self) -> bool {
         let displaced = matches!(self.formula, Formula::Buoyancy(_));
         let auto = self.sampling == Sampling::Auto && !self.reacts;
         auto && (self.is_shared_out() || displaced) && self.scale_is_uniform()
     }
 
-    /// Whether it ends somewhere: at the border of a region, or at the surface of a fluid.
+    /// Returns true if it ends somewhere: at the border of a region, or at the surface of a fluid.
     fn ends(&self) -> bool {
         !self.region.is_everywhere() || matches!(self.formula, Formula::Buoyancy(_))
     }
 }
 
 impl SamplingRule {
-    /// That of a term made of fields, and of scales over several of them.
+    /// The rule of a term made of fields, and of scales over several of them.
     pub(super) fn of_term<'a>(
         fields: impl Iterator<Item = &'a Field>,
         scales: impl Iterator<Item = &'a Scalar>,
@@ -85,7 +85,7 @@ impl SamplingRule {
         if reacts {
             finest.overridable = false;
         }
-        // A scale over several fields may vary where they do not.
+        // A scale over several fields may vary even if these do not.
         if finest.sampling == Sampling::Centre && finest.auto && !at_centre {
             return SamplingRule {
                 sampling: Sampling::Volume,
@@ -99,7 +99,7 @@ impl SamplingRule {
             (true, false, false) => Cuts::Parts,
         };
         if finest.cuts == Cuts::Shares {
-            // A uniform vector has no slope, for which others have more samples.
+            // A uniform vector has no slope, for which other fields have more samples.
             finest.sampling = Sampling::Parts;
         }
         finest

@@ -1,6 +1,7 @@
-//! Where on a body a field is sampled.
+//! The points of a body at which fields are sampled.
 
-/// Where on a body fields are sampled, and so what of their variation over the body is seen.
+/// The points of a body at which fields are sampled. They decide how much of a field's variation over the body
+/// is seen.
 ///
 /// Every sample stands for a fraction of its part (of its collider), by which its force is
 /// weighted: however often a body is sampled, a constant force on it stays the same.
@@ -37,14 +38,13 @@ pub enum Sampling {
     /// Ball colliders are sampled once, at their centre, in place of volume and surface: an
     /// inverse-square pull from outside is exact there. They are cut like any other shape.
     ///
-    /// What is cut is cut exactly by flat borders: half-spaces, boxes, slabs, the ends of cylinders
-    /// and cones, the surface of a fluid. Cuboids, convex polyhedra, closed meshes and compounds of
-    /// them lose nothing but roundings, and so does a ball that one plane or one ball region
-    /// passes through. Other round shapes are cut as meshes of 24 facets with their volume and second
-    /// moments: their share is within 0.1 %. At a curved border bodies are halved until it
-    /// bends little in each piece: the share is within 1 % of the body. At the border of a region
-    /// of a [Parry shape](crate::Region::shape) it is within 2 %. Regions over other
-    /// axes than x, y and z, and predicates, are asked at the centre of each piece, and cut nothing.
+    /// Flat borders cut exactly: half-spaces, boxes, slabs, the ends of cylinders and cones, the surface of a
+    /// fluid. Cuboids, convex polyhedra, closed meshes and compounds of them lose nothing but roundings, and so
+    /// does a ball that one plane or one ball region passes through. Other round shapes are cut as meshes of 24
+    /// facets with their volume and second moments: their share is within 0.1 %. At a curved border bodies are
+    /// halved until it bends little in each piece: the share is within 1 % of the body. At the border of a
+    /// region of a [Parry shape](crate::Region::shape) it is within 2 %. Regions over other axes than x, y and
+    /// z, and predicates, are evaluated at the centre of each piece, and cut nothing.
     ///
     /// A term is cut if all of its fields are such fields, none of them [reacts](crate::Field::reacting),
     /// and no scale varies over a body. A body that asks for a sampling of its own is not cut.
@@ -52,10 +52,10 @@ pub enum Sampling {
     Auto,
     /// At the centre of mass of the body: no torque, and all or nothing at a border.
     ///
-    /// Where colliders may differ, since the field has [groups](crate::Field::groups), is
-    /// [coupled](crate::Coupling) to anything but the share of the mass, or asks for the charge,
-    /// the mass, the radius or an axis of the user's, each collider is asked there by itself, with
-    /// what is its own. Functions of the user's may ask for all of that.
+    /// If colliders may differ, since the field has [groups](crate::Field::groups), is
+    /// [coupled](crate::Coupling) to anything but the share of the mass, or reads the charge, the mass, the
+    /// radius or an axis of the user's, each collider is sampled there by itself, with its own properties.
+    /// Functions of the user's are taken to read all of these.
     Centre,
     /// Once per collider, in its middle.
     Parts,
@@ -72,38 +72,38 @@ pub enum Sampling {
     Surface,
 }
 
-/// Whether a term cuts bodies where a border passes through them.
+/// The way in which a term cuts bodies where a border passes through them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) enum Cuts {
     #[default]
     Never,
-    /// A body that is clear of borders is sampled at its centre of mass.
+    /// A body that no border passes through is sampled at its centre of mass.
     Bodies,
-    /// A part that is clear of borders is sampled at its centre, which is shifted as much as is needed
-    /// for all parts together to be at the centre of mass.
+    /// A part that no border passes through is sampled at its centre, shifted so that all parts together are at
+    /// the centre of mass.
     Shares,
-    /// A part that is clear of borders is sampled at its centre.
+    /// A part that no border passes through is sampled at its centre.
     Parts,
 }
 
-/// How a term of the tree is sampled.
+/// The rule by which a term of the tree is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct SamplingRule {
     /// Never [`Sampling::Auto`].
     pub sampling: Sampling,
-    /// Nobody asked for it, so balls are spared.
+    /// True if the user has asked for no sampling. Balls are then sampled once.
     pub auto: bool,
-    /// Bodies may ask for another.
+    /// True if bodies may ask for another sampling.
     pub overridable: bool,
-    /// Whether bodies that have shapes, and ask for nothing else, are sampled in pieces instead.
+    /// The way in which bodies with shapes, and without a sampling of their own, are cut at borders.
     pub cuts: Cuts,
-    /// Whether colliders may differ at one place: at the centre of mass each is asked by itself.
+    /// True if colliders may differ at one place: at the centre of mass each is sampled by itself.
     pub apart: bool,
-    /// Whether forces are linear in place and velocity, so that few points do as well as many.
+    /// True if forces are linear in place and velocity, so that few points give the same sums as many.
     pub linear: bool,
 }
 
-/// At which points a part is sampled, of those rules that have several.
+/// The points at which a part is sampled, for rules with several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Points {
     Volume,
@@ -124,7 +124,7 @@ impl Points {
 }
 
 impl SamplingRule {
-    /// At which points it samples parts, if at several.
+    /// The points at which it samples parts, if there are several.
     pub(crate) fn points(self) -> Option<Points> {
         match (self.sampling, self.linear) {
             (Sampling::Volume, false) => Some(Points::Volume),
@@ -135,7 +135,7 @@ impl SamplingRule {
         }
     }
 
-    /// That of a body that asks for a sampling of its own.
+    /// The rule of a body that asks for a sampling of its own.
     pub(crate) fn own(sampling: Sampling) -> SamplingRule {
         SamplingRule {
             sampling,
@@ -147,7 +147,7 @@ impl SamplingRule {
         }
     }
 
-    /// That of a term of which nothing is known.
+    /// The rule of a term without fields.
     pub(super) const CENTRE: SamplingRule = SamplingRule {
         sampling: Sampling::Centre,
         auto: true,
@@ -157,13 +157,13 @@ impl SamplingRule {
         linear: false,
     };
 
-    /// The finer of two.
+    /// The finer of two rules, in the order of [`Sampling`]'s variants.
     pub(super) fn finer(self, other: SamplingRule) -> SamplingRule {
         let (a, b) = (self.sampling, other.sampling);
         let overridable = self.overridable && other.overridable;
         let apart = self.apart || other.apart;
         let linear = self.linear && other.linear;
-        // Variants stand in order, the finest last.
+        // Variants are in order, the finest last.
         let finest = match (a as u8).cmp(&(b as u8)) {
             std::cmp::Ordering::Less => other,
             std::cmp::Ordering::Greater => self,

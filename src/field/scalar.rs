@@ -1,4 +1,4 @@
-//! Scalar fields: numbers that depend on the sample, to scale vectors with.
+//! Numbers that depend on the sample, by which vectors are scaled.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::math::{Real, to_f64};
 
 /// A number for each sample: masks, soft edges, falloff curves, time envelopes.
 ///
-/// Made from a coordinate of the sample, and curves one after the other.
+/// Made from a coordinate of the sample, followed by curves.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -39,7 +39,7 @@ pub struct Scalar {
     pub(crate) steps: Vec<Step>,
 }
 
-/// One step of a scalar: a number, or what is done with numbers before it.
+/// One step of a scalar: a number, or an operation on the numbers before it.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -53,7 +53,7 @@ pub enum Step {
     Axis(Axis),
     /// The distance from the origin.
     Distance,
-    /// How deep the sample lies in a region.
+    /// Depth of the sample in a region.
     Depth(Box<Region>),
     /// A function of the user's.
     Function(Arc<Closure<Real>>),
@@ -79,20 +79,20 @@ pub enum Step {
 pub enum Curve {
     /// From zero to one.
     Ramp {
-        /// Where it is zero.
+        /// The number that becomes zero.
         from: Real,
-        /// Where it is one.
+        /// The number that becomes one.
         to: Real,
-        /// Whether its ends are level.
+        /// True if the curve is level at its ends.
         smooth: bool,
     },
     /// To this power.
     Power(Real),
     /// The exponential of the number times this.
     Exponential(Real),
-    /// A bell of this width.
+    /// A bell curve of this width.
     Gaussian(Real),
-    /// Lines between points.
+    /// Straight lines between points.
     Table(Arc<[(Real, Real)]>),
 }
 
@@ -117,15 +117,15 @@ impl Scalar {
         Self::from(Step::Distance)
     }
 
-    /// How deep the sample lies inside a region of the field's frame, negative outside. For one
-    /// solid this is the distance from its border; for regions composed of several, no more than
-    /// that. A region over several axes counts in units of its smallest radius.
+    /// Depth of the sample inside a region of the field's frame, negative outside. For one solid this is the
+    /// distance from its border; for regions composed of several, no more than that. A region over several axes
+    /// counts in units of its smallest radius.
     pub fn depth(region: Region) -> Self {
         Self::from(Step::Depth(Box::new(region)))
     }
 
-    /// A function of the user's own; `reads` lists the axes it wants in [`Sample::axes`]. It is
-    /// taken as locally constant when derivatives are asked for.
+    /// A function of the user's own; `reads` lists the axes it wants in [`Sample::axes`]. It is taken as
+    /// locally constant when derivatives are computed.
     pub fn closure(
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
@@ -159,7 +159,7 @@ impl Scalar {
         self.then(Step::Curve(Curve::Ramp { from, to, smooth }))
     }
 
-    /// xⁿ; not a number for x < 0 and fractional n, infinite at 0 for n < 0.
+    /// xⁿ; NaN for x < 0 and fractional n, infinite at 0 for n < 0.
     pub fn power(self, n: Real) -> Self {
         self.then(Step::Curve(Curve::Power(n)))
     }
@@ -180,12 +180,12 @@ impl Scalar {
         self.then(Step::Curve(Curve::Table(points)))
     }
 
-    /// The sum.
+    /// The sum of the two.
     pub fn plus(self, other: Scalar) -> Self {
         self.combine(other, Step::Plus)
     }
 
-    /// The product.
+    /// The product of the two.
     pub fn times(self, other: Scalar) -> Self {
         self.combine(other, Step::Times)
     }
@@ -232,7 +232,7 @@ impl Scalar {
         stack.top()
     }
 
-    /// Whether it can be asked about several samples at once.
+    /// Returns true if it can be evaluated at several samples at once.
     pub(crate) fn knows_several(&self) -> bool {
         self.steps.iter().all(|step| match step {
             Step::Axis(axis) => !matches!(axis, Axis::User(_)),
@@ -255,7 +255,7 @@ impl Scalar {
         })
     }
 
-    /// Whether it is the same at all points of a body.
+    /// Returns true if it is the same at all points of a body.
     pub(crate) fn is_uniform(&self) -> bool {
         let of_place = |step: &Step| match step {
             Step::Distance | Step::Depth(_) | Step::Function(_) => true,
@@ -265,12 +265,12 @@ impl Scalar {
         !self.steps.iter().any(of_place)
     }
 
-    /// Whether it may differ between the colliders of a body at one place.
+    /// Returns true if it may differ between the colliders of a body at one place.
     pub(crate) fn reads_parts(&self) -> bool {
         self.has_code() || self.axes().any(Axis::is_of_part)
     }
 
-    /// Whether a function of the user's decides.
+    /// Returns true if it depends on a function of the user's.
     pub(crate) fn has_code(&self) -> bool {
         self.steps.iter().any(|step| match step {
             Step::Function(_) => true,
@@ -305,7 +305,7 @@ impl From<Real> for Scalar {
     }
 }
 
-/// The value and the slope of lines between points.
+/// The value and the slope of straight lines between points.
 fn between(points: &[(Real, Real)], x: f64) -> (f64, f64) {
     let above = points.partition_point(|(at, _)| to_f64(*at) <= x);
     let number = |k: usize| (to_f64(points[k].0), to_f64(points[k].1));

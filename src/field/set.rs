@@ -1,4 +1,4 @@
-//! All fields of a world, under handles and names.
+//! The set of all fields of a world, which are found by handles and names.
 
 mod arena;
 mod changes;
@@ -27,22 +27,21 @@ use changes::Changes;
 use names::Names;
 use unchecked::Unchecked;
 
-/// An operand of the outermost sum of union of a set: what all terms give simply adds up, in
-/// their order.
+/// An operand of the outermost sum of union of a set. The forces of all terms add up, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub(crate) struct Term {
-    /// Counts the terms in the order in which they were inserted.
+    /// The number of the term in the order in which terms were inserted.
     pub serial: u64,
     pub root: u32,
-    /// The tree it came with, if it is not a field by itself.
+    /// The tree that it was inserted with; [`NONE`] if it is a field by itself.
     tree: u32,
 }
 
-/// The trees of a set, each with the serials of its terms.
+/// A tree that was inserted into a set, with the serials of its terms.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -54,10 +53,10 @@ struct InsertedTree {
     there: bool,
 }
 
-/// The fields of a world: single fields and trees, whose sum of union is what acts.
+/// The fields of a world: single fields and trees, which act by their sum of union.
 ///
-/// A set is plain data. Every field in it, wherever in whichever tree, has a [`FieldHandle`], and
-/// may have a name; both lead to the field, which can be changed in place.
+/// A set is plain data. Each field in it, at any depth of any tree, has a [`FieldHandle`], and may have a name;
+/// both lead to the field, which can be changed in place.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -77,7 +76,7 @@ struct InsertedTree {
 /// assert!(set.get("calm").is_none());
 /// ```
 ///
-/// What one changes is looked at when it is used; see [`validate_changes`](Self::validate_changes).
+/// Changed fields are checked when they are used; see [`validate_changes`](Self::validate_changes).
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -86,13 +85,13 @@ struct InsertedTree {
 )]
 pub struct FieldSet {
     arena: Arena,
-    /// By serial.
+    /// In the order of serials.
     terms: Vec<Term>,
     next_serial: u64,
     trees: Vec<InsertedTree>,
     free_trees: Vec<u32>,
     names: Names,
-    /// Fields that begin or end.
+    /// Places of the fields with a lifetime that begins or ends.
     timed: Vec<u32>,
     data: Properties,
     changes: Changes,
@@ -105,8 +104,8 @@ impl FieldSet {
         FieldSet::default()
     }
 
-    /// Adds a tree. A root that is a sum of union falls into its terms, which act like fields
-    /// inserted one by one.
+    /// Adds a tree. If its root is a sum of union, its operands become terms, as if they were inserted one by
+    /// one.
     pub fn insert(&mut self, tree: impl Into<Tree>) -> TreeHandle {
         let mut nodes = tree.into().into_nodes();
         let roots = match nodes.pop() {
@@ -141,7 +140,7 @@ impl FieldSet {
         }
     }
 
-    /// Adds a field as a term by itself.
+    /// Adds a field as a term of its own.
     pub fn insert_field(&mut self, field: Field) -> FieldHandle {
         let places = self.arena.insert_all(vec![Node::Leaf(Box::new(field))]);
         self.add_term(places[0], NONE);
@@ -158,7 +157,7 @@ impl FieldSet {
         self.unchecked.terms.push(serial);
     }
 
-    /// Takes all fields out; axes and what is said of colliders and bodies stay.
+    /// Removes all fields. Axes, and properties of colliders and bodies, stay.
     pub fn clear(&mut self) {
         let serials: Vec<u64> = self.terms.iter().rev().map(|term| term.serial).collect();
         for serial in serials {
@@ -171,7 +170,8 @@ impl FieldSet {
         }
     }
 
-    /// Takes a tree out, as what is left of it; `None` if it is not (or no longer) there.
+    /// Removes a tree, and returns its fields that are still there; `None` if it is not (or no longer) in the
+    /// set.
     pub fn remove(&mut self, tree: TreeHandle) -> Option<Tree> {
         let entry = self.inserted(tree)?;
         let serials = entry.terms.clone();
@@ -200,8 +200,8 @@ impl FieldSet {
         self.free_trees.push(index);
     }
 
-    /// Takes a field out. A term by itself leaves the set; inside a composite, the field is then
-    /// not defined anywhere, like one whose anchor is gone. `None` if it is not there.
+    /// Removes a field. A field that is a term leaves the set; one inside a composite is then defined nowhere,
+    /// like one whose anchor is gone. `None` if the field is not in the set.
     pub fn remove_field(&mut self, field: FieldHandle) -> Option<Field> {
         let taken = self.get(field)?.clone();
         let term = self.term_of(field.index)?;
@@ -216,7 +216,7 @@ impl FieldSet {
             self.forget_leaf(field.index);
             self.arena.vacate(field.index);
             self.changes.push(Change::Term(term.serial));
-            // The rest of the term may be less than was checked.
+            // Without the field the rest of the term may not be valid.
             self.unchecked.terms.push(term.serial);
         }
         Some(taken)
@@ -234,7 +234,7 @@ impl FieldSet {
         self.changes.push(Change::Term(serial));
     }
 
-    /// Takes a leaf out of all lists but that of the nodes.
+    /// Removes a leaf from all lists except that of the nodes.
     fn forget_leaf(&mut self, place: u32) {
         self.names.forget(place);
         if let Ok(at) = self.timed.binary_search(&place) {
@@ -242,7 +242,7 @@ impl FieldSet {
         }
     }
 
-    /// The fields of a tree, in the order of a walk; none if the tree is gone.
+    /// The fields of a tree, in the order of a walk; empty if the tree was removed.
     pub fn fields_of(&self, tree: TreeHandle) -> Vec<FieldHandle> {
         let serials = self.inserted(tree).map_or(&[][..], |entry| &entry.terms);
         let terms = serials.iter().filter_map(|serial| self.term(*serial));
@@ -251,23 +251,22 @@ impl FieldSet {
         leaves.map(|leaf| self.arena.handle(leaf)).collect()
     }
 
-    /// The field of a name; if several have it, the first of them that was inserted. `None` if
-    /// there is none.
+    /// The field with a name; if several have it, the one that got it first. `None` if there is none.
     pub fn handle(&self, name: &str) -> Option<FieldHandle> {
         self.handles(name).next()
     }
 
-    /// All fields of a name, in the order in which they were inserted.
+    /// All fields with a name, in the order in which they got it: by insertion or renaming.
     pub fn handles(&self, name: &str) -> impl Iterator<Item = FieldHandle> {
         let listed = self.names.places(name);
         let is_called = |place: &u32| self.field(*place).is_some_and(|f| f.name() == Some(name));
-        // What was given out to be changed may be called something else by now.
+        // A field that was given out to be changed may have another name by now.
         let open = self.unchecked.open.filter(|open| !listed.contains(open));
         let all = listed.iter().copied().chain(open);
         all.filter(is_called).map(|place| self.arena.handle(place))
     }
 
-    /// Gives a field another name, or none; `None` if the field is gone.
+    /// Gives a field another name, or none; `None` if the field was removed.
     pub fn rename(&mut self, field: FieldHandle, name: Option<&str>) -> Option<()> {
         self.get_mut(field)?.name = name.map(Into::into);
         self.settle(field.index);
@@ -281,13 +280,13 @@ impl FieldSet {
         there.then(|| self.nodes().field(handle.index)).flatten()
     }
 
-    /// A field by its handle or name, to be changed: what it is in is made anew before the next
-    /// evaluation.
+    /// A field by its handle or name, to be changed. The term that it belongs to is compiled again before the
+    /// next evaluation.
     pub fn get_mut<K: FieldKey>(&mut self, key: K) -> Option<&mut Field> {
         let handle = key.find(self)?;
         self.get(handle)?;
         let serial = self.term_of(handle.index)?.serial;
-        // Only after the last one is what it came to be known.
+        // The changes of the last one are taken up only now that the caller has given it back.
         if let Some(last) = self.unchecked.open.replace(handle.index) {
             self.settle(last);
         }
@@ -302,12 +301,12 @@ impl FieldSet {
         leaves.map(|(place, field)| (self.arena.handle(place as u32), field))
     }
 
-    /// How many fields there are; those of a prototype count once.
+    /// The number of fields; those of a prototype count once.
     pub fn len(&self) -> usize {
         self.nodes().leaves().count()
     }
 
-    /// Whether there is no term at all.
+    /// Returns true if there are no terms: no trees and no fields.
     pub fn is_empty(&self) -> bool {
         self.terms.is_empty()
     }
@@ -319,8 +318,8 @@ impl FieldSet {
         Tree::fold(Operator::SumUnion, trees)
     }
 
-    /// Counts a step, which ended at a simulated time, for the fields that are on and have a number
-    /// of them to act in. Where it was the last, or the time of a field is over, the field leaves the set.
+    /// Counts a step, which ended at a simulated time, for fields that are on and act for a number of steps. A
+    /// field leaves the set after its last step, or when its time is over.
     pub fn step_done(&mut self, time: f64) {
         if let Some(last) = self.unchecked.open.take() {
             self.settle(last);
@@ -342,13 +341,13 @@ impl FieldSet {
         }
     }
 
-    /// Whether any field begins or ends in a span.
+    /// Returns true if any field begins or ends in a span.
     pub(crate) fn changes_in(&self, span: Span) -> bool {
         let mut fields = self.timed.iter().filter_map(|place| self.field(*place));
         fields.any(|field| field.lifetime.changes_in(span))
     }
 
-    /// Takes up the name and lifetime of a leaf that was inserted or changed.
+    /// Updates the lists for the name and lifetime of a leaf that was inserted or changed.
     fn settle(&mut self, place: u32) {
         let Some(field) = Nodes(self.arena.list()).field(place) else {
             return;
@@ -364,33 +363,33 @@ impl FieldSet {
         }
     }
 
-    /// Changes whenever the set does: no two states of any set have the same.
+    /// Changes whenever the set does. No two states of any sets in a process have the same.
     pub fn revision(&self) -> u64 {
         self.changes.last()
     }
 }
 
 impl FieldSet {
-    /// Like [`revision`](Self::revision), and the same when the set was saved and read again.
+    /// [`revision`](Self::revision), except that it stays the same when the set is saved and read again.
     pub(crate) fn mark(&self) -> u64 {
         self.changes.mark()
     }
 }
 
-/// Axes, and what is said about colliders and bodies.
+/// Axes, and properties of colliders and bodies.
 impl FieldSet {
-    /// Declares an axis of the user's own, with the value every sample has on it unless it is
-    /// given another by [`set_properties`](Self::set_properties).
+    /// Declares an axis of the user's own, with the value of all samples that are not given another by
+    /// [`set_properties`](Self::set_properties).
     ///
     /// # Errors
-    /// There is an axis of that name, or the value is not finite.
+    /// There is an axis of that name already, or the value is not finite.
     pub fn declare_axis(&mut self, name: &str, value: Real) -> Result<(), BuildError> {
         self.data.declare(name, value)?;
         self.changes.push(Change::Axes);
         Ok(())
     }
 
-    /// Sets the value along a declared axis for all samples that have none of their own.
+    /// Sets the value along a declared axis for all samples without a value of their own.
     ///
     /// # Errors
     /// The axis was not declared, or the value is not finite.
@@ -400,13 +399,13 @@ impl FieldSet {
         Ok(())
     }
 
-    /// The declared axes, with the values of samples that have none of their own.
+    /// The declared axes, with the values of samples without values of their own.
     pub fn axes(&self) -> impl Iterator<Item = (Axis, Real)> {
         let axes = self.data.axes().iter();
         axes.map(|(name, value)| (Axis::User(name.clone()), from_f64(*value)))
     }
 
-    /// Sets what fields may ask of a collider.
+    /// Sets the properties of a collider that fields may read.
     ///
     /// # Errors
     /// A value is out of its range, or an axis was not declared.
@@ -420,28 +419,28 @@ impl FieldSet {
         Ok(())
     }
 
-    /// What was set of a collider.
+    /// The properties that were set for a collider.
     pub fn properties(&self, collider: ColliderHandle) -> Option<&ColliderProperties> {
         self.data.get(collider)
     }
 
-    /// Sets where a body is sampled by all fields that leave it to [`Sampling::Auto`], laws
-    /// between sites aside; without one, as each field asks for.
+    /// Sets the sampling of a body by all fields that leave it to [`Sampling::Auto`], except laws between
+    /// sites. `None` takes it back.
     pub fn set_sampling(&mut self, body: RigidBodyHandle, sampling: impl Into<Option<Sampling>>) {
         self.data.set_sampling(body, sampling.into());
         self.changes.push(Change::Samplings);
     }
 }
 
-/// What was said, to read.
+/// Properties that were set, to be read.
 impl FieldSet {
-    /// All colliders that were given properties, in the order of handles.
+    /// All colliders with properties, in the order of handles.
     pub fn colliders(&self) -> impl Iterator<Item = (ColliderHandle, &ColliderProperties)> {
         let colliders = self.data.colliders().iter();
         colliders.map(|(handle, properties)| (*handle, properties))
     }
 
-    /// All bodies that ask for a sampling of their own, in the order of handles.
+    /// All bodies with a sampling of their own, in the order of handles.
     pub fn samplings(&self) -> impl Iterator<Item = (RigidBodyHandle, Sampling)> {
         self.data.samplings().iter().copied()
     }
@@ -453,7 +452,7 @@ impl FieldSet {
         Nodes(self.arena.list())
     }
 
-    /// In the order of their serials.
+    /// All terms, in the order of their serials.
     pub(crate) fn terms(&self) -> &[Term] {
         &self.terms
     }
@@ -463,12 +462,12 @@ impl FieldSet {
         place.ok().map(|place| self.terms[place])
     }
 
-    /// The term that a node is part of.
+    /// The term that a node belongs to.
     fn term_of(&self, place: u32) -> Option<Term> {
         self.term(self.arena.serial_of(place)?)
     }
 
-    /// How messages name the field or operation at a place.
+    /// The name of the field or operation at a place, for messages.
     pub(crate) fn label(&self, place: u32) -> String {
         self.nodes().label(place)
     }
@@ -477,7 +476,7 @@ impl FieldSet {
         self.nodes().field(place)
     }
 
-    /// The handle of the field at a place, if one is there.
+    /// The handle of the field at a place, if there is one.
     pub(crate) fn handle_at(&self, place: u32) -> Option<FieldHandle> {
         self.field(place).map(|_| self.arena.handle(place))
     }
@@ -495,7 +494,7 @@ impl FieldSet {
         &self.data
     }
 
-    /// What has changed since a revision; `None` if that is not known, as everything may have.
+    /// The changes since a revision; `None` if they are not known, so that everything may have changed.
     pub(crate) fn changes_since(
         &self,
         revision: u64,
@@ -504,7 +503,7 @@ impl FieldSet {
     }
 }
 
-/// What finds a field in a [`FieldSet`]: a [`FieldHandle`] or a name.
+/// A key of a field in a [`FieldSet`]: a [`FieldHandle`] or a name.
 pub trait FieldKey {
     /// The handle, if there is a field.
     fn find(&self, set: &FieldSet) -> Option<FieldHandle>;

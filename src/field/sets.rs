@@ -8,35 +8,35 @@ use super::number::{Number, Plain, Vec3, real};
 use super::over_axes::OverAxes;
 use super::query::{Asked, LocalQuery, Single};
 
-/// How sets are known at a sample.
+/// A representation of sets near one sample or several.
 pub(crate) trait Sets<T: Asked> {
     type Set: Copy;
 
-    /// All that is near where the mask is set, else nothing.
+    /// The whole neighbourhood of samples where the mask is set, nothing for others.
     fn all(&self, mask: T::Mask) -> Self::Set;
     fn union(&self, a: Self::Set, b: Self::Set) -> Self::Set;
     fn intersection(&self, a: Self::Set, b: Self::Set) -> Self::Set;
     fn difference(&self, a: Self::Set, b: Self::Set) -> Self::Set;
-    /// What is behind a surface, given the distance from it.
+    /// The part behind a surface, given the distance from it.
     fn behind(
         &self,
         distance: T::Plain,
         outward: Outward<'_, T::Plain>,
         local: &LocalQuery<'_, T>,
     ) -> Self::Set;
-    /// Which samples are in a set.
+    /// The samples that are in a set.
     fn any(&self, set: Self::Set) -> T::Mask;
 }
 
-/// The way out of a set, in the field's frame.
+/// The outward direction of a set, in the field's frame.
 pub(crate) enum Outward<'a, P> {
     Space(Vec3<P>),
-    /// Of growing or, with a sign of −1, of falling numbers.
+    /// Along growing values of an axis or, with a sign of −1, along falling ones.
     Along(&'a Axis, f64),
     OverAxes(&'a OverAxes),
 }
 
-/// Away from all surfaces, a sample is in a set or not.
+/// Sets away from all surfaces, where each contains a sample or does not.
 pub(crate) struct Open<T: Number> {
     on_a_surface: Cell<T::Mask>,
 }
@@ -49,7 +49,7 @@ impl<T: Number> Open<T> {
         }
     }
 
-    /// Which samples turned out to lie on surfaces, so that what was found holds for closed sets only.
+    /// The samples that lie on a surface, for which results hold only if all sets are closed.
     #[inline(always)]
     pub(crate) fn on_a_surface(&self) -> T::Mask {
         self.on_a_surface.get()

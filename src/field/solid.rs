@@ -1,4 +1,4 @@
-//! Closed bodies in space, as intersections of what lies behind surfaces.
+//! Closed solids in space. Each is the intersection of the inner sides of some surfaces.
 
 use super::error::{BuildError, bad, positive, validate_interval};
 use super::number::{Number, Plain, Vec3, constant, direction, length, rotate};
@@ -6,7 +6,7 @@ use super::solid_shape::SolidShape;
 use super::surface::Surface;
 use crate::math::{DPose3, DVec3, Pose, Real, Vector, to_dpose3, to_dvec3, to_f64};
 
-/// A closed body in space, in a frame of its own.
+/// A closed solid, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -14,45 +14,45 @@ use crate::math::{DPose3, DVec3, Pose, Real, Vector, to_dpose3, to_dvec3, to_f64
 )]
 #[non_exhaustive]
 pub enum Solid {
-    /// Around the origin.
+    /// A ball around the origin.
     Ball {
         /// Its radius.
         radius: Real,
     },
-    /// Around the origin.
+    /// A box around the origin.
     Cuboid {
-        /// Half its edges.
+        /// Half the edges.
         half_extents: Vector,
     },
-    /// Around the y axis.
+    /// A cylinder around the y axis.
     Cylinder {
         /// Half its height.
         half_height: Real,
         /// Its radius.
         radius: Real,
     },
-    /// Around the y axis, its apex up.
+    /// A cone around the y axis, with its apex up.
     Cone {
         /// Half its height.
         half_height: Real,
         /// The radius of its base.
         radius: Real,
     },
-    /// Around the y axis.
+    /// A capsule around the y axis.
     Capsule {
         /// Half the length of its axis.
         half_height: Real,
         /// Its radius.
         radius: Real,
     },
-    /// What is behind the plane through the origin.
+    /// The half-space behind a plane through the origin.
     HalfSpace {
-        /// The direction out of it, of length one.
+        /// The outward direction, of length one.
         outward: Vector,
     },
-    /// Between two planes.
+    /// The space between two planes.
     Slab {
-        /// 0, 1 or 2: x, y or z.
+        /// The axis across the planes: 0, 1 or 2 for x, y or z.
         axis: usize,
         /// The lower end.
         #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::lower"))]
@@ -65,7 +65,7 @@ pub enum Solid {
     Shape(SolidShape),
 }
 
-/// The nearer of two planes across an axis.
+/// The surface of the nearer of two planes across an axis.
 #[inline(always)]
 fn slab<P: Plain>(p: Vec3<P>, axis: usize, half: f64) -> (P, Vec3<P>) {
     let side = P::select(p[axis].below(0.0), (-1.0).into(), 1.0.into());
@@ -75,8 +75,8 @@ fn slab<P: Plain>(p: Vec3<P>, axis: usize, half: f64) -> (P, Vec3<P>) {
 impl Solid {
     /// Visits the surfaces whose inner sides intersect in the solid.
     ///
-    /// `point` is in the frame of the field, `pose` the frame of the solid in it; directions are
-    /// returned in the frame of the field.
+    /// `point` is in the frame of the field, and `pose` is the frame of the solid in that frame. Directions are
+    /// given in the frame of the field.
     #[inline(always)]
     pub(super) fn for_each_surface<P: Plain>(
         &self,
@@ -151,8 +151,8 @@ impl Solid {
         Some(Surface::seen(distance, outward))
     }
 
-    /// How deep a point of the field's frame lies inside, negative outside; no more than its
-    /// distance from the surface.
+    /// Depth of a point of the field's frame inside the solid, negative outside; no more than the distance from
+    /// the surface.
     #[inline(always)]
     pub(super) fn depth<T: Number>(&self, point: Vec3<T>, pose: &Pose) -> T {
         let mut excess = T::from(f64::NEG_INFINITY);
@@ -164,7 +164,7 @@ impl Solid {
                 let mut here = T::of(surface.distance);
                 if T::HAS_SLOPES {
                     let outward = Vec3::of(direction(surface.outward) * surface.slope);
-                    // Zero, but for the derivative.
+                    // Zero, with the derivative of the point.
                     let moved = point - Vec3::of(point.re());
                     here = outward.dot(moved) + here;
                 }
@@ -174,12 +174,12 @@ impl Solid {
         -excess
     }
 
-    /// Whether it can be asked about several points at once.
+    /// Returns true if it can be evaluated at several points at once.
     pub(super) fn knows_several(&self) -> bool {
         !matches!(self, Solid::Shape(_))
     }
 
-    /// Farthest distance of the solid from its own origin, if it is bounded.
+    /// The largest distance of a point of the solid from its own origin; `None` if it is not bounded.
     pub(super) fn extent(&self) -> Option<Real> {
         match self {
             Solid::Ball { radius } => Some(*radius),

@@ -8,7 +8,7 @@ use super::number::{Plain, Vec3};
 use super::surface::Surface;
 use crate::math::{DVec3, Real, SharedShape, from_dvec3, to_dvec3};
 
-/// A shape of Parry's, and what it holds; see [`Region::shape`](crate::Region::shape).
+/// A shape of Parry's together with its inside; see [`Region::shape`](crate::Region::shape).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -20,16 +20,16 @@ pub struct SolidShape {
     inside: Inside,
 }
 
-/// What a shape holds.
+/// The inside of a shape.
 #[derive(Clone, Debug, PartialEq)]
 enum Inside {
-    /// It is a surface, or a line; which.
+    /// Nothing: the shape is a surface or a line of this kind.
     Nothing(&'static str),
-    /// What Parry says this shape holds: the shape itself, or a mesh made from it.
+    /// The inside of this shape by Parry's definition: the shape itself, or a mesh made from it.
     Shape(AnyShape),
-    /// What is below a height field.
+    /// The points below a height field.
     Below(Ground),
-    /// A mesh that does not say.
+    /// Not defined: the mesh is not the surface of a solid.
     Unknown(MeshFault),
 }
 
@@ -42,7 +42,7 @@ impl Inside {
             return Inside::Nothing(kind);
         }
         match shape.as_trimesh() {
-            // The user's word that it is wound outwards is taken.
+            // A mesh that is flagged as wound outwards is taken as it is.
             Some(mesh) if mesh.pseudo_normals_if_oriented().is_none() => match oriented(mesh) {
                 Ok(mesh) => Inside::Shape(AnyShape(mesh)),
                 Err(fault) => Inside::Unknown(fault),
@@ -91,7 +91,7 @@ impl SolidShape {
         }
     }
 
-    /// Farthest distance of the solid from its own origin, if it is bounded.
+    /// A bound of the distance of the solid from its own origin; `None` if it is not bounded.
     pub(super) fn extent(&self) -> Option<Real> {
         if matches!(self.inside, Inside::Below(_)) {
             return None;
@@ -116,7 +116,7 @@ impl SolidShape {
         }
     }
 
-    /// Parry's compounds may hold height fields, and know nothing of what is below them.
+    /// Parry's compounds may contain height fields, but do not count the points below these as inside.
     fn validate_parts(&self, field: &str) -> Result<(), BuildError> {
         let compound = self.shape.0.as_compound();
         let parts = compound.map_or(&[][..], |compound| compound.shapes());
@@ -135,7 +135,7 @@ impl SolidShape {
     }
 }
 
-/// What a shape is that holds no points.
+/// The kind of a shape that has no points inside, if it is one.
 fn flat(shape: &SharedShape) -> Option<&'static str> {
     let compound = shape.as_compound().map_or(&[][..], |it| it.shapes());
     match () {
@@ -146,12 +146,12 @@ fn flat(shape: &SharedShape) -> Option<&'static str> {
     }
 }
 
-/// The surface of a shape of which Parry tells the inside.
+/// The surface of a shape whose inside Parry knows.
 fn nearest_surface(shape: &SharedShape, point: DVec3) -> Surface {
     let local_point = from_dvec3(point);
     let projection = shape.project_local_point(local_point, false);
     let outward = point - to_dvec3(projection.point);
-    // These project onto their nearest part, which need not hold the point.
+    // These project onto their nearest part, which need not contain the point.
     let in_parts = shape.as_compound().is_some() || shape.as_voxels().is_some();
     let is_inside = projection.is_inside || in_parts && shape.contains_local_point(local_point);
     let sign = if is_inside { -1.0 } else { 1.0 };

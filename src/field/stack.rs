@@ -1,8 +1,8 @@
 //! A stack whose first values need no allocation.
 
-/// Values: the top one, `FEW` below it where the stack is, and what is deeper on the heap.
+/// A stack: the top value, up to `FEW` values below it in place, and deeper ones on the heap.
 pub(crate) struct Stack<T, const FEW: usize> {
-    /// What is taken from an empty stack, if there is no other.
+    /// The value of an empty stack before the first push.
     top: T,
     few: [Option<T>; FEW],
     more: Vec<T>,
@@ -37,7 +37,7 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
         self.top
     }
 
-    /// The `number`-th of the last `count` values, the deepest first.
+    /// Value `number` of the last `count`, counted from the deepest.
     #[inline(always)]
     pub(crate) fn last(&self, count: usize, number: usize) -> T {
         let place = self.len + number - count;
@@ -50,7 +50,7 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
         }
     }
 
-    /// Puts one value in place of the last `count`.
+    /// Replaces the last `count` values by one.
     #[inline(always)]
     pub(crate) fn replace(&mut self, count: usize, value: T) {
         self.len = self.len + 1 - count;
@@ -58,7 +58,7 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
         self.top = value;
     }
 
-    /// Puts one value in place of two, of which the right one is on top.
+    /// Replaces two values by one; the right one of them is on top.
     #[inline(always)]
     pub(crate) fn combine(&mut self, combine: impl FnOnce(T, T) -> T) {
         self.replace(2, combine(self.last(2, 0), self.top));

@@ -1,4 +1,4 @@
-//! A part of a tree as a tree of its own.
+//! Copies a part of a tree as a tree of its own.
 
 use std::collections::HashMap;
 
@@ -7,8 +7,8 @@ use super::operator::Operator;
 use super::tree::Tree;
 
 impl Nodes<'_> {
-    /// What is at and below a node as a tree of its own. Fields that are gone leave their
-    /// operations as sets do that are empty.
+    /// The nodes at and below a node as a tree of its own. Fields that were removed count as empty sets in
+    /// their operations.
     pub(super) fn subtree(self, root: u32) -> Tree {
         let mut nodes: Vec<Node> = Vec::new();
         let mut place_of: HashMap<u32, Option<u32>> = HashMap::new();
@@ -19,7 +19,7 @@ impl Nodes<'_> {
             };
             place_of.insert(place, kept);
         }
-        // What an empty operand took with it may be left behind the root.
+        // Operands of operations that became empty may be left behind the root.
         match place_of[&root] {
             Some(root) if root as usize + 1 == nodes.len() => Tree::of_nodes(nodes),
             Some(root) => Nodes(&nodes).subtree(root),
@@ -28,8 +28,7 @@ impl Nodes<'_> {
     }
 }
 
-/// Adds a node whose operands have moved, or are gone; returns its place, if it is defined
-/// anywhere.
+/// Adds a node whose operands have moved or were removed. Returns its place; `None` if it is defined nowhere.
 fn with_operands(
     node: &Node,
     place_of: impl Fn(u32) -> Option<u32>,

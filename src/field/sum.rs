@@ -1,4 +1,4 @@
-//! `+` on fields and trees: the sum of union.
+//! The operator `+` on fields and trees, which is the sum of union.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign};

@@ -1,14 +1,14 @@
-//! The surface of a solid, as seen from a point.
+//! The surface of a solid as seen from a point.
 
 use super::number::{Plain, Vec3, constant};
 use crate::math::DVec3;
 
-/// Signed distance from a surface (negative inside) and its outward direction.
+/// Signed distance from a surface (negative inside), and the outward direction.
 pub(super) struct Surface<P = f64> {
-    /// No more than the distance, taken absolute, and zero on the surface only.
+    /// Its size is at most that of the distance, and zero only on the surface.
     pub distance: P,
     pub outward: Vec3<P>,
-    /// How fast `distance` grows along `outward`.
+    /// The derivative of `distance` along `outward`.
     pub slope: P,
 }
 
@@ -25,12 +25,12 @@ impl<P: Plain> Surface<P> {
 }
 
 impl Surface {
-    /// The same, seen from one point.
+    /// A surface as seen from one point.
     pub fn new(distance: f64, outward: DVec3) -> Self {
         Surface::seen(distance, constant(outward))
     }
 
-    /// Seen from one of several points, or from none.
+    /// The same for a kind of number that may be for several points.
     pub fn lift<P: Plain>(&self) -> Surface<P> {
         Surface {
             distance: self.distance.into(),

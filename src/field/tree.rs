@@ -1,4 +1,4 @@
-//! The tree: fields at the leaves, operators at the nodes; one composite field (§3.4, Figure 4).
+//! Trees with fields as leaves and operators as nodes: composite fields (§3.4, Figure 4).
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::math::Real;
 /// The deepest nesting of operators that is accepted.
 pub(crate) const DEPTH_LIMIT: usize = 512;
 
-/// The most fields that are accepted, those of each instance counted.
+/// The largest number of fields that is accepted, those of each instance counted.
 pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 
 /// A composite field.
@@ -37,8 +37,8 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
     serde(try_from = "super::saved::Nodes")
 )]
 pub struct Tree {
-    /// Operands stand before the operators that use them; the root is the last node. A flat
-    /// list, so that neither depth nor drop can exhaust the stack.
+    /// Operands are before the operators that use them; the root is the last node. A flat list, so that neither
+    /// depth nor drop can exhaust the stack.
     pub(super) nodes: Vec<Node>,
 }
 
@@ -50,7 +50,7 @@ impl From<Field> for Tree {
     }
 }
 
-/// Methods common to trees and fields.
+/// Methods of both trees and fields.
 macro_rules! operators {
     () => {
         /// U on E−G, V on G−E, U+V on E∩G.
@@ -108,7 +108,7 @@ macro_rules! operators {
             Tree::combine(self.into(), Operator::Maximum, other.into())
         }
 
-        /// U, on E∩G: the other operand is a mask, its vector does not count.
+        /// U, on E∩G: the other operand is a mask, whose vector does not count.
         pub fn masked_by(self, mask: impl Into<Tree>) -> Tree {
             Tree::combine(mask.into(), Operator::ReplaceIntersection, self.into())
         }
@@ -172,13 +172,13 @@ impl Tree {
         tree
     }
 
-    /// Multiplies the composite force with a number that depends on the sample, seen in the
-    /// world's frame or, in the prototype of [instances](Self::instances), that of the instance.
+    /// Multiplies the composite force by a number that depends on the sample, in the world's frame or, in the
+    /// prototype of [instances](Self::instances), in that of the instance.
     pub fn scaled_by(self, scale: impl Into<Scalar>) -> Self {
         self.scaled_at(scale, Anchor::WORLD)
     }
 
-    /// Like [`scaled_by`](Self::scaled_by), with the sample seen in another frame.
+    /// Like [`scaled_by`](Self::scaled_by), with the sample in another frame.
     pub fn scaled_at(self, scale: impl Into<Scalar>, anchor: impl Into<Anchor>) -> Self {
         self.modified(Modifier::Scale {
             scale: Arc::new(scale.into()),
@@ -202,7 +202,7 @@ impl Tree {
     pub(crate) fn combine(mut left: Tree, operator: Operator, mut right: Tree) -> Tree {
         match (left.nodes.is_empty(), right.nodes.is_empty()) {
             (false, false) => {}
-            // E ∩ ∅ = ∅ and ∅ − G = ∅; otherwise the operand that is there remains.
+            // E ∩ ∅ = ∅ and ∅ − G = ∅; otherwise the operand that is not empty remains.
             (true, _) if operator == Operator::Difference => return left,
             (_, true) if operator == Operator::Difference => return left,
             _ if operator.is_intersection() => return Tree::empty(),
@@ -225,8 +225,8 @@ impl Tree {
         left
     }
 
-    /// The operands this tree brings into an operation: its own, if it is the same associative
-    /// operation already, else itself.
+    /// The operands that this tree brings into an operation: its own, if it is the same associative operation
+    /// already, otherwise itself.
     fn take_operands(&mut self, operator: Operator) -> Vec<u32> {
         if let Some(Node::Operation {
             operator: own,
@@ -242,7 +242,7 @@ impl Tree {
         vec![self.root()]
     }
 
-    /// Adds another list of nodes behind this one; returns by how much its numbers grew.
+    /// Appends another list of nodes. Returns the number that was added to its numbers.
     pub(super) fn append(&mut self, other: Tree) -> u32 {
         let offset = self.nodes.len() as u32;
         self.nodes.extend(other.nodes.into_iter().map(|mut node| {
@@ -258,7 +258,7 @@ impl Tree {
         self.nodes().leaves().count()
     }
 
-    /// Levels of operators above the deepest field. Chains of one associative operator count as
+    /// The number of levels of operators above the deepest field. Chains of one associative operator count as
     /// one level.
     pub fn depth(&self) -> usize {
         let mut depths: Vec<usize> = Vec::with_capacity(self.nodes.len());
@@ -269,7 +269,7 @@ impl Tree {
         depths.last().copied().unwrap_or(0)
     }
 
-    /// Fields that are evaluated: those of a prototype count once for each instance.
+    /// The number of fields that are evaluated: those of a prototype count once for each instance.
     pub(super) fn expanded_count(&self) -> usize {
         let mut counts: Vec<usize> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -293,7 +293,7 @@ impl Tree {
         Nodes(&self.nodes)
     }
 
-    /// Of nodes that are in order.
+    /// A tree of nodes that are in order.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn from_nodes(nodes: Vec<Node>) -> Self {
         Tree { nodes }
@@ -307,7 +307,7 @@ impl Tree {
         self.nodes.len() as u32 - 1
     }
 
-    /// The operands of the outermost sum of union: the terms whose forces simply add up.
+    /// The operands of the outermost sum of union: the terms, whose forces add up.
     pub(crate) fn terms(&self) -> Vec<u32> {
         match self.nodes.last() {
             Some(Node::Operation {
@@ -319,12 +319,12 @@ impl Tree {
         }
     }
 
-    /// The list itself, operands before what uses them.
+    /// The list itself, with operands before their users.
     pub(super) fn into_nodes(self) -> Vec<Node> {
         self.nodes
     }
 
-    /// A tree of a list in which operands stand before what uses them, and the root last.
+    /// A tree of a list in which operands are before their users, and the root is last.
     pub(super) fn of_nodes(nodes: Vec<Node>) -> Self {
         Tree { nodes }
     }

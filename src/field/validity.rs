@@ -1,4 +1,4 @@
-//! What trees must be like to be compiled.
+//! Checks that trees and terms can be compiled.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,14 +13,14 @@ use super::operator::Operator;
 use super::tree::{DEPTH_LIMIT, SIZE_LIMIT, Tree};
 use crate::math::Pose;
 
-/// An error, and the place it is about.
+/// An error, and the place of the node that it is about.
 pub(super) type Misplaced = (BuildError, u32);
 
 impl Tree {
-    /// Whether fields can be built from it, where these axes are declared; nothing is built.
+    /// Checks whether fields can be built from the tree if these axes are declared. Nothing is built.
     ///
     /// # Errors
-    /// It cannot.
+    /// The tree is not valid; see [`BuildError`].
     pub fn check(&self, axes: &[&str]) -> Result<(), BuildError> {
         let declared: Vec<Arc<str>> = axes.iter().map(|name| Arc::from(*name)).collect();
         self.validate(&declared)
@@ -86,7 +86,7 @@ impl Nodes<'_> {
             .try_for_each(|place| self.validate_detection(*place))
     }
 
-    /// Checks a field that was changed.
+    /// Checks a field that was changed, and the parts of its term that depend on it.
     pub(super) fn validate_leaf(
         self,
         place: u32,
@@ -109,8 +109,8 @@ impl Nodes<'_> {
         Ok(())
     }
 
-    /// Levels of operators, and fields that are evaluated: those of a prototype count once for
-    /// each instance. `below` lists operands behind what uses them.
+    /// The number of levels of operators, and of fields that are evaluated: those of a prototype count once for
+    /// each instance. `below` lists operands after their users.
     fn extent(self, below: &[u32]) -> (usize, usize) {
         if below.len() == 1 {
             return (0, 1);
@@ -161,7 +161,7 @@ impl Nodes<'_> {
         }
     }
 
-    /// Instances are to blame on the first field of their prototype.
+    /// Errors of instances name the first field of their prototype.
     fn validate_instances(self, prototype: u32, anchors: &[Anchor]) -> Result<(), BuildError> {
         let leaves = self.leaves_below(prototype).into_iter();
         let first = leaves.min().unwrap_or(prototype);
@@ -171,7 +171,7 @@ impl Nodes<'_> {
         anchors.try_for_each(|a| rigid(&label, "the pose of an instance", a.local_pose()))
     }
 
-    /// What reacts must know on whom: one body or collider for each term, or each instance of it.
+    /// Fields that react need one carrier: one body or collider for each term, or for each instance of it.
     fn validate_reactions(self, term: u32) -> Result<(), Misplaced> {
         let reacts = |leaf: &u32| self.field(*leaf).is_some_and(|field| field.reacts);
         let leaves = self.leaves_below(term);
@@ -192,7 +192,7 @@ impl Nodes<'_> {
         Err((BuildError::Reaction { field }, first))
     }
 
-    /// The anchor that all fields of a subtree hang on, if it is one body or collider.
+    /// The anchor of all fields of a subtree, if it is one body or collider.
     fn carrier(self, root: u32, instance: &Anchor) -> Option<Anchor> {
         let mut carrier: Option<Anchor> = None;
         let mut open = vec![(root, *instance)];
@@ -218,13 +218,13 @@ impl Nodes<'_> {
         carrier
     }
 
-    /// A law that needs both sides at once has no vector, so operators that change or mix vectors
-    /// cannot take it; the paper's is one.
+    /// A law that needs both sides at once has no vector, so operators that change or mix vectors cannot take
+    /// it. The paper's laws have vectors.
     fn validate_detection(self, place: u32) -> Result<(), Misplaced> {
         use Operator::*;
         let node = self.get(place);
         let operator = match node {
-            // What compares or mixes vectors would see its zeros.
+            // Operators that compare or mix vectors would see its zeros.
             Node::Operation { operator, .. } => match operator {
                 SumUnion | SumIntersection | ReplaceUnion | ReplaceIntersection | Difference => {
                     return Ok(());

@@ -1,7 +1,7 @@
-//! Reading what trees are made of: for whoever writes, draws or translates them.
+//! Views of the parts of trees, for code that writes, draws or translates them.
 //!
-//! [`Tree::nodes_view`], [`Field::view`], [`Region::steps`] and [`Scalar::steps`] say
-//! everything that was put in.
+//! [`Tree::nodes_view`], [`Field::view`], [`Region::steps`] and [`Scalar::steps`] give everything that was put
+//! in.
 //!
 //! ```
 //! use rapier3d_fields::field::visit::NodeView;
@@ -41,28 +41,28 @@ pub enum NodeView<'a> {
     Field(&'a Field),
     /// An operator, applied from left to right.
     Operation {
-        /// Which.
+        /// The operator.
         operator: Operator,
-        /// What it combines.
+        /// The nodes that it combines.
         operands: &'a [u32],
     },
     /// A copy of one prototype at each anchor.
     Instances {
         /// The prototype.
         prototype: u32,
-        /// Where the copies are.
+        /// The anchors of the copies.
         anchors: &'a [Anchor],
     },
     /// A composite times a number.
     Scaled {
         /// The composite.
         operand: u32,
-        /// The number.
+        /// The factor.
         scale: &'a Scalar,
-        /// In whose frame the sample is seen.
+        /// The frame in which the scale reads the sample.
         anchor: &'a Anchor,
     },
-    /// A composite, shortened.
+    /// A composite, shortened if it is too long.
     Limited {
         /// The composite.
         operand: u32,
@@ -71,9 +71,9 @@ pub enum NodeView<'a> {
     },
     /// Layers, of falling priority.
     Layers {
-        /// What they hold.
+        /// The composites of the layers.
         operands: &'a [u32],
-        /// Of each, whether it replaces, and whether it stops.
+        /// For each layer, whether it replaces and whether it stops.
         modes: &'a [Override],
     },
     /// A field that was removed: defined nowhere.
@@ -82,38 +82,38 @@ pub enum NodeView<'a> {
 
 pub use super::priority::Override;
 
-/// What a field is made of.
+/// The parts of a field.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct FieldView<'a> {
     /// Its name.
     pub name: Option<&'a str>,
-    /// Where it is defined.
+    /// The set where it is defined.
     pub region: &'a Region,
     /// The function from a sample to a vector.
     pub formula: &'a Formula,
-    /// What it moves with.
+    /// The frame that it moves with.
     pub anchor: &'a Anchor,
-    /// What the vector is.
+    /// The quantity that the vector stands for.
     pub force_mode: ForceMode,
-    /// What the vector is multiplied with.
+    /// The factor of the vector at each sample.
     pub coupling: &'a Coupling,
-    /// What else it is multiplied with.
+    /// A further factor, which depends on the sample.
     pub scale: Option<&'a Scalar>,
-    /// To which length it is shortened.
+    /// The length to which the vector is shortened.
     pub limit: Option<Real>,
-    /// On what it acts.
+    /// The groups of colliders that it acts on; `None` for all colliders.
     pub groups: Option<InteractionGroups>,
-    /// Whether the opposite force acts on its body.
+    /// True if the opposite force acts on the body that carries it.
     pub reacts: bool,
-    /// Where on a body it is sampled.
+    /// The points of a body at which it is sampled.
     pub sampling: Sampling,
-    /// The setter that does not fit its formula: such a field is refused.
+    /// A setter that does not fit its formula. Such a field is refused.
     pub misfit: Option<&'static str>,
 }
 
 impl Tree {
-    /// The nodes. Operands stand before the operators that use them; the root is the last.
+    /// The nodes. Operands are before the operators that use them; the root is the last.
     pub fn nodes_view(&self) -> impl ExactSizeIterator<Item = NodeView<'_>> {
         self.nodes().0.iter().map(|node| match node {
             Node::Leaf(field) => NodeView::Field(field),
@@ -145,14 +145,14 @@ impl Tree {
         })
     }
 
-    /// How messages name a node.
+    /// The name of a node in messages.
     pub fn node_label(&self, node: u32) -> String {
         self.nodes().label(node)
     }
 }
 
 impl Field {
-    /// What it is made of.
+    /// The parts that it is made of.
     pub fn view(&self) -> FieldView<'_> {
         FieldView {
             name: self.name.as_deref(),
@@ -172,21 +172,21 @@ impl Field {
 }
 
 impl Region {
-    /// What it is made of, in postfix order: operands before what combines them.
+    /// The steps that it is made of, in postfix order: operands before operations.
     pub fn steps(&self) -> &[RegionStep] {
         &self.steps
     }
 }
 
 impl Scalar {
-    /// What it is made of, in postfix order: operands before what combines them.
+    /// The steps that it is made of, in postfix order: operands before operations.
     pub fn steps(&self) -> &[ScalarStep] {
         &self.steps
     }
 }
 
 impl Layer {
-    /// With these two, at once.
+    /// Sets both modes at once.
     pub fn mode(mut self, mode: Override) -> Self {
         self.mode = mode;
         self

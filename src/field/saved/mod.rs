@@ -1,10 +1,9 @@
-//! What serde's derives do not know: numbers without end, structure that is to be checked when it
-//! is read, and how deep data may be nested.
+//! Serialisation beyond serde's derives: infinite numbers, structure that is checked on reading, and a limit of
+//! nesting.
 //!
-//! The derives are plain, without anything that only formats with names can do, so that every
-//! format works. What is read is whole in its structure: indices are in range, operands stand
-//! before operators. Whether its numbers make sense is for [`Tree::validate`](super::Tree) to say,
-//! as for any tree.
+//! The derives use nothing that only formats with names support, so that any format works. Data that was read
+//! has a valid structure: indices are in range, and operands are before operators. Its numbers are checked by
+//! [`Tree::validate`](super::Tree), as for any tree.
 
 mod shape;
 
@@ -17,7 +16,7 @@ use super::solid::Solid;
 use super::tree::Tree;
 use crate::math::Real;
 
-/// Numbers of which +∞ means no end. JSON has no infinities.
+/// Numbers for which +∞ means no end. JSON has no infinities.
 pub(super) mod upper {
     use super::*;
 
@@ -35,7 +34,7 @@ pub(super) mod upper {
     }
 }
 
-/// Numbers of which −∞ means no end.
+/// Numbers for which −∞ means no end.
 pub(super) mod lower {
     use super::*;
 
@@ -53,7 +52,7 @@ pub(super) mod lower {
     }
 }
 
-/// A setter that did not fit: such a field is refused when it is built, and is not saved.
+/// A setter that did not fit. Such a field is refused when it is built, and is not saved.
 pub(super) mod misfit {
     use super::*;
 
@@ -76,8 +75,8 @@ pub(super) mod misfit {
     }
 }
 
-/// The flow of a wind, which may be a wind again: the one thing that nests. Data says how deep it
-/// goes, and no data may say more than the stack holds.
+/// The flow of a wind, which may be a wind again: the only data that nests. Its depth is limited, so that no
+/// file can exhaust the stack.
 pub(super) mod flow {
     use std::cell::Cell;
 
@@ -90,7 +89,7 @@ pub(super) mod flow {
         static WINDS: Cell<usize> = const { Cell::new(0) };
     }
 
-    /// One level, until it is dropped.
+    /// One level of nesting, until it is dropped.
     struct Level;
 
     impl Level {
@@ -127,7 +126,7 @@ pub(super) mod flow {
     }
 }
 
-/// A tree as it is read.
+/// A tree as it is read, before its checks.
 #[derive(Deserialize)]
 pub(super) struct Nodes {
     nodes: Vec<Node>,
@@ -136,7 +135,7 @@ pub(super) struct Nodes {
 impl TryFrom<Nodes> for Tree {
     type Error = String;
 
-    /// Operands stand before the operator that uses them, and each is used once.
+    /// Operands must be before the operator that uses them, and each is used once.
     fn try_from(Nodes { nodes }: Nodes) -> Result<Tree, String> {
         let mut used = vec![false; nodes.len()];
         for (place, node) in nodes.iter().enumerate() {
@@ -158,7 +157,7 @@ impl TryFrom<Nodes> for Tree {
                 ));
             }
         }
-        // All but the root.
+        // All but the root are used.
         let expected = nodes.len().saturating_sub(1);
         match used.iter().position(|used| !used) {
             Some(unused) if unused != expected => Err(format!("node {unused} is no operand")),
@@ -167,7 +166,7 @@ impl TryFrom<Nodes> for Tree {
     }
 }
 
-/// Checks a list of steps of which each takes some results of the steps before, and leaves one.
+/// Checks a list of steps, each of which takes results of the steps before and leaves one.
 fn check_postfix(takes: impl Iterator<Item = usize>) -> Result<(), String> {
     let mut results = 0_usize;
     for (place, taken) in takes.enumerate() {
@@ -181,7 +180,7 @@ fn check_postfix(takes: impl Iterator<Item = usize>) -> Result<(), String> {
     }
 }
 
-/// A region as it is read.
+/// A region as it is read, before its checks.
 #[derive(Deserialize)]
 pub(super) struct RegionSteps {
     steps: Vec<RegionStep>,
@@ -210,7 +209,7 @@ impl TryFrom<RegionSteps> for Region {
     }
 }
 
-/// A scalar as it is read.
+/// A scalar as it is read, before its checks.
 #[derive(Deserialize)]
 pub(super) struct ScalarSteps {
     steps: Vec<ScalarStep>,

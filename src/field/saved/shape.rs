@@ -1,9 +1,8 @@
-//! Shapes as data.
+//! Parry's shapes as data, checked on reading.
 //!
-//! Simple shapes are saved as Parry saves them. Of meshes and compounds the parts are saved and
-//! the rest (trees of bounds, topology, normals) is made anew when they are read: Parry takes what
-//! it reads on trust, so that an index out of range ends in a panic, and compounds within compounds
-//! in an overflow of the stack.
+//! Simple shapes are saved as Parry saves them. Of meshes and compounds only the parts are saved; the rest
+//! (bounding volumes, topology, normals) is made again on reading. Parry trusts the data that it reads, so an
+//! index out of range would end in a panic, and compounds within compounds in a stack overflow.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -30,17 +29,17 @@ enum Saved {
         indices: Vec<[u32; 2]>,
     },
     HeightField {
-        /// Heights along z, of which there are as many rows as along x.
+        /// The number of heights along z.
         rows: usize,
         heights: Vec<Real>,
-        /// Of the cells, likewise.
+        /// The status of each cell, in Parry's order.
         status: Vec<u8>,
         scale: Vector,
         flags: u8,
     },
 }
 
-/// Shapes that hold no others.
+/// Shapes without parts.
 #[derive(Serialize, Deserialize)]
 enum Simple {
     Ball(Ball),
@@ -109,7 +108,7 @@ fn bounded(shape: impl Shape) -> Result<SharedShape, String> {
     Err("a shape must be finite, and its sizes not negative".into())
 }
 
-/// Parry panics at a border that is less than nothing.
+/// Parry panics at a negative border.
 fn round(border: Real, shape: impl Shape) -> Result<SharedShape, String> {
     match border >= 0.0 {
         true => bounded(shape),

@@ -1,13 +1,13 @@
-//! The nodes of a set.
+//! The list of a set's nodes, with generations.
 
 use crate::field::handle::FieldHandle;
 use crate::field::leaf::Field;
 use crate::field::nodes::Node;
 
-/// In place of a number.
+/// Stands for no number.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Nodes in places that are used again, each time under another generation.
+/// Nodes in places that are used again, each time with another generation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Arena {
     nodes: Vec<Node>,
@@ -18,9 +18,9 @@ pub(super) struct Arena {
 #[derive(Clone, Copy, Debug, Default)]
 struct Slot {
     generation: u32,
-    /// The node that uses this one, or [`NONE`] at the root of a term.
+    /// The node that uses this one, or [`NONE`] for the root of a term.
     parent: u32,
-    /// At the root of a term: its serial.
+    /// The serial of the term, for its root.
     serial: u64,
 }
 
@@ -32,7 +32,7 @@ impl Arena {
         (self.nodes, generations.collect(), self.free)
     }
 
-    /// Of parts that fit, with the parent of each node.
+    /// Made of parts that fit, with the parent of each node.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn from_parts(
         nodes: Vec<Node>,
@@ -57,7 +57,7 @@ impl Arena {
         &self.nodes
     }
 
-    /// Adds nodes that name each other by their numbers in the list; returns the place of each.
+    /// Adds nodes that refer to each other by their numbers in the list. Returns the place of each.
     pub(super) fn insert_all(&mut self, nodes: Vec<Node>) -> Vec<u32> {
         let places: Vec<u32> = nodes.iter().map(|_| self.take_place()).collect();
         for (mut node, place) in nodes.into_iter().zip(&places) {
@@ -83,7 +83,7 @@ impl Arena {
         (slot.parent, slot.serial) = (NONE, serial);
     }
 
-    /// The serial of the term that a node is part of.
+    /// The serial of the term that a node belongs to.
     pub(super) fn serial_of(&self, place: u32) -> Option<u64> {
         let mut slot = self.slots.get(place as usize)?;
         while slot.parent != NONE {
@@ -111,14 +111,14 @@ impl Arena {
         }
     }
 
-    /// Takes a leaf out and leaves its place empty, for the operation that uses it.
+    /// Removes a leaf, and leaves its place vacant for the operation that uses it.
     pub(super) fn vacate(&mut self, place: u32) {
         self.nodes[place as usize] = Node::Vacant;
         let slot = &mut self.slots[place as usize];
         slot.generation = slot.generation.wrapping_add(1);
     }
 
-    /// Takes a node out, and its place may be used again.
+    /// Removes a node; its place may be used again.
     pub(super) fn free(&mut self, place: u32) {
         self.vacate(place);
         self.free.push(place);

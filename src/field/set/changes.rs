@@ -1,4 +1,4 @@
-//! What has changed in a set, for those that follow it.
+//! The latest changes of a set, for caches that follow it.
 
 use std::hash::{BuildHasher, RandomState};
 use std::sync::OnceLock;
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::math::ColliderHandle;
 
-/// One change.
+/// A change of a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
     /// The term of this serial was inserted, changed or removed.
@@ -15,30 +15,31 @@ pub(crate) enum Change {
     Axes,
     /// The properties of a collider were set.
     Collider(ColliderHandle),
-    /// What bodies ask for was set.
+    /// The samplings of bodies were set.
     Samplings,
 }
 
-/// Followers that are more changes behind than this, or than there are terms, begin anew.
+/// The number of changes that are kept at least, once the list is cut. A follower that is behind by more may
+/// have to start over.
 const LONGEST: usize = 4096;
 
-/// The last changes of a set.
+/// The latest changes of a set.
 ///
-/// Each is marked with a number that is given to no other change of any set: who has followed one
-/// set up to such a number finds it again in that set, and in clones that were made later, but not
-/// in one that went another way.
+/// Each has a number that no other change of any set has. A follower finds the number of the last change it has
+/// seen in the set that it follows, and in later clones of it, but not in a clone that has changed in another
+/// way.
 #[derive(Clone, Debug)]
 pub(super) struct Changes {
-    /// In ascending order. The first stands for all that was before.
+    /// In ascending order. The first stands for all changes before.
     list: Vec<(u64, Change)>,
-    /// Tells this state of the set from all others, in other runs of the program, too.
+    /// A number that no other state of a set has, also in other runs of the program.
     mark: u64,
 }
 
-/// The next number; zero is given to none.
+/// The next number. Zero is not used.
 static NEXT: AtomicU64 = AtomicU64::new(1);
 
-/// Makes marks of numbers, others in every run.
+/// Turns numbers into marks that differ from run to run.
 static KEYS: OnceLock<RandomState> = OnceLock::new();
 
 impl Changes {
@@ -55,7 +56,7 @@ impl Changes {
         self.mark
     }
 
-    /// Takes up the mark of a set that was saved in this state.
+    /// Restores the mark of a set that was saved in this state.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn go_on_from(&mut self, mark: u64) {
         self.mark = mark;
@@ -65,7 +66,7 @@ impl Changes {
         self.list.last().map_or(0, |(number, _)| *number)
     }
 
-    /// The changes after a number, if that is known.
+    /// The changes after a number; `None` if the number is not in the list.
     pub(super) fn since(&self, number: u64) -> Option<impl Iterator<Item = Change> + Clone> {
         let place = self.list.binary_search_by_key(&number, |(known, _)| *known);
         let after = &self.list[place.ok()? + 1..];
@@ -73,7 +74,7 @@ impl Changes {
     }
 }
 
-/// A set begins with a number of its own, as nobody has seen it before.
+/// A new set begins with a change of its own, which no follower has seen.
 impl Default for Changes {
     fn default() -> Self {
         let mut changes = Changes {

@@ -1,4 +1,4 @@
-//! Fields by their names.
+//! The places of fields by their names.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -7,17 +7,17 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names {
     places: HashMap<Arc<str>, Vec<u32>>,
-    /// By place: the name it is listed under.
+    /// The name under which each place is listed.
     listed: HashMap<u32, Arc<str>>,
 }
 
 impl Names {
-    /// In the order in which they got the name.
+    /// The places with a name, in the order in which they got it.
     pub(super) fn places(&self, name: &str) -> &[u32] {
         self.places.get(name).map_or(&[], |places| places)
     }
 
-    /// Lists a leaf under a name, and no other.
+    /// Lists a leaf under a name, and takes it out from under another.
     pub(super) fn set(&mut self, place: u32, name: Option<&Arc<str>>) {
         if self.listed.get(&place) == name {
             return;

@@ -1,4 +1,4 @@
-//! A set as data, and back: whatever is read is checked to be of one piece.
+//! A set as data, and back. The structure of the data is checked on reading.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::{FieldSet, InsertedTree, Term};
 use crate::field::nodes::Node;
 use crate::field::properties::Properties;
 
-/// What is saved of a set.
+/// The parts of a set that are saved.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Saved {
     nodes: Vec<Node>,
@@ -68,7 +68,7 @@ impl TryFrom<Saved> for FieldSet {
 }
 
 impl Saved {
-    /// Whether all numbers are those of something, and lists in order.
+    /// Checks that all numbers are in range, and lists in order.
     fn check_lists(&self) -> Result<(), String> {
         let count = self.nodes.len();
         if self.generations.len() != count {
@@ -107,7 +107,7 @@ impl Saved {
         Ok(())
     }
 
-    /// The node that uses each; every node in use hangs on one root.
+    /// The node that uses each node. Checks that each node in use belongs to exactly one root.
     fn parents(&self) -> Result<Vec<u32>, String> {
         let mut parents = vec![NONE; self.nodes.len()];
         let mut seen = vec![false; self.nodes.len()];

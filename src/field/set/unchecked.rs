@@ -1,9 +1,9 @@
-//! What is still to be checked.
+//! The parts of a set that still have to be checked.
 
-/// What has not been looked at since it changed.
+/// The parts of a set that were not checked since they changed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unchecked {
-    /// Terms, by serial.
+    /// The serials of terms.
     pub terms: Vec<u64>,
     pub leaves: Vec<u32>,
     /// The leaf that was last given out to be changed.
@@ -11,7 +11,7 @@ pub(super) struct Unchecked {
 }
 
 impl Unchecked {
-    /// Notes a leaf.
+    /// Notes a leaf to be checked.
     pub(super) fn leaf(&mut self, place: u32) {
         if self.leaves.last() != Some(&place) {
             self.leaves.push(place);

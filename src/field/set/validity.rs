@@ -1,4 +1,4 @@
-//! Checks of what has changed in a set.
+//! Checks of the parts of a set that have changed.
 
 use std::sync::Arc;
 
@@ -6,8 +6,8 @@ use super::FieldSet;
 use crate::field::BuildError;
 
 impl FieldSet {
-    /// Checks what has been inserted or changed since the last time that all was well. Costs as
-    /// much as there is of that. Every step does it by itself, before anything else.
+    /// Checks everything that was inserted or changed since the last successful check. The cost grows with the
+    /// number of these changes. Each step does this first.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -19,7 +19,7 @@ impl FieldSet {
     /// ```
     ///
     /// # Errors
-    /// See [`BuildError`]. The set stays as it is, and is refused until it is put right.
+    /// See [`BuildError`]. The set stays as it is, and is refused until it is corrected.
     pub fn validate_changes(&mut self) -> Result<(), BuildError> {
         if let Some(last) = self.unchecked.open.take() {
             self.settle(last);
