@@ -1,9 +1,9 @@
-//! Which colliders need no hook in a step.
+//! Colliders that need no physics hook in a step.
 //!
-//! Rapier keeps the contacts of a pair that hardly moves, unless a hook listens on it. What is slow
-//! the [hooks](super::StepHooks) leave to Rapier, with the friction of the law and no restitution.
-//! So where nothing that may touch is fast, and Rapier's own friction is that of the law, a hook
-//! would change nothing, and none is asked for: Rapier's part of the step is what it is without fields.
+//! Rapier reuses the contacts of a pair that hardly moved, unless a hook is active on one of its colliders. The
+//! [hooks](super::StepHooks) leave slow contacts to Rapier's solver, with the friction of the law and no restitution.
+//! So where nothing that may touch is fast, and Rapier's own friction equals that of the law, a hook would change
+//! nothing and is not requested: Rapier's part of the step is then the same as without fields.
 
 use super::claims::Claims;
 use super::laws::combined;
@@ -16,28 +16,29 @@ use crate::rapier::dynamics::{
 use crate::rapier::geometry::{Collider, ColliderMaterial};
 use crate::rigid::Lookup;
 
-/// An approach of at most this share of the speed of an impact is slow, whatever rounding
-/// makes of it.
+/// A body counts as slow only below this share of the impact threshold, so that rounding cannot make it an impact.
 const SURELY: Real = 0.98;
 
-/// More kinds of colliders are not compared with each other: then all are listened to.
+/// With more kinds of colliders than this, kinds are not compared, and every collider keeps its hook.
 const MOST_KINDS: usize = 16;
 
-/// The colliders of a step that need no hook; keeps its buffers.
+/// Finds the colliders of a step that need no hook; its buffers are reused.
 #[derive(Debug, Default)]
 pub(crate) struct Calm {
-    /// Bodies that are slow, in the order of their handles, and how much faster another may be.
+    /// Slow bodies in the order of their handles, each with the speed that a body touching it may have without the
+    /// contact being an impact; infinite for bodies that are not dynamic and stand still.
     slow: Vec<(RigidBodyHandle, Real)>,
     kinds: Vec<ContactKind>,
-    /// Whether each agrees with all.
+    /// By kind: true if the kind [agrees](ContactKind::agrees) with every kind in the step.
     agree: Vec<bool>,
-    /// Colliders of slow bodies, with the places of their kinds.
+    /// Colliders that may go without a hook, each with the index of its kind: those of slow bodies and those without a
+    /// body.
     candidates: Vec<(ColliderHandle, usize)>,
-    /// By the index of a collider.
+    /// By the index of a collider: true if it needs no hook.
     quiet: Vec<bool>,
 }
 
-/// All of a collider that friction and restitution follow from.
+/// The properties of a collider that decide its friction and restitution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ContactKind {
     law: Option<ContactLaw>,
@@ -45,7 +46,8 @@ struct ContactKind {
 }
 
 impl ContactKind {
-    /// Whether Rapier's friction between two is that of the law, and there is no restitution.
+    /// Returns true if Rapier's own coefficients for a pair give what the hooks would: the friction of the law, and no
+    /// restitution. Pairs that fields do not answer agree; penalty laws never do.
     fn agrees(&self, other: &ContactKind) -> bool {
         let friction = match combined([self.law, other.law]) {
             None | Some(ContactLaw::Observe) => return true,
@@ -64,7 +66,7 @@ impl ContactKind {
 }
 
 impl Calm {
-    /// Finds them, as bodies are when Rapier's step begins.
+    /// Finds the quiet colliders from the bodies as they are when Rapier's step begins.
     pub(crate) fn find(
         &mut self,
         claims: &Claims,
@@ -87,7 +89,7 @@ impl Calm {
                     continue;
                 };
                 let kind = kind_of(&mut self.kinds, claims, *handle, collider);
-                // A sleeping body may hold contacts that were lifted off: it keeps its hook.
+                // A sleeping body may have contacts that were lifted off the solver, so it keeps its hook.
                 let heard = body.is_sleeping() && claims.listens(*handle, collider);
                 if is_slow && !heard {
                     self.candidates.push((*handle, kind));
@@ -111,7 +113,7 @@ impl Calm {
         }
     }
 
-    /// Finds the bodies of which no two, and none beside what no field claims, approach fast.
+    /// Collects the bodies of which no two approach fast, nor any of them and a collider that no field claims.
     fn find_slow(
         &mut self,
         claims: &Claims,
@@ -143,19 +145,20 @@ impl Calm {
         self.slow.retain(|(_, left)| unclaimed < *left);
     }
 
-    /// Whether a collider needs no hook.
+    /// Returns true if a collider needs no hook.
     pub(crate) fn is_quiet(&self, collider: ColliderHandle) -> bool {
         let index = collider.into_raw_parts().0 as usize;
         self.quiet.get(index) == Some(&true)
     }
 
-    /// Whether any does not.
+    /// Returns true if there may be colliders that need no hook.
     pub(crate) fn any(&self) -> bool {
         !self.quiet.is_empty()
     }
 }
 
-/// No point of a body, nor any within `near` of it, moves faster.
+/// An upper bound of the speed of a body's points, and of points within `near` of its colliders. A position-based
+/// kinematic body moves to its next position within `dt`.
 fn fastest(body: &RigidBody, world: &impl Lookup, near: Real, dt: Real) -> Real {
     let (linear, turning) = match body.body_type() {
         RigidBodyType::KinematicPositionBased if dt > 0.0 => {
@@ -181,7 +184,7 @@ fn fastest(body: &RigidBody, world: &impl Lookup, near: Real, dt: Real) -> Real 
     linear + turning * reach
 }
 
-/// The place of the kind of a collider among the kinds.
+/// The index of a collider's kind; a new kind is added while there is room.
 fn kind_of(
     kinds: &mut Vec<ContactKind>,
     claims: &Claims,

@@ -1,4 +1,4 @@
-//! The contacts that detection fields find between two shapes, and how exact they are.
+//! The precision with which detection fields find contacts, by the two shapes.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,23 +6,23 @@ use std::fmt;
 use super::modes::Detection;
 use crate::rapier::parry::shape::ShapeType;
 
-/// How detection fields find contacts between colliders of two shapes.
+/// The method by which detection fields find contacts between colliders of two shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Capability {
-    /// To rounding: two balls, or a ball and a half-space. Swept in 64 bits.
+    /// Exact to rounding: two balls, or a ball and a half-space. Swept detection computes them in 64 bits.
     Exact,
-    /// By Parry, to some roundings of the size of the parts ([`Real`](crate::math::Real)): a ball by
-    /// its projection, all else by the manifolds that Rapier uses too. Swept, the moment is exact to
-    /// those roundings over the speed of approach; corners within a thousandth of the size touch at
-    /// once.
+    /// By Parry, to a few roundings of the size of the parts (in [`Real`](crate::math::Real)): a ball on a convex shape
+    /// by projection, all others by the contact manifolds that Rapier uses too. Swept detection finds the time of
+    /// impact to those roundings divided by the speed of approach; corners whose gaps differ by less than a thousandth
+    /// of the size touch at once.
     ByParry,
-    /// Not at all: Parry has no contact between them, and so neither has Rapier.
+    /// Not found: Parry has no contacts between the two shapes, so Rapier finds none either.
     None,
 }
 
 impl Capability {
-    /// Of two shapes, in any order.
+    /// The capability for two shapes, in any order.
     ///
     /// | | ball | half-space | mesh | height field | voxels | all else |
     /// |---|---|---|---|---|---|---|
@@ -33,10 +33,10 @@ impl Capability {
     /// | voxels | by Parry | none | none | none | by Parry | by Parry |
     /// | all else | by Parry | by Parry | by Parry | by Parry | by Parry | by Parry |
     ///
-    /// All else: cuboid, capsule, cylinder, cone, convex hull, triangle, segment, the round ones of
-    /// these, and compounds. Two segments have no thickness, and never overlap. It is the same for
-    /// both kinds of [`Detection`]. Of a half-space and voxels Parry panics in Rapier's own step, and of a
-    /// ball on voxels Rapier 0.36.1 may.
+    /// "All else" is cuboid, capsule, cylinder, cone, convex hull, triangle, segment, the rounded variants of these,
+    /// and compounds. Two segments have no thickness and never overlap. The table holds for both kinds of
+    /// [`Detection`]. Between a half-space and voxels Parry panics in Rapier's own step; between a ball and voxels
+    /// Rapier 0.36.1 may.
     pub fn of(one: ShapeType, two: ShapeType) -> Self {
         use ShapeType::{Ball, HalfSpace, HeightField, TriMesh, Voxels};
         match (one, two) {
@@ -60,19 +60,19 @@ impl fmt::Display for Capability {
     }
 }
 
-/// The contacts that detection fields find in a world, by the kinds of its pairs of shapes. Printed,
-/// it is a short report.
+/// The contacts that detection fields can find in a world, by pairs of shape kinds. Its `Display` is a short report.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ContactPlan {
-    /// By kinds of shapes, as Parry names them, of which one side has a detection field.
+    /// Pairs of shape kinds, as Parry names them, in alphabetical order, of which at least one side has a detection
+    /// field.
     pub pairs: BTreeMap<(String, String), Capability>,
-    /// Whether what touches within a step is found.
+    /// True if contacts are searched for over the whole of each step, false if only at its end.
     pub swept: bool,
 }
 
 impl ContactPlan {
-    /// Of shapes that have a detection field, or have not.
+    /// `kinds` are the shapes in the world, each with true if a collider of it has a detection field.
     pub(crate) fn new(kinds: &[(ShapeType, bool)], detection: Detection) -> Self {
         let mut pairs = BTreeMap::new();
         for (one, watched) in kinds {
@@ -142,7 +142,7 @@ mod tests {
         ]
     }
 
-    /// Whether Parry finds two shapes that overlap in some of many poses.
+    /// Returns true if Parry finds the overlap of two shapes in at least one of many poses.
     fn is_found(one: &SharedShape, two: &SharedShape) -> bool {
         (0..60_u8).any(|number| {
             let turn = Vector::new(0.3, 0.7, 0.2) * Real::from(number);

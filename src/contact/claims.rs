@@ -1,4 +1,4 @@
-//! The pairs that are claimed from Rapier, and the colliders that listen for them.
+//! The contacts that fields claim from Rapier, and the colliders that have hook bits for that.
 
 use super::laws::LawTable;
 use super::rules::{Pairs, in_order};
@@ -11,16 +11,16 @@ use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
 use crate::rapier::pipeline::ActiveHooks;
 
-/// Which contacts Rapier is to leave to the fields.
+/// The rules and laws that decide which contacts Rapier leaves to the fields.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Claims {
     rules: Rules,
     laws: LawTable,
-    /// Whether there is any field that answers.
+    /// True if some rule gives contacts to the fields and some detection field has a law other than `Observe`.
     any: bool,
-    /// Whether anything may rebound without loss.
+    /// True if some law loses no speed, so that its contacts may rebound as fast as they came.
     lossless: bool,
-    /// Whether fast bodies are followed through the step, so that nothing needs to stop them.
+    /// True with swept detection, which follows fast bodies through the step, so nothing needs to stop them.
     pub(super) swept: bool,
 }
 
@@ -32,14 +32,14 @@ pub(crate) struct Claims {
 )]
 struct Told {
     collider: ColliderHandle,
-    /// The bits that were its own.
+    /// The hook bits that the user had set on it.
     own: ActiveHooks,
-    /// Whether it needs no hook any more. It keeps the bits for one more step: Rapier would go
-    /// on with contacts that were lifted last.
+    /// True if it needs no hook any more. It keeps the bits for one more step, because Rapier would otherwise reuse
+    /// contacts that were lifted off in the last one.
     leaving: bool,
 }
 
-/// Colliders that were given hook bits, in the order of their handles.
+/// The colliders that were given hook bits, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -51,7 +51,7 @@ impl Listening {
     fn place(&self, collider: ColliderHandle) -> Result<usize, usize> {
         let key = collider.into_raw_parts();
         let of = |told: &Told| told.collider.into_raw_parts();
-        // Mostly all colliders are among them, or all of some last ones.
+        // The entries are usually consecutive indices, so the place is guessed before it is searched.
         let first = self.0.first().map_or(0, |told| of(told).0);
         let guess = key.0.wrapping_sub(first) as usize;
         if self.0.get(guess).map(of) == Some(key) {
@@ -68,7 +68,7 @@ impl Listening {
         Some(self.0[self.place(collider).ok()?].own)
     }
 
-    /// Notes that a collider has been given bits, beside those of its own.
+    /// Records that a collider was given hook bits, and the bits it had before.
     pub(crate) fn add(&mut self, collider: ColliderHandle, own: ActiveHooks) {
         let told = Told {
             collider,
@@ -76,19 +76,20 @@ impl Listening {
             leaving: false,
         };
         match self.place(collider) {
-            // Its own are those of before, unless the user has set them anew.
+            // The recorded bits stay those from before the fields were added, unless the user has set them anew.
             Ok(place) => self.0[place].leaving = false,
             Err(place) => self.0.insert(place, told),
         }
     }
 
-    /// Has them all asked about for one more step, since the last was none.
+    /// Keeps the bits of all colliders for one more step, because Rapier made no step since they were marked as
+    /// leaving.
     pub(crate) fn stay(&mut self) {
         self.0.iter_mut().for_each(|told| told.leaving = false);
     }
 
-    /// Colliders that need no hook any more, each once they have been so for a step, with the
-    /// bits to be given back.
+    /// Removes the colliders that have needed no hook for two calls in a row, and returns them with the bits to
+    /// restore.
     pub(crate) fn release(
         &mut self,
         wanted: impl Fn(ColliderHandle) -> ActiveHooks,
@@ -105,7 +106,7 @@ impl Listening {
         free
     }
 
-    /// Whether [`Self::release`] has anything to do.
+    /// Returns true if [`Self::release`] would change anything.
     pub(crate) fn any_free(&self, wanted: impl Fn(ColliderHandle) -> ActiveHooks) -> bool {
         let free = |told: &Told| told.leaving || wanted(told.collider).is_empty();
         self.0.iter().any(free)
@@ -128,7 +129,7 @@ impl Claims {
         !self.any
     }
 
-    /// The law by which fields answer a pair in Rapier's place.
+    /// The law by which fields answer a pair instead of Rapier; `None` if they do not.
     pub(crate) fn law(&self, pair: [ColliderHandle; 2]) -> Option<ContactLaw> {
         if self.is_empty() || self.rules.of(pair) != Responder::Fields {
             return None;
@@ -137,7 +138,8 @@ impl Claims {
         law.filter(|law| *law != ContactLaw::Observe)
     }
 
-    /// The same in a step, in which some pairs are `released`: on them no field acts where they are.
+    /// The same for one step, without the pairs in `released`, on which no field acts at their present poses, and
+    /// without pairs in which one dynamic body [dominates](is_dominated) the other.
     pub(super) fn law_now(
         &self,
         pair: [ColliderHandle; 2],
@@ -149,24 +151,25 @@ impl Claims {
         law.filter(|_| free() && !is_dominated(bodies))
     }
 
-    /// The law of a collider that has a detection field.
+    /// The law of a collider, if it has a detection field.
     pub(super) fn law_of(&self, collider: ColliderHandle) -> Option<ContactLaw> {
         self.laws.of(collider)
     }
 
-    /// A contact that approaches a body below this speed is no impact, whatever else presses the body.
+    /// The resting threshold of a body under any law of this world: a contact with it that approaches more slowly is no
+    /// impact, whatever accelerates the other body.
     pub(super) fn slow(&self, starts: &Starts, body: RigidBodyHandle) -> Real {
         let restitution = if self.lossless { 1.0 } else { 0.0 };
         starts.slow(ContactLaw::restitution(restitution), [Some(body), None])
     }
 
-    /// Whether Rapier asks about the contacts of a collider that is claimed.
+    /// Returns true if Rapier calls `modify_solver_contacts` for a collider that fields claim.
     pub(super) fn listens(&self, handle: ColliderHandle, collider: &Collider) -> bool {
         let modify = ActiveHooks::MODIFY_SOLVER_CONTACTS;
         collider.active_hooks().contains(modify) && !self.bits(handle).is_empty()
     }
 
-    /// The hook bits without which Rapier does not ask about a collider.
+    /// The hook bits that a collider needs so that Rapier calls the hooks for it; empty if no field claims it.
     pub(crate) fn bits(&self, collider: ColliderHandle) -> ActiveHooks {
         let law = self.laws.of(collider);
         if self.is_empty() || law.is_none_or(|law| law == ContactLaw::Observe) {
@@ -179,8 +182,8 @@ impl Claims {
     }
 }
 
-/// Whether one of two dynamic bodies dominates the other: it yields to none of its contacts, which
-/// Rapier's solver knows to do and the laws do not. Such pairs are Rapier's.
+/// Returns true if two dynamic bodies have different dominance groups. The dominant one does not react to the contact,
+/// which Rapier's solver respects and the laws here do not, so such pairs are left to Rapier.
 pub(crate) fn is_dominated(bodies: [Option<&RigidBody>; 2]) -> bool {
     let [Some(one), Some(two)] = bodies else {
         return false;

@@ -1,34 +1,34 @@
 //! The first moment at which a gap closes.
 //!
-//! Conservative advancement of second order: with f the gap (or a rising function of it) and
-//! f'' ≥ −M, the parabola f + f' h − M h²/2 lies below f, so up to its root nothing can touch. At a
-//! simple root this converges like Newton's method, from outside; at a graze it halves the gap in
-//! every look. Motion that keeps close without touching would take ever smaller steps; after
-//! [`MAX_ITERATIONS`] looks it is sampled instead, and a change of sign bracketed.
+//! Conservative advancement of second order: with f the gap (or a rising function of it) and f'' ≥ −M, the parabola f +
+//! f' h − M h²/2 lies below f, so nothing can touch before its root. At a simple root this converges like Newton's
+//! method, from outside; at a grazing touch each evaluation halves the gap. Motion that stays close without touching
+//! would take ever smaller steps; after [`MAX_ITERATIONS`] evaluations the gap is sampled instead, and a change of sign
+//! is bracketed.
 
-/// Looks before sampling.
+/// Evaluations before sampling begins.
 const MAX_ITERATIONS: usize = 128;
 
-/// Samples of the time that is left when patience is at an end.
+/// Samples over the whole span once sampling has begun.
 const SAMPLES: f64 = 4096.0;
 
-/// The same of gaps that are dear to look at. What overlaps and parts is looked at as often, for
-/// when it closes again.
+/// The same limits for gaps that are expensive to evaluate. Overlapping parts that separate are sampled as often, to
+/// find when they close again.
 const DEAR_ITERATIONS: usize = 32;
 const DEAR_SAMPLES: f64 = 64.0;
 
-/// A look at a gap.
+/// A gap at one moment, with the bounds that advancement needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GapBound {
-    /// Rises with the gap; zero where the parts touch.
+    /// Increases with the gap; zero where the parts touch.
     pub value: f64,
     pub slope: f64,
-    /// The second derivative is nowhere below minus this from here to the end.
+    /// M ≥ 0: the second derivative is at least −M from this moment to the end of the span.
     pub curvature: f64,
 }
 
-/// The first moment in `[from, to]` at which a value is at most `tolerance` and falls. `look` is
-/// given a moment.
+/// The first moment in `[from, to]` at which the value is at most `tolerance` and falling. `look` evaluates the gap at
+/// a moment.
 pub(super) fn first_touch(
     [from, to]: [f64; 2],
     tolerance: f64,
@@ -39,7 +39,7 @@ pub(super) fn first_touch(
     let mut looks = 0;
     loop {
         let seen = look(time);
-        // Not so for NaN, which ends the search.
+        // False for NaN, which then ends the search in `free_stretch`.
         if seen.value <= tolerance && seen.slope < 0.0 {
             return Some(time);
         }
@@ -48,11 +48,11 @@ pub(super) fn first_touch(
         let close = looks > MAX_ITERATIONS || step == 0.0;
         let next = time + if close { step.max(floor) } else { step };
         if next > to {
-            // Within rounding of the end the next step finds it.
+            // A touch within rounding of the end is found by the next step.
             return None;
         }
         if next <= time {
-            // The gap is smaller than what the next moment that can be told makes of it.
+            // The step is smaller than the resolution of `time` in `f64`.
             return (seen.slope < 0.0).then_some(time);
         }
         if close && seen.value > 0.0 && look(next).value < 0.0 {
@@ -62,7 +62,7 @@ pub(super) fn first_touch(
     }
 }
 
-/// For how long nothing can touch, by the lower bound of the value; `None` if it never does.
+/// The time for which the lower bound of the value stays positive; `None` if it never reaches zero.
 fn free_stretch(seen: &GapBound) -> Option<f64> {
     let GapBound {
         value,
@@ -70,7 +70,7 @@ fn free_stretch(seen: &GapBound) -> Option<f64> {
         curvature,
     } = *seen;
     if slope >= 0.0 && value <= 0.0 {
-        // Parts that overlap, or have just met, and part: until they may approach again.
+        // The parts overlap or have just touched, and separate: the earliest time at which they may approach again.
         return (curvature > 0.0).then(|| slope / curvature);
     }
     let value = value.max(0.0);
@@ -83,7 +83,7 @@ fn free_stretch(seen: &GapBound) -> Option<f64> {
     stretch.is_finite().then_some(stretch)
 }
 
-/// The root between a positive and a negative value, by halving: 60 halvings reach the last digit.
+/// The root between a positive and a negative value, by 60 bisections.
 fn bracketed(mut positive: f64, mut negative: f64, value: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..60 {
         let middle = 0.5 * (positive + negative);
@@ -96,8 +96,8 @@ fn bracketed(mut positive: f64, mut negative: f64, value: impl Fn(f64) -> f64) -
     positive
 }
 
-/// As [`first_touch`], for a gap of which only the value is known, and how fast it can close.
-/// Advances by gap / speed until the gap is at most `tolerance`.
+/// As [`first_touch`], for a gap of which only the value and the maximal closing speed are known. Advances by gap /
+/// speed until the gap is at most `tolerance`.
 pub(super) fn first_touch_of_distance(
     [from, to]: [f64; 2],
     tolerance: f64,
@@ -110,7 +110,7 @@ pub(super) fn first_touch_of_distance(
     let floor = (to - from) / DEAR_SAMPLES;
     let (mut time, mut last, mut looks) = (from, None, 0);
     while time <= to {
-        // None is farther than can be reached.
+        // `None` means that the gap cannot close within the span.
         let seen = gap(time)?;
         if seen <= tolerance {
             let before: f64 = last.unwrap_or(time);
@@ -130,7 +130,7 @@ pub(super) fn first_touch_of_distance(
         let step = seen.max(tolerance * 0.5) / speed;
         let patient = looks <= DEAR_ITERATIONS && seen > tolerance;
         let next = time + if patient { step } else { step.max(floor) };
-        // A step may be less than the next moment that can be told.
+        // The step may be below the resolution of `time` in `f64`.
         let next = if next > time { next } else { time + floor };
         if next <= time {
             return None;
@@ -165,7 +165,7 @@ mod tests {
         assert!((found - exact).abs() < 1e-15, "{found} {exact}");
     }
 
-    /// At high speed, late in a step, time is coarser than the tolerance.
+    /// Late in a step at high speed, the resolution of time is coarser than the tolerance.
     #[test]
     fn a_root_between_two_moments_is_found() {
         for k in 1..100 {

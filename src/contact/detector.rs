@@ -1,4 +1,4 @@
-//! The detector: finds contacts at the end of a step or over the whole of it, and answers them.
+//! The contact detector: finds contacts over a step or at its end, and answers them by their laws.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -23,37 +23,37 @@ use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, to_f64};
 use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
-/// Finds contacts and answers them; keeps its buffers between calls.
+/// Finds contacts and answers them; its buffers and caches are kept between steps.
 #[derive(Debug)]
 pub(crate) struct Detector {
     touch: Discrete,
     masks: FieldMasks,
-    /// Only with [`Detection::Swept`].
+    /// `Some` only with [`Detection::Swept`] and at least one detection field.
     sweep: Option<Box<Sweep>>,
-    /// The bodies when Rapier's step began.
+    /// The state of the bodies when Rapier's step began.
     pub starts: Arc<Starts>,
-    /// The overlaps at the end of the step.
+    /// Overlaps at the end of the step.
     found: FoundContacts,
-    /// Whether any of it may be an impact.
+    /// True if an overlap in `found` may be an impact. If false, only springs need an answer.
     hit: bool,
-    /// Touches of the step that has just ended, not yet among the contacts.
+    /// Touches found by the sweep of this step, until [`Detector::add_touches`] moves them into `contacts`.
     touched: Vec<FieldContact>,
-    /// Pairs whose answers in it are not finite, and were left out.
+    /// Pairs whose impulses in this step were not finite, and were left out.
     pub not_finite: Vec<[ColliderHandle; 2]>,
-    /// Whether the last step had more impacts than one step may have.
+    /// True if the last sweep reached its limit of impacts.
     pub exhausted: bool,
-    /// The contacts, in the order of the handles.
+    /// The contacts of the last step: touches in the order of time, then overlaps in the order of their handles.
     pub contacts: Vec<FieldContact>,
 }
 
-/// A step over which touches are searched for.
+/// The inputs of a sweep over one step.
 pub(crate) struct SweptStep<'a, A> {
-    /// When it began.
+    /// The moment at which the step began.
     pub moment: Moment,
     pub dt: Real,
-    /// Whether the fields answer a contact.
+    /// Returns true if the fields answer a contact.
     pub answers: A,
-    /// The decisions of Rapier's solver on claimed pairs.
+    /// The decisions of the hooks on claimed pairs during Rapier's step.
     pub verdicts: &'a Verdicts,
 }
 
@@ -73,7 +73,7 @@ impl Detector {
         }
     }
 
-    /// Keeps how parts came to touch, or does not.
+    /// Turns the log of touches, which the cross-check needs, on or off.
     pub(crate) fn log_touches(&mut self, on: bool) {
         if let Some(sweep) = &mut self.sweep
             && sweep.log.is_some() != on
@@ -82,14 +82,15 @@ impl Detector {
         }
     }
 
-    /// The touches of the last step, if they are kept.
+    /// The logged touches of the last step; empty if logging is off.
     pub(crate) fn touch_log(&self) -> &[TouchRecord] {
         let log = self.sweep.as_ref().and_then(|sweep| sweep.log.as_ref());
         log.map_or(&[], |log| &log.records)
     }
 
-    /// Finds and answers what touched during Rapier's step; says where the bodies that were hit end. Does nothing unless detection is swept. `samples` fills in what a
-    /// detection field under operators may ask of what approaches it.
+    /// With swept detection, finds and answers all touches during Rapier's step, and appends the end state of the
+    /// bodies that were hit to `pushes`. `samples` fills in the samples at which detection fields under operators are
+    /// evaluated.
     pub(crate) fn sweep(
         &mut self,
         compiled: &Compiled,
@@ -121,12 +122,13 @@ impl Detector {
         self.not_finite.append(&mut sweep.not_finite);
     }
 
-    /// Touches of the step that has just ended, until they are put before the overlaps.
+    /// The touches of this step that are not yet in `contacts`.
     pub(super) fn touches(&self) -> &[FieldContact] {
         &self.touched
     }
 
-    /// Puts the touches of the step before the overlaps that its end has shown.
+    /// Puts the touches of the step before the overlaps at its end. An overlap without an impulse is dropped if its
+    /// pair is among the touches.
     pub(crate) fn add_touches(&mut self) {
         if self.touched.is_empty() {
             return;
@@ -139,8 +141,8 @@ impl Detector {
         std::mem::swap(&mut self.touched, &mut self.contacts);
     }
 
-    /// Finds all contacts at the present poses. `samples` fills in what a detection field under
-    /// operators may ask of what approaches it.
+    /// Finds all overlaps at the present poses. `held` are the pairs that Rapier's solver held in its last step.
+    /// `samples` fills in the samples at which detection fields under operators are evaluated.
     pub(crate) fn run(
         &mut self,
         compiled: &Compiled,
@@ -161,7 +163,7 @@ impl Detector {
         }
         self.hit = found.is_hit(world, &self.starts);
         if self.hit && !found.anew {
-            // An impact runs through all that rests, and is to meet it where it is.
+            // An impact travels through resting contacts, so their points are searched anew at the present poses.
             self.touch.find(world, &self.starts, None, found);
         }
         if masked {
@@ -179,9 +181,9 @@ impl Detector {
             .extend(found.contacts.iter().map(|(contact, _)| *contact));
     }
 
-    /// Of pairs that Rapier holds near each other those on which no detection field acts, neither where
-    /// they are nor where they touch in the step: cut out, replaced, or outside its region. They are
-    /// Rapier's.
+    /// Returns those of `pairs` on which no detection field acts, neither at their present poses nor where they touch
+    /// next: the field is cut out or replaced there, or they are outside its region. Rapier answers these pairs.
+    /// `pairs` are those that Rapier's narrow phase has near each other.
     pub(crate) fn released(
         &mut self,
         compiled: &Compiled,
@@ -206,8 +208,8 @@ impl Detector {
         pairs.map(in_order).collect()
     }
 
-    /// Answers the contacts by their laws; says how bodies go on. Returns who is between the stiffest
-    /// springs, and a bound of the square of the frequency at which it swings there.
+    /// Answers the contacts by their laws, and appends the new velocities to `pushes`. Returns the body between the
+    /// stiffest springs, with an upper bound of the square of its angular frequency there.
     pub(crate) fn respond(
         &mut self,
         world: &impl Lookup,
@@ -217,7 +219,7 @@ impl Detector {
         answers: impl Fn(&FieldContact) -> bool,
         pushes: &mut Vec<Push>,
     ) -> Option<(RigidBodyHandle, f64)> {
-        // All but springs were answered when they happened.
+        // Swept detection has already answered all contacts but springs, at the moment of impact.
         let swept = self.sweep.is_some();
         let answers = |contact: &FieldContact| {
             let late = !swept || matches!(contact.law, ContactLaw::Penalty { .. });
@@ -245,7 +247,7 @@ impl Detector {
     }
 }
 
-/// Whether any detection field stands under operators.
+/// Returns true if any detection field stands under operators.
 fn is_masked(compiled: &Compiled) -> bool {
     compiled.detectors.iter().any(|it| it.mask.is_some())
 }

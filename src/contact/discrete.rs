@@ -1,4 +1,4 @@
-//! Overlap at the end of a step, of all pairs of which one side has a detection field.
+//! Discrete detection: overlaps at the end of a step, between all pairs of which one side has a detection field.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -19,27 +19,27 @@ use crate::rapier::geometry::{Aabb, Collider};
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rigid::Lookup;
 
-/// Everything that may touch, at its present place.
+/// All colliders that may touch, at their present poses, and the caches that find their pairs.
 #[derive(Debug)]
 pub(super) struct Discrete {
-    /// Numbers of the detection fields of each collider.
+    /// Indices into `Compiled::detectors`, by collider.
     detectors: HashMap<ColliderHandle, Vec<u32>>,
     laws: LawTable,
-    /// Those of one body stand together.
+    /// The balls of one body are consecutive.
     balls: Vec<Ball>,
     clusters: Vec<Cluster>,
     list: VerletList,
     solids: Vec<SolidPart>,
-    /// The number of the solid of each collider, by its index.
+    /// By the index of a collider: the index of its solid.
     number_of: Vec<u32>,
     near: NearPairs,
-    /// A buffer for the points of a pair.
+    /// A buffer for the contact points of a pair.
     points: Vec<ManifoldPoint>,
-    /// Whether each solid is as it was the time before.
+    /// By solid: true if it is as it was at the previous [`Discrete::gather`].
     still: Vec<bool>,
     still_points: StillPoints,
     separations: Separations,
-    /// The balls and solids of the time before.
+    /// The balls and solids of the previous [`Discrete::gather`].
     last: (Vec<Ball>, Vec<SolidPart>),
 }
 
@@ -49,7 +49,7 @@ struct Ball {
     placed: PlacedBall,
 }
 
-/// Another shape.
+/// A collider of any shape but a ball.
 #[derive(Debug, PartialEq)]
 struct SolidPart {
     part: ContactPart,
@@ -58,7 +58,7 @@ struct SolidPart {
 }
 
 impl SolidPart {
-    /// The points at which it is near another; none if they are known to be apart.
+    /// The points at which it is near another solid; none if the two are known to be apart.
     fn search(&self, other: &SolidPart, apart: &mut Separations) -> Vec<ManifoldPoint> {
         let pair = [self.part.collider, other.part.collider];
         if self.placed.is_apart(&other.placed, pair, apart) {
@@ -71,24 +71,24 @@ impl SolidPart {
         Place {
             bounds: self.bounds,
             dynamic: self.part.dynamic,
-            // A half-space says that it is as large as numbers go.
+            // Parry gives a half-space bounds as large as the number type allows.
             bounded: self.placed.shape.as_halfspace().is_none(),
         }
     }
 }
 
-/// The contacts found, each with where it is among the points, and all points.
+/// The contacts found, each with the range of its points in `points`.
 #[derive(Debug, Default)]
 pub(super) struct FoundContacts {
     pub contacts: Vec<(FieldContact, Range<usize>)>,
     pub points: Vec<OverlapPoint>,
-    /// Whether no point was taken from Rapier.
+    /// True if no point was taken over from Rapier's manifolds.
     pub anew: bool,
 }
 
 impl FoundContacts {
-    /// Whether at any contact two parts approach fast enough that it may be an impact: half as fast
-    /// as what does not last, which leaves room for rounding and for what presses them.
+    /// Returns true if at any contact point two parts approach fast enough that it may be an impact. The limit is half
+    /// the [resting threshold](Starts::slow), which leaves room for rounding and for accelerations within the step.
     pub(super) fn is_hit(&self, world: &impl Lookup, starts: &Starts) -> bool {
         self.contacts.iter().any(|(contact, points)| {
             let law = contact.law;
@@ -109,7 +109,7 @@ impl FoundContacts {
     }
 }
 
-/// How the points of a body move; what has no body stands still.
+/// The motion of the points of a body, in world axes; zero for a collider without a body.
 #[derive(Clone, Copy, Default)]
 struct PointMotion {
     pivot: Vector,
@@ -164,12 +164,12 @@ impl Discrete {
         }
     }
 
-    /// Numbers of the detection fields of a collider.
+    /// Indices into `Compiled::detectors` of the detection fields of a collider.
     pub(super) fn detectors_of(&self, collider: ColliderHandle) -> &[u32] {
         self.detectors.get(&collider).map_or(&[], Vec::as_slice)
     }
 
-    /// A collider, with its law.
+    /// A collider as a contact part, with its law.
     pub(super) fn part_of(
         &self,
         handle: ColliderHandle,
@@ -186,8 +186,8 @@ impl Discrete {
         }
     }
 
-    /// Takes up all colliders that can touch or be touched; returns whether any is not where it
-    /// was when this was called last.
+    /// Collects all enabled colliders that are no sensors, at their present poses. Returns true if any of them differs
+    /// from the previous call.
     pub(super) fn gather(&mut self, world: &impl Lookup) -> bool {
         std::mem::swap(&mut self.balls, &mut self.last.0);
         std::mem::swap(&mut self.solids, &mut self.last.1);
@@ -226,7 +226,7 @@ impl Discrete {
         if !collider.is_enabled() || collider.is_sensor() {
             return;
         }
-        // Parry panics at what is negative.
+        // Parry panics at a negative margin.
         let skin = collider.contact_skin().max(0.0);
         if let Some(ball) = collider.shape().as_ball() {
             let placed = PlacedBall {
@@ -248,7 +248,7 @@ impl Discrete {
         }
     }
 
-    /// Makes a cluster of the balls from `start` on.
+    /// Makes a cluster of the balls from index `start` on.
     fn cluster(&mut self, start: u32) {
         let balls = &self.balls[start as usize..];
         let Some(first) = balls.first().map(|ball| ball.placed.centre) else {
@@ -267,7 +267,7 @@ impl Discrete {
         });
     }
 
-    /// The number of the solid of a collider.
+    /// The index of the solid of a collider.
     fn solid_of(&self, collider: ColliderHandle) -> Option<u32> {
         let index = collider.into_raw_parts().0 as usize;
         let number = *self.number_of.get(index)?;
@@ -275,8 +275,8 @@ impl Discrete {
         (solid.part.collider == collider).then_some(number)
     }
 
-    /// Finds all contacts in which at least one side has a detection field. Of pairs that are
-    /// `held` by Rapier its points may do.
+    /// Finds all overlaps in which at least one side has a detection field. For pairs `held` by Rapier's solver the
+    /// points of its manifolds may be reused.
     pub(super) fn find(
         &mut self,
         world: &impl Lookup,
@@ -339,7 +339,7 @@ impl Discrete {
         self.separations = apart;
     }
 
-    /// The contacts between balls and solids.
+    /// Adds the contacts between balls and solids.
     fn touch_balls(&self, finder: &mut Finder<'_, impl Lookup>) {
         for ball in &self.balls {
             let margin = Vector::splat(ball.placed.radius);
@@ -355,7 +355,8 @@ impl Discrete {
         }
     }
 
-    /// The contacts of solids that Rapier's solver holds, by the points that it has.
+    /// Adds the contacts of solids that Rapier's solver holds, from the points of its manifolds where these are still
+    /// valid.
     fn take_over(
         &mut self,
         held: HeldPairs<'_>,
@@ -386,7 +387,7 @@ impl Discrete {
         self.points = near;
     }
 
-    /// Two solids; what has no bounds comes first.
+    /// Two solids; one without bounds comes first.
     fn ordered(&self, pair: [u32; 2]) -> [&SolidPart; 2] {
         let [one, two] = pair.map(|number| &self.solids[number as usize]);
         if two.place().bounded {
@@ -396,12 +397,12 @@ impl Discrete {
         }
     }
 
-    /// Whether two solids are where they were the time before.
+    /// Returns true if two solids have not changed since the previous [`Discrete::gather`].
     fn stands(&self, pair: [u32; 2]) -> bool {
         pair.iter().all(|number| self.still[*number as usize])
     }
 
-    /// The contacts between the balls of two clusters.
+    /// Adds the contacts between the balls of two clusters.
     fn between(&self, one: &Cluster, two: &Cluster, finder: &mut Finder<'_, impl Lookup>) {
         let balls = |cluster: &Cluster| &self.balls[cluster.start as usize..cluster.end as usize];
         for ball in balls(one) {
@@ -414,7 +415,7 @@ impl Discrete {
     }
 }
 
-/// Looks at pairs, and notes what touches.
+/// Tests pairs of parts, and records their contacts.
 struct Finder<'a, W> {
     world: &'a W,
     starts: &'a Starts,
@@ -422,7 +423,8 @@ struct Finder<'a, W> {
 }
 
 impl<W: Lookup> Finder<'_, W> {
-    /// Looks whether two parts touch, if one of them wants to know.
+    /// Records a contact if two parts may touch, one of them has a detection field, and `overlaps` finds points. The
+    /// deepest point becomes the contact's own.
     fn pair(
         &mut self,
         one: &ContactPart,
@@ -457,7 +459,7 @@ impl<W: Lookup> Finder<'_, W> {
     }
 }
 
-/// How fast the parts of a contact approach.
+/// The speed at which the parts of a contact approach along its normal, at its point.
 pub(super) fn approach_speed(contact: &FieldContact, world: &impl Lookup, starts: &Starts) -> Real {
     let motions = contact
         .bodies

@@ -1,25 +1,24 @@
-//! Contacts of fields as events, in the shape of Rapier's.
+//! Contact events of detection fields, shaped like Rapier's `CollisionEvent`.
 
 use std::sync::mpsc::Sender;
 
 use super::FieldContact;
 use crate::math::{ColliderHandle, Vector};
 
-/// A contact of detection fields that began or ended, as Rapier's `CollisionEvent`, with the
-/// impulse of the answer.
+/// A contact of detection fields began or ended; like Rapier's `CollisionEvent`, with the impulse of the answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ContactEvent {
-    /// Two colliders have begun to touch, or, found by swept detection, have touched again.
+    /// Two colliders began to touch. With swept detection, also each further touch of the same pair.
     Started {
         /// The colliders, in the order of their handles.
         colliders: [ColliderHandle; 2],
-        /// Simulated time of first touch if known, else of the end of the step.
+        /// Simulated time: of the first touch if it is known, else of the end of the step.
         time: f64,
-        /// The impulse that the second was given at once; zero if the fields did not answer.
+        /// The impulse that the second collider's body got in this contact; zero if the fields did not answer.
         impulse: Vector,
     },
-    /// Two colliders no longer touch at the end of a step, or were removed.
+    /// Two colliders no longer touch at the end of a step, or one of them was removed.
     Stopped {
         /// The colliders, in the order of their handles.
         colliders: [ColliderHandle; 2],
@@ -28,15 +27,15 @@ pub enum ContactEvent {
     },
 }
 
-/// Compares the contacts at the end of a step with those `touching` before, and tells a channel what
-/// began and ended; `time` is the end of the step.
+/// Compares the contacts of a step with the pairs that were `touching` before, sends the events, and updates
+/// `touching`. `time` is the end of the step.
 pub(crate) fn report(
     channel: &Sender<ContactEvent>,
     touching: &mut Vec<[ColliderHandle; 2]>,
     contacts: &[FieldContact],
     time: f64,
 ) {
-    // A channel whose other end is gone is no error: the listener has gone.
+    // A closed channel is no error: its listener has gone.
     let send = |event| {
         let _ = channel.send(event);
     };
@@ -45,7 +44,7 @@ pub(crate) fn report(
     for contact in contacts {
         let colliders = contact.colliders;
         let touched = touching.binary_search_by_key(&key(&colliders), key).is_ok();
-        // A contact of swept detection has touched anew.
+        // A touch found by swept detection is a new touch of its pair.
         if contact.time_of_impact.is_some() || !touched {
             send(ContactEvent::Started {
                 colliders,

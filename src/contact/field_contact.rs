@@ -1,4 +1,4 @@
-//! A contact as detection fields find it, and the parts of bodies that can have one.
+//! A contact found by detection fields, and the collider properties that contacts need.
 
 use super::laws::combined;
 use super::overlap::OverlapPoint;
@@ -12,30 +12,31 @@ use crate::rapier::geometry::InteractionGroups;
 pub struct FieldContact {
     /// The colliders, in the order of their handles.
     pub colliders: [ColliderHandle; 2],
-    /// Their bodies.
+    /// Their bodies; `None` for a collider without one.
     pub bodies: [Option<RigidBodyHandle>; 2],
-    /// The middle of the overlap.
+    /// The middle of the overlap, in world space.
     pub world_point: Vector,
     /// Unit vector from the first to the second.
     pub world_normal: Vector,
-    /// How far they overlap; more than zero, but for a touch found when it happened.
+    /// Depth of the overlap: positive for overlaps at the end of a step; for a touch found by swept detection the depth
+    /// at that moment, which is zero to rounding unless the parts overlapped already.
     pub depth: Real,
     /// Simulated time at which the two touched, found by [`Detection::Swept`](crate::Detection::Swept); `None` for an
     /// overlap seen at the end of a step.
     pub time_of_impact: Option<f64>,
-    /// How fast the two approached along the normal when found; negative if they parted.
+    /// Speed of approach along the normal when the contact was found; negative if the two separated.
     pub approach_speed: Real,
-    /// The impulses that the fields gave the two bodies, fixed ones included; zero if the fields
-    /// did not answer.
+    /// The impulses that the fields gave the two sides, in world axes; also set for a side that cannot move. Zero if
+    /// the fields did not answer.
     pub impulses: [Vector; 2],
-    /// The law of the pair.
+    /// The law of the pair: the stronger of the laws of its two sides.
     pub law: ContactLaw,
-    /// Which of the two have a detection field.
+    /// For each of the two colliders: true if it has a detection field.
     pub has_field: [bool; 2],
 }
 
 impl FieldContact {
-    /// Of two parts, in any order; the normal is from the first to the second.
+    /// A contact of two parts, in any order; `normal` is from the first to the second.
     pub(super) fn new(
         [first, second]: [&ContactPart; 2],
         point: Vector,
@@ -63,7 +64,7 @@ impl FieldContact {
         }
     }
 
-    /// Where they overlap most.
+    /// The contact's own point, which is its deepest.
     pub(super) fn deepest(&self) -> OverlapPoint {
         OverlapPoint {
             world_point: self.world_point,
@@ -77,20 +78,20 @@ impl FieldContact {
     }
 }
 
-/// The properties that balls and other shapes have in common.
+/// The properties of a collider that detection needs, whatever its shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ContactPart {
     pub collider: ColliderHandle,
     pub body: Option<RigidBodyHandle>,
     pub dynamic: bool,
-    /// Of its detection field, if it has one.
+    /// The law of its detection field, if it has one.
     pub law: Option<ContactLaw>,
     pub groups: InteractionGroups,
 }
 
 impl ContactPart {
-    /// Parts of one body never touch, nor do two that cannot move, nor what Rapier's collision
-    /// groups keep apart.
+    /// Returns true unless both parts belong to one body, neither can move, or Rapier's collision groups keep them
+    /// apart.
     pub(super) fn may_touch(&self, other: &ContactPart) -> bool {
         let same = self.body.is_some() && self.body == other.body;
         !same && (self.dynamic || other.dynamic) && self.groups.test(other.groups)

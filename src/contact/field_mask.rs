@@ -1,4 +1,4 @@
-//! Detection fields under operators: whether they act on what approaches.
+//! Detection fields under operators, and the test whether they act on an approaching collider.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use crate::field::{Frame, Frames, Motion, Query, real};
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};
 use crate::sample::{Moment, Samples};
 
-/// The present state of what masks may ask.
+/// The samples and anchor frames at which masked detection fields are evaluated.
 #[derive(Debug, Default)]
 pub(super) struct FieldMasks {
     machine: Interpreter,
@@ -18,29 +18,30 @@ pub(super) struct FieldMasks {
     frames: Vec<Option<Frame>>,
 }
 
-/// Where a field is asked about a collider.
+/// The place at which a field is evaluated for a collider.
 #[derive(Clone, Copy)]
 enum At<'a> {
     Now,
-    /// At a world point.
+    /// At a given world point instead of the collider's own sample.
     Point(DVec3),
     Touch(&'a NextTouch),
 }
 
-/// Two colliders as they are about to touch.
+/// The next touch of two colliders, predicted from their present motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NextTouch {
     pub pair: [ColliderHandle; 2],
-    /// In how long.
+    /// Time from now until they touch.
     pub time: Real,
-    /// By how much their colliders have moved until then.
+    /// Displacements of the two colliders until then.
     pub ways: [Vector; 2],
-    /// Into the second.
+    /// A displacement of half the allowed linear error, along the velocity of the first relative to the second.
     pub into: Vector,
 }
 
 impl NextTouch {
-    /// By how much a collider is moved: as far into the other as is not told from touching it.
+    /// The displacement of a collider until the touch, plus half the allowed linear error into the other: overlaps
+    /// below that error are not told from touching, and a region may end at the surface.
     fn way(&self, collider: ColliderHandle) -> Vector {
         match self.pair.iter().position(|it| *it == collider) {
             Some(0) => self.ways[0] + self.into,
@@ -68,7 +69,7 @@ impl FieldMasks {
             .extend(compiled.anchors.iter().map(|anchor| frames.frame(anchor)));
     }
 
-    /// Whether a detection field of one of two colliders acts on the other.
+    /// Returns true if a detection field of either collider acts on the other at their present poses.
     pub(super) fn let_touch(
         &mut self,
         touch: &Discrete,
@@ -85,8 +86,8 @@ impl FieldMasks {
             })
     }
 
-    /// The same, once two have gone on until they touch: what stands at the border of a region is there
-    /// then. `gained` is by how much faster a body becomes.
+    /// As [`Self::let_touch`], with both colliders and all anchors moved on to a predicted touch, so that the borders
+    /// of regions stand where they will be then. `gained` is the velocity that a body gains within Rapier's step.
     pub(super) fn let_meet(
         &mut self,
         touch: &Discrete,
@@ -114,9 +115,9 @@ impl FieldMasks {
         lets
     }
 
-    /// Whether a detection field is still there, if `other` is at a world point, after its operators:
-    /// not replaced, cut out or outside its region. What is no sample (a fixed or kinematic
-    /// collider) is judged where the owner of the field is.
+    /// Returns true if a detection field acts on `other` at a world point, after its operators: it is not replaced or
+    /// cut out there, and the point is in its region. A collider that is no sample (fixed or kinematic) is judged at
+    /// the sample of the field's owner.
     pub(super) fn lets_through_at(
         &mut self,
         compiled: &Compiled,
@@ -152,7 +153,7 @@ impl FieldMasks {
             .contributes(leaf, instance, frames, &query, &motion)
     }
 
-    /// The force of the composite in which a detection field stands, where it is defined.
+    /// The force of the composite field in which a detection field stands; zero where it is undefined.
     pub(super) fn force(&mut self, compiled: &Compiled, mask: FieldMask, query: &Query) -> DVec3 {
         let program = compiled.programs.get(mask.program);
         let outcome = program.and_then(|program| {
@@ -163,13 +164,14 @@ impl FieldMasks {
         outcome.map_or(DVec3::ZERO, |outcome| real(outcome.force))
     }
 
-    /// A collider as fields see it, if they do.
+    /// The sample of a collider as a query for fields, if it has one.
     pub(super) fn sample(&self, collider: ColliderHandle, moment: Moment) -> Option<Query> {
         let place = self.probe_of.get(&collider)?;
         Some(self.samples.query(&self.samples.list[*place], moment))
     }
 
-    /// `other` as a sample for a field; `None` if neither of the two is sampled.
+    /// The query at which a field is evaluated for `other`: its own sample, else that of the field's owner. `None` if
+    /// neither is sampled.
     fn query(
         &self,
         detector: &DetectionField,

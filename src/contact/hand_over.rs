@@ -1,4 +1,4 @@
-//! Contacts that are answered as impacts and do not part: they are given back to Rapier.
+//! Contacts that the fields answer as impacts but that do not separate are handed over to Rapier.
 
 use super::claims::Claims;
 use super::hooks::Verdicts;
@@ -7,14 +7,14 @@ use super::{Detector, FieldContact};
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Real, Vector};
 
-/// A pair that overlaps at the end of this many steps running, though it was answered, or deeper each time,
-/// is no impact.
+/// A pair is handed over once it was answered in this number of steps running and overlaps after each, or once its
+/// overlap grew in this number of steps running.
 const STEPS: u8 = 3;
 
-/// A depth that grows by less than this share is the same.
+/// A depth that grows by less than this share counts as unchanged.
 const SAME_DEPTH: Real = 1.0e-3;
 
-/// The pairs that are watched, and those given back, in the order of their handles.
+/// The pairs that are watched, and those handed over, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -29,18 +29,19 @@ pub(crate) struct HandOver(Vec<WatchedPair>);
 )]
 struct WatchedPair {
     pair: [ColliderHandle; 2],
-    /// At the end of the last step.
+    /// The overlap at the end of the last step.
     depth: Real,
-    /// Steps running in which it was answered and overlaps, and in which it came to be deeper.
+    /// Steps running in which it was answered, by a law that loses speed, and overlapped at the end; and steps running
+    /// in which its overlap grew.
     answered: u8,
     deeper: u8,
     given: bool,
 }
 
-/// Pairs that are Rapier's from now on, and why.
+/// Pairs that are handed over in this step and are to be reported, by the reason.
 #[derive(Debug, Default)]
 pub(crate) struct Given {
-    /// With how deep they overlap.
+    /// Pairs whose overlap grew, each with its depth.
     pub deeper: Vec<([ColliderHandle; 2], Real)>,
     pub not_finite: Vec<[ColliderHandle; 2]>,
 }
@@ -52,7 +53,7 @@ impl WatchedPair {
 }
 
 impl HandOver {
-    /// The pairs that are Rapier's while they last.
+    /// The pairs that Rapier answers until they separate.
     pub(crate) fn given(&self) -> Pairs {
         let given = self.0.iter().filter(|entry| entry.given);
         given.map(|entry| entry.pair).collect()
@@ -64,7 +65,7 @@ impl HandOver {
         Some(&self.0[place])
     }
 
-    /// Takes note of how a step has left the contacts that the fields answer.
+    /// Updates the counts from the contacts of a step, and returns the pairs that the caller is to warn of.
     pub(crate) fn update(
         &mut self,
         detector: &Detector,
@@ -111,14 +112,14 @@ impl HandOver {
             entry.answered = count(entry.answered, answered && !law.keeps_speed());
             entry.deeper = count(entry.deeper, grows);
             entry.depth = contact.depth;
-            // A pair that sinks by less than the tolerance of Rapier's solver is at rest.
+            // A pair that sinks by less than the tolerance of Rapier's solver is at rest, and not reported.
             if entry.deeper == STEPS && contact.depth > detector.starts.rebound() {
                 given.deeper.push((pair, contact.depth));
             }
             entry.given |= entry.answered.max(entry.deeper) >= STEPS;
             now.push(entry);
         }
-        // Rapier still holds these, though they do not overlap.
+        // Rapier's solver still holds these pairs, though they do not overlap.
         let close = |entry: &&WatchedPair| entry.given && verdicts.held.contains(&entry.pair);
         now.extend(self.0.iter().filter(close));
         for pair in unsound.iter().map(|pair| in_order(*pair)) {

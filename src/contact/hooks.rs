@@ -1,4 +1,5 @@
-//! Contacts that fields answer are claimed from Rapier by physics hooks, together with the user's.
+//! Physics hooks that take the contacts which fields answer away from Rapier's solver, and pass all others on to the
+//! user's hooks.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -15,22 +16,22 @@ use crate::rapier::pipeline::{
 };
 use crate::rigid::Lookup;
 
-/// The record of the hooks of a step.
+/// The record of the calls of the hooks in one step, and of their decisions.
 #[derive(Debug, Default)]
 pub(crate) struct Heard {
-    /// Whether Rapier has asked about a claimed pair.
+    /// True once Rapier has called a hook for a claimed pair.
     pub asked: AtomicBool,
-    /// Pairs that hooks of the user's own keep apart from any answer.
+    /// Claimed pairs whose contact the user's hooks removed; neither side answers them.
     vetoed: Mutex<Pairs>,
-    /// Pairs of which contacts were lifted off Rapier's solver, and those that it was left.
+    /// Pairs of which contact points were lifted off Rapier's solver, and pairs whose points were all left to it.
     lifted: Mutex<Pairs>,
     held: Mutex<Pairs>,
-    /// Pairs that hooks of the user's own hide from Rapier, if anyone wants to know.
+    /// Pairs that the user's hooks hide from Rapier; recorded only for the cross-check.
     hidden: Option<Mutex<Pairs>>,
 }
 
 impl Heard {
-    /// Nothing heard yet; `hidden` asks for the pairs that Rapier does not look at.
+    /// An empty record; `hidden` turns on the record of hidden pairs.
     pub(crate) fn new(hidden: bool) -> Self {
         Heard {
             hidden: hidden.then(Mutex::default),
@@ -38,7 +39,7 @@ impl Heard {
         }
     }
 
-    /// The pairs that the user's hooks hide from Rapier, if they were asked for.
+    /// Takes the pairs that the user's hooks hid from Rapier; empty if they were not recorded.
     pub(crate) fn take_hidden(&mut self) -> Pairs {
         let list = self.hidden.as_mut().map(Mutex::get_mut);
         let list = list.map(|list| list.unwrap_or_else(PoisonError::into_inner));
@@ -50,14 +51,14 @@ impl Heard {
         list.insert(in_order(pair));
     }
 
-    /// The decisions on the pairs, which are taken out.
+    /// Takes the decisions on claimed pairs out of the record.
     pub(crate) fn take(&mut self) -> Verdicts {
         let take = |list: &mut Mutex<Pairs>| {
             std::mem::take(list.get_mut().unwrap_or_else(PoisonError::into_inner))
         };
         let lifted = take(&mut self.lifted);
         let mut held = take(&mut self.held);
-        // Of shapes of many pieces some may be fast.
+        // A shape of several pieces may have several manifolds; a pair with any lifted point counts as lifted.
         held.retain(|pair| !lifted.contains(pair));
         Verdicts {
             vetoed: take(&mut self.vetoed),
@@ -68,7 +69,8 @@ impl Heard {
 }
 
 impl Verdicts {
-    /// Adds the claimed pairs that Rapier's solver has held without having asked.
+    /// Adds the claimed pairs that Rapier's solver held without calling the hooks, because their colliders have no hook
+    /// bits.
     pub(crate) fn add_unasked(
         &mut self,
         claims: &Claims,
@@ -95,40 +97,41 @@ impl Verdicts {
     }
 }
 
-/// The decisions on claimed pairs in Rapier's step.
+/// The decisions on claimed pairs in one step of Rapier's.
 #[derive(Debug, Default)]
 pub(crate) struct Verdicts {
-    /// Kept from any answer by the user's hooks.
+    /// The user's hooks removed the contact: neither side answers it.
     pub vetoed: Pairs,
-    /// Left alone by Rapier's solver, however slow they become in the step.
+    /// At least one contact point was lifted off Rapier's solver: the contact is an impact, even if it becomes slow
+    /// within the step.
     pub lifted: Pairs,
-    /// Held by Rapier's solver.
+    /// All contact points were left to Rapier's solver.
     pub held: Pairs,
 }
 
 /// The hooks of an [open step](crate::OpenStep): hand them to `PhysicsPipeline::step`.
 ///
-/// Rapier finds and reports contacts that the fields answer as any other, and holds those that
-/// last, with the friction of the law and no restitution. Those that approach or part fast are
-/// lifted off, so that its solver finds nothing to do: they are impacts, which the fields answer. A pair
-/// that was answered in three steps running and still overlaps, or came to be deeper in three, is Rapier's
-/// until it parts.
-/// All other pairs go to the user's hooks, for the colliders whose own `active_hooks` ask for
-/// it; a contact that they take away is answered by neither side.
+/// Rapier finds and reports contacts that the fields answer as any other. Its solver holds those that last, with the
+/// friction of the law and no restitution. Contact points that approach or separate fast are moved apart so that the
+/// solver finds nothing to do there: they are impacts, which the fields answer. A pair that was answered in three steps
+/// running and still overlaps, or whose overlap grew in three, is left to Rapier until it separates.
+///
+/// All other pairs go to the user's hooks, for the colliders whose own `active_hooks` ask for it. A contact that the
+/// user's hooks remove is answered by neither side.
 pub struct StepHooks<'a> {
     pub(crate) claims: &'a Claims,
     pub(crate) listening: &'a Listening,
     pub(crate) starts: &'a Starts,
-    /// Pairs on which no detection field acts where they are.
+    /// Pairs on which no detection field acts at their present poses.
     pub(crate) released: &'a Pairs,
-    /// Pairs that fields have given back to Rapier while they last.
+    /// Pairs that the fields have handed over to Rapier until they separate.
     pub(crate) given: &'a Pairs,
     pub(crate) heard: &'a Heard,
     pub(crate) user: &'a dyn PhysicsHooks,
 }
 
 impl StepHooks<'_> {
-    /// Whether the user's hooks are for one of two colliders.
+    /// Returns true if the user's own hook bits ask for this hook on one of two colliders.
     fn is_users(
         &self,
         pair: [ColliderHandle; 2],
@@ -145,9 +148,9 @@ impl StepHooks<'_> {
         })
     }
 
-    /// Leaves the points of a manifold to Rapier at which it lasts, and lifts the others off. A point that
-    /// is lifted and never reached would hold nothing, so each is looked at by itself: a box that rocks
-    /// rests on one corner while another falls.
+    /// Lifts the points of a manifold that approach or separate at the resting threshold or faster off Rapier's solver,
+    /// and leaves the others to it. A lifted point carries no load, so each point is decided by itself: a rocking box
+    /// rests on one corner while another falls. Also sets the friction and restitution of the manifold.
     fn lift_impacts(&self, law: ContactLaw, context: &mut ContactModificationContext<'_>) {
         let pair = [context.collider1, context.collider2];
         let handles = [context.rigid_body1, context.rigid_body2];
@@ -186,8 +189,8 @@ impl StepHooks<'_> {
                 bounces = true;
                 continue;
             }
-            // Both ends alike: the solver's lever arms are taken from the middle. So far that what
-            // moves within the step does not touch.
+            // Both anchors move equally, because the solver takes its lever arms from their middle. The lift exceeds
+            // the approach within the step by far, so the solver sees no contact.
             let lift = 10.0 + 4.0 * approach * dt + 10.0 * self.starts.rebound();
             contact.anchor1 -= normal * (0.5 * lift);
             contact.anchor2 += normal * (0.5 * lift);
@@ -212,9 +215,10 @@ impl StepHooks<'_> {
     }
 }
 
-/// How far a contact may come to overlap within a step, if it is answered at its end. A mesh or a height
-/// field has no inside: what is beyond it with its middle is pushed through it, so half of a body's least
-/// half extent is borne. Of what keeps its speed Rapier would take energy.
+/// The depth that a contact may reach within a step if the fields answer it at the end. It is finite only if exactly
+/// one of the shapes has no inside (mesh, height field, triangle), because a body whose middle has passed such a
+/// surface would be pushed out on the far side: half of the other shape's least half extent, or the whole of it for a
+/// law that loses no speed, because Rapier's solver would take energy.
 fn bearable_depth(law: ContactLaw, pair: [ColliderHandle; 2], colliders: &ColliderSet) -> Real {
     let shapes = pair.map(|handle| colliders.get(handle).map(|it| it.shape()));
     let [Some(one), Some(two)] = shapes else {
@@ -236,7 +240,7 @@ fn bearable_depth(law: ContactLaw, pair: [ColliderHandle; 2], colliders: &Collid
     share * body.compute_local_aabb().half_extents().min_element()
 }
 
-/// The velocity of a point of a body; of one that is moved to a place, that of its way there.
+/// The velocity of a point of a body; for a position-based kinematic body, from its way to its next position.
 pub(super) fn velocity_at(body: &RigidBody, point: Vector, dt: Real) -> Vector {
     if body.body_type() != RigidBodyType::KinematicPositionBased || dt <= 0.0 {
         let turns = body.angvel() != Vector::ZERO;
@@ -271,7 +275,7 @@ impl PhysicsHooks for StepHooks<'_> {
                 Heard::note(&self.heard.vetoed, pair);
             }
         }
-        // Rapier asks once more when bodies have moved, to stop the fast ones.
+        // Rapier calls this once more after bodies have moved, for its own continuous collision detection.
         let moved = |body: Option<RigidBodyHandle>| {
             let body = body.and_then(|body| context.bodies.get(body));
             body.is_some_and(|body| body.is_dynamic() && body.next_position() != body.position())
@@ -311,7 +315,7 @@ impl PhysicsHooks for StepHooks<'_> {
     }
 }
 
-/// A touching pair that Rapier is to ask about, if it holds one.
+/// A touching pair for which Rapier is to call the hooks in this step, if there is one.
 pub(crate) fn to_ask(
     claims: &Claims,
     narrow_phase: &NarrowPhase,
@@ -325,9 +329,9 @@ pub(crate) fn to_ask(
     Some([found.collider1, found.collider2])
 }
 
-/// Whether Rapier's step has worked out a pair about which it was [to ask](to_ask) before: it touches
-/// still, and its bodies slept neither before nor after. What was removed, moved away, disabled, made a
-/// sensor, joined or filtered meanwhile is not asked about.
+/// Returns true if Rapier must have called the hooks for a pair that [`to_ask`] returned before the step: the pair
+/// still touches, still has hook bits, and has an awake body. A pair that was removed, moved away, disabled, made a
+/// sensor, joined or filtered in the meantime does not count.
 pub(crate) fn was_to_ask(
     claims: &Claims,
     [one, two]: [ColliderHandle; 2],
@@ -338,7 +342,7 @@ pub(crate) fn was_to_ask(
     pair.is_some_and(|pair| is_asked_about(claims, pair, world))
 }
 
-/// Whether a pair touches, fields claim it and listen for it, and a body of it is awake.
+/// Returns true if a pair touches, fields claim it, one of its colliders has hook bits, and one of its bodies is awake.
 fn is_asked_about(claims: &Claims, pair: &ContactPair, world: &impl Lookup) -> bool {
     let handles = [pair.collider1, pair.collider2];
     let colliders = handles.map(|handle| Some((handle, world.collider(handle)?)));

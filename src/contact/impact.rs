@@ -1,4 +1,4 @@
-//! An impact of a swept detection: what touches at one moment is answered, and goes on from there.
+//! The impact of a swept detection: all touches of one moment are answered, and the bodies move on from there.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_f64};
 use crate::rigid::Lookup;
 
 impl Sweep {
-    /// Lets touches of one moment happen.
+    /// Answers the touches of one moment, and puts the bodies that were hit on new paths.
     pub(super) fn happen(
         &mut self,
         batch: &[Event],
@@ -42,7 +42,7 @@ impl Sweep {
             };
             let places = event.tracks.map(|track| numbers.binary_search(&track).ok());
             let first = meetings.len();
-            // All but Newton's law act once.
+            // All laws but Newton's act once, at the first point.
             let count = match contact.law {
                 ContactLaw::Impulse { .. } => spots.len(),
                 _ => 1,
@@ -74,13 +74,13 @@ impl Sweep {
             if law == ContactLaw::Observe {
                 self.settled.insert(event.parts);
             } else if approach <= own[0].slow {
-                // It lasts, and is Rapier's, unless it was fast when Rapier's step began.
+                // A contact below the resting threshold is held by Rapier, unless it was fast when Rapier's step began.
                 self.settled.insert(event.parts);
                 let falls = scene.verdicts.lifted.contains(&contact.colliders);
                 own.iter_mut()
                     .for_each(|meeting| meeting.lay_down(falls, &mut movers));
             } else if self.rests(&own[0], &movers, &spots[0], dt) {
-                // Answered once more, and then no longer: Zeno's bounces come to rest.
+                // It is answered once more and then left alone, so that an endless series of bounces comes to rest.
                 self.settled.insert(event.parts);
             }
             if matches!(law, ContactLaw::Impulse { restitution, .. } if restitution < 1.0) {
@@ -122,8 +122,8 @@ impl Sweep {
         let carried = self.carried(event.tracks, event.parts);
         let parts = carried.map(|carried| &carried.member.part);
         if let Some(masks) = scene.masks.as_deref_mut() {
-            // The border of a region may be where they touch: as far into each other as is not told
-            // from touching counts as well.
+            // The border of a region may be at the point of touch, so a point deeper by the allowed linear error counts
+            // as well.
             let into = spot.normal * to_f64(scene.starts.rebound());
             let sides = [(0, 1, -into), (1, 0, into)];
             let lets = sides.into_iter().any(|(owner, other, into)| {
@@ -156,8 +156,8 @@ impl Sweep {
         })
     }
 
-    /// Where the middles of two parts that touch at a moment are at the end of the step, in the order
-    /// of the contact: there fields are sampled.
+    /// The places at which fields are sampled for a contact, in its order: the middle of each part at the moment of
+    /// touch, carried on to the end of the step with the other part's body.
     fn sampled(&self, event: &Event, contact: &FieldContact, time: f64) -> [DVec3; 2] {
         let carried = self.carried(event.tracks, event.parts);
         let places = [0, 1].map(|part: usize| {
@@ -185,7 +185,7 @@ impl Sweep {
         } else {
             (places, spot.normal)
         };
-        // A spring begins to push when there is something to push against.
+        // A spring pushes from the end of the step on, when there is an overlap.
         let later = matches!(contact.law, ContactLaw::Penalty { .. });
         let law = if later || !(scene.answers)(contact) {
             ContactLaw::Observe
@@ -205,7 +205,7 @@ impl Sweep {
         }
     }
 
-    /// Whether two parts approach so slowly that a step does not take them deeper than rounding.
+    /// Returns true if two parts approach so slowly that a whole step takes them no deeper than rounding.
     fn rests(
         &self,
         meeting: &Meeting,
@@ -219,7 +219,7 @@ impl Sweep {
         meeting.approach(movers) * dt <= to_f64(Real::EPSILON) * scale
     }
 
-    /// Puts pushed bodies on their new paths, and foresees what comes of it.
+    /// Puts the bodies that were pushed on their new paths, and predicts their next touches.
     fn go_on(
         &mut self,
         numbers: &[usize],
@@ -255,7 +255,7 @@ impl Sweep {
                 &mut pairs,
             );
         }
-        // Who was not pushed may touch again all the same.
+        // Pairs of the batch of which neither body was pushed may touch again too.
         let unpushed = |event: &&Event| !event.tracks.iter().any(|track| pushed.contains(track));
         pairs.extend(batch.iter().filter(unpushed).map(|event| event.tracks));
         pairs.sort_unstable();

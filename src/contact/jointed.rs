@@ -1,9 +1,9 @@
-//! Joints that keep the bodies they join from touching.
+//! Joints that keep the bodies they connect from touching.
 
 use crate::math::RigidBodyHandle;
 use crate::rapier::dynamics::{ImpulseJointSet, MultibodyJointSet};
 
-/// All joints of a world.
+/// The joints of a world.
 #[derive(Clone, Copy)]
 pub(crate) struct Joints<'a> {
     pub impulse: &'a ImpulseJointSet,
@@ -11,8 +11,8 @@ pub(crate) struct Joints<'a> {
 }
 
 impl Joints<'_> {
-    /// Whether a joint, or the multibody of both, keeps two bodies from touching, as in Rapier. What
-    /// fields see of them all the same they do not answer.
+    /// Returns true if a joint, or the multibody to which both belong, disables contacts between two bodies. Fields
+    /// report such contacts, but do not answer them.
     pub(crate) fn keep_apart(&self, bodies: [Option<RigidBodyHandle>; 2]) -> bool {
         let [Some(one), Some(two)] = bodies else {
             return false;

@@ -1,4 +1,4 @@
-//! Which collider answers touches by which law.
+//! The contact law of each collider, looked up by its handle.
 
 use std::collections::HashMap;
 
@@ -6,11 +6,11 @@ use crate::compile::Compiled;
 use crate::field::ContactLaw;
 use crate::math::ColliderHandle;
 
-/// Laws of colliders are kept in a table up to this index, and beyond it in a map: a handle that
-/// no world gave out may hold any number.
+/// Up to this index, the laws of colliders are kept in a table; beyond it in a map, because a handle that did not come
+/// from the world may have any index.
 const TABLED: usize = 1 << 20;
 
-/// The law of each collider that has a detection field.
+/// The law of each collider that has a detection field; of several fields on one collider, the stronger law.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LawTable {
     /// By the index of a collider: its handle and law.
@@ -53,7 +53,7 @@ impl LawTable {
     }
 }
 
-/// The law that counts between two sides.
+/// The law of a pair from those of its two sides: the stronger one.
 pub(super) fn combined([first, second]: [Option<ContactLaw>; 2]) -> Option<ContactLaw> {
     match (first, second) {
         (Some(a), Some(b)) => Some(a.stronger(b)),

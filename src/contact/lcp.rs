@@ -1,16 +1,16 @@
 //! A small linear complementarity problem with a positive semidefinite matrix.
 
-/// Solves x ≥ 0, A x − b ≥ 0, x · (A x − b) = 0, for a symmetric positive semidefinite A in rows,
-/// by the active-set method of Lawson and Hanson (Solving Least Squares Problems, 1974, ch. 23).
+/// Solves x ≥ 0, A x − b ≥ 0, x · (A x − b) = 0, for a symmetric positive semidefinite A in rows, by the active-set
+/// method of Lawson and Hanson (Solving Least Squares Problems, 1974, ch. 23).
 ///
-/// Rows that are nearly combinations of others take no part once the others are satisfied.
+/// `wanted` is b. A row that depends on the active rows, up to rounding, is excluded.
 pub(super) fn solve(matrix: &[f64], wanted: &[f64]) -> Vec<f64> {
     let size = wanted.len();
     let mut x = vec![0.0; size];
     let mut active: Vec<usize> = Vec::new();
     let mut barred = vec![false; size];
     let largest = wanted.iter().fold(0.0, |most: f64, b| most.max(b.abs()));
-    // Each pass activates one; in exact arithmetic there is no cycle.
+    // Each pass activates one row; in exact arithmetic there is no cycle.
     for _ in 0..3 * size {
         let missing = |i: usize| wanted[i] - row(matrix, size, i, &x);
         let next = (0..size)
@@ -22,7 +22,7 @@ pub(super) fn solve(matrix: &[f64], wanted: &[f64]) -> Vec<f64> {
         };
         active.push(next);
         if !settle(matrix, wanted, &mut x, &mut active) {
-            // It depends on those that are active already.
+            // The row depends on the active ones.
             active.retain(|i| *i != next);
             barred[next] = true;
             settle(matrix, wanted, &mut x, &mut active);
@@ -36,14 +36,14 @@ fn row(matrix: &[f64], size: usize, i: usize, x: &[f64]) -> f64 {
     row.iter().zip(x).map(|(a, x)| a * x).sum()
 }
 
-/// Solves for the active ones alone, dropping those that would become negative. False if they
-/// cannot be told apart.
+/// Solves for the active rows alone, and drops those that would become negative. Returns false if the active rows are
+/// dependent.
 fn settle(matrix: &[f64], wanted: &[f64], x: &mut [f64], active: &mut Vec<usize>) -> bool {
     while !active.is_empty() {
         let Some(trial) = eliminate(matrix, wanted, active) else {
             return false;
         };
-        // How far towards the trial all stay at or above zero.
+        // The share of the way to `trial` up to which all active entries stay at or above zero.
         let mut share: f64 = 1.0;
         for (i, to) in active.iter().zip(&trial) {
             if *to <= 0.0 {
@@ -74,7 +74,7 @@ fn settle(matrix: &[f64], wanted: &[f64], x: &mut [f64], active: &mut Vec<usize>
     true
 }
 
-/// Elimination among the active rows, as L D Lᵀ; `None` if they are dependent.
+/// Solves the active rows by L D Lᵀ elimination; `None` if they are dependent.
 fn eliminate(matrix: &[f64], wanted: &[f64], active: &[usize]) -> Option<Vec<f64>> {
     let (size, count) = (wanted.len(), active.len());
     let mut lower = vec![0.0; count * count];

@@ -1,4 +1,4 @@
-//! Where two colliders are about to touch.
+//! Prediction of the next touch of two colliders, for detection fields that act only in parts of space.
 
 use super::field_mask::NextTouch;
 use super::hooks::velocity_at;
@@ -9,8 +9,7 @@ use crate::rapier::geometry::Collider;
 use crate::rapier::parry::query::{ShapeCastOptions, cast_shapes};
 use crate::rigid::Lookup;
 
-/// When two colliders touch in the step or the next, if nothing else meets them, and where; of turning
-/// shapes as if they did not turn.
+/// The next touch of two colliders within two steps, if nothing else hits them. Rotation is ignored.
 pub(super) fn next_touch(
     starts: &Starts,
     pair: [ColliderHandle; 2],
@@ -33,7 +32,7 @@ pub(super) fn next_touch(
     let [(here, first), (there, second)] = [one, two].map(place);
     let skins = one.contact_skin().max(0.0) + two.contact_skin().max(0.0);
     let options = ShapeCastOptions {
-        // Rounding decides in which of two steps it is.
+        // Two steps, because rounding decides in which of two steps a touch falls.
         max_time_of_impact: 2.0 * starts.dt(),
         target_distance: skins,
         stop_at_penetration: false,

@@ -1,4 +1,8 @@
-//! Detect and respond (§3.3): who touches whom, and what follows.
+//! Contacts of detection fields: which colliders touch, and how the fields answer (§3.3 of the paper).
+//!
+//! `detector.rs` is the entry: `discrete.rs` finds overlaps at the end of a step, `sweep.rs` touches within it.
+//! `solve.rs` answers contacts by their laws. `hooks.rs` keeps Rapier's solver from answering the same contacts, and
+//! `hand_over.rs` returns those that do not separate to it.
 
 mod calm;
 mod capability;

@@ -1,4 +1,4 @@
-//! Which solids or bodies are near each other: kept until one leaves the box that it was given.
+//! Pairs of solids or bodies that are near each other, kept until one leaves its widened bounding box.
 
 use crate::math::Real;
 use crate::neighbors::hierarchy;
@@ -6,31 +6,32 @@ use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::parry::partitioning::{Bvh, BvhWorkspace};
 
-/// Boxes are wider than what they hold by this share of their thinnest extent.
+/// Boxes are wider than their contents by this share of the least half extent.
 const WIDER: Real = 0.1;
 
-/// A solid, or a body on its way through a step, as its neighbours see it.
+/// The bounds of a solid at its pose, or of a body over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub bounds: Aabb,
     pub dynamic: bool,
-    /// A half-space has no bounds.
+    /// False for a half-space, which has no bounds.
     pub bounded: bool,
 }
 
-/// Pairs whose boxes meet.
+/// The pairs whose widened boxes intersect, at least one of each dynamic.
 #[derive(Debug, Default)]
 pub(super) struct NearPairs {
-    /// The boxes, by number.
+    /// The widened boxes, by the index of the solid or body.
     boxes: Vec<Place>,
     tree: Bvh,
     unbounded: Vec<u32>,
-    /// In order, each of them too, but for what has no bounds, which comes last. One at least is dynamic.
+    /// The pairs in ascending order. Within a pair the lower index is first, except that an unbounded one is last. At
+    /// least one of a pair is dynamic.
     pub list: Vec<[u32; 2]>,
 }
 
 impl NearPairs {
-    /// Brings the pairs up to date with where all are.
+    /// Makes the pairs anew if a place has left its box, or the list of places has changed.
     pub(super) fn refresh(&mut self, places: impl Iterator<Item = Place> + Clone) {
         let mut boxes = self.boxes.iter();
         let holds = |place: Place| {
@@ -76,11 +77,11 @@ impl NearPairs {
         for wall in &self.unbounded {
             bounded().for_each(|(other, _)| add([other, *wall]));
         }
-        // The tree's order depends on its history.
+        // The order in which the tree yields pairs depends on its history.
         self.list.sort_unstable();
     }
 
-    /// The candidates that a box may meet; some are a little farther away.
+    /// The indices whose widened boxes intersect `bounds`, and all unbounded ones.
     pub(super) fn around<'a>(&'a self, bounds: &'a Aabb) -> impl Iterator<Item = u32> + 'a {
         let near = self.tree.intersect_aabb(bounds);
         near.chain(self.unbounded.iter().copied())

@@ -1,4 +1,4 @@
-//! Where two shapes overlap: balls exactly, all else by Parry's contact manifolds.
+//! Overlap of two shapes: of two balls exactly, of other shapes by Parry's contact manifolds.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use crate::rapier::parry::query::{
     self, Contact, ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, Unsupported,
 };
 
-/// A point at which two shapes overlap.
+/// A point at which two shapes overlap, in world space unless a function says otherwise.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OverlapPoint {
     /// The middle of the overlap.
     pub world_point: Vector,
-    /// From the first to the second.
+    /// Unit vector from the first shape to the second.
     pub world_normal: Vector,
     pub depth: Real,
 }
@@ -30,7 +30,7 @@ impl OverlapPoint {
     }
 }
 
-/// A ball at its place; its radius is that with the skin.
+/// A ball at its place; the radius includes the contact skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlacedBall {
     pub centre: Vector,
@@ -60,7 +60,7 @@ impl PlacedBall {
             return None;
         }
         let distance = apart.length();
-        // Of two equal centres no direction is better; Rapier takes +y too.
+        // With equal centres every direction is as good; Rapier takes +y too.
         let normal = if distance > 0.0 {
             apart / distance
         } else {
@@ -75,17 +75,17 @@ impl PlacedBall {
     }
 }
 
-/// A point at which two shapes are near each other, as it lies in each.
+/// A point at which two shapes are near each other, in the frames of both.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ManifoldPoint {
-    /// On each surface, in the frame of its shape.
+    /// The point on each surface, in the frame of its shape.
     pub local_points: [Vector; 2],
-    /// From the first to the second, in the frame of the first.
+    /// Unit vector from the first shape to the second, in the frame of the first.
     pub local_normal: Vector,
 }
 
 impl ManifoldPoint {
-    /// Where it is, in the frame of the first, if the frame of the second is there.
+    /// The point in the frame of the first shape, for a pose of the second relative to the first.
     pub(super) fn placed(&self, relative: &Pose) -> OverlapPoint {
         let [one, two] = self.local_points;
         let two = relative.transform_point(two);
@@ -97,8 +97,8 @@ impl ManifoldPoint {
     }
 }
 
-/// The points of two shapes that are less than `margin` apart, by Parry's manifolds; the second's
-/// frame is given in the first's. None for shapes of which Parry has no manifolds.
+/// The points of Parry's manifolds at which two shapes are less than `margin` apart; `relative` is the pose of the
+/// second relative to the first. Empty for shapes between which Parry has no manifolds.
 pub(super) fn manifold_points(
     shapes: [&SharedShape; 2],
     relative: &Pose,
@@ -109,7 +109,8 @@ pub(super) fn manifold_points(
     if Capability::of(first.shape_type(), second.shape_type()) == Capability::None {
         return Vec::new();
     }
-    // Of what the table does not name, in a compound say, there is no contact, as in Rapier.
+    // Shapes without manifolds that the table does not name, for example inside a compound, have no contact, as in
+    // Rapier.
     let _ = DefaultQueryDispatcher.contact_manifolds(
         relative,
         first,
@@ -126,14 +127,14 @@ pub(super) fn manifold_points(
     near.map(|(point, _)| point).collect()
 }
 
-/// Where two shapes are nearest, if that is within `far`; an error for shapes of which Parry has
-/// manifolds only.
+/// The nearest points of two shapes, if they are within `far`. An error for shapes between which Parry has manifolds
+/// only.
 pub(super) fn nearest(
     shapes: [&SharedShape; 2],
     relative: &Pose,
     far: Real,
 ) -> Result<Option<Contact>, Unsupported> {
-    // Within a compound Parry takes what it does not know for being far away.
+    // Inside a compound, Parry treats shapes that it does not support as far away.
     if shapes.into_iter().any(has_voxels) {
         return Err(Unsupported);
     }
@@ -141,10 +142,10 @@ pub(super) fn nearest(
     query::contact(&Pose::IDENTITY, first, relative, second, far)
 }
 
-/// How far two shapes are apart at least, looked at no farther than `far`; zero if they overlap. `None`
-/// where [`nearest`] tells none.
+/// A lower bound of the distance of two shapes; `far` if it is larger, zero if they overlap. `None` where [`nearest`]
+/// returns an error.
 pub(super) fn distance(shapes: [&SharedShape; 2], relative: &Pose, far: Real) -> Option<Real> {
-    // How deep they overlap would cost most of it.
+    // The penetration depth, which [`nearest`] would find too, would be most of the cost.
     let round = shapes.iter().any(|shape| shape.as_ball().is_some());
     let maps = shapes.map(|shape| shape.as_support_map().filter(|_| !round));
     if let [Some(first), Some(second)] = maps {
@@ -167,7 +168,7 @@ fn has_voxels(shape: &SharedShape) -> bool {
     shape.as_voxels().is_some() || pieces.any(|(_, piece)| has_voxels(piece))
 }
 
-/// The points of a manifold; from its second shape to its first if it is `swapped`.
+/// The points of a manifold, in the frames of its shapes; `swapped` exchanges the two.
 pub(super) fn points_of<M, C>(
     manifold: &ContactManifold<M, C>,
     swapped: bool,
@@ -194,7 +195,7 @@ pub(super) fn points_of<M, C>(
 }
 
 impl PlacedShape {
-    /// Where it overlaps a ball.
+    /// Adds the points at which it overlaps a ball.
     pub(super) fn overlaps_ball(&self, ball: &PlacedBall, points: &mut Vec<OverlapPoint>) {
         let convex = self.shape.is_convex() && self.shape.as_composite_shape().is_none();
         if convex || self.shape.as_halfspace().is_some() {
@@ -209,11 +210,11 @@ impl PlacedShape {
         self.place(&other, &self.near(&other), points);
     }
 
-    /// The overlap of a ball with what is in one piece.
+    /// The overlap of a ball with a convex shape or a half-space.
     fn nearest(&self, ball: &PlacedBall) -> Option<OverlapPoint> {
         let local = self.pose.inverse_transform_point(ball.centre);
         let (distance, outward) = match self.shape.as_halfspace() {
-            // The one shape without bounds: its projection would lose digits far from its origin.
+            // A half-space has no bounds: its projection would lose digits far from its origin.
             Some(half_space) => (half_space.normal.dot(local), half_space.normal),
             None => {
                 let projection = self.shape.project_local_point(local, false);
@@ -237,7 +238,7 @@ impl PlacedShape {
         })
     }
 
-    /// Whether it is surely clear of another shape, by what is known of the pair.
+    /// Returns true if it is known to be clear of another shape, by the distance kept for the pair.
     pub(super) fn is_apart(
         &self,
         other: &PlacedShape,
@@ -250,7 +251,7 @@ impl PlacedShape {
             .or(other.shape.as_halfspace())
             .is_some()
         {
-            // Its manifold costs less.
+            // The manifold of a half-space costs less than its distance.
             return false;
         }
         let relative = self.pose.inv_mul(&other.pose);
@@ -260,15 +261,14 @@ impl PlacedShape {
         known.are_apart(pair, shapes, &relative, near, measure)
     }
 
-    /// The points at which it overlaps another shape.
+    /// The points at which it is nearer to another shape than their skins.
     pub(super) fn near(&self, other: &PlacedShape) -> Vec<ManifoldPoint> {
         let relative = self.pose.inv_mul(&other.pose);
         let skins = self.skin + other.skin;
         manifold_points([&self.shape, &other.shape], &relative, skins)
     }
 
-    /// Puts points of it and another shape where the two are now, those that do not overlap any
-    /// more left out.
+    /// Adds the points of a pair as they lie at its present poses, without those that do not overlap any more.
     pub(super) fn place(
         &self,
         other: &PlacedShape,
@@ -279,7 +279,7 @@ impl PlacedShape {
         let skins = self.skin + other.skin;
         let placed = near.iter().map(|point| point.placed(&relative));
         let placed = placed.filter(|point| point.depth + skins > 0.0);
-        // The middle is that of the skins, which lie on the surfaces along the normal.
+        // The middle between the two skins, which lie along the normal from the surfaces.
         let off = (self.skin - other.skin) * 0.5;
         points.extend(placed.map(|point| OverlapPoint {
             world_point: (self.pose).transform_point(point.world_point + point.world_normal * off),
@@ -289,8 +289,8 @@ impl PlacedShape {
     }
 }
 
-/// Unit vector out of a shape at a point of its surface, where the projection shows no direction:
-/// the one in which a point a little beside it is farthest outside.
+/// Unit vector out of a shape at a point of its surface, where the projection gives no direction: that of the
+/// neighbouring point, along one of the axes, which is farthest outside.
 fn outward_at(shape: &SharedShape, local: Vector, radius: Real) -> Vector {
     let step = local.length().max(radius) * Real::EPSILON.sqrt();
     let away = |axis: Vector| {

@@ -1,5 +1,5 @@
-//! The paper's law under operators: what the fields around touched parts give to the composites in
-//! which they stand (§3.3, §3.4).
+//! The paper's contact law under operators: the velocity that the detection fields around touched parts give, as part
+//! of the composite fields in which they stand (§3.3 and §3.4 of the paper).
 
 use std::collections::HashMap;
 
@@ -12,8 +12,8 @@ use crate::field::{ContactLaw, Query, Touch};
 use crate::math::{ColliderHandle, DVec3};
 use crate::sample::Moment;
 
-/// The touches so far at one moment, and what each part got from them. All touches of one part are
-/// evaluated together, as fields that overlap are: so a push is the difference that a touch makes.
+/// The touches so far at one moment, and the velocity that each part got from them. All touches of a part are evaluated
+/// together, like fields that overlap, so a push is the difference that one more touch makes.
 pub(super) struct PaperPushes<'a> {
     pub masks: Option<&'a mut FieldMasks>,
     pub touch: &'a Discrete,
@@ -23,8 +23,8 @@ pub(super) struct PaperPushes<'a> {
 }
 
 impl PaperPushes<'_> {
-    /// The changes of velocity of the two parts of a contact by each other's fields. `places` are
-    /// where they are sampled, if elsewhere than where they are now.
+    /// Sets the velocity changes of the two parts of a contact by each other's fields. `places` are world points at
+    /// which to sample the parts instead of their present ones.
     pub(super) fn note(
         &mut self,
         meeting: &mut Meeting,
@@ -74,8 +74,8 @@ impl PaperPushes<'_> {
     }
 }
 
-/// The push of those fields of a touched collider that stand by themselves: one push each. A pair has
-/// one law: so a field that only observes pushes once, if the other side's law is the paper's.
+/// The push of the fields on a touched collider that stand under no operator: one push for each field with the paper's
+/// law. A pair has one law, so if only the other side has the paper's, a field that observes pushes once.
 fn plain(touch: &Discrete, compiled: &Compiled, law: ContactLaw, touched: &Touch) -> DVec3 {
     let numbers = touch.detectors_of(touched.collider).iter();
     let detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
@@ -90,7 +90,7 @@ fn plain(touch: &Discrete, compiled: &Compiled, law: ContactLaw, touched: &Touch
     law.push(touched) * pushing.max(observing)
 }
 
-/// The change of velocity that all that touches a part gives it.
+/// The velocity change of a part by everything that touches it.
 fn given(
     touch: &Discrete,
     compiled: &Compiled,
@@ -110,7 +110,7 @@ fn given(
             }
         }
     }
-    // A part may have no mass of its own, on a body that has it all: it is pushed as any.
+    // The mass of a body may all be in other parts: a part without mass is pushed like any other.
     let mass = if touching.mass > 0.0 {
         touching.mass
     } else {

@@ -1,4 +1,4 @@
-//! Answers to the contacts found at the end of a step.
+//! Answers to the overlaps found at the end of a step.
 
 use super::FieldContact;
 use super::discrete::FoundContacts;
@@ -10,21 +10,21 @@ use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::Lookup;
 
-/// The world in which contacts are answered, and the lists of what follows.
+/// The inputs of the answer, and the lists that its results are added to.
 pub(super) struct Response<'a, W> {
     pub world: &'a W,
     pub starts: &'a Starts,
     pub dt: Real,
     pub paper: PaperPushes<'a>,
-    /// How the bodies that were pushed go on.
+    /// New velocities of the bodies that were pushed.
     pub pushes: &'a mut Vec<Push>,
-    /// Pairs whose answers are not finite.
+    /// Pairs whose impulses are not finite.
     pub not_finite: &'a mut Vec<[ColliderHandle; 2]>,
 }
 
 impl<W: Lookup> Response<'_, W> {
-    /// Answers contacts by their laws, and notes the impulses. Returns the body between the stiffest springs,
-    /// and a bound of the square of the frequency at which it swings.
+    /// Answers contacts by their laws, and adds up their impulses. Returns the body between the stiffest springs, with
+    /// an upper bound of the square of its angular frequency.
     pub(super) fn answer(
         self,
         contacts: &mut [FieldContact],
@@ -65,7 +65,7 @@ impl<W: Lookup> Response<'_, W> {
                 ContactLaw::Observe
             };
             let (places, slow) = (contact.bodies.map(place), slow(contact));
-            // A spring pushes at the deepest point, and the paper's law acts once.
+            // A spring pushes at the deepest point only, and the paper's law acts once.
             let points = &found.points[found.contacts[number].1.clone()];
             let deepest = contact.deepest();
             let points = match law {

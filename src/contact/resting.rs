@@ -1,9 +1,9 @@
-//! Points of pairs that rest on each other: taken over, instead of searched for from nothing.
+//! Contact points of resting pairs, reused instead of searched for anew.
 //!
-//! A pair that Rapier's solver has held has manifolds in the narrow phase, of the poses when its step
-//! began or, if Rapier keeps them, before: they do as long as the two have hardly moved against each
-//! other since. A pair of which neither has moved at all has the points of the step before. Both
-//! follow from the state of the world, so a snapshot goes on bit for bit.
+//! If Rapier's solver held a pair, the narrow phase has its manifolds, for the poses at which its step began or, if
+//! Rapier reuses them, for earlier ones. They are valid as long as the two have hardly moved relative to each other
+//! since. A pair of which neither has moved at all has the points of the previous step. Both follow from the state of
+//! the world, so a run resumed from a snapshot is the same bit for bit.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -14,11 +14,11 @@ use crate::field::Fingerprint;
 use crate::math::{ColliderHandle, Pose, Real, Rotation};
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
 
-/// Parts that moved by less than this share of their size, against each other, have hardly moved:
-/// points on curved surfaces are then off by half its square.
+/// Parts that have moved relative to each other by less than this share of their size have hardly moved: points on
+/// curved surfaces are then off by half its square.
 const HARDLY: Real = 0.02;
 
-/// Pairs that Rapier's solver has held in its last step.
+/// The pairs that Rapier's solver held in its last step.
 #[derive(Clone, Copy)]
 pub(crate) struct HeldPairs<'a> {
     pub pairs: &'a Pairs,
@@ -26,17 +26,17 @@ pub(crate) struct HeldPairs<'a> {
 }
 
 impl<'a> HeldPairs<'a> {
-    /// Their contacts as Rapier found them.
+    /// The contact pairs of the narrow phase among them.
     pub(super) fn found(&self) -> impl Iterator<Item = &'a ContactPair> {
         let pairs = self.pairs;
         let found = self.narrow_phase.contact_pairs();
         found.filter(|it| pairs.contains(&in_order([it.collider1, it.collider2])))
     }
 
-    /// The points that Rapier has found of a pair, `swapped` if its first is the second here; the pose
-    /// of the second in the frame of the first, and their size. `false` if the two have moved against
-    /// each other since: how far shows in the points, of which each lay on a normal of the other, and
-    /// in the normals, which were opposite.
+    /// Fills `near` with the points that Rapier found for a pair. `swapped` if Rapier's first collider is the second
+    /// here; `relative` is the pose of the second relative to the first, and `size` the size of the smaller. Returns
+    /// false if the two have moved relative to each other since. The points and normals show it: each point lay on a
+    /// normal of the other surface, and the two normals were opposite.
     pub(super) fn near(
         &self,
         found: &ContactPair,
@@ -73,23 +73,23 @@ impl<'a> HeldPairs<'a> {
     }
 }
 
-/// The points of pairs that stand still.
+/// The points of pairs of which neither solid has moved.
 #[derive(Debug, Default)]
 pub(super) struct StillPoints {
     known: HashMap<[ColliderHandle; 2], (u32, Vec<ManifoldPoint>), BuildHasherDefault<Fingerprint>>,
-    /// Counts the rounds; who was not asked about in the last is forgotten.
+    /// The number of the current round; entries that were not used in the previous one are dropped.
     round: u32,
 }
 
 impl StillPoints {
-    /// Begins a round: forgets all that the last one did not ask for.
+    /// Begins a round, and drops the entries that were not used in the last one.
     pub(super) fn turn(&mut self) {
         let last = self.round;
         self.known.retain(|_, (round, _)| *round == last);
         self.round = last.wrapping_add(1);
     }
 
-    /// The points of a pair that has not moved since the last round.
+    /// The points of a pair that has not moved since the last round; `search` finds them if they are not known.
     pub(super) fn near(
         &mut self,
         pair: [ColliderHandle; 2],

@@ -1,4 +1,4 @@
-//! Who answers which contact.
+//! The rules that decide for each contact whether fields or Rapier answer it.
 
 use std::collections::HashSet;
 use std::hash::BuildHasherDefault;
@@ -16,7 +16,7 @@ pub(crate) fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
     pair
 }
 
-/// The responder of all contacts, and exceptions.
+/// The responder of all contacts, and exceptions for sets of colliders.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -24,7 +24,7 @@ pub(crate) fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
 )]
 pub(crate) struct Rules {
     pub everywhere: Responder,
-    /// Contacts between two of a set; the last that fits counts.
+    /// Responders of contacts of which both colliders are in a set; the last set that fits counts.
     pub among: Vec<(HashSet<ColliderHandle>, Responder)>,
 }
 
@@ -35,18 +35,18 @@ impl Rules {
         rule.map_or(self.everywhere, |(_, responder)| *responder)
     }
 
-    /// Whether fields answer a contact, unless the user's hooks have taken it away.
+    /// Returns true if fields answer a contact, which the user's hooks have not removed.
     pub(crate) fn answers(&self, contact: &FieldContact, vetoed: &Pairs) -> bool {
         self.of(contact.colliders) != Responder::Rapier && !vetoed.contains(&contact.colliders)
     }
 
-    /// Whether fields answer any contact at all.
+    /// Returns true if fields answer any contact.
     pub(crate) fn answer_any(&self) -> bool {
         let mut all = self.among.iter().map(|(_, responder)| responder);
         self.everywhere != Responder::Rapier || all.any(|r| *r != Responder::Rapier)
     }
 
-    /// Whether Rapier is to leave any contact to the fields.
+    /// Returns true if Rapier leaves any contact to the fields.
     pub(crate) fn claim_any(&self) -> bool {
         let mut all = self.among.iter().map(|(_, responder)| responder);
         self.everywhere == Responder::Fields || all.any(|r| *r == Responder::Fields)

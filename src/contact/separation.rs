@@ -1,8 +1,8 @@
-//! How far pairs were apart when that was last looked at.
+//! Distances of pairs, kept over steps.
 //!
-//! Near shapes that hardly move, as in a heap, need not be searched in every step: as long as two
-//! shapes have moved against each other by less than they were apart, they cannot touch. A pair
-//! that is left out so would not have been found, so nothing in a motion depends on what is kept.
+//! Near shapes that hardly move, as in a heap, need not be searched in every step: as long as two shapes have moved
+//! relative to each other by less than their distance, they cannot touch. A pair that is skipped for this reason would
+//! have had no contact, so motions do not depend on what is kept.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -11,23 +11,23 @@ use std::sync::Arc;
 use crate::field::Fingerprint;
 use crate::math::{ColliderHandle, Pose, Real, SharedShape};
 
-/// A distance is measured again when the pair has moved by this share of it, or by this share of
-/// its size: a pair that touches would be measured in every step.
+/// A distance is measured again when the pair has moved by this share of it, and by this share of the pair's size.
+/// Without the second, a pair that touches would be measured in every step.
 const STALE: Real = 0.5;
 const STALE_OF_SIZE: Real = 0.02;
 
-/// Roundings of the size and the place of a pair by which a distance may be off.
+/// Error of a distance, in roundings of the size and the place of a pair.
 const ROUNDINGS: Real = 64.0;
 
-/// Parry's manifolds tell touching from being apart to a share of the size of a pair: those of cuboids
-/// were seen to have overlaps of 3.4e-4 of it where the shapes are apart. What they would find must not
-/// be missed: this is ten times as much.
+/// Share of a pair's size below which a distance does not count as being apart. Parry's manifolds are less precise than
+/// its distances: for cuboids that are apart, overlaps of 3.4e-4 of the size were seen. Pairs for which manifolds would
+/// find points must not be skipped, so this is ten times as much.
 const UNSURE: Real = 4e-3;
 
-/// A pair that was not asked about for this many rounds is forgotten.
+/// Every this many rounds, pairs that were not used for as many are dropped.
 const KEPT: u32 = 64;
 
-/// Distances of pairs, by their colliders.
+/// A lower bound of the distance of each pair, and the relative pose at which it was measured.
 #[derive(Debug, Default)]
 pub(super) struct Separations {
     known: HashMap<[ColliderHandle; 2], Separation, BuildHasherDefault<Fingerprint>>,
@@ -36,12 +36,12 @@ pub(super) struct Separations {
 
 #[derive(Debug)]
 struct Separation {
-    /// Held, so that no other has their place in memory.
+    /// Kept alive, so that no other shapes can have their addresses.
     shapes: [SharedShape; 2],
     relative: Pose,
-    /// No smaller was their distance there.
+    /// A lower bound of the distance at `relative`; −1 if it was not measured.
     distance: Real,
-    /// No point of the second is farther from its origin.
+    /// An upper bound of the distance of the second shape's points from its origin.
     reach: Real,
     round: u32,
 }
@@ -52,7 +52,7 @@ impl Separation {
         pairs.all(|(known, shape)| Arc::ptr_eq(&known.0, &shape.0))
     }
 
-    /// By how much the pair has moved since, at most, rounding included.
+    /// An upper bound of the displacement of any point of the pair since, with rounding.
     fn moved(&self, relative: &Pose) -> Real {
         let shift = relative.translation - self.relative.translation;
         let turn = self.relative.rotation.inverse() * relative.rotation;
@@ -63,7 +63,7 @@ impl Separation {
 }
 
 impl Separations {
-    /// Begins a round, of which there are one or two in a step.
+    /// Begins a round; there are one or two in a step.
     pub(super) fn turn(&mut self) {
         self.round = self.round.wrapping_add(1);
         if self.round.is_multiple_of(KEPT) {
@@ -73,8 +73,9 @@ impl Separations {
         }
     }
 
-    /// Whether two shapes are surely farther apart than `near`, the second at a pose relative to
-    /// the first. `measure` finds a distance that theirs is not below; none if that is not known.
+    /// Returns true if two shapes are known to be farther apart than `near`; `relative` is the pose of the second
+    /// relative to the first. `measure` is given the second shape's reach, and returns a lower bound of the distance,
+    /// or `None` if it is not known.
     pub(super) fn are_apart(
         &mut self,
         pair: [ColliderHandle; 2],

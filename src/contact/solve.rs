@@ -1,9 +1,9 @@
-//! The laws of response, in 64 bits.
+//! The contact laws, solved in 64 bits.
 //!
-//! Contacts that happen at once are answered in rounds. In each, those that approach are resolved
-//! together: normal impulses λ ≥ 0 such that no contact of the round approaches, or parts slower
-//! than its restitution asks, and none is pulled (Moreau's law of impact, a linear complementarity
-//! problem). Rounds follow until none approaches; each keeps momentum, and adds no energy.
+//! Contacts that happen at once are answered in rounds. In each round, the contacts that approach are resolved
+//! together: normal impulses λ ≥ 0 such that no contact of the round approaches, or separates more slowly than its
+//! restitution asks, and none is pulled (Moreau's law of impact, a linear complementarity problem). Rounds follow until
+//! no contact approaches. Each keeps momentum and adds no energy.
 
 use crate::field::ContactLaw;
 use crate::math::{DQuat, DVec3, Real, Vector, to_dpose3, to_dvec3, to_f64};
@@ -13,57 +13,57 @@ use super::lcp;
 use super::starts::{BodyStart, pivot};
 use crate::rigid::Rotor;
 
-/// A chain of bodies needs about as many rounds as it is long.
+/// The limit of rounds; a chain of bodies needs about one for each body.
 const ROUNDS: usize = 64;
 
-/// After the first round, approach slower than this fraction of the fastest part is rounding.
+/// After the first round, an approach slower than this share of the faster part's speed is rounding.
 const AT_REST: f64 = 16.0 * Real::EPSILON as f64;
 
-/// More contacts that hang together than this are answered one after the other: solving them
-/// together costs the cube of their number.
+/// The largest number of connected contacts that are solved together, because the cost is the cube of their number.
+/// Further ones are solved one after the other.
 const MOST_AT_ONCE: usize = 48;
 
-/// The resistance of a body to impulses, apart from its place.
+/// The response of a body to impulses, without its place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resistance {
-    /// Zero along locked axes, and for bodies that nothing moves.
+    /// Per world axis; zero along locked axes, and for bodies that no impulse moves.
     pub inverse_mass: DVec3,
     pub rotor: Rotor,
-    /// One for the world axes about which it may turn, else zero.
+    /// Per world axis: one if the body may rotate about it, else zero.
     pub may_turn: DVec3,
 }
 
-/// A body as the response sees it.
+/// A body in a response, in world axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactBody {
     pub resistance: Resistance,
-    /// Its centre of mass; of what is not dynamic, its [pivot].
+    /// Its centre of mass; for a body that is not dynamic, its [pivot].
     pub com: DVec3,
     pub attitude: DQuat,
     pub linvel: DVec3,
     pub angvel: DVec3,
-    /// The acceleration that presses it.
+    /// Its acceleration within the step, by which a resting contact is loaded.
     pub acceleration: DVec3,
     pub pushed: bool,
 }
 
-/// A contact to be answered.
+/// A contact point to be answered.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting {
-    /// The bodies' places in the list of movers; none for what nothing moves.
+    /// Indices into the list of bodies; `None` for a side without a body.
     pub places: [Option<usize>; 2],
     pub point: DVec3,
-    /// From the first to the second.
+    /// Unit vector from the first side to the second.
     pub normal: DVec3,
     pub depth: f64,
     pub law: ContactLaw,
-    /// The changes of velocity by the paper's law.
+    /// The velocity changes of the two sides by the paper's law.
     pub pushes: [DVec3; 2],
-    /// Who approaches more slowly rests, and is not answered.
+    /// Contacts that approach at this speed or below it are treated as resting and get no impulse.
     pub slow: f64,
-    /// The impulses on each side so far.
+    /// The impulses on the two sides so far, in world axes.
     pub impulses: [DVec3; 2],
-    /// Whether its answer would not be finite; then there is none.
+    /// True if its answer was not finite; it is then left out.
     pub failed: bool,
 }
 
@@ -86,7 +86,7 @@ impl Resistance {
                 principal_to_body: DQuat::from_xyzw(x, y, z, w).normalize(),
             }
         } else {
-            // Of an open mesh both may be NaN.
+            // For an open mesh both may be NaN.
             Rotor {
                 inverse_moments: DVec3::ZERO,
                 principal_to_body: DQuat::IDENTITY,
@@ -101,7 +101,7 @@ impl Resistance {
 }
 
 impl ContactBody {
-    /// A body on the parabola that Rapier takes it along, of which the pivot has a velocity.
+    /// A body on the parabola along which Rapier moves it; `linvel` is the velocity of its pivot.
     pub(super) fn pressed(body: &RigidBody, start: &BodyStart, linvel: Vector) -> Self {
         let pose = to_dpose3(body.position());
         let resistance = Resistance::of(body);
@@ -121,7 +121,7 @@ impl ContactBody {
         self.linvel + self.angvel.cross(point - self.com)
     }
 
-    /// The change of angular velocity by an angular impulse.
+    /// The change of angular velocity by an angular impulse, in world axes.
     fn twist(&self, angular_impulse: DVec3) -> DVec3 {
         let Resistance {
             rotor, may_turn, ..
@@ -129,13 +129,13 @@ impl ContactBody {
         rotor.angvel(self.attitude, angular_impulse * *may_turn) * *may_turn
     }
 
-    /// The velocity that an impulse at `point` gives the material at `there`.
+    /// The velocity change that an impulse at `point` gives the body at `there`.
     fn answer(&self, there: DVec3, point: DVec3, impulse: DVec3) -> DVec3 {
         let twist = self.twist((point - self.com).cross(impulse));
         impulse * self.resistance.inverse_mass + twist.cross(there - self.com)
     }
 
-    /// Mass along the axes that are free; a fixed body has none.
+    /// Mass along the free axes; zero for a fixed body.
     fn mass(&self) -> f64 {
         let inverse = self.resistance.inverse_mass.max_element();
         if inverse > 0.0 { inverse.recip() } else { 0.0 }
@@ -146,12 +146,12 @@ impl ContactBody {
         let twist = self.twist((point - self.com).cross(impulse));
         self.linvel = added(self.linvel, kick);
         self.angvel = added(self.angvel, twist);
-        // A body held in its place may still turn.
+        // A body whose centre cannot move may still rotate.
         self.pushed |= kick != DVec3::ZERO || twist != DVec3::ZERO;
     }
 }
 
-/// A sum in which what cancels to rounding is zero: a ball that is stopped dead stands still.
+/// The sum of two vectors, where axes that cancel to rounding are set to zero, so that a stopped ball stands still.
 fn added(a: DVec3, b: DVec3) -> DVec3 {
     let axis = |a: f64, b: f64| {
         let sum = a + b;
@@ -170,14 +170,14 @@ impl Meeting {
         self.places.map(|place| place.map_or(DVec3::ZERO, velocity))
     }
 
-    /// How fast the two parts approach.
+    /// The speed at which the two parts approach along the normal; negative if they separate.
     pub(super) fn approach(&self, movers: &[ContactBody]) -> f64 {
         let [first, second] = self.velocities(movers);
         (first - second).dot(self.normal)
     }
 
-    /// Makes of a touch one that lasts: of what `falls` the approach is taken, and what presses it
-    /// on; else it is held by Rapier already, and is not answered.
+    /// Turns an impact into a lasting contact. If it `falls`, the approach is taken away and the acceleration into the
+    /// contact as well. Otherwise Rapier holds it already, and it is not answered.
     pub(super) fn lay_down(&mut self, falls: bool, movers: &mut [ContactBody]) {
         if !falls {
             self.law = ContactLaw::Observe;
@@ -208,16 +208,15 @@ impl Meeting {
         }
     }
 
-    /// The rate at which what presses makes them approach.
+    /// The relative acceleration of the two parts into the contact.
     fn pressing(&self, movers: &[ContactBody]) -> f64 {
         let acceleration = |place: usize| movers[place].acceleration;
         let [first, second] = self.places.map(|it| it.map_or(DVec3::ZERO, acceleration));
         (first - second).dot(self.normal)
     }
 
-    /// The speed at which parts that approach at another are to part, by a restitution: what
-    /// they gained within the overlap, where they should not be, is neither lost nor returned
-    /// twice. What would rebound slowly rests.
+    /// The normal speed at which two parts that approach at `approach` are to separate. The speed that they gained
+    /// within the overlap is neither lost nor returned twice. Zero if the rebound is below the resting threshold.
     fn rebound(&self, movers: &[ContactBody], restitution: f64, approach: f64) -> f64 {
         let pressing = self.pressing(movers).max(0.0);
         let gained = (2.0 * pressing * self.depth.max(0.0)).min(approach * approach);
@@ -228,24 +227,24 @@ impl Meeting {
         (touching * touching + gained).sqrt()
     }
 
-    /// Approach slower than this is rounding.
+    /// An approach slower than this is rounding.
     pub(super) fn rounding(&self, movers: &[ContactBody]) -> f64 {
         let [first, second] = self.velocities(movers).map(DVec3::length);
         first.max(second) * AT_REST
     }
 }
 
-/// A body between springs that push parts of it out of others.
+/// The body between the stiffest springs of a response.
 #[derive(Clone, Copy)]
 pub(super) struct Sprung {
-    /// Its place in the list of movers.
+    /// Its index in the list of bodies.
     pub place: usize,
-    /// A bound of the square of the frequency at which it swings there.
+    /// An upper bound of the square of its angular frequency there.
     pub omega2: f64,
 }
 
-/// Answers contacts that happen at once; `dt` is for how long a penalty acts. Returns who is
-/// between the stiffest springs.
+/// Answers contact points that happen at once, and updates the bodies. `dt` is the time for which a penalty force acts.
+/// Returns the body between the stiffest springs.
 pub(super) fn resolve(
     movers: &mut [ContactBody],
     meetings: &mut [Meeting],
@@ -274,7 +273,7 @@ struct Solver<'a> {
     meetings: &'a mut [Meeting],
 }
 
-/// Velocities of the two parts at a contact, and how fast they approach.
+/// The velocities of the two parts at a contact, and their speed of approach.
 struct Closing {
     velocities: [DVec3; 2],
     approach: f64,
@@ -288,7 +287,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Contacts at which a push would lead nowhere are not answered.
+    /// Marks contacts with quantities that are not finite as failed; they are not answered.
     fn leave_out_unsound(&mut self) {
         for number in 0..self.meetings.len() {
             let meeting = &self.meetings[number];
@@ -304,7 +303,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Takes back impulses that are not finite in the end.
+    /// Removes the impulses of contacts whose bodies end with a velocity that is not finite, and marks them as failed.
     fn take_back_unsound(&mut self) {
         let sound = |mover: &ContactBody| mover.linvel.is_finite() && mover.angvel.is_finite();
         if self
@@ -325,7 +324,7 @@ impl Solver<'_> {
         }
     }
 
-    /// The laws that act once a step, whatever they lead to: all by the velocities before.
+    /// Applies the laws that act once a step, all by the velocities from before.
     fn push_once(&mut self) {
         let pushes: Vec<[DVec3; 2]> = self
             .meetings
@@ -350,9 +349,9 @@ impl Solver<'_> {
         }
     }
 
-    /// Springs push, and their damping is solved for the approach that all of them leave in the middle of
-    /// the next step (implicit Euler): at any strength and any number of springs at one body, it turns no body
-    /// back, and a body under load does not creep.
+    /// Applies the penalty laws. Damping is solved for the approach speed that all springs together leave in the middle
+    /// of the next step (implicit Euler). So at any strength, and with any number of springs on one body, damping turns
+    /// no body back, and a loaded body does not creep.
     fn spring(&mut self, dt: f64) {
         let mut damped = Vec::new();
         for number in 0..self.meetings.len() {
@@ -372,7 +371,8 @@ impl Solver<'_> {
         }
     }
 
-    /// The springs of a cluster, together: λ/dt = k·depth + c·(approach − what the λ take of it), λ ≥ 0.
+    /// Solves the springs of a cluster together: λ/dt = k·depth + c·(approach − the part of it that the λ remove), λ ≥
+    /// 0.
     fn damp(&mut self, cluster: &[usize], dt: f64) {
         let mut matrix = self.couplings(cluster);
         let mut wanted = Vec::with_capacity(cluster.len());
@@ -389,8 +389,8 @@ impl Solver<'_> {
         self.push_apart(cluster, &lcp::solve(&matrix, &wanted));
     }
 
-    /// Who is between the stiffest springs: no sum of contacts swings faster than those of the two bodies
-    /// that share one, all at once (Gershgorin's circles).
+    /// The body between the stiffest springs. By Gershgorin's circles, a contact oscillates no faster than all contacts
+    /// of its two bodies together.
     fn stiffest(&self) -> Option<Sprung> {
         let springs = self
             .meetings
@@ -422,7 +422,7 @@ impl Solver<'_> {
         bounds.max_by(|one, other| one.omega2.total_cmp(&other.omega2))
     }
 
-    /// The contacts that Newton's law is to answer in this round.
+    /// The contacts that Newton's law answers in this round.
     fn approaching(&self, round: usize) -> Vec<usize> {
         let approaches = |number: &usize| {
             let meeting = &self.meetings[*number];
@@ -440,9 +440,9 @@ impl Solver<'_> {
         (0..self.meetings.len()).filter(approaches).collect()
     }
 
-    /// Contacts that share a body that can be moved, directly or by way of others.
+    /// Groups of contacts that are connected through movable bodies.
     fn clusters(&self, contacts: &[usize]) -> Vec<Vec<usize>> {
-        // The first of a chain of bodies stands for it.
+        // Union-find: a set of connected bodies is named by its root.
         let mut parent: Vec<usize> = (0..self.movers.len()).collect();
         fn find(parent: &mut [usize], mut one: usize) -> usize {
             while parent[one] != one {
@@ -477,8 +477,8 @@ impl Solver<'_> {
         clusters.into_iter().map(|(_, list)| list).collect()
     }
 
-    /// The relative velocity along `normal` at `there` that a unit impulse along `along`, at a
-    /// contact, gives its two parts.
+    /// The relative velocity along `normal` at `there` that a unit impulse along `along`, at the contact's point, gives
+    /// the two sides.
     fn inverse_effective_mass(
         &self,
         meeting: &Meeting,
@@ -494,7 +494,7 @@ impl Solver<'_> {
         (of(meeting.places[0]) + of(meeting.places[1])).dot(normal)
     }
 
-    /// How the approach at contact `i` changes by a unit impulse at contact `j`.
+    /// The change of the separation speed at contact `i` by a unit impulse at contact `j`.
     fn coupling(&self, i: usize, j: usize) -> f64 {
         let (here, there) = (&self.meetings[i], &self.meetings[j]);
         let mut sum = 0.0;
@@ -511,7 +511,7 @@ impl Solver<'_> {
         sum
     }
 
-    /// How the approaches at the contacts of a cluster change by unit impulses at each.
+    /// The changes of the separation speeds at the contacts of a cluster by unit impulses at each, in rows.
     fn couplings(&self, cluster: &[usize]) -> Vec<f64> {
         let size = cluster.len();
         let mut matrix = vec![0.0; size * size];
@@ -523,7 +523,7 @@ impl Solver<'_> {
         matrix
     }
 
-    /// Gives the contacts of a cluster normal impulses of these sizes.
+    /// Applies normal impulses of these sizes to the contacts of a cluster.
     fn push_apart(&mut self, cluster: &[usize], sizes: &[f64]) {
         for (number, size) in cluster.iter().zip(sizes) {
             let impulse = self.meetings[*number].normal * *size;
@@ -549,7 +549,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Coulomb friction at a contact that was given a normal impulse of a size.
+    /// Applies Coulomb friction at a contact that got a normal impulse of a given size.
     fn friction(&mut self, number: usize, size: f64) {
         let meeting = self.meetings[number];
         let ContactLaw::Impulse { friction, .. } = meeting.law else {
@@ -586,7 +586,7 @@ impl Solver<'_> {
 mod tests {
     use super::*;
 
-    /// An answer by mass properties that are not finite was left out without a word.
+    /// Once, an answer by mass properties that are not finite was left out without a warning.
     #[test]
     fn an_answer_that_is_not_finite_fails() {
         let body = |principal_to_body| ContactBody {

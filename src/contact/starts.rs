@@ -1,52 +1,52 @@
-//! The bodies when Rapier's step begins: how they move, and what presses on them.
+//! The state and acceleration of all bodies when Rapier's step begins, from which contacts take their resting
+//! thresholds and sweeps their paths.
 
 use crate::field::ContactLaw;
 use crate::math::{DVec3, Pose, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody, RigidBodyType};
 use crate::rigid::{Lookup, Wrench};
 
-/// A body when Rapier's step began.
+/// A body when Rapier's step begins, in world axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BodyStart {
     pub body: RigidBodyHandle,
     pub pose: Pose,
     pub linvel: Vector,
     pub angvel: Vector,
-    /// The rotation of a body that this crate turns.
+    /// The rotation, if this crate rotates the body.
     pub turn: Option<FreeTurn>,
     /// The acceleration that Rapier spreads over its step: gravity and the user's force.
     pub spread: Vector,
-    /// The mean acceleration by fields.
+    /// The mean acceleration by fields over the step.
     kicked: Vector,
-    /// By which it grows, of a body that is moved within the step.
+    /// The rate of change of that acceleration, for a body that is moved within the step.
     pub jerk: Vector,
     share: KickShare,
-    /// By how much the velocity at the end of the step is behind where the body is: Rapier's, which
-    /// moves it in steps within the step, behind the parabola, and that of a whole kick, which is
-    /// the velocity in the middle.
+    /// The velocity of the path at the end of Rapier's step, minus the body's velocity there. Rapier's substeps lag
+    /// behind the parabola, and after a whole kick the velocity is that of the middle of the step. Zero for a body that
+    /// is moved within the step.
     pub behind: Vector,
 }
 
-/// The rotation over a step of a body that this crate turns: angular momenta in the world.
+/// The rotation over a step of a body that this crate rotates: angular momenta and torques, in world axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FreeTurn {
-    /// With which Rapier's step ends.
+    /// At the end of Rapier's step.
     pub momentum: DVec3,
-    /// With which it would have turned freely from where it began to about where it ended.
+    /// Of the free rotation from the attitude at the start to about that at the end.
     pub mean: DVec3,
-    /// The mean torque that bends its way about that, and by which it grows.
+    /// The mean torque, which bends the rotation about that free one, and its rate of change.
     pub torque: DVec3,
     pub torque_rate: DVec3,
-    /// By how much that of a whole kick is behind.
+    /// The part by which the angular momentum lags behind after a whole kick.
     pub behind: DVec3,
 }
 
-/// All bodies when Rapier's step began, by their index, and what tells a contact that lasts from an
-/// impact.
+/// All bodies when Rapier's step begins, by their index, and the threshold between resting contacts and impacts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Starts {
     list: Vec<Option<BodyStart>>,
-    /// How fast each is accelerated; apart, since hooks ask for nothing else.
+    /// The magnitude of each body's acceleration; apart, because hooks read only this.
     pressed: Vec<(RigidBodyHandle, Real)>,
     setting: StepSetting,
 }
@@ -57,35 +57,35 @@ struct StepSetting {
     gravity: Vector,
     dt: Real,
     iterations: usize,
-    /// A contact that would rebound lower than this is at rest.
+    /// Rapier's allowed linear error: a contact that would rebound lower than this is at rest.
     rebound: Real,
 }
 
-/// Which share of the kicks of a step a body gets when it begins.
+/// The share of the kicks of a step that a body got before Rapier's step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum KickShare {
-    /// The second follows, so that the way is bent by both as by gravity; `free`: they hold Rapier's
-    /// own pull, which is taken off before its step.
+    /// Half of them. The other half follows, so the path is bent by both as by gravity. `free`: the kicks also contain
+    /// Rapier's own pull, which was taken off before its step.
     Half {
         free: bool,
     },
     Whole,
-    /// It is moved within the step, if anything accelerates it.
+    /// The body is moved within the step; `None` if nothing accelerates it.
     Within(Option<Arrival>),
 }
 
-/// The known end of the way of a body that is moved within the step.
+/// The end of the path of a body that is moved within the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arrival {
-    /// With which it is to arrive.
+    /// The velocity with which it arrives.
     pub linvel: Vector,
-    /// The wrench of the fields at the start.
+    /// The wrench of the fields at the start of the step.
     pub first: Wrench,
 }
 
-/// The point of a body, in its frame, of which a contact takes the velocity: the centre of mass of a
-/// body that is dynamic, or that Rapier turns about it. That of any other body says nothing, since
-/// Rapier never looks at it: of an open mesh it may be anywhere.
+/// The point of a body, in its frame, whose velocity a contact uses: the centre of mass of a body that is dynamic or
+/// that Rapier rotates about it, else the origin. Rapier ignores the centre of mass of other bodies, and for an open
+/// mesh it may be anywhere.
 pub(super) fn pivot(body: &RigidBody) -> Vector {
     let kind = body.body_type();
     let turned = kind == RigidBodyType::KinematicVelocityBased && body.angvel() != Vector::ZERO;
@@ -130,7 +130,7 @@ impl FreeTurn {
 }
 
 impl BodyStart {
-    /// A body that nothing but gravity and its own force acts on, with the state it has.
+    /// The body in its present state, accelerated by gravity and the user's force only.
     fn now(handle: RigidBodyHandle, body: &RigidBody, setting: &StepSetting) -> Self {
         let inverse_mass = body.mass_properties().effective_inv_mass;
         let pulled = if inverse_mass == Vector::ZERO {
@@ -154,7 +154,7 @@ impl BodyStart {
         }
     }
 
-    /// Of what has no body.
+    /// The start of a collider without a body.
     pub(super) fn nowhere() -> Self {
         BodyStart {
             body: RigidBodyHandle::invalid(),
@@ -170,7 +170,7 @@ impl BodyStart {
         }
     }
 
-    /// Adds what fields have given the body since `before`.
+    /// Adds the acceleration by fields, from the change of velocity since `before`.
     fn kick(&mut self, before: Vector, share: KickShare, dt: Real, inverse_mass: Vector) {
         let taken = match share {
             KickShare::Half { free: true } => self.behind,
@@ -194,26 +194,26 @@ impl BodyStart {
         }
     }
 
-    /// Whether the body has not moved since, and does not move.
+    /// Returns true if the body has not moved since, and has no velocity.
     pub(super) fn is_still(&self, body: &RigidBody) -> bool {
         let moves = [self.linvel, self.angvel, body.linvel(), body.angvel()];
         moves == [Vector::ZERO; 4] && self.pose == *body.position()
     }
 
-    /// All that accelerates the body, in the mean.
+    /// The mean acceleration over the step, from all causes.
     pub(super) fn acceleration(&self) -> Vector {
         self.spread + self.kicked
     }
 
-    /// The share of the fields in the acceleration of a body that is moved within the step, if there is
-    /// no second half of a kick to come.
+    /// The part of `acceleration` that is due to fields, for a body that is moved within the step. `None` for others,
+    /// which get the rest of their kick after Rapier's step.
     pub(super) fn by_fields(&self, acceleration: DVec3) -> Option<DVec3> {
         let within = matches!(self.share, KickShare::Within(Some(_)));
         within.then(|| acceleration - to_dvec3(self.spread))
     }
 
-    /// The velocity with which its true way over a step begins, and its mean acceleration, if nothing
-    /// hits it; and the velocity with which Rapier's step ends.
+    /// The velocity at the start of the path over a step that nothing interrupts, its mean acceleration, and the
+    /// velocity at the end of Rapier's step.
     pub(super) fn way(&self, dt: Real) -> [Vector; 3] {
         let (half, end) = (self.kicked * (0.5 * dt), self.linvel + self.spread * dt);
         match self.share {
@@ -232,7 +232,7 @@ impl BodyStart {
 }
 
 impl Starts {
-    /// Takes note of the bodies before fields have given them anything.
+    /// Records the bodies before fields have acted on them in this step.
     pub(crate) fn before(
         &mut self,
         world: &impl Lookup,
@@ -262,9 +262,8 @@ impl Starts {
         self.pressed.extend(pressed);
     }
 
-    /// Takes note of what fields have given them: `share` says which share of the kicks of the step
-    /// it was, if any. `momenta` are those of the bodies that this crate turns, and what fields have
-    /// given of them.
+    /// Records the bodies after the first kicks. `share` says which part of its kicks a body got. `momenta` are, for
+    /// each body that this crate rotates, its angular momentum and the part of it that fields gave.
     pub(crate) fn after(
         &mut self,
         world: &impl Lookup,
@@ -290,7 +289,7 @@ impl Starts {
         self.press();
     }
 
-    /// Takes note of bodies whose velocities are not behind any more.
+    /// Clears the lag of bodies whose velocities do not lag behind any more.
     pub(crate) fn catch_up(&mut self, bodies: &[RigidBodyHandle]) {
         for handle in bodies {
             let start = self.list.get_mut(handle.into_raw_parts().0 as usize);
@@ -305,7 +304,7 @@ impl Starts {
         start.as_ref().filter(|start| start.body == handle)
     }
 
-    /// How a body was; one that was not there yet has stood where it is.
+    /// The start of a body; a body that was added since counts as having stood at its present pose.
     pub(super) fn of(&self, handle: RigidBodyHandle, body: &RigidBody) -> BodyStart {
         self.known(handle).copied().unwrap_or(BodyStart {
             linvel: Vector::ZERO,
@@ -314,8 +313,8 @@ impl Starts {
         })
     }
 
-    /// The velocity of the pivot of a body after Rapier's step; of one that was moved to a place, that of
-    /// its way there.
+    /// The velocity of the pivot of a body after Rapier's step; for a position-based kinematic body, that of its way in
+    /// the step.
     pub(super) fn pivot_velocity(&self, handle: RigidBodyHandle, body: &RigidBody) -> Vector {
         let dt = self.setting.dt;
         let placed = body.body_type() == RigidBodyType::KinematicPositionBased && dt > 0.0;
@@ -325,18 +324,18 @@ impl Starts {
         }
     }
 
-    /// Whether no body has moved since, or moves.
+    /// Returns true if no body has moved since, and none has a velocity.
     pub(super) fn all_still(&self, world: &impl Lookup) -> bool {
         let mut bodies = world.bodies();
         bodies.all(|(handle, body)| self.of(handle, body).is_still(body))
     }
 
-    /// A contact that would rebound lower than this is at rest.
+    /// A contact that would rebound lower than this is at rest: Rapier's allowed linear error.
     pub(super) fn rebound(&self) -> Real {
         self.setting.rebound
     }
 
-    /// By how much faster gravity and the user's force make a body in Rapier's step.
+    /// The velocity that gravity and the user's force give a body in Rapier's step.
     pub(super) fn gained(&self, handle: RigidBodyHandle) -> Vector {
         let known = self.known(handle);
         known.map_or(Vector::ZERO, |start| start.spread * self.setting.dt)
@@ -347,24 +346,23 @@ impl Starts {
         self.setting.dt
     }
 
-    /// By how much the velocity of a body is behind where it is, as far as it is known.
+    /// The velocity by which a body lags behind its path; zero if it is not known.
     pub(super) fn behind(&self, handle: Option<RigidBodyHandle>) -> Vector {
         let known = handle.and_then(|handle| self.known(handle));
         known.map_or(Vector::ZERO, |start| start.behind)
     }
 
-    /// How fast a body is accelerated in this step, as far as it is known.
+    /// The magnitude of a body's acceleration in this step; zero if it is not known.
     fn pressed(&self, handle: Option<RigidBodyHandle>) -> Real {
         let known = handle.and_then(|it| self.pressed.get(it.into_raw_parts().0 as usize));
         let known = known.filter(|(body, _)| Some(*body) == handle);
         known.map_or(0.0, |(_, pressed)| *pressed)
     }
 
-    /// Contacts that approach or part more slowly last, and are Rapier's to hold: they would
-    /// rebound less than two steps take, or lower than Rapier's solver tells from touching. Of what
-    /// rebounds without loss only what a step itself makes up lasts, or energy would be lost.
-    /// Without anything that presses two bodies together no contact lasts, and none held by a
-    /// spring.
+    /// The resting threshold: contacts that approach or separate more slowly last, and Rapier holds them. They would
+    /// rebound within two steps, or lower than Rapier's solver tells from touching. Under laws without loss the limit
+    /// is the speed that one step's acceleration makes, or energy would be lost. Zero, so that no contact lasts, if
+    /// nothing accelerates the two bodies or if a spring holds them.
     pub(super) fn slow(&self, law: ContactLaw, bodies: [Option<RigidBodyHandle>; 2]) -> Real {
         let pressed = bodies.map(|body| self.pressed(body));
         let pressed = pressed[0].max(pressed[1]);

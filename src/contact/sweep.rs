@@ -1,10 +1,9 @@
-//! Swept detection: all first touches of a step, in the order of time, each answered when it
-//! happens.
+//! Swept detection: all touches within a step, in the order of time, each answered when it happens.
 //!
-//! Rapier has moved the bodies; their motion over the step is known exactly, or as a chord where
-//! something else pushed them. Touches are foreseen and queued. The earliest is taken: its bodies
-//! stand where they were then, are pushed by the law, and move on from there, freely, for the rest
-//! of the step; what was foreseen of them is void and foreseen anew. What touches at the same
+//! Rapier has moved the bodies. Their motion over the step is known exactly, or as a chord if something else pushed
+//! them. Touches are predicted and queued. The earliest is taken: its bodies are put where they were then, pushed by
+//! the law, and move on freely for the rest of the step; earlier predictions for them are discarded and made anew.
+//! Touches at the same moment are answered together.
 //! moment is answered together.
 
 use std::cmp::Ordering;
@@ -28,45 +27,44 @@ use crate::rapier::geometry::Aabb;
 use crate::rigid::Lookup;
 use crate::sample::Moment;
 
-/// The most impacts of one step, in all and for each body. A billiard of mass ratio 10⁴ has 314; only bodies
-/// that cannot come to rest have more.
+/// The limit of impacts in one step: a constant, and an allowance for each body. A billiard of mass ratio 10⁴ has 314
+/// impacts; a step that reaches the limit has bodies that cannot come to rest.
 const MOST_IMPACTS: usize = 10_000;
 const MOST_PER_BODY: usize = 256;
 
-/// Touches closer in time than this share of the step are at the same time: rounding decides
-/// which is first.
+/// Touches closer in time than this share of the step happen at once, because rounding decides which is first.
 const AT_ONCE: f64 = 1e-12;
 
-/// A pair of parts that loses speed and meets more often than this in one step stays together: it
-/// would meet without end, so from then on it is looked at only [`LOOKS`] times a step.
+/// A pair of parts that loses speed and meets more often than this in one step would meet without end. From then on it
+/// is left alone for `dt` / [`LOOKS`] after each impact.
 const LASTING: u32 = 32;
 const LOOKS: f64 = 64.0;
 
-/// Swept detection; keeps its buffers between steps.
+/// The state of a swept detection; its buffers and distances are kept between steps.
 #[derive(Debug, Default)]
 pub(super) struct Sweep {
     pub(super) tracks: SweptBodies,
-    /// Pairs that rest on each other, held by Rapier: none touches anew unless something hits it.
+    /// Pairs that Rapier held at rest. They are skipped unless one of the bodies was hit in this step.
     held: Pairs,
     separations: Separations,
     queue: BinaryHeap<Event>,
-    /// Pairs of parts done with in this step: only observed, or at rest.
+    /// Pairs of parts, by index, that need no more answers in this step: only observed, or at rest.
     pub(super) settled: HashSet<[usize; 2]>,
-    /// Of pairs of parts that lose speed when they meet: how often they met, and until when they
-    /// are left alone.
+    /// For pairs of parts that lose speed when they meet: the number of impacts, and the time until which they are left
+    /// alone.
     pub(super) lasting: HashMap<[usize; 2], (u32, f64)>,
-    /// Who may meet whom, by the motion foreseen at the start.
+    /// Pairs of bodies that may meet, by the motion predicted at the start of the step.
     pub(super) near: NearPairs,
-    /// SweptBodies that an impact has put on another path, and where they can still go.
+    /// The indices of bodies that an impact has put on another path, with the bounds of the rest of it.
     pub(super) redirected: Vec<(usize, Aabb)>,
     pub(super) moved: Vec<bool>,
-    /// Pairs whose answers are not finite, and were left out.
+    /// Pairs whose impulses were not finite, and were left out.
     pub(super) not_finite: Vec<[ColliderHandle; 2]>,
-    /// The touches of the step, if anyone wants to know.
+    /// The touches of the step; `None` unless the cross-check needs them.
     pub(super) log: Option<TouchLog>,
 }
 
-/// A touch foreseen.
+/// A predicted touch. Tracks and parts are indices into [`SweptBodies`]; it is void once a generation has changed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     pub time: f64,
@@ -76,7 +74,7 @@ pub(super) struct Event {
 }
 
 impl Ord for Event {
-    /// The earliest is the greatest, for the heap.
+    /// The earliest event is the greatest, because a binary heap pops the greatest.
     fn cmp(&self, other: &Self) -> Ordering {
         let later = other.time.total_cmp(&self.time);
         later.then_with(|| other.parts.cmp(&self.parts))
@@ -97,24 +95,24 @@ impl PartialEq for Event {
 
 impl Eq for Event {}
 
-/// The inputs of a sweep, from the world and the fields.
+/// The inputs of a sweep.
 pub(super) struct SweepScene<'a> {
     pub compiled: &'a Compiled,
     pub touch: &'a Discrete,
     pub masks: Option<&'a mut FieldMasks>,
-    /// The moment when the step began.
+    /// The moment at which the step began.
     pub moment: Moment,
     pub starts: &'a Starts,
-    /// Whether the fields answer a contact.
+    /// Returns true if the fields answer a contact.
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
-    /// The decisions of Rapier's solver on claimed pairs.
+    /// The decisions of the hooks on claimed pairs during Rapier's step.
     pub verdicts: &'a Verdicts,
 }
 
 impl Sweep {
-    /// Finds and answers all touches of a step of length `dt`, and moves the bodies to where they
-    /// lead. Adds them to `contacts`, in the order of time; `pushes` are where bodies that were hit
-    /// end. Returns whether there were more impacts than one step may have.
+    /// Finds and answers all touches in a step of length `dt`. Adds the contacts to `contacts` in the order of time,
+    /// and the end states of the bodies that were hit to `pushes`. Returns true if the step reached the limit of
+    /// impacts.
     pub(super) fn run(
         &mut self,
         mut scene: SweepScene<'_>,
@@ -146,7 +144,7 @@ impl Sweep {
         exhausted
     }
 
-    /// Keeps what is to touch and cannot be answered any more where it touches.
+    /// Stops the bodies of touches that are beyond the limit where they touch.
     fn hold(&mut self, batch: &[Event]) {
         for number in batch.iter().flat_map(|event| event.tracks) {
             let track = &mut self.tracks.list[number];
@@ -161,7 +159,7 @@ impl Sweep {
         }
     }
 
-    /// Forgets the step before.
+    /// Clears the results of the previous step.
     fn clear(&mut self) {
         self.queue.clear();
         self.settled.clear();
@@ -172,7 +170,7 @@ impl Sweep {
         }
     }
 
-    /// Queues the first touch of every pair that may meet.
+    /// Queues the first touch of each pair of bodies that may meet.
     fn foresee_all(&mut self, world: &impl Lookup, dt: f64) {
         self.clear();
         self.moved.clear();
@@ -190,7 +188,7 @@ impl Sweep {
         self.near = near;
     }
 
-    /// Queues the first touch of two tracks from a moment on.
+    /// Queues the first touch of two bodies from a moment on.
     pub(super) fn foresee(&mut self, tracks: [usize; 2], from: f64, world: &impl Lookup, dt: f64) {
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         let idle = a.is_still() && b.is_still();
@@ -235,7 +233,7 @@ impl Sweep {
         }
     }
 
-    /// The earliest touches, all at the same moment.
+    /// Takes the earliest touches, which happen at once, out of the queue.
     fn next_batch(&mut self, dt: f64) -> Option<Vec<Event>> {
         let mut batch: Vec<Event> = Vec::new();
         while let Some(event) = self.queue.peek().copied() {
@@ -257,7 +255,7 @@ impl Sweep {
         (!batch.is_empty()).then_some(batch)
     }
 
-    /// Other parts of the same two bodies that touch at the same moment.
+    /// Adds other parts of the same two bodies that touch at the same moment.
     fn add_twins(&self, event: Event, batch: &mut Vec<Event>, dt: f64) {
         for (parts, [one, two]) in self.pairs_of(event.tracks) {
             let span = [event.time, event.time + AT_ONCE * dt];
@@ -268,7 +266,7 @@ impl Sweep {
         }
     }
 
-    /// Pairs of parts of two tracks that are to be looked at still, with their numbers.
+    /// The pairs of parts of two bodies that are still to be tested, with their indices.
     fn pairs_of(
         &self,
         tracks: [usize; 2],
@@ -298,7 +296,7 @@ impl Sweep {
         self.lasting.get(&parts).map_or(0.0, |(_, until)| *until)
     }
 
-    /// Counts a meeting of parts that lose speed by it.
+    /// Counts an impact of two parts that lose speed.
     pub(super) fn count(&mut self, parts: [usize; 2], time: f64, dt: f64) {
         let (times, until) = self.lasting.entry(parts).or_default();
         *times += 1;
@@ -314,7 +312,7 @@ impl Sweep {
         })
     }
 
-    /// All pairs of a redirected track with whom it may meet.
+    /// Adds the pairs of a redirected body with all bodies that it may meet.
     pub(super) fn neighbours(&self, number: usize, bounds: &Aabb, pairs: &mut Vec<[usize; 2]>) {
         let still = self.near.around(bounds).map(|other| other as usize);
         let still = still.filter(|other| !self.moved[*other]);
@@ -332,7 +330,7 @@ impl Sweep {
         pairs.extend(others.map(|other| [number.min(other), number.max(other)]));
     }
 
-    /// Says where the bodies that were hit end.
+    /// Adds the end states of the bodies that were hit.
     fn push(&self, dt: f64, pushes: &mut Vec<Push>) {
         for (number, _) in &self.redirected {
             let track = &self.tracks.list[*number];

@@ -1,5 +1,4 @@
-//! The bodies of a step as a swept detection sees them: where they began, how they move, and
-//! what on them can touch.
+//! The bodies and colliders of a step for swept detection: their start, their path, and their parts.
 
 use super::discrete::Discrete;
 use super::field_contact::ContactPart;
@@ -15,70 +14,71 @@ use crate::rapier::geometry::{Aabb, Collider};
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rigid::Lookup;
 
-/// Roundings between where a body stood, how fast it was, and where Rapier put it: one for each
-/// substep, and a few for the frame.
+/// Tolerance, in roundings, between the path computed from a body's start and the place where Rapier put it: one for
+/// each substep, and a few for the frame.
 const ROUNDINGS: f64 = 32.0;
 
-/// A body, or a collider without one, on its way through a step.
+/// A body, or a collider without one, on its path through a step.
 #[derive(Debug)]
 pub(super) struct SweptBody {
     pub body: Option<RigidBodyHandle>,
     pub dynamic: bool,
     pub path: BodyPath,
-    /// Its parts, by their place in the list of parts.
+    /// The range of its parts in [`SweptBodies::parts`].
     pub parts: std::ops::Range<usize>,
-    /// No part is farther from the centre of mass.
+    /// An upper bound of the distance of its parts' points from the centre of mass.
     pub reach: f64,
-    /// Whether a part has a detection field.
+    /// True if a part has a detection field.
     pub detects: bool,
-    /// Its motion, in full: see [`SweptBody::prepare`].
+    /// Set, with the rotation of the path, by [`SweptBody::prepare`].
     pub resistance: Option<Resistance>,
     start: BodyStart,
-    /// Where Rapier left it, its frame and its velocity.
+    /// The pose of its frame, and its velocity, after Rapier's step.
     end: DPose3,
     end_linvel: DVec3,
-    /// Its angular momentum there, if a torque bends its way.
+    /// Its angular momentum after Rapier's step, if a torque bends its rotation.
     end_momentum: Option<DVec3>,
     local_com: DVec3,
-    /// When it was last put on another path, and what fields are taken to do to it from then on, if it
-    /// is moved within the step: an acceleration and a torque.
+    /// The time of its last impact, and the acceleration and torque by fields that are assumed from then on, if it is
+    /// moved within the step.
     pub hit_at: Option<f64>,
     pub presumed: Option<[DVec3; 2]>,
-    /// By how much it moves faster than it is: steps within a step lead elsewhere than their velocities.
+    /// The velocity of the path minus that with which the body answers impacts: substeps arrive at a place that does
+    /// not follow from their velocities.
     ahead: DVec3,
-    /// The angular velocity with which it goes on, if it was stopped for the rest of the step.
+    /// The angular velocity with which it ends, if it was stopped for the rest of the step.
     stopped: Option<DVec3>,
-    /// Its bounds, if it stood still over Rapier's step.
+    /// Its bounds, if it stood still during Rapier's step.
     still: Option<Aabb>,
-    /// Impacts so far; events foreseen before the last are void.
+    /// The number of impacts so far; events predicted before the last are void.
     pub generation: u32,
 }
 
-/// A collider of a track.
+/// A collider of a body on its path.
 #[derive(Debug)]
 pub(super) struct Member {
     pub part: ContactPart,
     /// From the centre of mass to the collider's frame, in the body's axes.
     pub arm: DVec3,
     pub shape: Form,
-    /// Its `contact_skin`: it touches that much before its surface does.
+    /// Its `contact_skin`: it touches at that distance from its surface.
     pub skin: f64,
-    /// Its bounds, if its body stood still over Rapier's step.
+    /// Its bounds, if its body stood still during Rapier's step.
     pub bounds: Option<Aabb>,
 }
 
-/// The shape of a part in swept detection.
+/// The shape of a part, by the method that finds its touches.
 #[derive(Clone, Debug)]
 pub(super) enum Form {
-    /// Exact. The radius is that with the skin.
+    /// Exact against balls and half-spaces. The radius includes the skin.
     Ball { radius: f64, shape: SharedShape },
-    /// Exact against balls while it does not turn. Its normal is in the body's axes.
+    /// Exact against balls while it does not rotate. The normal is in the body's axes.
     Plane { normal: DVec3, shape: SweptSolid },
     /// By Parry.
     Other(SweptSolid),
 }
 
-/// Any shape, in the body's axes.
+/// A shape with its rotation relative to the body.
 #[derive(Clone, Debug)]
 pub(super) struct SweptSolid {
     pub shape: SharedShape,
@@ -86,7 +86,7 @@ pub(super) struct SweptSolid {
     pub reach: f64,
 }
 
-/// Everything that may touch in a step.
+/// All bodies and colliders that may touch in a step.
 #[derive(Debug, Default)]
 pub(super) struct SweptBodies {
     pub list: Vec<SweptBody>,
@@ -94,7 +94,7 @@ pub(super) struct SweptBodies {
 }
 
 impl SweptBodies {
-    /// Takes up all bodies and free colliders, with the motion they had over the last `dt`.
+    /// Collects all bodies and free colliders, with their motion over the last `dt`.
     pub(super) fn gather(
         &mut self,
         touch: &Discrete,
@@ -150,7 +150,7 @@ impl SweptBodies {
         }
         let bounds = still_at.map(|pose| bounds_of(collider, pose));
         let pose = to_dpose3(local);
-        // Parry panics at what is negative.
+        // Parry panics at a negative margin.
         let skin = to_f64(collider.contact_skin().max(0.0));
         let solid = || {
             let bounds = collider.shape().compute_local_bounding_sphere();
@@ -196,7 +196,7 @@ impl SweptBodies {
     }
 }
 
-/// The bounds of a collider at a pose, with the margin within which gaps count as touching.
+/// The bounds of a collider at a pose, with the margin within which a gap counts as touching.
 fn bounds_of(collider: &Collider, pose: &Pose) -> Aabb {
     let own = collider.shape().compute_aabb(pose);
     let far = own.mins.abs().max(own.maxs.abs()).max_element();
@@ -252,7 +252,7 @@ impl SweptBody {
         }
     }
 
-    /// A collider without a body.
+    /// The path of a collider without a body, which does not move.
     fn free() -> Self {
         let turn = Turn::Steady {
             attitude: DQuat::IDENTITY,
@@ -288,12 +288,12 @@ impl SweptBody {
         }
     }
 
-    /// Whether it stands still, and nothing has hit it.
+    /// Returns true if it stood still and has not been hit.
     pub(super) fn is_still(&self) -> bool {
         self.still.is_some() && self.generation == 0
     }
 
-    /// Works out the rotation, which only bodies that may meet another need.
+    /// Computes the rotation of the path, which only bodies that may meet another need.
     pub(super) fn prepare(&mut self, world: &impl Lookup, dt: f64) {
         let body = self.body.and_then(|body| world.body(body));
         let (None, Some(body)) = (self.resistance, body) else {
@@ -303,7 +303,7 @@ impl SweptBody {
         self.resistance = Some(resistance);
         let begin = to_dpose3(&self.start.pose).rotation;
         let rotor = resistance.rotor;
-        // Rapier carried out this crate's free rotation unless something pushed the body.
+        // The body made the free rotation of this crate unless something pushed it.
         let free = self.start.turn.filter(|turn| {
             let expected = rotor.angvel(self.end.rotation, turn.momentum);
             let off = (expected - to_dvec3(body.angvel())).length();
@@ -312,7 +312,7 @@ impl SweptBody {
         let turn = free.and_then(|turn| {
             let freely = |momentum| Turn::freely(&rotor, begin, momentum, [0.0, dt]);
             let end = self.end.rotation;
-            // Rapier's solver also moves what overlaps apart, and leaves its velocity alone.
+            // Rapier's solver also separates overlapping bodies without changing their velocities.
             let arrives = |turn: &Turn| {
                 let off = turn.attitude(dt, 0.0).angle_between(end);
                 off <= ROUNDINGS * to_f64(Real::EPSILON)
@@ -337,7 +337,7 @@ impl SweptBody {
         }
     }
 
-    /// The body as a response sees it, at a moment.
+    /// The body as a response needs it, at a moment; `None` before [`Self::prepare`].
     pub(super) fn mover(&self, time: f64) -> Option<ContactBody> {
         let attitude = self.path.attitude(time);
         Some(ContactBody {
@@ -351,12 +351,12 @@ impl SweptBody {
         })
     }
 
-    /// The velocity of the centre of mass with which it answers.
+    /// The velocity of the centre of mass with which the body answers.
     fn velocity(&self, time: f64) -> DVec3 {
         self.path.velocity(time) - self.ahead
     }
 
-    /// Goes on from a moment with other velocities, and what presses it.
+    /// Puts the body on a new path from a moment on, with the velocities and acceleration of `mover`.
     pub(super) fn redirect(&mut self, mover: &ContactBody, free: bool, [time, end]: [f64; 2]) {
         let rotor = mover.resistance.rotor;
         let free = free && mover.resistance.may_turn == DVec3::ONE;
@@ -366,7 +366,7 @@ impl SweptBody {
         let twisted = spin_up.map(|it| rotor.momentum(mover.attitude, it));
         self.presumed = by_fields.map(|it| [it, twisted.unwrap_or(DVec3::ZERO)]);
         self.hit_at = Some(time);
-        // From now on what presses it is taken not to change.
+        // From now on its acceleration is assumed constant.
         let gain = mover.linvel + mover.acceleration * left;
         self.end_linvel += gain - self.velocity(end);
         self.ahead = DVec3::ZERO;
@@ -396,7 +396,7 @@ impl SweptBody {
         self.generation += 1;
     }
 
-    /// Keeps the body where it is at a moment, with the velocity that it has.
+    /// Keeps the body at its pose at a moment; it ends the step with the velocity that it would have had.
     pub(super) fn stop(&mut self, time: f64) {
         let attitude = self.path.attitude(time);
         let angvel = self.path.angvel(time, attitude);
@@ -430,14 +430,14 @@ impl SweptBody {
         (pose, self.end_linvel, angvel)
     }
 
-    /// Where a world point carried by the body at a moment is at the end of Rapier's step.
+    /// The world point to which a point fixed to the body at a moment is carried by the end of Rapier's step.
     pub(super) fn carried_to_end(&self, point: DVec3, time: f64) -> DVec3 {
         let attitude = self.path.attitude(time);
         let local = attitude.inverse() * (point - self.path.com(time)) + self.local_com;
         self.end.transform_point(local)
     }
 
-    /// Holds the body from a moment to the end of the step.
+    /// World bounds that contain the body from one moment to another.
     pub(super) fn bounds(&self, from: f64, to: f64) -> Aabb {
         if let Some(bounds) = self.still.filter(|_| self.generation == 0) {
             return bounds;
@@ -446,7 +446,7 @@ impl SweptBody {
         let rounding = 4.0 * to_f64(Real::EPSILON) * (a.length() + b.length() + self.reach);
         let bent = self.path.acceleration(from).abs();
         let bent = bent.max(self.path.acceleration(to).abs());
-        // It is no farther from its chord than this.
+        // An upper bound of the distance of the path from its chord.
         let sagitta = bent * ((to - from) * (to - from) / 8.0);
         let margin = DVec3::splat(self.reach + rounding) + sagitta;
         Aabb {
@@ -460,7 +460,7 @@ impl SweptBody {
     }
 }
 
-/// When the spheres around two tracks overlap, within a span; `None` if they do not.
+/// The part of a span in which the bounding spheres of two bodies overlap; `None` if they do not.
 pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> Option<[f64; 2]> {
     let [a, b] = tracks;
     let reach = a.reach + b.reach;
@@ -469,11 +469,11 @@ pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> 
     }
     let apart = b.path.com(from) - a.path.com(from);
     let closing = b.path.velocity(from) - a.path.velocity(from);
-    // No farther from a straight line than this.
+    // An upper bound of the distance of the relative path from a straight line.
     let pull = |time| (b.path.acceleration(time) - a.path.acceleration(time)).length();
     let pull = f64::max(pull(from), pull(to));
     let off = 0.5 * pull * (to - from) * (to - from);
-    // A little early and late, against rounding.
+    // Widened a little against rounding.
     let reach = reach * (1.0 + 1e-9) + 1e-12 * (a.path.com.length() + b.path.com.length()) + off;
     let (square, half, rest) = (
         closing.length_squared(),
@@ -499,9 +499,8 @@ pub(super) fn near_each_other(tracks: [&SweptBody; 2], [from, to]: [f64; 2]) -> 
     (span[0] <= span[1]).then_some(span)
 }
 
-/// The velocity, acceleration and jerk with which a centre of mass began a step that took it along a
-/// way, and by how much it moved faster than it was. Of a body that something else pushed only the chord
-/// is known.
+/// The initial velocity, acceleration and jerk of a centre of mass that moved along a path within a step, and the part
+/// of the velocity that is [ahead](SweptBody::ahead). If something else pushed the body, only the chord is known.
 fn way([from, to]: [DVec3; 2], start: &BodyStart, body: &RigidBody, dt: f64) -> [DVec3; 4] {
     let straight = |linvel| [linvel, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO];
     let [linvel, acceleration, arrival] = start.way(from_f64(dt)).map(to_dvec3);
@@ -522,7 +521,7 @@ fn way([from, to]: [DVec3; 2], start: &BodyStart, body: &RigidBody, dt: f64) -> 
     }
     let expected = (linvel + acceleration * (0.5 * dt)) * dt;
     let off = from + expected - to;
-    // A force that changes too much to be a line within the step does not lead where it went.
+    // A force that is far from linear in time within the step does not lead to where the body went.
     let jerk = to_dvec3(start.jerk);
     let bent = jerk * (dt * dt * dt / 12.0);
     if jerk != DVec3::ZERO && (off - bent).length() < off.length() {
@@ -538,8 +537,8 @@ fn way([from, to]: [DVec3; 2], start: &BodyStart, body: &RigidBody, dt: f64) -> 
     [begin, acceleration, DVec3::ZERO, DVec3::ZERO]
 }
 
-/// By which the torque grows that bends the rotation of a body about one of an angular momentum, if
-/// that leads nearer to the angular momentum with which it ended.
+/// The rate of change of the torque that bends the rotation, if with it the rotation ends nearer to the known angular
+/// momentum; else zero. `unbent` is the angular momentum of the free rotation.
 fn torque_rate(turn: &FreeTurn, unbent: DVec3, dt: f64) -> DVec3 {
     let off = unbent + turn.torque * (0.5 * dt) - turn.momentum;
     let bent = turn.torque_rate * (dt * dt / 12.0);
@@ -550,8 +549,8 @@ fn torque_rate(turn: &FreeTurn, unbent: DVec3, dt: f64) -> DVec3 {
     }
 }
 
-/// The constant angular velocity that turns a body from one attitude to another, of those that
-/// do the one nearest to `angvel`.
+/// The constant angular velocity that turns a body from one attitude to another in `dt`; of the possible ones, the
+/// nearest to `angvel`.
 fn steady(from: DQuat, to: DQuat, angvel: DVec3, dt: f64) -> DVec3 {
     if from == to && angvel == DVec3::ZERO || dt <= 0.0 {
         return if dt > 0.0 { DVec3::ZERO } else { angvel };

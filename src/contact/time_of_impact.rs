@@ -1,4 +1,4 @@
-//! When and where two parts on their ways first touch.
+//! The time and the points of the first touch of two parts on their paths.
 
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
 use super::overlap::{distance, manifold_points, nearest};
@@ -11,21 +11,21 @@ use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::parry::query::{Contact, Unsupported};
 
-/// Roundings of coordinates in a gap, in 64 bits: less is not told from touching.
+/// A gap of fewer roundings of the coordinates, in 64 bits, counts as touching.
 const EXACT: f64 = 16.0 * f64::EPSILON;
 
-/// A part of a track.
+/// A part of a body, on the body's path.
 #[derive(Clone, Copy)]
 pub(super) struct MovingShape<'a> {
     pub track: &'a SweptBody,
     pub member: &'a Member,
 }
 
-/// Where two parts touch.
+/// A point at which two parts touch, in world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactPoint {
     pub point: DVec3,
-    /// From the first to the second.
+    /// Unit vector from the first part to the second.
     pub normal: DVec3,
     pub depth: f64,
 }
@@ -37,7 +37,7 @@ impl MovingShape<'_> {
         DPose3::from_parts(place, attitude)
     }
 
-    /// From the centre of mass to the collider's frame, and its velocity apart from the centre's.
+    /// The vector from the centre of mass to the collider's frame, and its velocity relative to the centre.
     fn arm(&self, time: f64) -> [DVec3; 2] {
         if self.member.arm == DVec3::ZERO {
             return [DVec3::ZERO; 2];
@@ -47,12 +47,12 @@ impl MovingShape<'_> {
         [arm, self.track.path.angvel(time, attitude).cross(arm)]
     }
 
-    /// The place of the collider's frame.
+    /// The origin of the collider's frame, in world space.
     pub(super) fn place(&self, time: f64) -> DVec3 {
         self.track.path.com(time) + self.arm(time)[0]
     }
 
-    /// Whether it stands still where something never comes: a wall of a body that has others.
+    /// Returns true if it stands still outside of `bounds`, for example a wall of a body that has several.
     pub(super) fn stands_clear_of(&self, bounds: &Aabb) -> bool {
         let own = self.member.bounds.filter(|_| self.track.is_still());
         // A half-space has no bounds.
@@ -82,8 +82,8 @@ pub(super) fn time_of_impact(
     }
 }
 
-/// How two centres of mass approach over a span: their relative velocity at its start, relative
-/// acceleration and jerk; and a bound of the acceleration.
+/// The relative motion of two centres of mass over a span, with velocity and acceleration at its start. `pull` is an
+/// upper bound of the acceleration.
 struct Approach {
     from: f64,
     velocity: DVec3,
@@ -112,13 +112,13 @@ impl Approach {
         self.velocity + (self.acceleration + self.jerk * (0.5 * since)) * since
     }
 
-    /// No faster over a time.
+    /// An upper bound of the speed over a duration.
     fn fastest(&self, duration: f64) -> f64 {
         self.velocity.length() + self.pull * duration
     }
 }
 
-/// Two balls. The value is the difference of squares, which is smooth even where they meet.
+/// Two balls. The value is the difference of the squares, which is smooth even at equal centres.
 fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
     let (one, two) = (&a.track.path, &b.track.path);
     let approach = Approach::new(&a, &b, span);
@@ -127,7 +127,7 @@ fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> 
     let swing = turn_a.angvel * arm_a + turn_b.angvel * arm_b;
     let pull = approach.pull;
     let bend = turn_a.acceleration * arm_a + turn_b.acceleration * arm_b + pull;
-    // No closer than they can come: most pairs of parts end here.
+    // An early exit for pairs that cannot meet in the span, which are most.
     let apart = (b.place(span[0]) - a.place(span[0])).length();
     let duration = span[1] - span[0];
     if apart - reach > (approach.fastest(duration) + swing) * duration {
@@ -152,7 +152,7 @@ fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> 
     })
 }
 
-/// A half-space that does not turn, and a ball.
+/// A half-space that does not rotate, and a ball.
 fn plane(
     a: MovingShape<'_>,
     b: MovingShape<'_>,
@@ -166,7 +166,7 @@ fn plane(
     let approach = Approach::new(&a, &b, span);
     let arm = b.member.arm.length();
     let bend = path.bounds().acceleration * arm + approach.pull;
-    // No closer than it can come: most balls are far from most walls.
+    // An early exit for balls that cannot reach the half-space in the span, which are most.
     let gap = (b.place(span[0]) - a.place(span[0])).dot(normal) - radius;
     let duration = span[1] - span[0];
     if gap > (approach.fastest(duration) + path.bounds().angvel * arm) * duration {
@@ -183,8 +183,8 @@ fn plane(
     })
 }
 
-/// Whether two parts may touch in `span`, by what is known of how far they were apart. Only of those
-/// of which [`time_of_impact`] would have to ask Parry is anything known.
+/// Returns true if two parts may touch in `span`, by the distance kept for the pair. Distances are kept only for pairs
+/// of which [`time_of_impact`] would have to ask Parry.
 pub(super) fn may_touch(
     a: MovingShape<'_>,
     b: MovingShape<'_>,
@@ -195,7 +195,7 @@ pub(super) fn may_touch(
     if !is_solid(a) && !is_solid(b) {
         return true;
     }
-    // A shape without bounds comes first: even a small motion moves some of its points far.
+    // A shape without bounds goes first, because even a small rotation moves some of its points far.
     let [a, b] = match b.member.shape {
         Form::Plane { .. } => [b, a],
         _ => [a, b],
@@ -215,11 +215,11 @@ pub(super) fn may_touch(
     !known.are_apart(pair, shapes, &relative, from_f64(near), measure)
 }
 
-/// How near two parts must be to touch in a span.
+/// The distances and speeds that decide a touch by Parry's distance.
 struct WithinReach {
-    /// No two points of them approach faster.
+    /// An upper bound of the speed at which two of their points approach.
     speed: f64,
-    /// A gap below this counts as touching.
+    /// A smaller gap counts as touching.
     tolerance: f64,
     near: f64,
 }
@@ -248,12 +248,12 @@ fn shapes(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> Option<f64>
     })
 }
 
-/// The skins of two parts, together.
+/// The sum of the skins of two parts.
 fn skins(a: MovingShape<'_>, b: MovingShape<'_>) -> f64 {
     a.member.skin + b.member.skin
 }
 
-/// From the middle of the surfaces of two parts to that of their skins, along the normal.
+/// The offset, along the normal, from the middle between two surfaces to that between their skins.
 fn between_skins(a: MovingShape<'_>, b: MovingShape<'_>) -> f64 {
     0.5 * (a.member.skin - b.member.skin)
 }
@@ -265,7 +265,7 @@ fn finite_reach(shape: &Form) -> f64 {
     }
 }
 
-/// No two points of the parts approach faster.
+/// An upper bound of the speed at which any two points of the parts approach.
 fn most_approach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> f64 {
     let swing = |part: MovingShape<'_>| {
         let reach = part.member.arm.length() + finite_reach(&part.member.shape);
@@ -275,7 +275,7 @@ fn most_approach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> f64 
     approach.fastest(span[1] - span[0]) + swing(a) + swing(b)
 }
 
-/// The frame of the second part in that of the first at a moment, the second moved by `back`.
+/// The pose of the second part relative to the first at a moment, with the second moved by `back`.
 fn relative_pose(a: MovingShape<'_>, b: MovingShape<'_>, time: f64, back: DVec3) -> Pose {
     let frame = |part: MovingShape<'_>| {
         let pose = part.pose(time);
@@ -285,15 +285,15 @@ fn relative_pose(a: MovingShape<'_>, b: MovingShape<'_>, time: f64, back: DVec3)
         )
     };
     let (one, two) = (frame(a), frame(b));
-    // In 64 bits up to here, so that the distance from the origin costs nothing.
+    // In 64 bits up to here, so that a large distance from the origin costs no precision.
     let to_first = one.rotation.inverse();
     let place = from_dvec3(to_first * (two.translation + back - one.translation));
     let [x, y, z, w] = (to_first * two.rotation).to_array().map(from_f64);
     Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize())
 }
 
-/// Parry's contact at a moment, in the frame of the first, the second moved by `back`; `None` if
-/// farther than `near`.
+/// Parry's contact at a moment, in the frame of the first part, with the second moved by `back`; `None` if they are
+/// farther apart than `near`.
 fn contact(
     a: MovingShape<'_>,
     b: MovingShape<'_>,
@@ -308,7 +308,7 @@ fn contact(
     }
     let is_plane = |part: MovingShape<'_>| matches!(part.member.shape, Form::Plane { .. });
     if is_plane(b) && !is_plane(a) {
-        // Parry takes the pose the wrong way round if the half-space is second.
+        // Parry applies the pose in the wrong direction if the half-space is second.
         let found = contact(b, a, time, to_f64(near), -back)?;
         return Some(Contact {
             point1: relative.transform_point(found.point2),
@@ -320,13 +320,13 @@ fn contact(
     }
     let shapes = [&a.member.shape, &b.member.shape].map(Form::parry);
     let found = if is_plane(a) && shapes[1].as_support_map().is_none() {
-        // The same for what is made of pieces.
+        // The same happens for shapes made of pieces.
         Err(Unsupported)
     } else {
         nearest(shapes, &relative, near)
     };
     found.unwrap_or_else(|_| {
-        // Of some shapes Parry knows manifolds only.
+        // For some shapes Parry has manifolds only.
         let points = manifold_points(shapes, &relative, near);
         let points = points.iter().map(|point| point.placed(&relative));
         let deepest = points.reduce(|a, b| if b.depth > a.depth { b } else { a })?;
@@ -351,11 +351,11 @@ impl Form {
     }
 }
 
-/// Corners whose gaps differ by less than this share of the size of the parts touch at once: a box
-/// that falls flat is not to roll from corner to corner.
+/// Corners whose gaps differ by less than this share of the size of the parts touch at once, so that a box that falls
+/// flat does not roll from corner to corner.
 const FLAT: f64 = 1e-3;
 
-/// All points at which two parts that touch at a moment do so; the first is where they touch first.
+/// All points at which two touching parts touch at a moment; the first one is the deepest.
 pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<ContactPoint> {
     let first: Vec<_> = spot(a, b, time).into_iter().collect();
     let forms = [a, b].map(|part| &part.member.shape);
@@ -393,12 +393,12 @@ pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<Co
     if all.len() > 1 { all } else { first }
 }
 
-/// Where two parts that touch at a moment do so.
+/// The point at which two touching parts touch at a moment.
 fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoint> {
     match (&a.member.shape, &b.member.shape) {
         (Form::Ball { radius, .. }, Form::Ball { radius: other, .. }) => {
             let (from, to) = (a.place(time), b.place(time));
-            // Of two equal centres no direction is better; Rapier takes +y too.
+            // With equal centres every direction is as good; Rapier takes +y too.
             let normal = (to - from).try_normalize().unwrap_or(DVec3::Y);
             let depth = radius + other - (to - from).length();
             Some(ContactPoint {
@@ -422,8 +422,8 @@ fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoin
             let apart = to_f64(Real::EPSILON).sqrt() * size;
             let near = 16.0 * apart + skins(a, b);
             let found = contact(a, b, time, near, DVec3::ZERO)?;
-            // Of parts that touch, rounding makes up the normal. A little way back it is known to
-            // the root of a rounding, about as well as it can be.
+            // For parts that touch, the normal is dominated by rounding. A little way back it is precise to the square
+            // root of a rounding, which is about the best possible.
             let closing = b.track.path.velocity(time) - a.track.path.velocity(time);
             let back = closing.normalize_or_zero() * -apart;
             let before = contact(a, b, time, near, back).filter(|c| c.dist > 0.0);

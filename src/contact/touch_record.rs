@@ -1,4 +1,4 @@
-//! How parts came to touch within a step, for the cross-check.
+//! The touches of a step with the paths that led to them, for the cross-check.
 
 use super::field_contact::FieldContact;
 use super::swept_body::Form;
@@ -6,27 +6,27 @@ use super::time_of_impact::MovingShape;
 use super::trajectory::BodyPath;
 use crate::math::{ColliderHandle, DPose3, DQuat, DVec3, RigidBodyHandle, Vector};
 
-/// A touch, and the ways that led to it.
+/// A touch, and the paths that led to it. All of it is in world space.
 #[derive(Clone, Debug)]
 pub(crate) struct TouchRecord {
-    /// In the order of their handles, as the ways.
+    /// In the order of their handles, like `ways`.
     pub colliders: [ColliderHandle; 2],
     pub world_point: Vector,
-    /// From the first to the second.
+    /// Unit vector from the first collider to the second.
     pub world_normal: Vector,
-    /// Since the step began.
+    /// Time since the step began.
     pub time: f64,
     pub ways: [TouchWay; 2],
 }
 
-/// How a part moved until it touched, and would have moved on. Times are since the step began.
+/// The path of a part to a touch, and on without it. Times are since the step began.
 #[derive(Clone, Debug)]
 pub(crate) struct TouchWay {
     pub body: Option<RigidBodyHandle>,
-    /// Whether it is the one that Rapier's step led along, which no impact has changed yet.
+    /// True if it is the path of Rapier's step, which no impact has changed yet.
     pub whole: bool,
     path: BodyPath,
-    /// From the centre of mass to the collider's frame, and the rotation of that, in the body's axes.
+    /// The vector from the centre of mass to the collider's frame, and the rotation of that frame, in the body's axes.
     arm: DVec3,
     own: DQuat,
 }
@@ -42,7 +42,7 @@ impl TouchLog {
         self.records.clear();
     }
 
-    /// Notes that two parts touch at a moment.
+    /// Records that two parts touch at a moment.
     pub(super) fn note(&mut self, parts: [MovingShape<'_>; 2], contact: &FieldContact, time: f64) {
         let mut ways = parts.map(TouchWay::of);
         if contact.colliders[0] != parts[0].member.part.collider {
@@ -59,7 +59,7 @@ impl TouchLog {
 }
 
 impl TouchRecord {
-    /// When both ways had begun.
+    /// The time since which both paths hold.
     pub(crate) fn from(&self) -> f64 {
         let [one, two] = &self.ways;
         one.from().max(two.from())
@@ -81,12 +81,12 @@ impl TouchWay {
         }
     }
 
-    /// When it began.
+    /// The time at which it begins.
     pub(crate) fn from(&self) -> f64 {
         self.path.from
     }
 
-    /// The collider's frame at a moment.
+    /// The pose of the collider's frame at a moment.
     pub(crate) fn frame(&self, time: f64) -> DPose3 {
         let attitude = self.path.attitude(time);
         let place = self.path.com(time) + attitude * self.arm;
@@ -106,7 +106,7 @@ mod altered {
     use crate::rigid::Rotor;
 
     impl TouchWay {
-        /// A whole way of a part at an arm on a body that tumbles freely and is pulled.
+        /// The path of a part at an arm on a body that tumbles freely and is pulled, over a whole step.
         pub(crate) fn tumbling(
             body: Option<RigidBodyHandle>,
             [com, linvel, acceleration]: [DVec3; 3],
@@ -145,7 +145,7 @@ mod altered {
             self.path.turn = Turn::Steady { attitude, angvel };
         }
 
-        /// A way that goes on elsewhere from a moment.
+        /// The same path, replaced by another motion from a moment on.
         pub(crate) fn anew(self, from: f64, leap: DVec3) -> Self {
             let path = BodyPath {
                 from,

@@ -1,28 +1,28 @@
-//! How a body moves within a step, in 64 bits.
+//! The motion of a body within a step, in 64 bits and world axes.
 
 use crate::math::{DQuat, DVec3};
 use crate::rigid::{Rotor, Top};
 
-/// The motion of a body from some moment of a step to its end: its centre of mass on a parabola, or on
-/// a cubic where its acceleration is known to change, its rotation free or steady. Times are since the
-/// step began.
+/// The motion of a body from some moment of a step to its end: its centre of mass on a parabola, or on a cubic where
+/// the change of its acceleration is known; its rotation free or steady, with a correction for torque. Times are since
+/// the step began.
 #[derive(Clone, Debug)]
 pub(super) struct BodyPath {
     pub from: f64,
-    /// The centre of mass at `from`.
+    /// The centre of mass at the time `from`.
     pub com: DVec3,
-    /// At `from`.
+    /// At the time `from`.
     pub linvel: DVec3,
-    /// At `from`.
+    /// At the time `from`.
     pub acceleration: DVec3,
     pub jerk: DVec3,
     pub turn: Turn,
-    /// The part that a torque adds.
+    /// The correction of the rotation by a torque.
     pub bend: Option<Bend>,
 }
 
-/// By how much an angular acceleration bends a rotation that has the same ends without it: as a
-/// parabola, or a cubic, stands above its chord.
+/// The rotation by an angular acceleration, on top of a rotation that has the same ends without it: as a parabola, or a
+/// cubic, stands above its chord.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bend {
     /// In the middle of the span.
@@ -31,7 +31,7 @@ pub(super) struct Bend {
     pub span: [f64; 2],
 }
 
-/// How a body turns.
+/// The rotation of a body without the correction by a torque.
 #[derive(Clone, Debug)]
 pub(super) enum Turn {
     /// With a constant angular velocity.
@@ -42,16 +42,16 @@ pub(super) enum Turn {
     Free(Top),
 }
 
-/// Bounds of the rotation of a path.
+/// Upper bounds for a path's rotation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RotationBounds {
     pub angvel: f64,
-    /// Acceleration of a point at a distance of one from the centre of mass.
+    /// Of the acceleration of a point at distance one from the centre of mass.
     pub acceleration: f64,
 }
 
 impl Bend {
-    /// A time since the middle of the span, and half its length.
+    /// The time since the middle of the span, and half the span's length.
     fn since_middle(&self, time: f64) -> [f64; 2] {
         let [from, to] = self.span;
         [time - 0.5 * (from + to), 0.5 * (to - from)]
@@ -75,8 +75,8 @@ impl Bend {
 }
 
 impl Turn {
-    /// From an angular velocity at the moment `from`; a body whose every axis may turn does so
-    /// freely.
+    /// The rotation that begins with an angular velocity. If `free`, the body follows the torque-free motion of its
+    /// inertia, else it keeps its angular velocity.
     pub(super) fn new(
         rotor: &Rotor,
         attitude: DQuat,
@@ -92,7 +92,7 @@ impl Turn {
         Turn::freely(rotor, attitude, momentum, span).unwrap_or(steady)
     }
 
-    /// The rotation from body to world at a time, of one that begins at `from`.
+    /// The rotation from body to world axes at a time, for a rotation that begins at `from`.
     pub(super) fn attitude(&self, time: f64, from: f64) -> DQuat {
         match self {
             Turn::Steady { attitude, angvel } if *angvel == DVec3::ZERO => *attitude,
@@ -103,7 +103,7 @@ impl Turn {
         }
     }
 
-    /// A free rotation of known angular momentum.
+    /// The torque-free rotation with a given angular momentum.
     pub(super) fn freely(
         rotor: &Rotor,
         attitude: DQuat,
@@ -132,14 +132,14 @@ impl BodyPath {
         self.acceleration + self.jerk * (time - self.from)
     }
 
-    /// The rotation from body to world.
+    /// The rotation from body to world axes.
     pub(super) fn attitude(&self, time: f64) -> DQuat {
         let unbent = self.turn.attitude(time, self.from);
         self.bend
             .map_or(unbent, |bend| bend.rotation(time) * unbent)
     }
 
-    /// The angular velocity, given the attitude at the same moment.
+    /// The angular velocity in world axes, given the attitude at the same time.
     pub(super) fn angvel(&self, time: f64, attitude: DQuat) -> DVec3 {
         let unbent = |attitude| match &self.turn {
             Turn::Steady { angvel, .. } => *angvel,
@@ -174,7 +174,7 @@ impl BodyPath {
         let torque = acceleration.length() + jerk.length() * half;
         let added = torque * half;
         let whole = angvel + added;
-        // The unbent angular velocity is turned with the bend.
+        // The unbent angular velocity is rotated by the bend, which adds this acceleration.
         RotationBounds {
             angvel: whole,
             acceleration: whole * whole + spin_up + torque + added * angvel,
