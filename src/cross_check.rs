@@ -1,8 +1,8 @@
-//! Cross-check: what fields detect beside what Rapier's narrow phase finds, at the same poses; and
-//! what swept detection finds within a step beside Parry's distance at its moments.
+//! The cross-check: the contacts of detection fields are compared with those of Rapier's narrow phase at the same
+//! poses, and the touches of swept detection with Parry's distance at their times.
 //!
-//! Contacts that Rapier reports after a step belong to the poses before it. So what the fields find
-//! before a step is kept, and compared after it.
+//! The contacts that Rapier reports after a step belong to the poses before it. So the contacts that fields found
+//! before a step are kept, and compared after it.
 
 mod answers;
 mod bands;
@@ -38,7 +38,7 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::NarrowPhase;
 use crate::rigid::Lookup;
 
-/// The contacts of the fields, for comparison after the next step.
+/// The fields' contacts and the sleeping bodies before a step, for comparison after it.
 pub(crate) fn expect(
     settings: &CrossCheck,
     contacts: &[FieldContact],
@@ -53,7 +53,7 @@ pub(crate) fn expect(
     }
 }
 
-/// The contact of a pair that the fields found, and all points that Rapier holds.
+/// A pair's contact as the fields found it, and all contact points that Rapier holds for it.
 #[derive(Default)]
 struct SeenPair {
     ours: Option<Sighting>,
@@ -67,15 +67,14 @@ fn key(pair: [ColliderHandle; 2]) -> Key {
 }
 
 impl CrossCheckReport {
-    /// Takes note of settings of Rapier under which its contacts are not those of the poses before
-    /// the step.
+    /// Records settings of Rapier under which its contacts do not belong to the poses before the step.
     pub(crate) fn note(&mut self, settings: &CrossCheck, parameters: &IntegrationParameters) {
         self.recycling |= settings.lets_recycle && parameters.contact_recycling;
         self.ccd_substeps |= parameters.max_ccd_substeps > 1;
     }
 
-    /// Compares with what Rapier found in the step since. `pose_before` gives the world poses
-    /// that colliders had when that step began.
+    /// Compares the expected contacts with those of Rapier's step. `pose_before` returns the world pose that a collider
+    /// had when that step began.
     pub(crate) fn compare(
         &mut self,
         settings: &CrossCheck,
@@ -122,7 +121,7 @@ impl CrossCheckReport {
         self.total.add(self.last_step);
     }
 
-    /// Adds who answered in a step.
+    /// Adds the impulses by which the fields and Rapier answered contacts in a step.
     pub(crate) fn add_answers(
         &mut self,
         settings: &CrossCheck,
@@ -143,7 +142,7 @@ impl CrossCheckReport {
         }
     }
 
-    /// Compares the two sides of one pair.
+    /// Compares the two sides of one pair, and counts the result.
     fn weigh(
         &mut self,
         judging: &Judging<'_, impl Lookup>,
@@ -227,7 +226,7 @@ impl CrossCheckReport {
         self.worst = self.worst.max(verdict.worst);
     }
 
-    /// Lists a disagreement, and tells who listens.
+    /// Lists a disagreement, and calls the listener.
     fn tell(&mut self, settings: &CrossCheck, found: Disagreement) {
         self.disagreements.push(found);
         self.first = self.first.or(Some(found));
@@ -236,8 +235,8 @@ impl CrossCheckReport {
         }
     }
 
-    /// Judges the touches of a step of length `dt`. The world is as Rapier left it; `pose_before` gives
-    /// the poses that colliders had when that step began.
+    /// Judges the touches of a step of length `dt`. `world` is as Rapier left it; `pose_before` returns the world pose
+    /// that a collider had when that step began.
     pub(crate) fn compare_touches(
         &mut self,
         settings: &CrossCheck,
@@ -272,7 +271,7 @@ impl CrossCheckReport {
     }
 }
 
-/// The world pose of a collider by that of its body, which Rapier has moved.
+/// The world pose of a collider from that of its body, because Rapier has moved the body.
 fn pose_of(handle: ColliderHandle, world: &impl Lookup) -> Option<Pose> {
     let collider = world.collider(handle)?;
     let (Some(parent), Some(local)) = (collider.parent(), collider.position_wrt_parent()) else {

@@ -1,12 +1,12 @@
-//! Who answered contacts, and by how much.
+//! The impulses by which the fields and Rapier answered contacts, counted for the cross-check.
 
 use crate::contact::FieldContact;
 use crate::math::{Real, RigidBodyHandle, Vector, to_f64};
 use crate::rapier::geometry::ContactPair;
 use crate::rigid::Lookup;
 
-/// Answers to contacts, over all steps. With [`Responder::Both`](crate::Responder) a hit is answered
-/// by each side at its own moment: the fields at the end of a step or within it, Rapier in the next.
+/// Answers to contacts, over all steps. With [`Responder::Both`](crate::Responder) each side answers a hit at its own
+/// time: the fields at the end of a step or within it, Rapier in the next.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -14,9 +14,9 @@ use crate::rigid::Lookup;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Answers {
-    /// Of the fields.
+    /// By the fields.
     pub by_fields: Answered,
-    /// Of Rapier's solver, to pairs that the fields watch. What rests is answered in every step.
+    /// By Rapier's solver, for pairs that the cross-check watches. A resting contact is answered in every step.
     pub by_rapier: Answered,
 }
 
@@ -30,8 +30,8 @@ pub struct Answers {
 pub struct Answered {
     /// Contacts with an impulse: each counts in every step in which it has one.
     pub contacts: u64,
-    /// The sum of the changes of velocity of the two centres of mass relative to each other: impulse over
-    /// reduced mass.
+    /// The sum over these contacts of impulse / reduced mass: the changes of velocity of the two centres of mass
+    /// relative to each other.
     pub velocity_change: f64,
 }
 

@@ -1,38 +1,37 @@
-//! How much the two sides may differ at a contact.
+//! The differences that rounding and kept manifolds allow between the two sides of a contact.
 //!
-//! **Parts with a ball** are worked out anew by both sides at each step, so only rounding is between
-//! them: [`CrossCheckReport::band`] for lengths, and that over the length of the line that gives the
-//! normal for angles.
+//! **Parts with a ball** are computed anew by both sides in each step, so the two differ by rounding only:
+//! [`CrossCheckReport::band`] for lengths, and that divided by the length of the line that gives the normal for angles.
 //!
-//! **Other parts** have manifolds, of which Parry keeps the points while the parts have turned by
-//! less than 1° and shifted by less than 1e-3 against each other since. Rapier's are kept, those of
-//! the fields made anew. How far a manifold is behind shows in itself: the normals that it has for
-//! both parts are apart by the turn, and its points on both parts by the shift. A depth does not
-//! change by more than the surfaces move, so the band grows by the shift, and by the turn times
-//! the farthest that a point of the overlap can be from another: the size of the smaller part.
-//! Beyond Parry's limits it does not grow. Its search for the distance of polyhedra (those of
-//! cuboids are worked out) ends when that is known to a share of √(10 ε), 1e-3 in 32 bits, and its
-//! search for the depth at 100 ε of one, or of their size. A direction along which the distance is
-//! short by a share s is off by an angle of √(2 s).
+//! **Other parts** have manifolds, of which Parry keeps the points while the parts have turned by less than 1° and
+//! shifted by less than 1e-3 relative to each other. Rapier's are kept, those of the fields made anew. The manifold
+//! itself shows by how much it is out of date: its normals on the two parts differ by the turn, and its points on the
+//! two parts by the shift. A depth changes by no more than the surfaces move, so the band grows by the shift, and by
+//! the turn times the largest distance between two points of the overlap, which is the size of the smaller part. Beyond
+//! Parry's limits the band does not grow.
+//!
+//! For polyhedra Parry's search for the distance ends at a relative error of √(10 ε), 1e-3 in 32 bits; the distance of
+//! cuboids is computed directly. Its search for the depth ends at 100 ε of one, or of their size. A direction along
+//! which the distance is short by a share s is off by an angle of √(2 s).
 
 use super::report::CrossCheckReport;
 use super::sighting::RapierPoint;
 use crate::math::{Real, Vector};
 use crate::rapier::geometry::Collider;
 
-/// As far as Parry lets points shift, and the angle, 1°, by which it lets parts turn.
+/// Parry's limits for kept points: the shift, and the turn of 1°, in radians.
 const MOST_SHIFT: Real = 1.001e-3;
 const MOST_TURN: Real = 0.0175;
-/// Units in the last place at which Parry's search for the depth of polyhedra ends.
+/// The number of units in the last place at which Parry's search for the depth of polyhedra ends.
 const SEARCH: Real = 100.0;
 
-/// How much may differ at a contact.
+/// The largest differences at a contact that are no disagreement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bands {
-    /// Depths and points.
+    /// For depths and points.
     pub depth: Real,
     pub point: Real,
-    /// Normals, in radians.
+    /// For normals, in radians.
     pub normal: Real,
     /// The error of a length by rounding alone.
     pub rounding: Real,
@@ -41,17 +40,17 @@ pub(super) struct Bands {
 /// The sizes of two colliders on which bands depend.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizes {
-    /// From the origins of the bodies to the farthest points of the parts, together.
+    /// The sum over both sides of the distance from the body's origin to the farthest point of the part.
     pub reach: Real,
-    /// Of the parts alone, without their arms.
+    /// The same from the origins of the parts, without their arms.
     pub own: Real,
-    /// Whether both are cuboids.
+    /// True if both are cuboids.
     cuboids: bool,
-    /// Whether their distance is worked out.
+    /// True if Parry computes their distance directly, without a search.
     worked_out: bool,
-    /// From a point of the smaller part to the farthest other.
+    /// The largest distance between two points of the smaller part.
     across: Real,
-    /// Radii of parts that are balls.
+    /// The radii of parts that are balls.
     radii: [Option<Real>; 2],
     pub skins: Real,
 }
@@ -69,7 +68,7 @@ impl Sizes {
             let local = collider.position_wrt_parent();
             local.map_or(0.0, |local| local.translation.length())
         };
-        // Of what is unbounded only the arm enters: a plane has no farther point.
+        // An unbounded part counts by its arm only: a plane has no farthest point.
         let bounded = extent.map(|extent| if extent.is_finite() { extent } else { 0.0 });
         let radius = |collider: &Collider| Some(collider.shape().as_ball()?.radius);
         let arms = arm(colliders[0]) + arm(colliders[1]);
@@ -87,8 +86,8 @@ impl Sizes {
         }
     }
 
-    /// The share to which Parry's search knows distances of the parts: nothing where it does not
-    /// search, between balls and of balls from cuboids.
+    /// The relative error at which Parry's search for distances ends. Zero where it does not search: between balls, and
+    /// between balls and cuboids.
     pub(super) fn search(&self) -> Real {
         if self.worked_out {
             0.0
@@ -99,7 +98,7 @@ impl Sizes {
 }
 
 impl Bands {
-    /// At a contact of some depth; `spots` are what Rapier holds of the pair.
+    /// The bands at a contact of a given depth; `spots` are the contact points that Rapier holds for the pair.
     pub(super) fn at(
         sizes: &Sizes,
         world_point: Vector,
@@ -116,7 +115,7 @@ impl Bands {
     fn of_balls(radii: [Option<Real>; 2], skins: Real, rounding: Real, depth: Real) -> Self {
         let [one, two] = radii.map(Option::unwrap_or_default);
         let reach = one + two + skins;
-        // Between the centres, or from the centre to the other's surface.
+        // The distance between the centres, or from the centre to the other's surface.
         let line = (reach - depth).abs();
         let normal = rounding / line.max(Real::MIN_POSITIVE);
         let turned = normal.min(2.0);
@@ -146,7 +145,7 @@ impl Bands {
         }
     }
 
-    /// Whether the normal is known at all.
+    /// Returns true if the normal is determined at all.
     pub(super) fn knows_normal(&self) -> bool {
         self.normal < std::f64::consts::FRAC_PI_2 as Real
     }

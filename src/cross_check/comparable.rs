@@ -1,4 +1,4 @@
-//! Which pairs can be compared, and why not.
+//! The pairs that can be compared, and the reasons why others cannot.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::{Collider, NarrowPhase};
 use crate::rigid::Lookup;
 
-/// Colliders with a detection field, and whether it acts everywhere.
+/// Colliders with a detection field; true if the field acts everywhere.
 pub(crate) type Watched = HashMap<ColliderHandle, bool>;
 
 /// The world after Rapier's step.
@@ -21,11 +21,11 @@ pub(crate) struct AfterStep<'a, W> {
     pub narrow_phase: &'a NarrowPhase,
     pub joints: Joints<'a>,
     pub parameters: &'a IntegrationParameters,
-    /// Pairs that hooks of the user's own have hidden from Rapier.
+    /// Pairs that the user's hooks have hidden from Rapier.
     pub hidden: &'a Pairs,
 }
 
-/// Whether the fields look at a pair.
+/// Returns true if the fields look at a pair and the settings watch it.
 pub(super) fn is_watched(
     settings: &CrossCheck,
     watched: &Watched,
@@ -34,10 +34,10 @@ pub(super) fn is_watched(
     pair.iter().any(|it| watched.contains_key(it)) && settings.watches(pair)
 }
 
-/// Why a pair cannot be compared.
+/// The counter in [`NotComparable`] of the reason why a pair cannot be compared.
 pub(super) type Reason = fn(&mut NotComparable) -> &mut u64;
 
-/// The inputs of the reasons.
+/// The inputs of the comparison of a step.
 pub(super) struct Judging<'a, W> {
     pub settings: &'a CrossCheck,
     pub watched: &'a Watched,
@@ -46,13 +46,13 @@ pub(super) struct Judging<'a, W> {
 }
 
 impl<W: Lookup> Judging<'_, W> {
-    /// Whether the fields look at a pair.
+    /// Returns true if the fields look at a pair and the settings watch it.
     pub(super) fn watches(&self, pair: [ColliderHandle; 2]) -> bool {
         is_watched(self.settings, self.watched, pair)
     }
 
-    /// Why a pair of which one side saw an overlap cannot be compared; `seen` says whether the
-    /// fields saw it, and `spots` are what Rapier saw.
+    /// The reason why a pair of which one side found an overlap cannot be compared; `None` if it can. `seen` is true if
+    /// the fields found it, and `spots` are the contact points that Rapier holds.
     pub(super) fn obstacle(
         &self,
         pair: [ColliderHandle; 2],
@@ -108,7 +108,7 @@ impl<W: Lookup> Judging<'_, W> {
             && colliders.iter().all(|it| it.active_hooks().is_empty())
     }
 
-    /// Whether a body kept Rapier looking at its contacts throughout the step.
+    /// Returns true if a body kept Rapier updating its contacts throughout the step.
     fn was_awake(&self, body: Option<RigidBodyHandle>) -> bool {
         let Some(handle) = body else {
             return false;
@@ -130,7 +130,7 @@ impl<W: Lookup> Judging<'_, W> {
         apart.then_some(|it| &mut it.jointed)
     }
 
-    /// Sensors of those looked at that overlap something.
+    /// The number of watched sensor pairs that overlap.
     pub(super) fn sensors(&self) -> u64 {
         let pairs = self.after.narrow_phase.intersection_pairs();
         let overlapping = pairs.filter(|(one, two, overlaps)| {

@@ -1,8 +1,8 @@
-//! The counts of a cross-check.
+//! The counts of a cross-check, public as part of its report.
 
 use crate::math::Real;
 
-/// Contacts of which one side at least saw an overlap, by what came of comparing them.
+/// Contacts of which at least one side found an overlap, by the result of the comparison.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -22,17 +22,17 @@ pub struct ContactCounts {
     pub depth: u64,
     /// Found by both, with normals that differ by more than the band.
     pub normal: u64,
-    /// Found by both, at points that are apart by more than the band.
+    /// Found by both, at points whose distance exceeds the band.
     pub point: u64,
-    /// Found by both, and overlapping as deep in another direction: their depths are compared, and
-    /// their normals and points, of which neither side's is the right one, are not.
+    /// Found by both, with an overlap as deep in another direction. Their depths are compared; their normals and points
+    /// are not, because several are right.
     pub ambiguous: u64,
-    /// Contacts that cannot be compared, which says nothing for either side.
+    /// Contacts that cannot be compared; they count for neither side.
     pub not_comparable: NotComparable,
 }
 
 impl ContactCounts {
-    /// Disagreements outside the band. A contact of which both depth and normal differ is two.
+    /// The number of disagreements outside the band. A contact whose depth and normal both differ counts twice.
     #[must_use]
     pub fn disagreed(&self) -> u64 {
         self.only_field + self.only_rapier + self.depth + self.normal + self.point
@@ -61,38 +61,37 @@ impl ContactCounts {
 pub struct NotComparable {
     /// A collider, or its body, was removed while the step was open.
     pub removed: u64,
-    /// Rapier looked more than once in the step (`max_ccd_substeps` above 1), at poses within it.
+    /// Rapier updated contacts more than once in the step (`max_ccd_substeps` above 1), at poses within it.
     pub ccd_substeps: u64,
-    /// Rapier may have kept the contact of an earlier step, as the check was told to
-    /// [let it](crate::CrossCheck::let_recycle).
+    /// Rapier may have kept the contact of an earlier step, because the check [lets
+    /// it](crate::CrossCheck::let_recycle).
     pub recycled: u64,
-    /// No body that moves was awake: Rapier keeps what it found before they fell asleep.
+    /// No movable body of the pair was awake: Rapier keeps the contacts from before they fell asleep.
     pub asleep: u64,
-    /// Rapier's contact does not fit the poses at which the fields looked: a body was moved while
-    /// the step was open.
+    /// Rapier's contact does not fit the poses at which the fields looked: a body was moved while the step was open.
     pub moved: u64,
-    /// Hooks of the user's own hid the pair from Rapier.
+    /// The user's hooks hid the pair from Rapier.
     pub hidden: u64,
-    /// A joint, or the multibody of both, keeps Rapier from looking.
+    /// A joint, or the multibody of both bodies, keeps Rapier from looking.
     pub jointed: u64,
     /// The field acts in a part of space only, and may not have looked there.
     pub masked: u64,
-    /// Neither body can be pushed: fields do not look.
+    /// Neither body can be pushed, so fields do not look.
     pub immovable: u64,
     /// A side is a soft body, whose surface fields do not know.
     pub soft: u64,
-    /// A side is a sensor: Rapier finds that it overlaps, but no contact, and fields nothing.
+    /// A side is a sensor: Rapier reports its overlap without a contact, and fields report nothing.
     pub sensor: u64,
 }
 
 impl NotComparable {
-    /// All of them.
+    /// The sum of all reasons.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.reasons().iter().map(|(_, count)| count).sum()
     }
 
-    /// Each reason, in words, with its count.
+    /// Each reason with its count.
     #[must_use]
     pub fn reasons(&self) -> [(&'static str, u64); 11] {
         [
@@ -125,8 +124,8 @@ impl NotComparable {
     }
 }
 
-/// Touches that swept detection found within steps, by what Parry says of the gap between the parts where
-/// they were then.
+/// Touches that swept detection found within steps, judged by Parry's distance between the parts at their poses at that
+/// time.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -134,29 +133,29 @@ impl NotComparable {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TouchCounts {
-    /// Touches of which gap, normal, point and ways hold to their bands.
+    /// Touches whose gap, normal, point and paths are within their bands.
     pub agreed: u64,
-    /// Touches of which one at least does not.
+    /// Touches of which at least one of these is not.
     pub disagreed: u64,
     /// Touches that cannot be judged.
     pub not_comparable: TouchesNotComparable,
-    /// Touches of parts that would not have overlapped at the end of the step, had they gone on:
-    /// detection that samples steps at their ends misses these.
+    /// Touches of parts that, without an answer, would not have overlapped at the end of the step: detection that
+    /// samples only the ends of steps misses these.
     pub missed_by_sampling: u64,
-    /// Largest gap, or overlap, at the time of a touch.
+    /// Largest gap or overlap at the time of a touch.
     pub gap_error: Real,
-    /// Largest angle between a normal and the true one nearest to it, in radians.
+    /// Largest angle between a normal and the nearest true one, in radians.
     pub normal_error: Real,
     /// Largest distance of a point of contact from a surface.
     pub point_error: Real,
-    /// Largest distance between where a way begins or ends and where the body was.
+    /// Largest distance between the begin or end of a path and the place of the body there.
     pub way_error: Real,
-    /// The largest of these in units of its band: above one is a disagreement.
+    /// The largest of these errors divided by its band: above one is a disagreement.
     pub worst: Real,
 }
 
 impl TouchCounts {
-    /// All touches.
+    /// The number of touches.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.agreed + self.disagreed + self.not_comparable.total()
@@ -185,20 +184,20 @@ impl TouchCounts {
 pub struct TouchesNotComparable {
     /// A collider was removed while the step was open.
     pub removed: u64,
-    /// The parts have overlapped since the step, or their ways after an impact, began.
+    /// The parts have overlapped since the step began, or since their paths after an impact began.
     pub overlapping: u64,
-    /// Parry does not know how far such shapes are apart.
+    /// Parry has no distance between such shapes.
     pub no_distance: u64,
 }
 
 impl TouchesNotComparable {
-    /// All of them.
+    /// The sum of all reasons.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.reasons().iter().map(|(_, count)| count).sum()
     }
 
-    /// Each reason, in words, with its count.
+    /// Each reason with its count.
     #[must_use]
     pub fn reasons(&self) -> [(&'static str, u64); 3] {
         [

@@ -1,4 +1,4 @@
-//! Contacts that one side found and the other did not, or found otherwise.
+//! The differences that a cross-check found between the fields and Rapier.
 
 use std::fmt;
 
@@ -14,13 +14,13 @@ use crate::math::{ColliderHandle, Real, Vector};
 pub struct Disagreement {
     /// The number of the step, from 1.
     pub step: u64,
-    /// Where the fields found the contact, or Rapier if they did not.
+    /// The point of the fields' contact, or of Rapier's if the fields found none; in world space.
     pub world_point: Vector,
     /// The colliders, in the order of their handles.
     pub colliders: [ColliderHandle; 2],
     /// The difference.
     pub difference: Difference,
-    /// How much it may differ there: a length, for normals an angle in radians.
+    /// The difference that the band allows: a length, or for normals an angle in radians.
     pub band: Real,
 }
 
@@ -42,48 +42,49 @@ pub enum Difference {
         /// Its depth.
         depth: Real,
     },
-    /// The depth of the deepest overlap.
+    /// The depths of the deepest overlap differ.
     Depth {
-        /// As the fields have it.
+        /// By the fields.
         field: Real,
-        /// As Rapier has it, less the contact skins.
+        /// By Rapier, contact skins included.
         rapier: Real,
     },
-    /// The normal there, a unit vector from the first collider to the second.
+    /// The normals differ: unit vectors from the first collider to the second, in world axes.
     Normal {
-        /// As the fields have it.
+        /// By the fields.
         field: Vector,
-        /// As Rapier has it; of a touch within a step, Parry's nearest to it.
+        /// By Rapier; for a touch within a step, the nearest one of Parry's.
         rapier: Vector,
     },
-    /// The point of contact, in world coordinates.
+    /// The points of contact differ, in world space.
     Point {
-        /// As the fields have it.
+        /// By the fields.
         field: Vector,
-        /// The nearest of Rapier's that is about as deep; of a touch within a step, that of a surface.
+        /// By Rapier: the nearest point that is about as deep. For a touch within a step, the nearest point of a
+        /// surface.
         rapier: Vector,
     },
     /// The parts do not touch at the time of a touch within a step.
     Gap {
-        /// The time, since the step began.
+        /// The time since the step began.
         time: f64,
-        /// How far they are apart then, by Parry; negative if they overlap.
+        /// Their distance at that time, by Parry; negative if they overlap.
         gap: Real,
     },
     /// The parts overlapped before the time of a touch within a step.
     Late {
-        /// The time, since the step began.
+        /// The time since the step began.
         time: f64,
-        /// An earlier one at which they overlap, by Parry.
+        /// An earlier time at which they overlap, by Parry.
         earlier: f64,
-        /// How deep.
+        /// The depth of that overlap.
         depth: Real,
     },
-    /// The way of a body within a step does not lead to where it was.
+    /// The path of a body within a step does not lead to where the body was.
     Way {
-        /// The time, since the step began.
+        /// The time since the step began.
         time: f64,
-        /// By how much the way is off there.
+        /// The distance between the path and the body at that time.
         error: Real,
     },
 }

@@ -1,4 +1,4 @@
-//! Whether what the two sides saw of a pair is the same.
+//! The comparison of the two sides of one pair.
 
 #[cfg(test)]
 mod mutants;
@@ -13,24 +13,24 @@ use crate::rapier::geometry::Collider;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Verdict {
     pub found: FoundBy,
-    /// Each with its band.
+    /// The differences that exceed their bands, each with its band.
     pub differences: Vec<(Difference, Real)>,
-    /// The differences of depth, normal and point, of those that were judged.
+    /// The differences of depth, normal and point; `None` for those that were not judged.
     pub errors: [Option<Real>; 3],
-    /// The largest of them in units of its band.
+    /// The largest of these differences divided by its band.
     pub worst: Real,
 }
 
-/// Who found an overlap.
+/// The sides that found an overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FoundBy {
     Neither,
-    /// By one side only, too shallow to be told from rounding.
+    /// Found by one side only, and too shallow to be told from rounding.
     WithinBand,
     OnlyField,
     OnlyRapier,
     Both,
-    /// Both, in a place where another direction would do as well.
+    /// Found by both, in a place where another direction is as right.
     Ambiguous,
 }
 
@@ -52,7 +52,7 @@ impl Verdict {
     }
 
     fn one_sided(difference: Difference, depth: Real, other: Real, band: Real) -> Self {
-        // A gap counts as well: a side that holds the parts far apart does not nearly agree.
+        // A gap on the other side counts too: a side that holds the parts far apart does not nearly agree.
         if depth - other.min(0.0) <= band {
             return Verdict::new(FoundBy::WithinBand);
         }
@@ -66,7 +66,7 @@ impl Verdict {
         }
     }
 
-    /// Notes an error, and the difference that it is if it exceeds its band.
+    /// Records an error, and a difference if it exceeds its band.
     fn judge(&mut self, which: usize, error: Real, band: Real, difference: Difference) {
         self.errors[which] = Some(error);
         self.worst = self.worst.max(error / band);
@@ -76,7 +76,7 @@ impl Verdict {
     }
 }
 
-/// Compares what the fields found, if they did, with what Rapier holds.
+/// Compares the fields' contact, if they found one, with the contact points that Rapier holds.
 pub(super) fn judge(
     our: Option<&Sighting>,
     spots: &[RapierPoint],
@@ -88,8 +88,7 @@ pub(super) fn judge(
     match (our, their) {
         (None, None) => Verdict::new(FoundBy::Neither),
         (Some(our), None) => {
-            // Without a point of Rapier's, the parts are farther apart than rounding, or Rapier
-            // has not looked.
+            // Without a contact point of Rapier's, the parts are farther apart than rounding, or Rapier has not looked.
             let gap = deepest.unwrap_or(0.0);
             let difference = Difference::OnlyField { depth: our.depth };
             Verdict::one_sided(difference, our.depth, gap, bands.depth)
@@ -114,7 +113,7 @@ fn both(
         rapier: depth,
     };
     verdict.judge(0, (our.depth - depth).abs(), bands.depth, difference);
-    // Which of several points is the deepest rounding decides.
+    // Rounding decides which of several points is the deepest.
     let as_deep = |spot: &&RapierPoint| spot.depth >= depth - 2.0 * bands.depth;
     let nearest = |off: &dyn Fn(&RapierPoint) -> Real| {
         let about = spots.iter().filter(as_deep);
@@ -144,8 +143,8 @@ fn both(
         field: our.world_point,
         rapier: by_point.world_point,
     };
-    // Of an edge or a face any point will do that is as deep; and Rapier, which keeps points while the
-    // parts hardly turn, may lack one that has come to be so.
+    // On an edge or a face any point of the same depth is right. Rapier, which keeps points while the parts hardly
+    // turn, may lack one that has become as deep.
     let mut error = apart(&by_point);
     if error > bands.point {
         error = error.min(placed.off_surfaces(our));
@@ -155,7 +154,7 @@ fn both(
 }
 
 impl Placed<'_> {
-    /// How far the two ends of an overlap are off the surfaces that they are to lie on.
+    /// The distance of the two ends of the overlap from the surfaces on which they should lie.
     fn off_surfaces(&self, our: &Sighting) -> Real {
         let off = |which: usize, outward: Vector| {
             let collider = self.colliders[which];
@@ -168,13 +167,13 @@ impl Placed<'_> {
         off(0, our.world_normal).max(off(1, -our.world_normal))
     }
 
-    /// Whether the parts overlap no deeper along a direction than a depth, to the band: then the
-    /// direction may be their normal. Worked out from their farthest points, by neither side's way.
-    /// Not known of parts that are not convex.
+    /// Returns true if the overlap along a direction is no deeper than `depth`, to the band, so that the direction may
+    /// be the normal. It is computed from the farthest points of the shapes, independently of both sides. False for
+    /// shapes that are not convex.
     fn is_as_shallow(&self, direction: Vector, depth: Real, bands: &Bands) -> bool {
         let farthest = |which: usize, towards: Vector| {
             let map = self.colliders[which].shape().as_support_map()?;
-            // About the first, so that rounding is that of the parts.
+            // In the frame of the first part, so that rounding is that of the parts' sizes.
             let pose = self.poses[0].inv_mul(&self.poses[which]);
             let towards = self.poses[0].rotation.inverse() * towards;
             let point = map.support_point(&pose, towards);

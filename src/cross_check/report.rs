@@ -1,4 +1,4 @@
-//! The report of a cross-check, and how it prints.
+//! The report of a cross-check, and its table.
 
 use std::fmt;
 
@@ -7,17 +7,14 @@ use super::counts::{ContactCounts, TouchCounts};
 use super::disagreement::Disagreement;
 use crate::math::{Real, Vector};
 
-/// Roundings of a coordinate between the poses and a gap, at most, of both sides together.
+/// The largest number of roundings of a coordinate between the poses and a gap, for both sides together.
 ///
-/// Of the fields: three for a product of poses (a rotation of the arm, its sum with the place of
-/// the body) at each part, in three coordinates, six; the difference, its square, its length, the
-/// sum of the radii and the difference with it, eight more. Of Rapier: the same six at the parts,
-/// and twelve for the frame of one part, in which it works. Together 32.
+/// For the fields: a product of poses at each part (three roundings: rotation of the arm, sum with the place of the
+/// body), over both parts six; difference, square, length, sum of the radii and difference with it, eight more. For
+/// Rapier: the same six at the parts, and twelve for the frame of one part, in which it works. Together 32.
 const ROUNDINGS: Real = 32.0;
 
-/// Counts and errors of a [cross-check](crate::FieldsBuilder::cross_check), since it began.
-///
-/// It prints as a table.
+/// Counts and errors of a [cross-check](crate::FieldsBuilder::cross_check) since it began. Its `Display` is a table.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -25,17 +22,17 @@ const ROUNDINGS: Real = 32.0;
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CrossCheckReport {
-    /// Steps compared.
+    /// The number of steps compared.
     pub steps: u64,
     /// Contacts of all steps.
     pub total: ContactCounts,
     /// Contacts of the last step.
     pub last_step: ContactCounts,
-    /// Touches within steps, of swept detection.
+    /// Touches within steps, with swept detection.
     pub touches: TouchCounts,
     /// Touches within the last step.
     pub last_touches: TouchCounts,
-    /// Who answered, and by how much.
+    /// The impulses by which each side answered.
     pub answers: Answers,
     /// Largest difference of depth.
     pub depth_error: Real,
@@ -43,37 +40,36 @@ pub struct CrossCheckReport {
     pub normal_error: Real,
     /// Largest distance between points of contact that were judged.
     pub point_error: Real,
-    /// The largest difference of depth, normal or point in units of its band: above one is a
-    /// disagreement.
+    /// The largest difference of depth, normal or point, divided by its band: above one is a disagreement.
     pub worst: Real,
-    /// Whether Rapier's contacts were being recycled, and so up to 0.05 length units stale, which
-    /// is only so if the check was told to [let it](crate::CrossCheck::let_recycle).
+    /// True if Rapier was recycling contacts, which are then up to 0.05 length units out of date. Only if the check was
+    /// set to [let it](crate::CrossCheck::let_recycle).
     pub recycling: bool,
-    /// Whether Rapier may have made more than one pass of continuous detection
-    /// (`max_ccd_substeps` above 1): its contacts then belong to poses within the step.
+    /// True if Rapier may have made more than one pass of continuous detection (`max_ccd_substeps` above 1): its
+    /// contacts then belong to poses within the step.
     pub ccd_substeps: bool,
-    /// The disagreements of the last step, those within the band left out.
+    /// The disagreements of the last step outside their bands.
     pub disagreements: Vec<Disagreement>,
-    /// The first disagreement of all.
+    /// The first disagreement since the check began.
     pub first: Option<Disagreement>,
     /// Sums of the differences of depth, normal and point.
     pub(super) sums: [f64; 3],
-    /// How many differences of normals and points were judged.
+    /// The number of contacts whose normals and points were judged.
     pub(super) judged: u64,
 }
 
 impl CrossCheckReport {
-    /// How much depths of parts with a ball may differ: 32 half units in the last place of a length
-    /// as large as the contact's distance from the origin and the size of the parts together, a
-    /// size being the distance from the body's origin to the farthest point of the collider.
+    /// The band for depths of parts with a ball: 32 half units in the last place of a length equal to the contact's
+    /// distance from the origin plus `size`, the size of the parts together. The size of a part is the distance from
+    /// the body's origin to the farthest point of the collider.
     ///
-    /// No coordinate between the poses and the depth is larger, and there are 32 roundings.
+    /// No coordinate between the poses and the depth is larger than that length, and there are 32 roundings.
     #[must_use]
     pub fn band(world_point: Vector, size: Real) -> Real {
         ROUNDINGS * 0.5 * Real::EPSILON * (world_point.length() + size)
     }
 
-    /// All disagreements: of contacts, and of touches within steps.
+    /// The number of disagreements: of contacts, and of touches within steps.
     #[must_use]
     pub fn disagreed(&self) -> u64 {
         self.total.disagreed() + self.touches.disagreed

@@ -1,4 +1,4 @@
-//! The pairs that a cross-check watches, and the listener that it reports to.
+//! The settings of a cross-check: the pairs that it compares, and the listener that it calls.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -9,20 +9,19 @@ use crate::math::ColliderHandle;
 
 type Listener = dyn Fn(&Disagreement) + Send + Sync;
 
-/// Settings of a [cross-check](crate::FieldsBuilder::cross_check) between what fields detect and
-/// what Rapier's narrow phase finds, at the same poses.
+/// Settings of a [cross-check](crate::FieldsBuilder::cross_check): it compares the contacts of detection fields with
+/// those of Rapier's narrow phase at the same poses.
 ///
-/// It costs a detection and a walk over Rapier's contact pairs per step; off, which is the
-/// default, nothing but a test of one option.
+/// It costs a detection and a walk over Rapier's contact pairs per step; if it is off, which is the default, it costs
+/// the test of one option.
 ///
-/// Compares pairs of which at least one collider has a detection field, of any shapes.
-/// Rapier's contact counts if it overlaps, contact skins included; what it holds ready at a distance
-/// (`prediction_distance`) does not. Of several points the deepest counts. Presence, depth, normal
-/// and point are each judged against a band derived from rounding
-/// ([`CrossCheckReport::band`](crate::CrossCheckReport::band)), and of parts without a ball also from
-/// how long Parry keeps their points. What only one side finds, shallower than the band, is counted
-/// apart, and so is what cannot be compared ([`NotComparable`](crate::NotComparable)). Pairs that
-/// `ActiveCollisionTypes` keep from Rapier are disagreements: fields do not heed these.
+/// It compares pairs of which at least one collider has a detection field, of any shapes. A contact of Rapier's counts
+/// if it overlaps, contact skins included; contacts that Rapier holds ready at a distance (`prediction_distance`) do
+/// not. Of several points the deepest counts. Presence, depth, normal and point are each judged against a band derived
+/// from rounding ([`CrossCheckReport::band`](crate::CrossCheckReport::band)), and for parts without a ball also from
+/// the time for which Parry keeps their points. Contacts of one side only that are shallower than the band are counted
+/// separately, and so are pairs that cannot be compared ([`NotComparable`](crate::NotComparable)). Pairs that
+/// `ActiveCollisionTypes` keep from Rapier are disagreements, because fields ignore that setting.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -39,7 +38,7 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 #[must_use = "setters and operators take the value and return the changed one"]
 pub struct CrossCheck {
     pub(crate) on: bool,
-    /// In the order of their handles; all if there is no list.
+    /// Each in the order of its handles; `None` for all pairs.
     pairs: Option<HashSet<[ColliderHandle; 2]>>,
     pub(super) lets_recycle: bool,
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
@@ -47,7 +46,7 @@ pub struct CrossCheck {
 }
 
 impl CrossCheck {
-    /// Watches every pair that a detection field could find.
+    /// Watches all pairs that a detection field could find.
     pub fn all() -> Self {
         CrossCheck {
             on: true,
@@ -68,18 +67,17 @@ impl CrossCheck {
         }
     }
 
-    /// Leaves Rapier's `contact_recycling` as it is. Recycled contacts are up to 0.05 length units
-    /// out of date, so contacts that may be are counted as not comparable; the report says so.
+    /// Leaves Rapier's `contact_recycling` as it is. Recycled contacts are up to 0.05 length units out of date, so
+    /// contacts that may be recycled are counted as not comparable, and the report says so.
     ///
-    /// Otherwise the check exempts the colliders it watches, by giving those that have no
-    /// `active_hooks` the one that filters contact pairs. Hooks of the user's own will be asked
-    /// about them.
+    /// Otherwise the check keeps the watched colliders from being recycled: those that have no `active_hooks` get the
+    /// one that filters contact pairs, so the user's hooks are called for them.
     pub fn let_recycle(mut self) -> Self {
         self.lets_recycle = true;
         self
     }
 
-    /// Calls a function with every disagreement outside the band, as it is found.
+    /// Calls a function with each disagreement outside its band, as it is found.
     pub fn on_disagreement(
         mut self,
         listener: impl Fn(&Disagreement) + Send + Sync + 'static,
@@ -88,12 +86,13 @@ impl CrossCheck {
         self
     }
 
-    /// Whether all pairs are compared, and contacts kept fresh, as `true` asks for.
+    /// Returns true if all pairs are compared and contacts are kept from being recycled, as with
+    /// `CrossCheck::from(true)`.
     pub fn is_plain(&self) -> bool {
         self.on && self.pairs.is_none() && !self.lets_recycle
     }
 
-    /// Whether there is a cross-check at all.
+    /// Returns true if the cross-check is on.
     pub fn is_on(&self) -> bool {
         self.on
     }
@@ -102,7 +101,7 @@ impl CrossCheck {
         self.lets_recycle
     }
 
-    /// Whether a pair, in the order of its handles, is watched.
+    /// Returns true if a pair, in the order of its handles, is watched.
     pub(super) fn watches(&self, colliders: [ColliderHandle; 2]) -> bool {
         self.pairs
             .as_ref()
@@ -110,7 +109,7 @@ impl CrossCheck {
     }
 }
 
-/// All pairs, or none.
+/// `true` compares all pairs, `false` none.
 impl From<bool> for CrossCheck {
     fn from(on: bool) -> Self {
         CrossCheck {

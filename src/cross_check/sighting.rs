@@ -1,4 +1,4 @@
-//! The contact of a pair as each side sees it.
+//! The contact of a pair as each side found it.
 
 use std::collections::HashSet;
 
@@ -11,10 +11,10 @@ use crate::rigid::Lookup;
 /// A contact as the fields found it before the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sighting {
-    /// In the order of their handles.
+    /// The pair, in the order of its handles.
     pub colliders: [ColliderHandle; 2],
     pub world_point: Vector,
-    /// From the first to the second.
+    /// Unit vector from the first collider to the second.
     pub world_normal: Vector,
     pub depth: Real,
 }
@@ -30,33 +30,33 @@ impl Sighting {
     }
 }
 
-/// The contacts with which Rapier's are compared after its step.
+/// The state before Rapier's step, with which its contacts are compared after it.
 #[derive(Debug, Default)]
 pub(crate) struct Expected {
     pub contacts: Vec<Sighting>,
-    /// Dynamic bodies that slept when the step began.
+    /// Bodies that slept when the step began.
     pub asleep: HashSet<RigidBodyHandle>,
 }
 
-/// A point that Rapier holds of a pair.
+/// A contact point that Rapier holds for a pair, in world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RapierPoint {
-    /// The middle of the overlap, skins included.
+    /// The middle of the overlap, contact skins included.
     pub world_point: Vector,
-    /// From the first to the second.
+    /// Unit vector from the first collider to the second.
     pub world_normal: Vector,
-    /// Overlap, skins included; negative where the parts are apart.
+    /// The overlap, contact skins included; negative where the parts are apart.
     pub depth: Real,
-    /// How far the parts have turned since the point was found.
+    /// The angle by which the parts have turned relative to each other since the point was found.
     pub turn: Real,
-    /// How far the point has shifted on the parts since.
+    /// The distance by which the point on one part has shifted along the other since.
     pub shift: Real,
-    /// By how much the depth misses that of the point at the poses compared.
+    /// The difference between this depth and that of the point at the poses compared.
     pub stale: Real,
 }
 
-/// All points that Rapier holds of a pair, in the order of the handles, by the poses that the
-/// colliders had. None if a collider is gone.
+/// All contact points that Rapier holds for a pair, with the colliders in the order of their handles and at the poses
+/// that `pose_before` returns. `None` if a collider is gone.
 pub(super) fn spots(
     pair: &ContactPair,
     world: &impl Lookup,
@@ -117,7 +117,7 @@ impl RapierPoint {
     }
 }
 
-/// The angle between two unit vectors, exact for small ones too.
+/// The angle between two unit vectors, precise for small angles too.
 pub(super) fn angle(one: Vector, two: Vector) -> Real {
     one.cross(two).length().atan2(one.dot(two))
 }

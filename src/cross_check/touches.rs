@@ -1,18 +1,15 @@
-//! Touches within a step, judged by the gap: both parts are put where their ways had them at the claimed
-//! time, and Parry says how far they are apart there. No cast, so any way will do: bent, spinning,
-//! tumbling.
+//! Touches within a step, judged by the gap: both parts are put where their paths have them at the time of the touch,
+//! and Parry measures their distance there. No cast is needed, so it works for any path: bent, spinning or tumbling.
 //!
-//! - **Gap**: it is to vanish at the claimed time, and no sample before is to show an overlap, but one
-//!   that the parts began in.
-//! - **Normal**: a part that is moved away along it is to be nearest along it. So it is of every true
-//!   normal of what touches, of which edges and corners have many, and of no other.
-//! - **Point**: it is to lie on both surfaces.
-//! - **Way**: it is to carry the point from where Rapier had the body before its step to where it had
-//!   it after; one that begins with an impact, from where the way before has led.
+//! - **Gap**: it should vanish at that time, and no earlier sample should show an overlap, except one in which the
+//! parts began. - **Normal**: a part that is moved away along it should be nearest along it. Every true normal of the
+//! touch has this property, of which edges and corners have several, and no other direction has. - **Point**: it should
+//! lie on both surfaces. - **Path**: it should carry the point from the body's pose before Rapier's step to its pose
+//! after it. A path that begins with an impact should begin where the path before has led.
 //!
-//! The tolerance of a touch is the length of rounding in the parts' own frame, of the gap at which
-//! swept detection takes shapes to touch and, for all but balls and cuboids, of Parry's search for their
-//! distance. A time may be wrong by that over the speed of approach.
+//! The tolerance of a touch is a length: rounding in the parts' own frame, the gap at which swept detection takes
+//! shapes to touch and, for all but balls and cuboids, the error of Parry's search for their distance. A time may be
+//! wrong by that length divided by the speed of approach.
 
 #[cfg(test)]
 mod mutants;
@@ -35,31 +32,30 @@ use crate::rapier::parry::query::{
 };
 use crate::rapier::parry::utils::PoseOpt;
 
-/// Units in the last place of the size of the parts at which swept detection takes what is closer to
-/// touch.
+/// Swept detection takes a gap of this number of units in the last place of the parts' size for a touch.
 const TAKEN_TO_TOUCH: f64 = 32.0;
-/// The same of places in the world, in 64 bits, and of the time at which they are reached.
+/// The same for places in world space, in 64 bits, and for the times at which they are reached.
 const IN_THE_WORLD: f64 = 64.0;
-/// Moments before a touch at which the parts are looked at.
+/// The number of moments before a touch at which the gap is measured.
 const SAMPLES: u32 = 16;
 
-/// The result of a comparison.
+/// The result of judging one touch.
 #[derive(Debug, Default)]
 pub(super) struct TouchOutcome {
     pub differences: Vec<(Difference, Real)>,
     /// The errors of gap, normal, point and way.
     errors: [Real; 4],
-    /// The largest of them in units of its band.
+    /// The largest of them divided by its band.
     worst: Real,
-    /// Why it cannot be judged.
+    /// The reason why it cannot be judged.
     obstacle: Option<Reason>,
     missed_by_sampling: bool,
 }
 
-/// Why a touch cannot be compared.
+/// The counter in [`TouchesNotComparable`] of the reason why a touch cannot be judged.
 type Reason = fn(&mut TouchesNotComparable) -> &mut u64;
 
-/// Which error.
+/// Indices into the errors of a [`TouchOutcome`].
 const GAP: usize = 0;
 const NORMAL: usize = 1;
 const POINT: usize = 2;
@@ -87,7 +83,7 @@ impl TouchOutcome {
         counts.worst = counts.worst.max(self.worst);
     }
 
-    /// Notes an error, and the difference that it is if it exceeds its band.
+    /// Records an error, and a difference if it exceeds its band.
     fn judge(&mut self, which: usize, [error, band]: [Real; 2], difference: Difference) {
         self.errors[which] = self.errors[which].max(error);
         self.worst = self.worst.max(error / band);
@@ -100,7 +96,7 @@ impl TouchOutcome {
 /// Judges the touches of a step, in the order of time.
 pub(super) struct TouchJudge {
     dt: f64,
-    /// The way of each body up to its last touch, and when that was.
+    /// For each body, the path up to its last touch, and the time of that touch.
     before: HashMap<RigidBodyHandle, (TouchWay, f64)>,
     met: HashSet<[ColliderHandle; 2]>,
 }
@@ -114,8 +110,7 @@ impl TouchJudge {
         }
     }
 
-    /// Judges the next touch. `ends` are the poses that Rapier had each collider in when its step began
-    /// and ended.
+    /// Judges the next touch. `ends` are, for each collider, its poses in Rapier's world when the step began and ended.
     pub(super) fn weigh(
         &mut self,
         record: &TouchRecord,
@@ -124,7 +119,7 @@ impl TouchJudge {
     ) -> TouchOutcome {
         let parts = Parts::new(record, colliders);
         let mut outcome = TouchOutcome {
-            // A body that comes back within a step touches the pair once more, which sampling missed.
+            // A body that returns within a step touches the pair again, which sampling did not miss a second time.
             missed_by_sampling: self.met.insert(record.colliders) && !parts.overlap(self.dt),
             ..TouchOutcome::default()
         };
@@ -138,7 +133,7 @@ impl TouchJudge {
         outcome
     }
 
-    /// Judges where a way begins and, if it is that of Rapier's step, where it would have ended.
+    /// Judges the begin of a path and, if it is that of Rapier's step, its end.
     fn judge_way(
         &mut self,
         parts: &Parts<'_>,
@@ -147,7 +142,7 @@ impl TouchJudge {
         outcome: &mut TouchOutcome,
     ) {
         let (record, way) = (parts.record, &parts.record.ways[which]);
-        // Of a ball only the centre shows.
+        // Of a ball only the centre can be compared.
         let round = parts.shapes[which].as_ball().is_some();
         let seen = |frame: DPose3| {
             let point = to_dvec3(record.world_point);
@@ -156,7 +151,7 @@ impl TouchJudge {
         };
         let local = seen(way.frame(record.time));
         let mut off = |time: f64, [ours, theirs]: [DVec3; 2]| {
-            // Of the place, and of the attitude.
+            // Twice, for the place and for the attitude.
             let band = 2.0 * CrossCheckReport::band(from_dvec3(theirs), from_f64(parts.size));
             let error = from_f64(ours.distance(theirs));
             let difference = Difference::Way { time, error };
@@ -182,25 +177,25 @@ impl TouchJudge {
     }
 }
 
-/// Two parts on their ways.
+/// Two parts on their paths.
 struct Parts<'a> {
     record: &'a TouchRecord,
     shapes: [&'a dyn Shape; 2],
-    /// From the origins of the bodies to the farthest points of the parts, together.
+    /// The sum of the distances from the bodies' origins to the farthest points of the parts.
     size: f64,
-    /// In the place of one relative to the other.
+    /// Rounding of the place of one part relative to the other.
     rounding: f64,
-    /// Not told from a touch.
+    /// A gap below this length is not told from a touch.
     length: f64,
-    /// The share to which Parry's search knows distances.
+    /// The relative error of Parry's search for distances.
     search: f64,
     skins: [Real; 2],
 }
 
-/// Where two shapes are nearest.
+/// The nearest points of two shapes.
 struct NearestPoints {
     dist: Real,
-    /// From the first to the second, in the frame of the first.
+    /// Unit vector from the first shape to the second, in the frame of the first.
     normal: Vector,
 }
 
@@ -214,9 +209,9 @@ impl<'a> Parts<'a> {
         ]
         .map(to_f64);
         let unit = to_f64(Real::EPSILON);
-        // In the frame of the first part: what is far from the origin costs nothing.
+        // In the frame of the first part, so a large distance from the origin costs no precision.
         let rounding = to_f64(CrossCheckReport::band(Vector::ZERO, from_f64(own)));
-        // But the digits of 64 bits.
+        // Except that of 64 bits.
         let place = to_f64(record.world_point.length()) + size;
         let rounding = rounding + IN_THE_WORLD * f64::EPSILON * place;
         Parts {
@@ -230,7 +225,7 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// The frame of the second part in that of the first at a moment, the second moved along the normal.
+    /// The pose of the second part relative to the first at a moment, with the second moved by `away` along the normal.
     fn relative(&self, time: f64, away: f64) -> Pose {
         let [one, two] = [0, 1].map(|which: usize| self.record.ways[which].frame(time));
         let moved = to_dvec3(self.record.world_normal) * away;
@@ -240,14 +235,14 @@ impl<'a> Parts<'a> {
         Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize())
     }
 
-    /// Whether the parts overlap at a moment, as if nothing had answered them.
+    /// Returns true if the parts overlap at a moment on their paths to the touch, as if it had not been answered.
     fn overlap(&self, time: f64) -> bool {
-        // Where Parry finds no distance, a miss is not shown.
+        // If Parry finds no distance, a miss is not proved.
         let apart = self.gap(time, 0.0);
         apart.map_or(true, |gap| gap <= 0.0)
     }
 
-    /// How far their skins are apart at a moment, looked at no farther than `near`.
+    /// The distance of the skins at a moment; `near` if it is larger.
     fn gap(&self, time: f64, near: f64) -> Result<Real, Unsupported> {
         let (near, skins) = (from_f64(near), self.skins[0] + self.skins[1]);
         let found = nearest(self.shapes, &self.relative(time, 0.0), near + skins)?;
@@ -255,7 +250,7 @@ impl<'a> Parts<'a> {
         Ok(found.map_or(near.max(Real::MIN_POSITIVE), apart))
     }
 
-    /// Judges all but the ways, or says why it cannot be.
+    /// Judges all but the paths, or returns the reason why it cannot.
     fn judge(&self, outcome: &mut TouchOutcome) -> Result<Option<Reason>, Unsupported> {
         let TouchRecord {
             time,
@@ -267,7 +262,7 @@ impl<'a> Parts<'a> {
         let gap = self.gap(time, self.size)?;
         let before = self.gaps_before(2.0 * self.length)?;
         if gap < -length && before.iter().all(|(_, gap)| *gap <= length) {
-            // Parts that have overlapped all the way have no time of a touch.
+            // Parts that have overlapped all the way have no time of touch.
             return Ok(Some(|it| &mut it.overlapping));
         }
         outcome.judge(GAP, [gap.abs(), length], Difference::Gap { time, gap });
@@ -296,7 +291,7 @@ impl<'a> Parts<'a> {
         Ok(None)
     }
 
-    /// How far the skins are apart at moments from when the ways began until shortly before the touch.
+    /// The distances of the skins at moments from the begin of the paths until shortly before the touch.
     fn gaps_before(&self, near: f64) -> Result<Vec<(f64, Real)>, Unsupported> {
         let (from, to) = (self.record.from(), self.record.time);
         let moments =
@@ -338,15 +333,16 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// When parts first overlap by more than a depth, and how deep, but for what they begin in.
+/// The first time at which the parts overlap by more than a depth, and that overlap; an overlap in which they began is
+/// skipped.
 fn first_overlap(gaps: &[(f64, Real)], depth: Real) -> Option<(f64, Real)> {
     let mut later = gaps.iter().skip_while(|(_, gap)| *gap < -depth);
     let overlap = later.find(|(_, gap)| *gap < -depth)?;
     Some((overlap.0, -overlap.1))
 }
 
-/// Where two shapes are nearest, the frame of the second given in that of the first; `None` if that is
-/// farther than `near`.
+/// The nearest points of two shapes, or `None` if they are farther apart than `near`. `relative` is the pose of the
+/// second relative to the first.
 fn nearest(
     shapes: [&dyn Shape; 2],
     relative: &Pose,
@@ -355,14 +351,14 @@ fn nearest(
     let [one, two] = shapes;
     let is_plane = |shape: &dyn Shape| shape.as_halfspace().is_some();
     if is_plane(two) && !is_plane(one) {
-        // Parry takes the pose the wrong way round if the half-space is second.
+        // Parry applies the pose in the wrong direction if the half-space is second.
         let found = nearest([two, one], &relative.inverse(), near)?;
         return Ok(found.map(|found| NearestPoints {
             normal: relative.rotation * -found.normal,
             ..found
         }));
     }
-    // The same for what is made of pieces; and within these it takes what it does not know for being far
+    // The same happens for shapes made of pieces; and inside these, Parry treats shapes that it does not support as far
     // away.
     let unknown =
         shapes.into_iter().any(has_voxels) || is_plane(one) && two.as_composite_shape().is_some();
@@ -377,7 +373,7 @@ fn nearest(
     }))
 }
 
-/// The points at which two shapes are nearer than `near`, by manifolds.
+/// The points of Parry's manifolds at which two shapes are nearer than `near`.
 fn manifolds(
     [one, two]: [&dyn Shape; 2],
     relative: &Pose,

@@ -1,5 +1,5 @@
-//! A detection that is broken on purpose is reported: what fields found is altered, and compared
-//! with what Rapier found of the same scene.
+//! Tests that the comparison reports a broken detection: the fields' contacts are altered, and compared with those that
+//! Rapier found in the same scene.
 
 use super::*;
 use crate::cross_check::bands::Sizes;
@@ -9,13 +9,13 @@ use crate::rapier::parry::query::{
     ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher,
 };
 
-/// Two parts that overlap, by Parry alone, and how they are compared.
+/// Two parts that overlap, by Parry alone, and the inputs of their comparison.
 struct Scene {
     name: &'static str,
     colliders: [Collider; 2],
     poses: [Pose; 2],
     spots: Vec<RapierPoint>,
-    /// The contact that sound fields find.
+    /// The contact that a correct detection finds.
     sound: Sighting,
 }
 
@@ -114,7 +114,7 @@ impl Scene {
         judge(ours.as_ref(), &self.spots, &bands, &placed)
     }
 
-    /// That of a sphere around the first part.
+    /// The radius of the bounding sphere of the first part.
     fn radius(&self) -> Real {
         self.colliders[0]
             .shape()
@@ -136,7 +136,7 @@ fn kinds(verdict: &Verdict) -> Vec<&'static str> {
     verdict.differences.iter().map(kind).collect()
 }
 
-/// A sound detection, altered.
+/// A correct contact, altered.
 #[track_caller]
 fn assert_reported(kind: &str, alter: impl Fn(&Scene, Sighting) -> Option<Sighting>) {
     let scenes = scenes();
@@ -247,7 +247,7 @@ fn numbers_that_are_none_do_not_agree() {
     }
 }
 
-/// Manifolds that Parry has kept while the parts turned have a wider band, and no more than that.
+/// Manifolds that Parry has kept while the parts turned have a wider band, up to Parry's limits.
 #[test]
 fn what_parry_keeps_widens_the_band_up_to_its_limits() {
     for mut scene in scenes().into_iter().filter(|it| it.name != "balls") {

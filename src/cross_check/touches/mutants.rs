@@ -1,5 +1,5 @@
-//! Touches that are altered on purpose are reported: of parts that tumble and fall, at the moment at which
-//! Parry's distance first vanishes.
+//! Tests that altered touches are reported: touches of parts that tumble and fall, at the time when Parry's distance
+//! first vanishes.
 
 use super::*;
 use crate::math::{ColliderHandle, DQuat};
@@ -8,7 +8,7 @@ use crate::rigid::Rotor;
 
 const DT: f64 = 0.1;
 
-/// Two parts on their ways, their poses at both ends of the step, and their touch.
+/// Two parts on their paths, their poses at both ends of the step, and their touch.
 struct Scene {
     name: &'static str,
     colliders: [Collider; 2],
@@ -38,7 +38,7 @@ fn colliders(scale: Real) -> [(&'static str, Collider); 3] {
     ]
 }
 
-/// The way of a part at an arm on a body that tumbles and falls.
+/// The path of a part at an arm on a body that tumbles and falls.
 fn way(which: u32, number: f64) -> TouchWay {
     let side = f64::from(which);
     let rotor = Rotor {
@@ -88,7 +88,7 @@ impl Scene {
             span[usize::from(gap(middle) <= 0.0)] = middle;
         }
         let time = span[0];
-        // The normal is known a little before, while it has hardly turned.
+        // The normal is taken a little before the touch, while it has hardly turned.
         let near = 1.5 * to_f64(Real::EPSILON).sqrt();
         let shapes = colliders.each_ref().map(|it| it.shape());
         let [one, two] = shapes;
@@ -138,7 +138,7 @@ fn scenes() -> Vec<Scene> {
     each.collect()
 }
 
-/// Fails unless every touch that is altered shows the difference.
+/// Fails unless each altered touch shows the expected difference.
 #[track_caller]
 fn assert_reported(expected: &str, alter: impl Fn(&mut TouchRecord)) {
     let scenes = scenes();
@@ -165,7 +165,7 @@ fn a_time_that_is_wrong_by_a_hundredth_of_a_step() {
     assert_reported("gap", |it| it.time -= 0.01 * DT);
 }
 
-/// The gap may vanish once more, where the parts come out of each other again.
+/// The gap may vanish once more, where the parts separate again.
 #[test]
 fn a_touch_that_was_not_the_first() {
     for scene in scenes() {
@@ -212,7 +212,7 @@ fn a_point_that_is_moved_by_a_tenth_of_a_radius() {
     assert_reported("point", |it| it.world_point += it.world_normal * 0.05);
 }
 
-/// A way that is wrong makes a touch that holds on it: what it joins on to shows.
+/// A touch that fits a wrong path is reported, because the path does not join the poses of the body.
 #[test]
 fn a_way_that_is_not_that_of_the_body() {
     let altered: [fn(&mut TouchWay); 4] = [
@@ -226,7 +226,7 @@ fn a_way_that_is_not_that_of_the_body() {
     }
 }
 
-/// A way that begins with an impact goes on from where the one before has led.
+/// A path that begins with an impact continues from the end of the path before.
 #[test]
 fn a_way_that_leaps_at_an_impact() {
     for scene in scenes() {
