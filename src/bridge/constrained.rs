@@ -1,4 +1,4 @@
-//! Which bodies Rapier's solver holds, by contacts or joints.
+//! The bodies that Rapier's solver constrains by contacts or joints.
 
 use super::world::WorldMut;
 use crate::math::{ColliderSet, RigidBodyHandle, RigidBodySet};
@@ -6,7 +6,7 @@ use crate::rapier::dynamics::{ImpulseJointSet, MultibodyJointSet, RigidBody};
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
 use crate::rigid::BodySet;
 
-/// What may hold bodies.
+/// The contacts and joints of a world that may hold bodies.
 #[derive(Clone, Copy)]
 pub(crate) struct Constraints<'a> {
     bodies: &'a RigidBodySet,
@@ -14,7 +14,7 @@ pub(crate) struct Constraints<'a> {
     pairs: &'a NarrowPhase,
     joints: &'a ImpulseJointSet,
     articulations: &'a MultibodyJointSet,
-    /// Whether there are any.
+    /// True if there is any contact pair, or any impulse joint; saves the look-ups in worlds without them.
     contacts: bool,
     jointed: bool,
 }
@@ -32,19 +32,20 @@ impl<'a> Constraints<'a> {
         }
     }
 
-    /// Whether Rapier's solver pushed a body in its last step, or is to hold it by a joint in any.
+    /// Returns true if contacts pushed a body in Rapier's last step, or a joint holds it.
     pub(crate) fn hold(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
         self.push(body) || self.join(handle)
     }
 
-    /// Whether contacts pushed a body in Rapier's last step.
+    /// Returns true if contacts pushed a body in Rapier's last step.
     fn push(&self, body: &RigidBody) -> bool {
         let mut colliders = body.colliders().iter();
         let pushes = |collider| self.pairs.contact_pairs_with(collider).any(is_pushed);
         self.contacts && colliders.any(|it| pushes(*it))
     }
 
-    /// Whether a body touches anything, or joints hold it: Rapier may put it elsewhere than its velocity does.
+    /// Returns true if a body touches anything or a joint holds it, so that Rapier may move it elsewhere than its
+    /// velocity does.
     pub(super) fn concern(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
         let touches = |collider| {
             let mut pairs = self.pairs.contact_pairs_with(collider);
@@ -54,14 +55,14 @@ impl<'a> Constraints<'a> {
         (self.contacts && colliders.any(|it| touches(*it))) || self.join(handle)
     }
 
-    /// Whether joints hold a body.
+    /// Returns true if an enabled impulse joint holds a body, or it is a link of a multibody.
     pub(super) fn join(&self, handle: RigidBodyHandle) -> bool {
         let mut joints = self.joints.attached_enabled_joints(handle);
         let articulated = || self.articulations.rigid_body_link(handle).is_some();
         (self.jointed && joints.next().is_some()) || articulated()
     }
 
-    /// Visits the other bodies of the joints and contacts that hold a body.
+    /// Visits the other bodies of the joints, and of the contacts that pushed it, of a body.
     pub(super) fn each_partner(
         &self,
         handle: RigidBodyHandle,
@@ -85,7 +86,7 @@ impl<'a> Constraints<'a> {
         }
     }
 
-    /// The contacts that pushed a body in Rapier's last step, and whether it is their first side.
+    /// The contacts that pushed a body in Rapier's last step; true if the body is their first side.
     pub(super) fn pushing(
         &self,
         handle: RigidBodyHandle,
@@ -99,7 +100,7 @@ impl<'a> Constraints<'a> {
         })
     }
 
-    /// Finds all bodies that contacts hold, looking at each contact once.
+    /// Collects all bodies that contacts pushed in Rapier's last step, with one walk over all contacts.
     pub(crate) fn find_pushed(&self, pushed: &mut BodySet) {
         pushed.clear();
         for pair in self.pairs.contact_pairs().filter(|pair| is_pushed(pair)) {
@@ -110,7 +111,8 @@ impl<'a> Constraints<'a> {
         }
     }
 
-    /// Finds those of some bodies that contacts hold: where most bodies sleep, contacts are many.
+    /// Collects those of `bodies` that contacts pushed in Rapier's last step: cheaper than all contacts where most
+    /// bodies sleep.
     pub(crate) fn find_pushed_of(
         &self,
         bodies: impl Iterator<Item = RigidBodyHandle>,
@@ -124,8 +126,8 @@ impl<'a> Constraints<'a> {
         bodies.filter(is_pushed).for_each(|it| pushed.insert(it));
     }
 
-    /// Adds the bodies that impulse joints hold. Links of multibodies are none for that alone: what moves them
-    /// is worked out for all links together.
+    /// Adds the bodies that enabled impulse joints hold. Links of multibodies are not added, because the motion of all
+    /// links is computed together.
     pub(crate) fn add_jointed(&self, held: &mut BodySet) {
         for (_, joint) in self.joints.iter().filter(|it| it.1.data.is_enabled()) {
             held.insert(joint.body1());
@@ -134,7 +136,7 @@ impl<'a> Constraints<'a> {
     }
 }
 
-/// Whether Rapier's solver has pushed the two sides of a contact apart.
+/// Returns true if Rapier's solver pushed the two sides of a contact apart in its last step.
 fn is_pushed(pair: &ContactPair) -> bool {
     pair.has_any_active_contact() && pair.total_impulse_magnitude() > 0.0
 }

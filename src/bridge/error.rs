@@ -1,12 +1,12 @@
-//! What can go wrong in a step.
+//! The reasons for which a step is refused.
 
 use crate::field::BuildError;
 use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
-/// Why a step was refused. The world is as it was before the step: bodies of all kinds, where kinematic
-/// ones are led to, joints, soft bodies, and all switches. What fields do to single bodies is refused
-/// only if [`FieldSettings::on_fault`](crate::FieldSettings::on_fault) says so.
+/// The reason why a step was refused. The world is as it was before the step: bodies of all kinds with the next
+/// positions of kinematic ones, joints, soft bodies, and all switches. Forces that single bodies cannot take are
+/// refused only under [`FieldSettings::on_fault`](crate::FieldSettings::on_fault).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
@@ -26,14 +26,14 @@ pub enum StepError {
         body: RigidBodyHandle,
         /// The collider that was sampled; `None` for a body without any.
         collider: Option<ColliderHandle>,
-        /// Where.
+        /// The sample point, in world space.
         world_point: Vector,
-        /// The field's force there.
+        /// The field's force there, in world axes.
         force: Vector,
     },
-    /// The fields would push a body beyond what the scalar type can square, which Rapier turns
-    /// into a velocity of zero without a word; or they give it a force that overflows together with
-    /// the user's own. [`FaultPolicy::Refuse`](crate::FaultPolicy::Refuse) is on.
+    /// The fields would give a body a speed whose square overflows the scalar type, which Rapier turns into a velocity
+    /// of zero without an error; or they give it a force that overflows together with the user's own.
+    /// [`FaultPolicy::Refuse`](crate::FaultPolicy::Refuse) is on.
     #[error("{field} pushes {body:?} to a speed of {speed:e}; at most {limit:e} can be simulated")]
     TooFast {
         /// The field that pushes the most.
@@ -50,11 +50,11 @@ pub enum StepError {
     MissingAnchor {
         /// The field.
         field: String,
-        /// What it is anchored to.
+        /// The body or collider that is missing.
         anchor: String,
     },
-    /// A field answers contacts under a scheme that does not keep the energy of bodies which are hit
-    /// in a field: `Kick`, `ExternalForce` and `LinearlyImplicit`, unless every field is constant.
+    /// A field answers contacts under a scheme that does not keep the energy of bodies that are hit in a field: `Kick`,
+    /// `ExternalForce` and `LinearlyImplicit`, unless all fields are constant.
     #[error(
         "{field} answers contacts, but {scheme:?} does not keep the energy of what is hit in a field: choose KickDriftKick, or Responder::Rapier"
     )]
@@ -67,15 +67,14 @@ pub enum StepError {
     /// A setting is out of its range.
     #[error(transparent)]
     Setting(#[from] BuildError),
-    /// The state of the fields is none that a step leaves behind: it was read from elsewhere, or a
-    /// time that is not finite was set.
+    /// The state of the fields is not one that a step leaves behind: it was read from elsewhere, or a time that is not
+    /// finite was set.
     #[error("the state of the fields is not one that a step leaves behind: {value}")]
     State {
-        /// What is amiss, with its value.
+        /// The quantity that is wrong, with its value.
         value: String,
     },
-    /// The state of the fields was left behind by a step of another world: what it knows of bodies
-    /// is not so.
+    /// The state of the fields belongs to a step of another world: it names bodies that are not there as it left them.
     #[error(
         "the state of the fields belongs to another world: {body:?} is not there as it left it"
     )]
@@ -83,16 +82,15 @@ pub enum StepError {
         /// A body that the state knows.
         body: RigidBodyHandle,
     },
-    /// The step before was begun and never finished: its `OpenStep` was dropped. The forces that
-    /// stood in place of the user's have been taken back now; the next call begins a step.
+    /// The last step was begun and never finished, because its `OpenStep` was dropped. The forces that stood in place
+    /// of the user's have now been taken back; the next call begins a step.
     #[error("the last step was begun but never finished: its OpenStep was dropped")]
     Unfinished,
-    /// Rapier made no step between [`begin`](crate::Fields::begin) and [`finish`](crate::Fields::finish):
-    /// some programs that draw between two steps make none in some frames, or several. Begin and finish
-    /// around each of Rapier's steps.
+    /// Rapier made no step between [`begin`](crate::Fields::begin) and [`finish`](crate::Fields::finish). Programs that
+    /// draw between two steps may make none in some frames, or several. Call both around each of Rapier's steps.
     #[error("Rapier made no step between begin and finish: call both around each of its steps")]
     NotStepped,
-    /// The open step was not the last one that these fields began.
+    /// The open step is not the last one that these fields began.
     #[error("this OpenStep is not the last one that these fields began")]
     NotTheirs,
 }

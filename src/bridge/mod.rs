@@ -1,4 +1,4 @@
-//! Bridge: the only place that reads and writes Rapier's sets.
+//! The bridge to Rapier: the only module that reads bodies for a step and writes into Rapier's sets.
 
 mod constrained;
 mod error;

@@ -1,4 +1,4 @@
-//! Which bodies a step samples, copied.
+//! The walk over the bodies that a step samples.
 
 use std::iter::Peekable;
 use std::slice;
@@ -7,31 +7,31 @@ use crate::math::{RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::{IslandManager, RigidBody};
 use crate::rigid::Body;
 
-/// Beside as many as are awake, so many sleepers are looked at in any case: bodies that users woke
-/// since the last step are not among Rapier's active ones yet.
+/// Sleepers are skipped only if they outnumber the active bodies by more than this. Bodies that the user woke since the
+/// last step are not among Rapier's active ones yet, and a walk over all bodies finds them.
 const FEW: usize = 256;
 
-/// Finds the bodies that a step samples; keeps its buffers.
+/// Finds the bodies that a step samples; its buffers are reused.
 #[derive(Debug, Default)]
 pub(crate) struct Reader {
-    /// Rapier's active bodies, in its order, and in that of their handles.
+    /// Rapier's active bodies in its order, and, with the sleepers asked for, in that of their handles.
     active: Vec<RigidBodyHandle>,
     sorted: Vec<RigidBodyHandle>,
 }
 
-/// Which of the bodies are asked for.
+/// The choice of bodies for a walk.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wanted<'a> {
-    /// Whether sleepers are, too.
+    /// True if sleepers are included.
     pub sleepers: bool,
-    /// Whether bodies may have been added or removed.
+    /// True if bodies may have been added or removed since the last walk.
     pub all: bool,
-    /// Sleepers that are in any case, in the order of their handles.
+    /// Sleepers that are included in any case, in the order of their handles.
     pub besides: &'a [Body],
 }
 
-/// A walk over bodies, in the order of their handles. It holds nothing of them, so that each can be written to
-/// before the next is asked for.
+/// A walk over bodies, in the order of their handles. It borrows nothing from the set, so each body can be written to
+/// before the next one is fetched.
 #[derive(Debug)]
 pub(crate) struct Walk<'a> {
     handles: Handles<'a>,
@@ -41,7 +41,7 @@ pub(crate) struct Walk<'a> {
 
 #[derive(Debug)]
 enum Handles<'a> {
-    /// All, from an index on, and how many are left.
+    /// All bodies from an index on; `left` is the number that remains.
     From {
         index: u32,
         left: usize,
@@ -50,7 +50,7 @@ enum Handles<'a> {
 }
 
 impl Reader {
-    /// A walk over all bodies that fields can move and that are awake, with the others that are asked for.
+    /// A walk over all awake bodies that fields can move, and the sleepers that are asked for.
     pub(crate) fn walk<'a>(
         &'a mut self,
         bodies: &RigidBodySet,
@@ -71,7 +71,7 @@ impl Reader {
         }
     }
 
-    /// Brings the active bodies into the order of their handles, unless they still are.
+    /// Sorts the active bodies by their handles, unless nothing has changed.
     fn sort(&mut self, islands: &IslandManager, besides: &[Body]) {
         let unchanged = self.active.len() == islands.num_active_bodies()
             && self.active.iter().copied().eq(islands.active_bodies());
@@ -88,7 +88,7 @@ impl Reader {
 }
 
 impl Walk<'_> {
-    /// The next one.
+    /// The next body, or `None` at the end.
     #[inline]
     pub(crate) fn next<'b>(
         &mut self,
@@ -131,12 +131,13 @@ impl Walk<'_> {
     }
 }
 
-/// Whether so many bodies sleep that it is quicker to look at those awake only.
+/// Returns true if the sleepers outnumber the active bodies by far, so that it is quicker to walk over the active ones
+/// only.
 pub(crate) fn most_sleep(bodies: &RigidBodySet, islands: &IslandManager) -> bool {
     bodies.len() > 2 * islands.num_active_bodies() + FEW
 }
 
-/// Whether fields can move a body at all.
+/// Returns true if fields can move a body: dynamic, enabled, and not the frame of a soft body.
 #[inline]
 pub(crate) fn is_movable(body: &RigidBody) -> bool {
     body.is_dynamic() && body.is_enabled() && !body.is_soft_frame()

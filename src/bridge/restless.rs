@@ -1,5 +1,5 @@
-//! Who may not fall asleep: Rapier lets sleep what is slow, but under a force that nothing balances a
-//! body is only about to move.
+//! Bodies that must not fall asleep: Rapier puts slow bodies to sleep, but a slow body under an unbalanced force is
+//! about to move.
 
 use super::constrained::Constraints;
 use crate::math::{Pose, Real, RigidBodyHandle, Vector};
@@ -7,22 +7,23 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::ContactPair;
 use crate::rigid::{Body, Wrench, find_by};
 
-/// What is not told from balance, in both precisions: `f64` would have bodies settle for minutes.
+/// The relative resolution of balance. The same in both precisions, because with `f64`'s bodies would take minutes to
+/// settle.
 const RESOLUTION: Real = f32::EPSILON as Real;
 
-/// Forces balance if no more than this part of them is left: what rounding leaves.
+/// Forces balance if no more than this share of them is left over, which is the size of rounding.
 const ROUNDING: Real = 64.0 * RESOLUTION;
 
-/// A body that turns back this often without going farther than a part of Rapier's allowed error may rest: what
-/// sinks or drifts never turns back, and what is thrown up does once.
+/// A body that has turned back this often, within this share of Rapier's allowed linear error, may rest: a body that
+/// sinks or drifts does not turn back, and one that is thrown up turns back once.
 const TURNS: u8 = 2;
 const PART_OF_ERROR: Real = 0.1;
 
-/// A body that is held moves if it is accelerated at this part of what contacts leave it if nothing
-/// rubs. A ball that rolls is so at five sevenths, and may rest.
+/// A body held by contacts is sliding if it is accelerated by at least this share of the acceleration that contacts
+/// without friction would leave it. A rolling ball has five sevenths, and may rest.
 const YIELDS: Real = 0.9;
 
-/// The bodies that are slow enough to fall asleep, in the order of their handles.
+/// The bodies that are slow enough to fall asleep, in the order of their handles. Part of the saved state.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -30,7 +31,7 @@ const YIELDS: Real = 0.9;
 )]
 pub(crate) struct Drowsing(Vec<Drowsy>);
 
-/// What is remembered of such a body from one step to the next.
+/// The record of such a body from one step to the next.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -38,27 +39,27 @@ pub(crate) struct Drowsing(Vec<Drowsy>);
 )]
 struct Drowsy {
     body: RigidBodyHandle,
-    /// Its velocity when it became slow enough.
+    /// Its velocity when it became slow.
     began: Vector,
     /// Its velocity at the start of the step.
     linvel: Vector,
-    /// What fields, gravity, the user's force and damping alone add to that over the step.
+    /// The change of velocity over the step by fields, gravity, the user's force and damping alone.
     gain: Vector,
     bob: Bob,
 }
 
-/// How a body moves about a place.
+/// The motion of a body about a place.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 struct Bob {
-    /// Where it was when it last left the place before.
+    /// The pose at which the record of this place began.
     about: Pose,
-    /// Its velocity, and its angular velocity, when either last turned back.
+    /// Its velocity, and its angular velocity, when each last turned back.
     heading: [Vector; 2],
-    /// How often they have turned back there.
+    /// The number of times that each has turned back at this place.
     turns: [u8; 2],
 }
 
@@ -71,10 +72,10 @@ impl Bob {
         }
     }
 
-    /// A step later. A body is elsewhere once a part of it has moved by `error`.
+    /// The record one step later. It begins anew once a part of the body has moved by more than `error`.
     fn step(mut self, body: &Body, error: Real) -> Self {
         let moved = body.pose.translation - self.about.translation;
-        // As twice its sine: an arc cosine is off by 3e-4 rad in 32 bits.
+        // Twice the sine of half the angle: an arc cosine is off by 3e-4 rad in 32 bits.
         let turn = body.pose.rotation * self.about.rotation.inverse();
         let turned = 2.0 * Vector::new(turn.x, turn.y, turn.z).length();
         if moved.length() + turned * radius(body) > error {
@@ -102,7 +103,7 @@ impl Drowsing {
         Some(&self.0[place])
     }
 
-    /// Whether what was read from elsewhere is of one piece.
+    /// Returns true if the list is sorted and finite, which a deserialized one may not be.
     pub(crate) fn is_sound(&self) -> bool {
         let index = |known: &Drowsy| known.body.into_raw_parts().0;
         let sorted = self.0.is_sorted_by(|a, b| index(a) < index(b));
@@ -114,38 +115,38 @@ impl Drowsing {
     }
 }
 
-/// What decides who may sleep.
+/// The inputs of the decision which bodies may sleep.
 #[derive(Clone, Copy)]
 pub(crate) struct Balance<'a> {
     pub constraints: Constraints<'a>,
     pub gravity: Vector,
     pub parameters: &'a IntegrationParameters,
-    /// As of the last step.
+    /// The record of the last step.
     pub drowsing: &'a Drowsing,
-    /// Whether forces depend on time: then nothing is at rest where it turns back.
+    /// True if forces depend on time: a body that turns back is then not at rest.
     pub varies: bool,
 }
 
-/// A body that is about to fall asleep.
+/// A body that is slow enough to fall asleep, and the accelerations that act on it.
 struct Pressed<'a> {
     body: &'a Body,
     wrench: Wrench,
-    /// By fields, gravity, the user's force and damping.
+    /// The acceleration by fields, gravity, the user's force and damping.
     acceleration: Vector,
-    /// The sum of the lengths of what that is made of.
+    /// The sum of the magnitudes of its parts.
     size: Real,
-    /// How its velocity changed over the last step, and what of that they account for.
+    /// The change of velocity over the last step, and the part of it that `acceleration` accounts for.
     change: Option<[Vector; 2]>,
 }
 
-/// Momenta of bodies that hang together by joints and contacts, and how they change in a step.
+/// Sums over bodies that are connected by joints and contacts.
 #[derive(Default)]
 struct Group {
     mass: Real,
     momentum: Vector,
-    /// The sum of the lengths of the momenta.
+    /// The sum of the magnitudes of the momenta.
     motion: Real,
-    /// The force on all, and the impulse of a step if nothing in it cancelled.
+    /// The force on all, and the impulse in a step if nothing in it cancelled.
     force: Vector,
     impulse: Real,
     change: Vector,
@@ -170,18 +171,18 @@ impl Group {
         }
     }
 
-    /// What rounding makes of a momentum in a step.
+    /// The error of a momentum by rounding in a step.
     fn noise(&self) -> Real {
         ROUNDING * self.impulse + 4.0 * Real::EPSILON * self.motion
     }
 
-    /// Whether it moved in the last step as fields and gravity alone would move it, so that nothing
-    /// outside the group holds it.
+    /// Returns true if it moved in the last step as fields, gravity, the users' forces and damping alone would move it,
+    /// so that nothing outside the group holds it.
     fn is_free(&self) -> bool {
         (self.change - self.gain).length() <= 0.5 * self.gain.length() + self.noise()
     }
 
-    /// Whether its momentum stayed what it was, though fields and gravity would have changed it.
+    /// Returns true if its momentum stayed the same, though fields and gravity would have changed it.
     fn is_held(&self) -> bool {
         let stays = self.change.length() <= 0.5 * self.gain.length() + self.noise();
         stays && !self.is_free()
@@ -189,8 +190,8 @@ impl Group {
 }
 
 impl Balance<'_> {
-    /// Finds those of some bodies that are about to fall asleep under fields, and are to stay awake. Bodies
-    /// come in the order of their handles; `drowsing` is that of this step.
+    /// Collects in `restless` the bodies under fields that are slow enough to fall asleep and must stay awake. `bodies`
+    /// come in the order of their handles; the record of this step is added to `drowsing`.
     pub(crate) fn find_restless<'b>(
         &self,
         bodies: impl Iterator<Item = (&'b Body, Wrench)>,
@@ -226,7 +227,7 @@ impl Balance<'_> {
                 Some(it) if self.is_alone(it.body.handle) => {
                     let held = match group.known {
                         true => group.is_held(),
-                        // It is known in the next step, unless it sleeps then.
+                        // It becomes known in the next step, unless the body sleeps by then.
                         false => it.body.drowsy + 1.5 * self.parameters.dt < it.body.patience,
                     };
                     let [moves, turns] = [self.moves(it, &group), self.turns(it)];
@@ -266,7 +267,7 @@ impl Balance<'_> {
         }
     }
 
-    /// What is known of a body from the last step, if it was drowsy then.
+    /// The record of a body from the last step, if it was slow then.
     fn before(&self, body: &Body) -> Option<&Drowsy> {
         let known = self.drowsing.of(body.handle);
         known.filter(|_| body.drowsy > 1.5 * self.parameters.dt)
@@ -275,7 +276,7 @@ impl Balance<'_> {
     fn remember(&self, it: &Pressed<'_>) -> Drowsy {
         let (body, linvel, was) = (it.body, it.body.linvel, self.before(it.body));
         let error = PART_OF_ERROR * self.parameters.allowed_linear_error();
-        // That goes on while it is kept from falling asleep.
+        // The record of its place goes on while the body is kept from falling asleep.
         let bob = self.drowsing.of(body.handle).map(|was| was.bob);
         Drowsy {
             body: body.handle,
@@ -286,12 +287,12 @@ impl Balance<'_> {
         }
     }
 
-    /// Whether neither joints nor contacts have to do with a body.
+    /// Returns true if no joint holds a body and no contact pushed it.
     fn is_alone(&self, body: RigidBodyHandle) -> bool {
         !self.constraints.join(body) && self.constraints.pushing(body).next().is_none()
     }
 
-    /// The bodies that hang together by joints and contacts, by their places in the list.
+    /// The groups that are connected by joints and contacts, as indices into the list.
     fn groups(&self, drowsy: &[Pressed<'_>]) -> Vec<Vec<usize>> {
         let mut of: Vec<usize> = (0..drowsy.len()).collect();
         let root = |of: &[usize], mut place: usize| {
@@ -318,7 +319,8 @@ impl Balance<'_> {
         groups
     }
 
-    /// An acceleration, and a speed, that would not move a body by a rounding while it falls asleep.
+    /// An acceleration, and a speed, that would move a body by less than rounding in the time for which it has been
+    /// slow.
     fn least(&self, it: &Pressed<'_>) -> [Real; 2] {
         let place = it.body.pose.translation.length() + self.parameters.length_unit;
         let (time, pushed) = (it.body.drowsy, ROUNDING * it.size);
@@ -339,7 +341,7 @@ impl Balance<'_> {
         turning > slight || body.angvel.length() * radius > slow
     }
 
-    /// Whether a body that contacts hold was accelerated as they would let it if nothing rubbed.
+    /// Returns true if a body held by contacts was accelerated as contacts without friction would let it.
     fn slides(&self, it: &Pressed<'_>, drowsing: &Drowsing) -> bool {
         let body = it.body;
         let jointed = self.constraints.join(body.handle);
@@ -355,10 +357,10 @@ impl Balance<'_> {
         left.length() > slight && gained > YIELDS * left.length_squared() * body.drowsy
     }
 
-    /// What contacts leave of an acceleration, if nothing rubs.
+    /// The part of an acceleration that contacts without friction leave.
     fn unresisted(&self, handle: RigidBodyHandle, acceleration: Vector) -> Vector {
         let mut left = acceleration;
-        // What one contact turns away the next may turn back.
+        // Removing the component into one contact may bring back that into another.
         for _ in 0..4 {
             for (pair, first) in self.constraints.pushing(handle) {
                 for away in pushes(pair, first) {
@@ -370,14 +372,14 @@ impl Balance<'_> {
     }
 }
 
-/// The directions in which the contacts of a pair push its first side, or its second.
+/// The directions in which the contacts of a pair push its first side, or its second; unit vectors in world axes.
 fn pushes(pair: &ContactPair, first: bool) -> impl Iterator<Item = Vector> + '_ {
     let manifolds = pair.manifolds().iter();
     let active = manifolds.filter(|manifold| !manifold.data.solver_contacts.is_empty());
     active.map(move |manifold| manifold.data.normal * if first { -1.0 } else { 1.0 })
 }
 
-/// The radius of gyration about the axis that turns most easily.
+/// The radius of gyration about the axis of least inertia.
 fn radius(body: &Body) -> Real {
     let easiest = body.inv_principal_inertia.max_element();
     match easiest > 0.0 {

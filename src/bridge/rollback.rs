@@ -1,4 +1,4 @@
-//! The world as it was when a step began, to go back to.
+//! Copies of the bodies and joints from before a step, to restore them if the step is refused.
 
 mod joints;
 
@@ -9,7 +9,7 @@ use crate::math::{ColliderHandle, Pose, RigidBodyHandle};
 use crate::rapier::dynamics::{RigidBody, RigidBodyBuilder};
 use crate::rigid::Lookup;
 
-/// Copies of the bodies, and of what Rapier knows of joints.
+/// Copies of the bodies, and of the state that Rapier keeps of joints.
 #[derive(Debug, Default)]
 pub(crate) struct Rollback {
     /// By the index of a body.
@@ -17,7 +17,7 @@ pub(crate) struct Rollback {
     joints: Joints,
 }
 
-/// A body as it was. Where nothing is to be gone back to, an old copy stays for its memory.
+/// A copy of a body. One that is not `current` is kept for its allocations only.
 #[derive(Debug)]
 struct BodyCopy {
     handle: RigidBodyHandle,
@@ -26,7 +26,7 @@ struct BodyCopy {
 }
 
 impl Rollback {
-    /// Takes the present state.
+    /// Copies the present state.
     pub(crate) fn take(&mut self, world: &WorldMut<'_>) {
         self.clear();
         for (handle, body) in world.bodies.iter() {
@@ -35,7 +35,7 @@ impl Rollback {
         self.joints.take(world);
     }
 
-    /// Forgets all: nothing in this step can fail once it has begun.
+    /// Marks all copies as unused: this step cannot fail once it has begun.
     pub(crate) fn clear(&mut self) {
         let copies = self.copies.iter_mut().flatten();
         copies.for_each(|copy| copy.current = false);
@@ -63,7 +63,7 @@ impl Rollback {
         copy.map(|copy| &copy.body)
     }
 
-    /// The world pose that a collider had. What was not copied has not moved.
+    /// The world pose that a collider had when the copies were taken. A body without a copy has not moved.
     pub(crate) fn pose_before(&self, handle: ColliderHandle, world: &WorldRef<'_>) -> Option<Pose> {
         let collider = world.collider(handle)?;
         let (Some(parent), Some(local_pose)) = (collider.parent(), collider.position_wrt_parent())
@@ -74,7 +74,7 @@ impl Rollback {
         Some(*body?.position() * *local_pose)
     }
 
-    /// Puts everything back.
+    /// Restores all bodies and joints that have changed.
     pub(crate) fn restore(&self, world: &mut WorldMut<'_>) {
         let mut moved = false;
         let copies = self.copies.iter().flatten();
@@ -84,7 +84,7 @@ impl Rollback {
                 continue;
             }
             if let Some(now) = world.bodies.get_mut(*handle) {
-                // Leaves the colliders, and Rapier's bookkeeping, as they are.
+                // This leaves the colliders, and Rapier's bookkeeping, as they are.
                 now.copy_from(body);
                 moved = true;
             }
@@ -98,7 +98,7 @@ impl Rollback {
     }
 }
 
-/// Whether Rapier's step, and fields, have left a body as it was.
+/// Returns true if neither Rapier's step nor fields have changed a body.
 fn is_same(now: &RigidBody, was: &RigidBody) -> bool {
     now.position() == was.position()
         && now.next_position() == was.next_position()

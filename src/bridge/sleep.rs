@@ -1,9 +1,9 @@
-//! When fields wake sleeping bodies.
+//! The rule by which fields wake sleeping bodies, and the wrenches that bodies sleep under.
 
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
 use crate::rigid::{Body, Wrench, find};
 
-/// When fields wake sleeping bodies.
+/// The rule by which fields wake sleeping bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -33,7 +33,7 @@ impl Default for WakePolicy {
     }
 }
 
-/// What acted on bodies when they fell asleep, in the order of their handles.
+/// The wrenches that acted on bodies when they fell asleep, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -42,8 +42,8 @@ impl Default for WakePolicy {
 pub(crate) struct Resting(Vec<(RigidBodyHandle, Wrench)>);
 
 impl Resting {
-    /// Decides for the sleepers among some bodies whether a wrench acts on them. A kick stored in a
-    /// sleeper would fire when it wakes for another reason.
+    /// Sets `acting`, by body: false for sleepers that stay asleep. A kick stored in a sleeper would take effect when
+    /// it wakes for another reason. `acting` stays empty if nothing sleeps.
     pub(crate) fn decide(
         &mut self,
         bodies: &[Body],
@@ -82,7 +82,7 @@ impl Resting {
         }
     }
 
-    /// What a sleeper rests under: `wrench`, if it was not seen asleep before.
+    /// The wrench under which a sleeper rests; recorded as `wrench` if it was not seen asleep before.
     pub(crate) fn resting_under(&mut self, handle: RigidBodyHandle, wrench: Wrench) -> Wrench {
         match self.place_of(handle) {
             Ok(place) if self.0[place].0 == handle => self.0[place].1,
@@ -103,7 +103,7 @@ impl Resting {
             .binary_search_by_key(&index(&handle), |(known, _)| index(known))
     }
 
-    /// Forgets bodies that are awake, in the order of their handles.
+    /// Removes bodies that are awake; they are given in the order of their handles.
     pub(crate) fn forget(&mut self, awake: &[RigidBodyHandle]) {
         self.0.retain(|(body, _)| find(awake, *body).is_none());
     }
@@ -112,7 +112,7 @@ impl Resting {
         self.0.is_empty()
     }
 
-    /// Whether what was read from elsewhere is of one piece.
+    /// Returns true if the list is sorted and finite, which a deserialized one may not be.
     pub(crate) fn is_sound(&self) -> bool {
         let index = |(handle, _): &(RigidBodyHandle, Wrench)| handle.into_raw_parts().0;
         let sorted = self.0.is_sorted_by(|a, b| index(a) < index(b));
@@ -120,8 +120,8 @@ impl Resting {
     }
 }
 
-/// How much a wrench moves a body: the root of twice the energy that a unit of time of it gives the
-/// body at rest. It makes force and torque comparable, so that a torque of mere rounding is none.
+/// The strength of a wrench on a body: the square root of twice the energy that it gives the body at rest in a unit of
+/// time. It makes force and torque comparable, so that a torque of mere rounding counts as none.
 fn size(body: &Body, wrench: Wrench) -> f64 {
     let (force, torque) = (to_dvec3(wrench.force), to_dvec3(wrench.torque));
     let twist = to_dvec3(body.inv_inertia * wrench.torque);

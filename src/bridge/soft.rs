@@ -1,4 +1,4 @@
-//! Soft bodies: each of their particles is a sample, and takes impulses and loads.
+//! Soft bodies: each of their particles is a sample, and is moved by impulses and forces.
 
 use super::sleep::WakePolicy;
 use super::soft_load::{LentForces, Sampled, SoftFlight, lend};
@@ -13,36 +13,36 @@ use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
 use crate::rigid::Wrench;
 use crate::sample::{Kind, Moment, Properties, SamplePoint, Samples, owner};
 
-/// What fields do to the particles of soft bodies.
+/// The samples, forces and motions of the particles of soft bodies.
 #[derive(Default)]
 pub(crate) struct SoftBodies {
     evaluator: Evaluator,
     samples: Samples,
     forces: Vec<Wrench>,
     particles: Particles,
-    /// By place, as all that follows.
+    /// By place, that is, by sample; so are the next lists.
     states: Vec<ParticleState>,
     motions: Vec<ParticleMotion>,
-    /// Whether something was left out of the force.
+    /// By place: true if part of the force was left out because of a fault.
     left_out: Vec<bool>,
     /// A buffer, by particle.
     volumes: Vec<Real>,
-    /// Which soft bodies the samples are of.
+    /// The sampled soft bodies, in the order of their samples.
     bodies: Vec<Sampled>,
-    /// Those that are to be disabled.
+    /// Soft bodies that are to be disabled because of a fault.
     condemned: Vec<SoftBodyHandle>,
-    /// The roots of those that are not finite: they are left to Rapier, which disables them.
+    /// The root bodies of soft bodies that are not finite; they are left to Rapier, which disables them.
     pub unsound: Vec<RigidBodyHandle>,
-    /// The roots of those without a volume, within the reach of a field that acts on volumes.
+    /// The root bodies of soft bodies without volume, within reach of a field that acts on volumes.
     pub without_volume: Vec<RigidBodyHandle>,
-    /// As they were before the step.
+    /// Copies of the soft bodies from before the step.
     before: Vec<(SoftBodyHandle, SoftBody)>,
-    /// A buffer for what an open step owns.
+    /// A buffer for the next open step.
     pub spare: SoftFlight,
 }
 
 impl SoftBodies {
-    /// Works out the forces on all particles; writes nothing.
+    /// Evaluates the forces on all particles, without writing anything. Returns a fault if some are not finite.
     pub(crate) fn evaluate(
         &mut self,
         compiled: &Compiled,
@@ -90,7 +90,7 @@ impl SoftBodies {
         Fault::of_wrenches(forces, compiled, frames, samples, moment)
     }
 
-    /// One sample per particle, each a body of its own to the evaluator.
+    /// Adds one sample for each particle, each as a body of its own to the evaluator.
     fn gather(&mut self, soft: &SoftBody, gravity: Vector, displaced: bool) {
         if displaced {
             volumes(soft, &mut self.volumes);
@@ -126,8 +126,8 @@ impl SoftBodies {
         }
     }
 
-    /// Works out the motion of all particles from the forces: before Rapier's step or, of those that were
-    /// loaded in it, after that.
+    /// Computes the motion of all particles from the forces: the first half before Rapier's step, or the second half
+    /// after it, for which `flight` has the particles that were loaded in between.
     pub(crate) fn move_all(
         &mut self,
         world: (&Compiled, &impl Frames),
@@ -147,7 +147,7 @@ impl SoftBodies {
                     Some(None) => ParticleMotion::NONE,
                     Some(Some(loaded)) => {
                         let was = loaded.get(particle).and_then(Option::as_ref);
-                        // What was left out of its force now, it has had for the whole step.
+                        // A force that is left out now already acted during the whole step.
                         match was.is_some() && self.left_out[place] {
                             true => ParticleMotion::NONE,
                             false => self.particles.second(place, of, was, durations),
@@ -158,13 +158,13 @@ impl SoftBodies {
         }
     }
 
-    /// The places of the particles of a body, by its number.
+    /// The places of the particles of a body, by its number in `bodies`.
     fn places(&self, number: usize) -> std::ops::Range<usize> {
         let next = self.bodies.get(number + 1);
         self.bodies[number].first..next.map_or(self.states.len(), |next| next.first)
     }
 
-    /// The particles that would be too fast.
+    /// The fault of the particles that would be too fast, if there are any.
     pub(crate) fn too_fast(
         &self,
         (compiled, frames): (&Compiled, &impl Frames),
@@ -181,7 +181,7 @@ impl SoftBodies {
         Some(Fault::new(kind, compiled, frames, who, moment))
     }
 
-    /// Puts what is left of the forces of a fault in their place.
+    /// Replaces the forces of a fault by what remains of them.
     pub(crate) fn leave_out(&mut self, fault: &Fault, left: &[Wrench]) {
         for (place, left) in fault.places.iter().zip(left) {
             self.forces[*place] = *left;
@@ -189,7 +189,7 @@ impl SoftBodies {
         }
     }
 
-    /// Has the soft bodies of a fault disabled, and not pushed.
+    /// Marks the soft bodies of a fault to be disabled, and removes the forces on them.
     pub(crate) fn condemn(&mut self, fault: &Fault) {
         for place in &fault.places {
             let number = self.bodies.partition_point(|it| it.first <= *place) - 1;
@@ -204,7 +204,7 @@ impl SoftBodies {
         }
     }
 
-    /// Does with soft bodies what Rapier does with those that are not finite.
+    /// Stops and disables the condemned bodies, as Rapier does with soft bodies that are not finite.
     pub(crate) fn quarantine(&self, softs: &mut SoftBodySet) {
         for handle in &self.condemned {
             let Some(soft) = softs.get_mut(*handle) else {
@@ -218,7 +218,7 @@ impl SoftBodies {
         }
     }
 
-    /// Takes the present state, to go back to; `None` to forget it.
+    /// Copies all soft bodies, or drops the copies for `None`.
     pub(crate) fn take(&mut self, softs: Option<&SoftBodySet>) {
         self.before.clear();
         let softs = softs.into_iter().flat_map(SoftBodySet::iter);
@@ -226,8 +226,8 @@ impl SoftBodies {
         self.before.extend(copies);
     }
 
-    /// Gives the particles what was worked out before Rapier's step; `lent`: what is to be taken back of
-    /// that after it.
+    /// Applies the motions computed before Rapier's step. Records the users' forces in `lent` if forces are put on top
+    /// of them, to restore them after the step.
     pub(crate) fn first_half(
         &mut self,
         policy: WakePolicy,
@@ -251,7 +251,7 @@ impl SoftBodies {
         flight
     }
 
-    /// The second half of the motion; returns how many particles took it.
+    /// Applies the second half of the motions; returns the number of particles moved.
     pub(crate) fn second_half(&self, policy: WakePolicy, softs: &mut SoftBodySet) -> usize {
         let pushed = self.push(policy, softs);
         self.quarantine(softs);
@@ -285,8 +285,8 @@ impl SoftBodies {
         pushed
     }
 
-    /// Puts soft bodies back as they were before the step. Of one that was torn meanwhile the particles
-    /// that are still there go back.
+    /// Restores soft bodies from their copies. In a body that was torn in the meantime, only the positions and
+    /// velocities of the particles that it still has are restored.
     pub(crate) fn restore(&self, softs: &mut SoftBodySet) {
         for (handle, was) in &self.before {
             let Some(soft) = softs.get_mut(*handle) else {
@@ -306,8 +306,8 @@ impl SoftBodies {
     }
 }
 
-/// Has Rapier bring colliders after the particles in its next step. Pinned particles may have targets,
-/// which this would forget.
+/// Makes Rapier move the colliders to the particles in its next step, by setting the position of a free particle.
+/// Setting that of a pinned one would clear its target.
 fn has_moved(soft: &mut SoftBody) {
     let mut particles = soft.particles().iter();
     let free = particles.position(|particle| particle.inv_mass() > 0.0);
@@ -316,7 +316,7 @@ fn has_moved(soft: &mut SoftBody) {
     }
 }
 
-/// Whether all particles are somewhere, and move somehow; else Rapier disables the body in its step.
+/// Returns true if all positions and velocities are finite; otherwise Rapier disables the body in its step.
 fn is_sound(soft: &SoftBody) -> bool {
     let mut states = soft.particle_positions().zip(soft.particle_velocities());
     states.all(|(position, velocity)| position.is_finite() && velocity.is_finite())

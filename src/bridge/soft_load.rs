@@ -1,24 +1,24 @@
-//! Forces on particles that are theirs during Rapier's step only.
+//! Forces on particles for the duration of Rapier's step.
 
 use crate::integrate::Coupling;
 use crate::math::Vector;
 use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
 
-/// A soft body that is sampled.
+/// A sampled soft body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sampled {
     pub handle: SoftBodyHandle,
     /// See [`SoftBody::topology_version`].
     pub topology: u32,
-    /// The place of its first particle.
+    /// The index of its first particle among all sampled ones.
     pub first: usize,
 }
 
-/// What an open step knows of the particles that it has loaded.
+/// The particles to which an open step has given a force.
 #[derive(Debug, Default)]
 pub(crate) struct SoftFlight {
     pub(super) bodies: Vec<Sampled>,
-    /// By place, how the force on those that were loaded changes with the velocity.
+    /// By place: the linearised dependence of the force on the velocity, for particles that were loaded.
     pub(super) loaded: Vec<Option<Coupling>>,
 }
 
@@ -28,8 +28,8 @@ impl SoftFlight {
         self.loaded.clear();
     }
 
-    /// Of the particles of a body, empty if nothing was loaded at all; `None` if the body was torn
-    /// meanwhile, or is new: then it has had all that it gets of this step.
+    /// The couplings of a body's particles; empty if nothing was loaded at all. `None` if the body is new or was torn
+    /// in the meantime: it gets no second half of this step.
     pub(super) fn of(&self, body: Sampled) -> Option<&[Option<Coupling>]> {
         if self.loaded.is_empty() {
             return Some(&[]);
@@ -42,7 +42,7 @@ impl SoftFlight {
     }
 }
 
-/// The user's forces on the particles of a soft body, while those of fields stand on top of them.
+/// The user's forces on the particles of a soft body, while forces of fields are added to them.
 #[derive(Clone, Debug)]
 pub(crate) struct LentForces {
     pub(super) body: SoftBodyHandle,
@@ -50,11 +50,12 @@ pub(crate) struct LentForces {
     own: Vec<OwnForce>,
 }
 
-/// The user's force on a particle.
+/// The user's force on one particle.
 #[derive(Clone, Copy, Debug)]
 struct OwnForce {
     particle: usize,
-    /// Where it was when the body was made. The parts of a particle that was torn have this of it.
+    /// The particle's position when the body was made. The parts of a torn particle inherit it, so they can be found by
+    /// it.
     rest: Vector,
     force: Vector,
 }
@@ -93,12 +94,12 @@ impl LentForces {
     }
 }
 
-/// Takes down the users' forces on all particles.
+/// Records the users' forces on all particles.
 pub(super) fn lend(softs: &SoftBodySet, lent: &mut Vec<LentForces>) {
     lent.extend(softs.iter().map(|(body, soft)| LentForces::of(body, soft)));
 }
 
-/// Gives the users their forces back, bit for bit; also where bodies were torn meanwhile.
+/// Restores the users' forces bit for bit, also in bodies that were torn in the meantime.
 pub(crate) fn give_back(softs: &mut SoftBodySet, lent: &[LentForces]) {
     for forces in lent {
         let mut pieces = vec![forces.body];
@@ -107,7 +108,7 @@ pub(crate) fn give_back(softs: &mut SoftBodySet, lent: &[LentForces]) {
                 continue;
             };
             forces.give_back(soft);
-            // Pieces of earlier steps are in the list themselves.
+            // Pieces from earlier steps are in the list themselves.
             let torn = soft.pieces().iter();
             pieces.extend(torn.filter(|piece| lent.iter().all(|it| it.body != **piece)));
         }

@@ -1,10 +1,11 @@
-//! Which volume a particle of a soft body stands for.
+//! The volume that each particle of a soft body stands for, for fields that act on volumes.
 
 use crate::math::{Real, Vector, from_f64, to_dvec3};
 use crate::rapier::dynamics::SoftBody;
 
-/// The volume of each particle, as the body is now: a quarter of each cell that it is a corner of; without
-/// cells, of what a closed surface encloses a share by the area around it. Sheets and ropes have none.
+/// The volume of each particle in the body's present shape: a quarter of each cell that it is a corner of. Without
+/// cells, the volume that a closed surface encloses, shared among its particles in proportion to the area around them.
+/// Sheets and ropes have no volume.
 pub(super) fn volumes(soft: &SoftBody, volumes: &mut Vec<Real>) {
     volumes.clear();
     volumes.resize(soft.num_particles(), 0.0);
@@ -16,7 +17,7 @@ pub(super) fn volumes(soft: &SoftBody, volumes: &mut Vec<Real>) {
     let at = |particle: u32| to_dvec3(soft.particle_position(particle as usize));
     for cell in soft.cells() {
         let [a, b, c, d] = cell.vertices.map(at);
-        // One that is turned inside out has none.
+        // A cell that is turned inside out has no volume.
         let volume = (b - a).cross(c - a).dot(d - a) / 6.0;
         let share = volume.max(0.0) / 4.0;
         cell.vertices.iter().for_each(|corner| add(*corner, share));
@@ -50,7 +51,7 @@ pub(super) fn volumes(soft: &SoftBody, volumes: &mut Vec<Real>) {
     }
 }
 
-/// The least and the greatest coordinates of its particles.
+/// The least and the greatest coordinates of its particles, in world space.
 pub(super) fn bounds(soft: &SoftBody) -> [Vector; 2] {
     let start = [Real::INFINITY, -Real::INFINITY].map(Vector::splat);
     let positions = soft.particle_positions();

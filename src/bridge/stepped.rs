@@ -1,4 +1,4 @@
-//! Whether Rapier made one step between the two halves of ours, and what is taken back if it made none.
+//! The check that Rapier made one step between the two halves of a field step, and what is undone if it made none.
 
 use super::constrained::Constraints;
 use super::restless::Drowsing;
@@ -7,41 +7,42 @@ use super::world::WorldMut;
 use crate::math::{Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::RigidBody;
 
-/// What fields wrote to bodies before Rapier's step, and how that step shows on some of them.
+/// The bodies that fields wrote to before Rapier's step, and the witnesses by which that step is recognised.
 #[derive(Debug, Default)]
 pub(crate) struct Stepped {
     pub before: Undo,
-    /// Bodies that were put into quarantine, as they were.
+    /// Copies of bodies that were quarantined.
     condemned: Vec<(RigidBodyHandle, RigidBody)>,
     witnesses: Vec<Witness>,
-    /// Which bodies were about to fall asleep when the step began.
+    /// The record of bodies about to fall asleep from before the step.
     pub drowsing: Option<Drowsing>,
 }
 
-/// A body as Rapier's step is to find it.
+/// A body as it was before Rapier's step.
 #[derive(Debug)]
 struct Witness {
     body: RigidBodyHandle,
-    /// For how long it has been slow enough to fall asleep: a step adds its length, or makes it zero.
+    /// The time for which it has been slow enough to fall asleep: a step adds `dt` to it, or resets it.
     slow_for: Real,
     centre: Vector,
     linvel: Vector,
 }
 
-/// What Rapier did meanwhile.
+/// The steps that Rapier made between the two halves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Made {
-    /// One step, as far as can be told.
+    /// One step, as far as the witnesses show.
     One,
     None,
     /// Steps of this length together.
     More(Real),
 }
 
-/// So many bodies are asked.
+/// The largest number of witnesses.
 const WITNESSES: usize = 8;
 
-/// From which multiple of the step on it is told: what is free moves by one within an eighth.
+/// A body that moved on by more than this multiple of `dt` shows several steps; one step of a free body is measured to
+/// within an eighth.
 const MORE: Real = 1.5;
 
 impl Stepped {
@@ -52,7 +53,7 @@ impl Stepped {
         self.drowsing = None;
     }
 
-    /// Takes note of bodies that are about to be written to.
+    /// Records bodies that are about to be written to.
     pub(crate) fn note(
         &mut self,
         bodies: &RigidBodySet,
@@ -65,7 +66,7 @@ impl Stepped {
         }
     }
 
-    /// Takes note of bodies that are about to be disabled.
+    /// Copies bodies that are about to be disabled.
     pub(crate) fn note_condemned(&mut self, bodies: &RigidBodySet, condemned: &[RigidBodyHandle]) {
         let copies = condemned
             .iter()
@@ -73,9 +74,9 @@ impl Stepped {
         self.condemned.extend(copies);
     }
 
-    /// Chooses witnesses, evenly, of the bodies that were written to.
+    /// Chooses witnesses among the recorded bodies, evenly spread.
     pub(crate) fn choose(&mut self, bodies: &mut RigidBodySet, dt: Real) {
-        // A step without length leaves them as they are.
+        // A step of zero length shows on no body.
         if dt <= 0.0 {
             return;
         }
@@ -86,7 +87,7 @@ impl Stepped {
             };
             let activation = body.activation_mut();
             if activation.time_since_can_sleep == 0.0 {
-                // Whatever a step makes of it, no bit of that shows this.
+                // A step either resets this or adds `dt`, in which the smallest positive number vanishes.
                 activation.time_since_can_sleep = Real::MIN_POSITIVE;
             }
             self.witnesses.push(Witness {
@@ -98,7 +99,7 @@ impl Stepped {
         }
     }
 
-    /// What Rapier did since.
+    /// The steps that Rapier has made since [`Self::choose`].
     pub(crate) fn made(&self, world: &WorldMut<'_>, dt: Real) -> Made {
         if self.witnesses.is_empty() {
             return Made::One;
@@ -132,7 +133,7 @@ impl Stepped {
         more.filter(|_| !is_one).map_or(Made::One, Made::More)
     }
 
-    /// Takes back what was written.
+    /// Takes back everything that was written.
     pub(crate) fn take_back(&self, bodies: &mut RigidBodySet) {
         self.before.take_back(bodies);
         for (handle, was) in &self.condemned {
@@ -145,8 +146,8 @@ impl Stepped {
 }
 
 impl Witness {
-    /// For how long a free body has moved on, by its way and its velocities at both ends; `None` where these
-    /// do not tell.
+    /// The time for which a free body has moved on, from its displacement and its velocities at both ends; `None` where
+    /// these do not show it.
     fn advanced(&self, body: &RigidBody, dt: Real) -> Option<Real> {
         let (begun, ended) = (self.linvel, body.linvel());
         let (mean, change) = ((begun + ended) * 0.5, (ended - begun).length());
@@ -166,7 +167,7 @@ fn centre(body: &RigidBody) -> Vector {
     body.position().transform_point(body.local_center_of_mass())
 }
 
-/// Whether Rapier's step moves a body.
+/// Returns true if Rapier's step moves a body.
 fn is_moved(body: &RigidBody) -> bool {
     body.is_dynamic() && body.is_enabled() && !body.is_sleeping()
 }

@@ -1,9 +1,9 @@
-//! What was written of bodies, to be taken back.
+//! The state of bodies before a half step wrote to them, to take the half step back.
 
 use crate::math::{RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyActivation};
 
-/// The motion of bodies, as it was before a half step wrote them.
+/// Velocities, activation and gyroscopic switch of bodies before a half step wrote to them.
 #[derive(Debug, Default)]
 pub(crate) struct Undo(Vec<Before>);
 
@@ -21,17 +21,17 @@ impl Undo {
         self.0.clear();
     }
 
-    /// How many bodies it has.
+    /// The number of bodies recorded.
     pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// The bodies, in the order in which they were noted.
+    /// The bodies, in the order in which they were recorded.
     pub(super) fn bodies(&self) -> impl Iterator<Item = RigidBodyHandle> {
         self.0.iter().map(|before| before.body)
     }
 
-    /// Takes note of a body that is about to be written.
+    /// Records a body that is about to be written to.
     #[inline]
     pub(super) fn note(&mut self, handle: RigidBodyHandle, body: &RigidBody) {
         self.0.push(Before {
@@ -43,7 +43,7 @@ impl Undo {
         });
     }
 
-    /// Gives all bodies back what they had.
+    /// Restores all recorded bodies.
     pub(crate) fn take_back(&self, bodies: &mut RigidBodySet) {
         for before in &self.0 {
             if let Some(body) = bodies.get_mut(before.body) {

@@ -1,4 +1,4 @@
-//! One visit of many bodies: each is read, and written, while it is at hand.
+//! A visit of many bodies in which each is read and written at once, so that the set is walked over only once.
 
 use super::undo::Undo;
 use super::world::WorldMut;
@@ -7,7 +7,7 @@ use crate::math::{ColliderHandle, ColliderSet, RigidBodyHandle, RigidBodySet, Ve
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
 
-/// The bodies of a world, of which all that is written can be taken back.
+/// The bodies of a world; all that is written to them can be taken back.
 pub(crate) struct Visit<'a> {
     bodies: &'a mut RigidBodySet,
     colliders: &'a ColliderSet,
@@ -38,7 +38,7 @@ impl<'a> Visit<'a> {
         self.colliders.get(handle)
     }
 
-    /// Writes a linear velocity.
+    /// Records a body and writes its linear velocity.
     #[inline]
     pub(crate) fn set_linvel(&mut self, handle: RigidBodyHandle, linvel: Vector) {
         if let Some(body) = self.bodies.get_mut(handle) {
@@ -47,7 +47,7 @@ impl<'a> Visit<'a> {
         }
     }
 
-    /// Writes both velocities.
+    /// Records a body and writes both velocities.
     pub(crate) fn write(&mut self, update: &VelocityUpdate) {
         if let Some(body) = self.bodies.get_mut(update.body) {
             self.undo.note(update.body, body);
@@ -55,7 +55,7 @@ impl<'a> Visit<'a> {
         }
     }
 
-    /// Takes back all that was written.
+    /// Takes back everything that was written.
     pub(crate) fn take_back(self) {
         self.undo.take_back(self.bodies);
     }

@@ -1,4 +1,4 @@
-//! The parts of a world that a step needs.
+//! The parts of a Rapier world that a step needs, borrowed mutably or read only.
 
 use crate::field::{Anchor, Frame, Frames};
 use crate::math::{ColliderHandle, ColliderSet, Pose, RigidBodyHandle, RigidBodySet, Vector};
@@ -10,27 +10,27 @@ use crate::rapier::geometry::{Collider, NarrowPhase};
 use crate::rapier::pipeline::PhysicsWorld;
 use crate::rigid::{Lookup, is_sound, origin_velocity};
 
-/// All that a step reads or writes of a world, borrowed from wherever you keep it: for
-/// [`Fields::begin`](crate::Fields::begin) and [`Fields::finish`](crate::Fields::finish) around a
-/// pipeline of your own. From a `PhysicsWorld` by `WorldMut::from(&mut world)`.
+/// All parts of a world that a step reads or writes, borrowed from wherever they are kept: for
+/// [`Fields::begin`](crate::Fields::begin) and [`Fields::finish`](crate::Fields::finish) around a pipeline of your own.
+/// From a `PhysicsWorld` by `WorldMut::from(&mut world)`.
 pub struct WorldMut<'a> {
     /// All rigid bodies.
     pub bodies: &'a mut RigidBodySet,
     /// All colliders.
     pub colliders: &'a mut ColliderSet,
-    /// Who is awake.
+    /// Rapier's islands, which hold the active bodies.
     pub islands: &'a IslandManager,
     /// The contacts that Rapier found in its last step.
     pub narrow_phase: &'a NarrowPhase,
-    /// Joints between bodies. These and the next are written only where a step is refused after Rapier's.
+    /// Joints between bodies. These and the multibody joints are written only if a step is refused after Rapier's.
     pub impulse_joints: &'a mut ImpulseJointSet,
-    /// Articulations: their links ignore impulses, and are pushed by forces.
+    /// Multibodies (articulations): their links ignore impulses, so forces push them.
     pub multibody_joints: &'a mut MultibodyJointSet,
-    /// Soft bodies: their particles are pushed one by one.
+    /// Soft bodies: fields push their particles one by one.
     pub soft_bodies: &'a mut SoftBodySet,
-    /// The gravity that Rapier's step is given.
+    /// The gravity that is passed to Rapier's step.
     pub gravity: Vector,
-    /// The parameters that Rapier's step is given: the time step, solver iterations, speed limit.
+    /// The parameters that are passed to Rapier's step: time step, solver iterations, speed limit.
     pub integration_parameters: &'a IntegrationParameters,
 }
 
@@ -51,7 +51,7 @@ impl<'a> From<&'a mut PhysicsWorld> for WorldMut<'a> {
 }
 
 impl WorldMut<'_> {
-    /// The same, borrowed for less long.
+    /// The same borrows for a shorter lifetime.
     pub fn as_mut(&mut self) -> WorldMut<'_> {
         WorldMut {
             bodies: self.bodies,
@@ -147,7 +147,7 @@ impl Frames for WorldRef<'_> {
             Anchor::Collider { handle, .. } => {
                 let collider = colliders.get(*handle)?;
                 let frame = match (collider.parent(), collider.position_wrt_parent()) {
-                    // A collider's own world pose lags behind a body that was just teleported.
+                    // A collider's own world pose lags behind its body until Rapier's next step.
                     (Some(parent), Some(local_pose)) => of_body(parent)?.then(local_pose),
                     _ => Frame::at_rest(*collider.position()),
                 };

@@ -1,4 +1,4 @@
-//! What is written into Rapier's bodies, and taken back.
+//! Writes into Rapier's bodies, and their removal after the step.
 
 use super::constrained::Constraints;
 use super::world::WorldMut;
@@ -11,7 +11,7 @@ use crate::rapier::dynamics::RigidBody;
 use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Inertia, to_dquat};
 
-/// A user's forces, while those of fields stand in their place.
+/// The user's force and torque on a body, while those of fields are added to them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ForceOverride {
     body: RigidBodyHandle,
@@ -19,7 +19,7 @@ pub(crate) struct ForceOverride {
     torque: Vector,
 }
 
-/// Writes new velocities; returns of how many bodies.
+/// Writes new velocities; returns the number of updates.
 pub(crate) fn write(bodies: &mut RigidBodySet, updates: &[VelocityUpdate]) -> usize {
     for update in updates {
         let Some(body) = bodies.get_mut(update.body) else {
@@ -31,7 +31,7 @@ pub(crate) fn write(bodies: &mut RigidBodySet, updates: &[VelocityUpdate]) -> us
 }
 
 impl VelocityUpdate {
-    /// Writes it.
+    /// Writes the velocities, and wakes the body or turns off Rapier's gyroscopic forces if the update says so.
     pub(super) fn write(&self, body: &mut RigidBody) {
         if self.wake {
             body.wake_up(true);
@@ -44,7 +44,7 @@ impl VelocityUpdate {
     }
 }
 
-/// Puts bodies where they would have come, with their colliders; returns how many.
+/// Puts bodies at poses computed anew, with their colliders; returns the number of poses.
 pub(crate) fn place(
     bodies: &mut RigidBodySet,
     colliders: &mut ColliderSet,
@@ -64,7 +64,7 @@ pub(crate) fn place(
     redone.len()
 }
 
-/// Puts wrenches on top of the users' forces.
+/// Adds wrenches to the users' forces, which are recorded in `overrides`.
 pub(crate) fn apply(bodies: &mut RigidBodySet, loads: &[Load], overrides: &mut Vec<ForceOverride>) {
     for load in loads {
         let Some(body) = bodies.get_mut(load.body) else {
@@ -80,7 +80,8 @@ pub(crate) fn apply(bodies: &mut RigidBodySet, loads: &[Load], overrides: &mut V
     }
 }
 
-/// Gives the users their forces back, bit for bit: resetting first, since (u + f) − f is not u.
+/// Restores the users' forces bit for bit, by a reset, because (u + f) − f is not u in general. Returns the number of
+/// bodies.
 pub(crate) fn restore(bodies: &mut RigidBodySet, overrides: &[ForceOverride]) -> usize {
     for own in overrides {
         if let Some(body) = bodies.get_mut(own.body) {
@@ -93,11 +94,11 @@ pub(crate) fn restore(bodies: &mut RigidBodySet, overrides: &[ForceOverride]) ->
     overrides.len()
 }
 
-/// Turns the velocities that Rapier was given back into the true ones, with what pushed the bodies
-/// meanwhile.
+/// Turns the velocities that Rapier was given into those at the end of the step, and keeps the changes that contacts,
+/// joints and users made in the meantime.
 ///
-/// Where Rapier changed the velocity of a body that was moved within the step, its velocities are left as
-/// those of the middle of the step.
+/// If Rapier changed the velocity of a body that was moved within the step, its velocities stay those of the middle of
+/// the step.
 pub(crate) fn finish(world: &mut WorldMut<'_>, motions: &mut Motions) {
     let dt = world.integration_parameters.dt;
     let bodies = &world.bodies;
@@ -142,7 +143,7 @@ pub(crate) fn finish(world: &mut WorldMut<'_>, motions: &mut Motions) {
         if motions.has_bounced(mean.body) {
             continue;
         }
-        // What has taken off shows its true velocity again.
+        // A body that is no longer held gets its velocity at its position, without the lag.
         let flies = mean.behind != Vector::ZERO && !is_held(world, mean.body);
         let behind = if flies { mean.behind } else { Vector::ZERO };
         let Some(body) = world
@@ -164,7 +165,7 @@ fn is_held(world: &WorldMut<'_>, handle: RigidBodyHandle) -> bool {
     body.is_some_and(|body| Constraints::new(world).hold(handle, body))
 }
 
-/// Does with bodies what Rapier does with those that are not finite.
+/// Stops and disables bodies, as Rapier does with bodies that are not finite.
 pub(crate) fn quarantine(bodies: &mut RigidBodySet, handles: &[RigidBodyHandle]) {
     for handle in handles {
         if let Some(body) = bodies.get_mut(*handle) {
@@ -177,14 +178,14 @@ pub(crate) fn quarantine(bodies: &mut RigidBodySet, handles: &[RigidBodyHandle])
     }
 }
 
-/// Works out the mass of a body as Rapier will in its next step, and reads the body anew.
+/// Recomputes the mass of a body as Rapier will in its next step, and reads the body again.
 pub(crate) fn weigh(world: &mut WorldMut<'_>, handle: RigidBodyHandle) -> Option<Body> {
     let body = world.bodies.get_mut(handle)?;
     body.recompute_mass_properties_from_colliders(world.colliders);
     Some(Body::of(handle, body))
 }
 
-/// Sets about what Rapier asks hooks; `false` for a collider that is gone.
+/// Sets the hook bits of a collider; returns false if it is gone.
 pub(crate) fn set_hooks(
     world: &mut WorldMut<'_>,
     collider: ColliderHandle,
@@ -194,7 +195,7 @@ pub(crate) fn set_hooks(
     collider.map(|it| it.set_active_hooks(hooks)).is_some()
 }
 
-/// Has bodies that are about to fall asleep begin anew to be slow.
+/// Restarts the sleep timers of bodies.
 pub(crate) fn rouse(bodies: &mut RigidBodySet, restless: &[RigidBodyHandle]) {
     for body in restless {
         if let Some(body) = bodies.get_mut(*body) {
@@ -203,7 +204,7 @@ pub(crate) fn rouse(bodies: &mut RigidBodySet, restless: &[RigidBodyHandle]) {
     }
 }
 
-/// Leaves the free rotation of bodies to Rapier again.
+/// Leaves the gyroscopic rotation of bodies to Rapier again.
 pub(crate) fn let_precess(bodies: &mut RigidBodySet, steady: &[RigidBodyHandle]) {
     for body in steady {
         if let Some(body) = bodies.get_mut(*body) {
@@ -212,39 +213,38 @@ pub(crate) fn let_precess(bodies: &mut RigidBodySet, steady: &[RigidBodyHandle])
     }
 }
 
-/// A body that fell asleep, or was quarantined, has come to rest.
+/// Returns true if a body fell asleep or was quarantined: its velocity is final.
 fn is_at_rest(body: &RigidBody) -> bool {
     body.is_sleeping() || !body.is_enabled()
 }
 
-/// What Rapier's damping leaves of a velocity.
+/// The factor by which Rapier's damping scales a velocity in a step.
 fn damped(damping: Real, dt: Real) -> Real {
     (1.0 + dt * damping).recip()
 }
 
-/// Where a body goes on from, after an impact.
+/// The state from which a body goes on after an impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Push {
     pub body: RigidBodyHandle,
-    /// Unless it stays where it is.
+    /// The new pose; `None` if the body stays where it is.
     pub pose: Option<Pose>,
     pub linvel: Vector,
     pub angvel: Vector,
-    /// If it was put on another path within the step.
+    /// The last impact, if the body was put on another path within the step.
     pub hit: Option<Hit>,
 }
 
-/// When a body was last put on another path within a step.
+/// The last impact of a body within a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hit {
-    /// Which share of the step was over.
+    /// The share of the step before it.
     pub share: Real,
-    /// What fields are taken to have done to it from then on, if it is moved within the step: an
-    /// acceleration and a torque.
+    /// The acceleration and torque by fields that were assumed from then on, if the body is moved within the step.
     pub presumed: Option<[Vector; 2]>,
 }
 
-/// Writes where bodies go on from; returns how many. A contact wakes whom it hits, as Rapier's do.
+/// Writes the states after impacts; returns the number of bodies written. Like Rapier's contacts, they wake the bodies.
 pub(crate) fn push(bodies: &mut RigidBodySet, pushes: &[Push]) -> usize {
     let mut written = 0;
     for push in pushes {

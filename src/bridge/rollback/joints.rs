@@ -1,4 +1,4 @@
-//! What Rapier's step changes in joints.
+//! Copies of joints, because Rapier's step changes them.
 
 use crate::bridge::world::WorldMut;
 use crate::math::{Real, RigidBodyHandle, RigidBodySet};
@@ -6,16 +6,16 @@ use crate::rapier::dynamics::{
     ImpulseJoint, ImpulseJointHandle, MultibodyIndex, MultibodyJoint, MultibodyJointSet,
 };
 
-/// Joints as they were.
+/// Copies of the joints.
 #[derive(Debug, Default)]
 pub(super) struct Joints {
     impulse: Vec<(ImpulseJointHandle, ImpulseJoint)>,
     links: Vec<Link>,
-    /// Of one articulation after the other.
+    /// Generalised velocities, multibody by multibody.
     velocities: Vec<(MultibodyIndex, Real)>,
 }
 
-/// A link of an articulation: Rapier makes its pose of its joint.
+/// A link of a multibody, whose pose Rapier computes from its joint.
 #[derive(Debug)]
 struct Link {
     body: RigidBodyHandle,
@@ -68,7 +68,7 @@ impl Joints {
         }
     }
 
-    /// Those of an articulation that is still made of them.
+    /// Restores the links of a multibody, if it still has the same links.
     fn restore_links(&self, set: &mut MultibodyJointSet, bodies: &RigidBodySet, links: &[Link]) {
         let index = links[0].articulation;
         let Some(multibody) = set.get_multibody_mut_internal(index) else {
@@ -80,7 +80,8 @@ impl Joints {
         }
         let was = self.velocities.iter().filter(|(of, _)| *of == index);
         let (had, has) = (was.clone().count(), multibody.ndofs());
-        // Of one that is new Rapier's step has fixed the root: that stays.
+        // If the number of degrees of freedom has changed, Rapier's step has fixed the root of a new multibody, which
+        // stays so.
         let root = usize::from(had != has);
         let joints = multibody.links_mut().zip(links).skip(root);
         joints.for_each(|(now, was)| now.joint = was.joint);
