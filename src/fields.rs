@@ -1,4 +1,4 @@
-//! The façade: everything a world needs to have fields.
+//! `Fields`: a field set, its settings, its state and the pipeline, bundled for a world.
 
 mod builder;
 mod estimate;
@@ -24,8 +24,8 @@ use crate::pipeline::{
 use crate::rapier::pipeline::{EventHandler, PhysicsHooks, PhysicsWorld};
 use crate::threads::Pool;
 
-/// Force fields of a Rapier world: what they are, how they act, what outlives a step, and the
-/// machinery, bundled as Rapier's `PhysicsWorld` bundles its sets.
+/// The force fields of a Rapier world: the fields, their settings, the state that outlives a step, and the pipeline,
+/// bundled as Rapier's `PhysicsWorld` bundles its sets.
 ///
 /// [`Fields::step`] stands in place of `world.step()`, and [`Fields::step_with`] in place of
 /// `world.step_with_events(…)`. Around a pipeline of your own, [`Fields::begin`] and
@@ -33,36 +33,36 @@ use crate::threads::Pool;
 ///
 /// A step does this to bodies:
 ///
-/// - The wrench on every awake dynamic body becomes motion by the [`Scheme`]. The user's own
+/// - The wrench on each awake dynamic body becomes motion by the [`Scheme`]. The user's own
 ///   forces, impulses, gravity, damping, locked axes, joints and contacts keep their meaning.
-/// - Bodies of unequal inertia turn freely by this crate's own rotation step, which conserves
-///   angular momentum to rounding, wherever fields can turn bodies at all; Rapier carries it out,
+/// - Bodies of unequal inertia rotate freely by this crate's own rotation step, which conserves
+///   angular momentum to rounding, wherever fields can rotate bodies at all. Rapier carries it out,
 ///   so that contacts act on it. Bodies whose `gyroscopic_forces_enabled` is off are left alone.
-/// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them. They are looked at when a
+/// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them. They are evaluated when a
 ///   field changed, moved, or depends on time.
 /// - Fixed and kinematic bodies carry fields but feel none. Locked axes do not move. Bodies
-///   without mass, or without inertia, are not moved, or not turned; disabled bodies and colliders
+///   without mass, or without inertia, are not moved, or not rotated; disabled bodies and colliders
 ///   are not sampled.
-/// - Links of multibodies, which ignore impulses, are pushed by [`Scheme::ExternalForce`] whatever
-///   the scheme.
-/// - The particles of soft bodies are samples of the particle's mass, without charge, for two evaluations a
-///   step. Of a force that reads no velocities they take half an impulse before and half after Rapier's
-///   step (with `Kick` and `ExternalForce` the whole before). Drag, wind, and all else that acts on a
-///   particle in them, are a force during Rapier's step: the mean along the way of a free particle, exact in
-///   the velocity with gravity and damping, whatever the scheme. So a particle that is held by a pin, a
-///   contact or its neighbours feels of a drag of rate k a part less, k·dt/2 where that is small, and no more
-///   than what brings it to the speed of the flow within a step. A soft body that sleeps is left asleep,
-///   but by [`WakePolicy::Always`].
-/// - The volume of a particle is a quarter of each cell that it is a corner of, as the cells are now. Without
-///   cells, what a closed surface encloses is shared out to its particles by the area around them. Open
-///   sheets and ropes have no volume, whatever their contact skin: they displace nothing, which
-///   [`StepWarning::NoVolume`](crate::StepWarning::NoVolume) says where a field acts on volumes.
-/// - Only bodies that feel something are written to, once before and once after Rapier's step.
+/// - Links of multibodies, which ignore impulses, are pushed by [`Scheme::ExternalForce`] under
+///   any scheme.
+/// - The particles of soft bodies are samples of the particle's mass, without charge, evaluated twice a
+///   step. A force that does not depend on velocities acts by half an impulse before and half after Rapier's
+///   step (with `Kick` and `ExternalForce` by the whole before it). Drag, wind, and all other forces on a
+///   particle inside them act as a force during Rapier's step under any scheme: the mean along the path of a
+///   free particle, exact in the velocity, with gravity and damping. So a particle that is held by a pin, a
+///   contact or its neighbours feels less of a drag of rate k, by a share of about k·dt/2 where that is small,
+///   and at most the force that brings it to the speed of the flow within a step. A soft body that sleeps is
+///   left asleep, except under [`WakePolicy::Always`].
+/// - The volume of a particle is a quarter of each cell that it is a corner of, in the present shape. Without
+///   cells, the volume that a closed surface encloses is shared among its particles by the area around them.
+///   Open sheets and ropes have no volume, whatever their contact skin: they displace nothing, and
+///   [`StepWarning::NoVolume`](crate::StepWarning::NoVolume) warns where a field acts on volumes.
+/// - Only bodies on which a field acts are written to, once before and once after Rapier's step.
 /// - A force that is not finite, or too large for any velocity, never reaches Rapier: the
-///   [`FaultPolicy`](crate::FaultPolicy) says what happens to the body.
+///   [`FaultPolicy`](crate::FaultPolicy) decides what happens to the body.
 ///
-/// Who is awake is asked of Rapier's islands. Where more than half of the bodies and 256 sleep, a
-/// body that you wake without moving the time forward is felt from the second half of the step on.
+/// Rapier's islands say which bodies are awake. Where sleeping bodies outnumber the active ones by more than 256,
+/// fields act on a body that you wake without moving the time forward only from the second half of the step on.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -86,18 +86,17 @@ use crate::threads::Pool;
 /// [`WakePolicy`]: crate::WakePolicy
 /// [`WakePolicy::Always`]: crate::WakePolicy::Always
 pub struct Fields {
-    /// How fields act.
+    /// The settings: how fields act.
     pub settings: FieldSettings,
-    /// The state that the next step takes over from the last one.
+    /// The state that one step leaves for the next.
     pub state: FieldState,
-    /// The fields, and what is said of colliders and axes.
+    /// The fields, the properties of colliders, and the declared axes.
     pub set: FieldSet,
     pipeline: FieldPipeline,
 }
 
 impl Fields {
-    /// Fields of their parts, which may be those that were saved: the next step goes on from them,
-    /// bit for bit, with a fresh pipeline.
+    /// Fields made of their parts, which may have been saved: the next step continues bit for bit, with a new pipeline.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -129,12 +128,12 @@ impl Fields {
         })
     }
 
-    /// Sends contacts that begin and end, as events, into a channel; `None` ends that.
+    /// Sends an event to a channel when a contact begins or ends; `None` stops that.
     pub fn set_events(&mut self, channel: impl Into<Option<Sender<ContactEvent>>>) {
         self.pipeline.set_events(channel);
     }
 
-    /// One step of a world with its fields, in place of `world.step()`.
+    /// One step of a world with its fields, instead of `world.step()`.
     ///
     /// # Errors
     /// See [`StepError`]; the world is as it was before.
@@ -142,7 +141,7 @@ impl Fields {
         self.step_with(world, &(), &())
     }
 
-    /// One step of a world with its fields, with hooks and events of your own, in place of
+    /// One step of a world with its fields, with hooks and events of your own, instead of
     /// `world.step_with_events(hooks, events)`.
     ///
     /// # Errors
@@ -159,9 +158,8 @@ impl Fields {
         pool.run(|| self.finish(open, WorldMut::from(world)))
     }
 
-    /// Begins a step around a pipeline of your own, before Rapier's step: hand the
-    /// [hooks](OpenStep::hooks) of the open step to `PhysicsPipeline::step`, with the same gravity
-    /// and parameters, then [finish](Fields::finish) it.
+    /// Begins a step around a pipeline of your own, before Rapier's step. Pass the [hooks](OpenStep::hooks) of the open
+    /// step to `PhysicsPipeline::step`, with the same gravity and parameters, then [finish](Fields::finish) the step.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -206,11 +204,11 @@ impl Fields {
             .begin_step(&definition, &mut self.state, world, true)
     }
 
-    /// Finishes a step after Rapier's step: call it once for each of its steps.
+    /// Finishes a step after Rapier's step. Call it once for each of Rapier's steps.
     ///
-    /// Where fields pushed a body before it, a step that was not made is
-    /// [an error](StepError::NotStepped), and one that was made twice
-    /// [a warning](crate::StepWarning::OtherSteps) where it shows on what moves freely or rests.
+    /// If fields wrote to a body before Rapier's step, and that step was not made, it returns [an
+    /// error](StepError::NotStepped). If Rapier made several steps, it gives [a
+    /// warning](crate::StepWarning::OtherSteps), as far as bodies that move freely or rest show it.
     ///
     /// # Errors
     /// See [`StepError`]; the world is as it was before [`begin`](Self::begin).
@@ -231,7 +229,7 @@ impl Fields {
         }
     }
 
-    /// Replaces all fields; properties of colliders, axes, settings and time stay.
+    /// Replaces all fields. Properties of colliders, axes, settings and time stay.
     ///
     /// # Errors
     /// As [`FieldsBuilder::build`]; the old fields stay in place.
@@ -249,8 +247,8 @@ impl Fields {
         Ok(())
     }
 
-    /// Sets where a body is sampled by all fields that leave it to [`Sampling::Auto`], laws
-    /// between sites aside; without one, as each field asks for.
+    /// Sets the sampling of a body for all fields that leave it to [`Sampling::Auto`], except laws between sites;
+    /// `None` returns it to the choice of the fields.
     ///
     /// # Errors
     /// The body is not there.
@@ -267,7 +265,7 @@ impl Fields {
         Ok(())
     }
 
-    /// Sets what fields may ask of a collider.
+    /// Sets the properties of a collider that fields read.
     ///
     /// # Errors
     /// The collider is not there, a value is out of its range, or an axis was not declared.
@@ -283,7 +281,7 @@ impl Fields {
         self.set.set_properties(collider, properties)
     }
 
-    /// Sets the value along a declared axis for all samples that have none of their own.
+    /// Sets the value on a declared axis of all samples that have none of their own.
     ///
     /// # Errors
     /// The axis was not declared, or the value is not finite.
@@ -292,10 +290,10 @@ impl Fields {
     }
 }
 
-/// `fields["wind"].strength = 2.0`: the fields of the [set](Fields::set), by handle or name.
+/// The fields of the [set](Fields::set), by handle or name: `fields["wind"].strength = 2.0`.
 ///
 /// # Panics
-/// If there is no such field, as maps do.
+/// If there is no such field, like an index into a map.
 impl<K: FieldKey> Index<K> for Fields {
     type Output = Field;
 
@@ -305,7 +303,7 @@ impl<K: FieldKey> Index<K> for Fields {
 }
 
 /// # Panics
-/// If there is no such field, as maps do.
+/// If there is no such field, like an index into a map.
 impl<K: FieldKey> IndexMut<K> for Fields {
     fn index_mut(&mut self, key: K) -> &mut Field {
         &mut self.set[key]

@@ -1,8 +1,7 @@
-//! The one place that says where numbers, vectors, poses, shapes and handles come from.
+//! The types of numbers, vectors, poses, shapes and handles, all of them Rapier's own.
 //!
-//! Everything is Rapier's own: a second `glam` in the dependency graph would give types that do
-//! not fit. [`Real`] is `f32` in `rapier3d-fields` and `f64` in `rapier3d-fields-f64`. The
-//! reference evaluator computes in `f64` in both, with [`DVec3`] and [`DPose3`].
+//! A second `glam` in the dependency graph would give types that do not fit. [`Real`] is `f32` in `rapier3d-fields` and
+//! `f64` in `rapier3d-fields-f64`. The reference evaluator computes in `f64` in both, with [`DVec3`] and [`DPose3`].
 
 pub use rapier::dynamics::{RigidBodyHandle, RigidBodySet};
 pub use rapier::geometry::{ColliderHandle, ColliderSet, InteractionGroups, SharedShape};

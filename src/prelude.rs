@@ -1,4 +1,4 @@
-//! What most programs need: `use rapier3d_fields::prelude::*;` brings Rapier's own prelude along.
+//! The names that most programs need, with those of Rapier's own prelude: `use rapier3d_fields::prelude::*;`.
 
 pub use crate::field::Turbulence;
 pub use crate::rapier::prelude::*;

@@ -1,17 +1,16 @@
 //! Work in chunks: with the feature `parallel` on the threads of Rapier's pool, else one after the other.
 //!
-//! How work is cut depends on how much of it there is, never on who does it: so no bit of what comes of it
-//! depends on the number of threads.
+//! The chunks depend on the amount of work only, not on the number of threads, so results are the same bit for bit.
 
 #[cfg(feature = "parallel")]
 use std::sync::Arc;
 
 use crate::rapier::pipeline::PhysicsWorld;
 
-/// Whether work may be spread over threads.
+/// True if work may be spread over threads.
 pub(crate) const ARE_MANY: bool = cfg!(feature = "parallel");
 
-/// Works on every `size` items that follow each other; the first of them is told by its place.
+/// Calls `work` for each chunk of `size` consecutive items, with the index of the chunk's first item.
 pub(crate) fn each_chunk<T: Send>(
     items: &mut [T],
     size: usize,
@@ -28,11 +27,11 @@ pub(crate) fn each_chunk<T: Send>(
     }
 }
 
-/// The threads that a world asks for.
+/// The thread pool of a world, if it has one.
 pub(crate) struct Pool(#[cfg(feature = "parallel")] Option<Arc<rayon::ThreadPool>>);
 
 impl Pool {
-    /// The pool that was configured for a world, if one was.
+    /// The pool that was configured for a world, if there is one.
     #[cfg(feature = "parallel")]
     pub(crate) fn of(world: &PhysicsWorld) -> Self {
         /// Under Rapier's `unsync-callbacks`, which another crate may turn on, worlds have no pool.
@@ -51,7 +50,7 @@ impl Pool {
         Pool()
     }
 
-    /// Works on its threads; without one, on those that the caller works on.
+    /// Runs `work` on the pool's threads; without a pool, on the caller's.
     pub(crate) fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         #[cfg(feature = "parallel")]
         if let Some(pool) = &self.0 {

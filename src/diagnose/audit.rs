@@ -1,4 +1,4 @@
-//! The energy audit: what fields do to the energy of bodies.
+//! The energy audit: the effect of each field on the energy of bodies.
 
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -10,14 +10,13 @@ use crate::reference::Fate;
 use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
-/// Potential and work of every field, and the drift of the total energy, since the audit began.
+/// Potential and work of each field, and the drift of the total energy, since the audit began.
 ///
-/// Work is the power F·v at the samples, by the trapezoidal rule over each step: second order in
-/// the step. A field that has a potential and begins or ends to act on a sample (at the border of its
-/// region, where another overrules it, by its lifetime) gives or takes the whole potential at once: that is
-/// its border work. The drift is what neither potentials nor work explain: the error of the scheme,
-/// and whatever else moved the bodies (contacts, joints, damping, gravity of Rapier's own, the user).
-/// Prints as a table.
+/// Work is the power F·v at the samples, by the trapezoidal rule over each step: second order in the step. A field that
+/// has a potential and begins or stops acting on a sample (at the border of its region, where another field overrules
+/// it, by its lifetime) gives or takes the whole potential at once: that is its border work. The drift is the change
+/// that neither potentials nor work explain: the error of the scheme, and the work of everything else that moves bodies
+/// (contacts, joints, damping, Rapier's own gravity, the user). Its `Display` is a table.
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
@@ -25,17 +24,17 @@ use crate::sample::{Moment, Samples};
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct EnergyAudit {
-    /// One for each field of the tree, and for each operation whose vector is not that of its
-    /// fields (cross products, scales, limits).
+    /// One entry for each field of the tree, and for each operation whose force is not the sum of its fields' (cross
+    /// products, scales, limits).
     pub fields: Vec<FieldEnergy>,
-    /// Kinetic energy of all dynamic bodies now.
+    /// Kinetic energy of all dynamic bodies after the last step.
     pub kinetic: f64,
-    /// The sum of the potentials now.
+    /// The sum of the potentials after the last step.
     pub potential: f64,
     /// Kinetic energy and potentials when the audit began.
     pub initial: f64,
-    /// Change of kinetic energy and potentials since, less the work of all that has no potential, and
-    /// less all border work.
+    /// Change of kinetic energy and potentials since the audit began, minus the work of all fields and operations
+    /// without a potential, minus all border work.
     pub drift: f64,
     began: bool,
 }
@@ -48,30 +47,29 @@ pub struct EnergyAudit {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct FieldEnergy {
-    /// The field's name, or its place in the tree; prototypes stand for all their instances.
+    /// The field's name, or its place in the tree; a prototype stands for all its instances.
     pub field: String,
-    /// The potential energy of all bodies in it now, as far as it acts on them; `None` where it
-    /// has no potential. Fields anchored to a body count half, because the field of the body they
-    /// act on acts back.
+    /// The potential energy of all bodies on which it acts; `None` for a field without potential. Fields anchored to a
+    /// body count half, because the field of the other body acts back.
     pub potential: Option<f64>,
     /// Work done on bodies since the audit began.
     pub work: f64,
-    /// The gain of kinetic and potential energy where the field began or ended to act on
-    /// samples; zero for a field without potential.
+    /// The gain of kinetic and potential energy where the field began or stopped acting on samples; zero for a field
+    /// without potential.
     pub border: f64,
 }
 
-/// Power and potential of all fields at one moment, by place in the tree.
+/// Power and potential of all fields at one moment, by their index in the tree.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     power: Vec<f64>,
     potential: Vec<Option<f64>>,
-    /// A sum of hashes: on which samples a field acts.
+    /// A sum of hashes that identifies the samples on which a field acts.
     acts_on: Vec<u64>,
 }
 
 impl EnergyAudit {
-    /// Takes up the state before a step; returns what the fields do then.
+    /// Records the state before a step; returns the power and potential of the fields at that moment.
     pub(crate) fn begin(
         &mut self,
         set: &FieldSet,
@@ -95,7 +93,7 @@ impl EnergyAudit {
             self.take(world, &tally);
             self.initial = self.kinetic + self.potential;
         }
-        // Lifetimes are those of the step, so what they change has changed between two.
+        // Lifetimes are evaluated for the step, so their changes fall between two steps.
         for (place, field) in self.fields.iter_mut().enumerate() {
             let timeless = |field: &Field| field.lifetime.is_timeless();
             let changes = !set.field(place as u32).is_some_and(timeless);
@@ -108,7 +106,7 @@ impl EnergyAudit {
         tally
     }
 
-    /// Adds the work of a step that has just ended; `before`: when it began.
+    /// Adds the work of a step that has just ended; `before` is the tally from its start.
     pub(crate) fn end(
         &mut self,
         before: &Tally,
@@ -135,7 +133,7 @@ impl EnergyAudit {
     fn take(&mut self, world: &impl Lookup, tally: &Tally) {
         let audit = self;
         for (field, potential) in audit.fields.iter_mut().zip(&tally.potential) {
-            // One that has left has none, and its work was not counted.
+            // A field that no longer has a potential is set to zero, because its work was not counted.
             let gone = field.potential.map(|_| 0.0);
             field.potential = potential.or(gone);
         }
@@ -152,7 +150,7 @@ impl EnergyAudit {
     }
 }
 
-/// The velocity of a body's material at a world point.
+/// The velocity of a body's material at a world point, in world axes.
 fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector) -> DVec3 {
     let frame = frames.frame(&Anchor::from(body));
     frame.map_or(DVec3::ZERO, |frame| {
@@ -161,7 +159,7 @@ fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector)
     })
 }
 
-/// Power and potential of all fields on all sampled bodies as they are now.
+/// Power and potential of all fields on all sampled bodies in the present world.
 fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment) -> Tally {
     let count = set.nodes().0.len();
     let mut tally = Tally {
@@ -170,7 +168,7 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
         acts_on: vec![0; count],
     };
     for place in 0..count {
-        // A field with a potential has one even where no body is in it.
+        // A field with a potential has one even if no body is in it.
         let field = set.field(place as u32);
         let known = field.is_some_and(|field| field.has_potential());
         tally.potential[place] = known.then_some(0.0);
@@ -192,8 +190,8 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
                 rest -= power;
                 let field = set.field(contribution.place);
                 let carrier = contribution.carrier;
-                // For a field that ends sharply, another share of the body inside is a crossing of the
-                // border. Buoyancy grows with the share, and nothing is crossed.
+                // For a field that ends sharply, a change in the share of the body inside is a crossing of the border.
+                // Buoyancy grows continuously with that share, so nothing is crossed.
                 let ends = field.is_some_and(|field| !field.formula.reads_volume());
                 let how_much = ends.then(|| to_f64(sample.fraction).to_bits());
                 let who = (samples.bodies[body as usize], visit, carrier, how_much);

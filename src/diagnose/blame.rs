@@ -1,4 +1,4 @@
-//! Who is to blame: the field behind a value that cannot be given to Rapier.
+//! The field behind a force that Rapier cannot take, for errors and warnings.
 
 use std::collections::HashSet;
 
@@ -11,7 +11,7 @@ use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_dvec3, to_
 use crate::reference::Fate;
 use crate::rigid::Wrench;
 
-/// The error for a fault, that of its first body. Slow: this only runs when a step has failed.
+/// The error for a fault, for its first body. Slow: it only runs when a step has failed.
 pub(crate) fn blame(set: &FieldSet, fault: &Fault) -> StepError {
     let Culprit {
         field,
@@ -37,11 +37,11 @@ pub(crate) fn blame(set: &FieldSet, fault: &Fault) -> StepError {
     }
 }
 
-/// The fields are asked one by one about at most this many bodies per field.
+/// The limit of bodies × fields for which the fields are evaluated one by one.
 const ASKED: usize = 1_000_000;
 
-/// The warnings for a fault, of each of its bodies, in a step that goes on. Of very many bodies in very
-/// many fields only the first are looked into.
+/// The warnings for a fault in a step that goes on, one for each of its bodies. With very many bodies and fields, the
+/// field is named for the first bodies only.
 pub(crate) fn warn_of(
     set: &FieldSet,
     fault: &Fault,
@@ -88,7 +88,7 @@ pub(crate) fn warn_of(
     }
 }
 
-/// The wrenches on the bodies of a fault without what is not finite of them, term by term and sample by
+/// The wrenches on the bodies of a fault without the contributions that are not finite, decided for each term and
 /// sample.
 pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
     let scene = &fault.scene;
@@ -122,7 +122,7 @@ pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
     fault.places.iter().map(of).collect()
 }
 
-/// Of all that single fields give a body, the worst: the largest, or the first that is not finite.
+/// The worst contribution of a single field to a body: the largest, or the first that is not finite.
 struct Culprit {
     field: String,
     body: RigidBodyHandle,
@@ -168,7 +168,7 @@ impl Culprit {
         culprit
     }
 
-    /// That of a body that is not looked into.
+    /// The culprit for a body whose fields are not evaluated one by one.
     fn unknown(fault: &Fault, place: usize) -> Self {
         let samples = &fault.scene.samples;
         Culprit {
@@ -196,7 +196,7 @@ pub(crate) fn missing_anchor(compiled: Prepared<'_>, missing: usize) -> StepErro
         let anchors = program.anchors.iter().enumerate();
         let here = anchors.filter(|(_, anchor)| **anchor == missing);
         let from_leaf = here.map(|(place, _)| program.places[place]);
-        // The anchor of an instance need not be that of any of its fields.
+        // The anchor of an instance may differ from those of all its fields.
         let from_centre = program
             .centres
             .contains(&missing)

@@ -1,10 +1,10 @@
-//! The borders of a term, as the tree has them.
+//! The borders of a term's regions near a body, found from the tree.
 
 use crate::field::{Anchor, Border, FieldSet, Frames, Node, Nodes, Properties, Query};
 use crate::math::{DVec3, to_dvec3};
 use crate::sample::{Moment, Samples};
 
-/// The borders of a term that may pass through a body, given by its number.
+/// The borders of a term that may pass through a body, given by its index among the sampled ones.
 pub(super) fn near(
     set: &FieldSet,
     term: u32,
@@ -36,7 +36,7 @@ struct BorderSearch<'a, F> {
 }
 
 impl<F: Frames> BorderSearch<'_, F> {
-    /// The depth of a tree is limited, so recursion is safe.
+    /// Recursion is safe, because the depth of a tree is limited.
     fn below(&mut self, node: u32, instance: &Anchor) {
         match self.nodes.get(node) {
             Node::Leaf(field) => {

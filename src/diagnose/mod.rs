@@ -1,4 +1,5 @@
-//! Explain: why a body is pushed the way it is, field by field.
+//! Diagnosis: the reasons for the wrench on a body, field by field, and the energy audit. Both evaluate the tree by the
+//! reference.
 
 mod audit;
 mod blame;
@@ -17,24 +18,24 @@ use crate::reference::{Contribution, Fate, Reference, Trace};
 use crate::rigid::Wrench;
 use crate::sample::{Cutter, Moment, SamplePoint, Samples};
 
-/// Why the fields push a body the way they do: what each field gives at each sample, and what
-/// became of it. Prints as a report.
+/// The reasons for the wrench of the fields on a body: the force of each field at each sample, and whether it counts.
+/// Its `Display` is a report.
 ///
-/// Made by a walk of the reference, so it says what the tree means, whatever evaluates it.
+/// It is made by the reference evaluator, so it shows the meaning of the tree, independently of the fast evaluators.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Explanation {
     /// The body.
     pub body: RigidBodyHandle,
-    /// The wrench that results from all fields.
+    /// The resulting wrench of all fields, in world axes.
     pub wrench: Wrench,
-    /// The forces of single fields, sample by sample. Fields whose region does not hold the sample
-    /// are only counted.
+    /// The forces of single fields, sample by sample. Fields whose region does not hold the sample are only counted, in
+    /// `outside`.
     pub contributions: Vec<ExplainedField>,
-    /// The wrenches of single fields, summed over those samples where they count, in the order in which
-    /// they first do. Under a plain sum these, with `reaction`, add up to `wrench`.
+    /// The wrenches of single fields, summed over the samples where they count, in the order in which they first count.
+    /// Under a plain sum these and `reaction` add up to `wrench`.
     pub totals: Vec<FieldTotal>,
-    /// How often a field's region did not hold a sample.
+    /// The number of times that a field's region did not hold a sample.
     pub outside: usize,
     /// The reaction on the body to the forces of its own [reacting](crate::Field::reacting) fields on
     /// others; part of `wrench`.
@@ -47,7 +48,7 @@ pub struct Explanation {
 pub struct FieldTotal {
     /// The field's name, or its place in the tree.
     pub field: String,
-    /// Its own forces, before any operator, and their torque about the centre of mass.
+    /// The sum of its own forces, before any operator, and their torque about the centre of mass.
     pub wrench: Wrench,
     /// The number of samples at which it counts.
     pub samples: usize,
@@ -61,19 +62,19 @@ pub struct ExplainedField {
     pub field: String,
     /// The collider that was sampled; `None` where the body was sampled as a whole.
     pub collider: Option<ColliderHandle>,
-    /// The sample point, in the world.
+    /// The sample point, in world space.
     pub world_point: Vector,
     /// The field's own force there, in world axes, before any operator; `None` where it does not
     /// act.
     pub force: Option<Vector>,
-    /// Whether it counts, and if not, why.
+    /// `Counts`, or the reason why it does not count.
     pub fate: Fate,
     /// The fields that overruled it.
     pub overruled_by: Vec<String>,
 }
 
-/// All traces of one body: for each term of the tree and each sample, or each piece where bodies are
-/// cut, the force and what the fields contribute.
+/// Visits all traces of one body: for each term of the tree, and each sample, or each piece where bodies are cut, the
+/// force and the contributions of the fields.
 pub(crate) fn each_trace(
     set: &FieldSet,
     frames: &impl Frames,
@@ -116,7 +117,7 @@ pub(crate) fn each_trace(
     }
 }
 
-/// Explains the wrench on a body, given by its number among the sampled ones.
+/// Explains the wrench on a body, given by its index among the sampled ones.
 pub(crate) fn explain(
     set: &FieldSet,
     frames: &impl Frames,
@@ -153,8 +154,8 @@ pub(crate) fn explain(
     explanation
 }
 
-/// The opposite of the forces that a body's reacting fields have on all others, as far as they are to be
-/// `felt`.
+/// The opposite of the forces of a body's reacting fields on all other bodies. Forces for which `felt` returns false
+/// are left out.
 fn reaction(
     set: &FieldSet,
     frames: &impl Frames,
@@ -210,8 +211,7 @@ impl ExplainedField {
 }
 
 impl Explanation {
-    /// Adds the force of the field at a place in the set. `known` are the places among the totals, by
-    /// those in the set.
+    /// Adds the force of the field at a place in the set. `known` maps places in the set to indices in the totals.
     fn add_to_totals(
         &mut self,
         place: u32,

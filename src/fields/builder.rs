@@ -1,4 +1,4 @@
-//! Settings of the façade.
+//! The builder of `Fields`: a tree, its axes, and the settings.
 
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
@@ -12,7 +12,7 @@ use crate::integrate::{FaultPolicy, Scheme};
 use crate::math::{ColliderHandle, Real};
 use crate::pipeline::{FieldPipeline, FieldSettings, FieldState};
 
-/// Settings of [`Fields`].
+/// Builds [`Fields`] from a tree and settings.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -41,7 +41,7 @@ impl Fields {
         Self::builder(tree).build()
     }
 
-    /// Settings for a tree.
+    /// A builder for a tree, with the default settings.
     pub fn builder(tree: impl Into<Tree>) -> FieldsBuilder {
         FieldsBuilder {
             tree: tree.into(),
@@ -53,40 +53,39 @@ impl Fields {
 }
 
 impl FieldsBuilder {
-    /// Declares an axis of the user's own, and the value every sample has on it unless it is
-    /// given another by [`Fields::set_properties`].
+    /// Declares an axis of the user's own. `value` is that of all samples unless [`Fields::set_properties`] gives them
+    /// another.
     pub fn axis(mut self, name: &str, value: Real) -> Self {
         self.axes.push((name.into(), value));
         self
     }
 
-    /// Sets how wrenches become motion.
+    /// Sets the scheme, by which wrenches become motion.
     pub fn scheme(mut self, scheme: Scheme) -> Self {
         self.settings.scheme = scheme;
         self
     }
 
-    /// Sets when fields wake sleeping bodies.
+    /// Sets the rule by which fields wake sleeping bodies.
     pub fn wake(mut self, policy: WakePolicy) -> Self {
         self.settings.wake = policy;
         self
     }
 
-    /// Sets what is done about a body to which fields give a force that is not finite, or too large.
+    /// Sets the treatment of bodies to which fields give a force that is not finite, or too large.
     pub fn on_fault(mut self, policy: FaultPolicy) -> Self {
         self.settings.on_fault = policy;
         self
     }
 
-    /// Sets who answers contacts that fields detect.
+    /// Sets the side that answers contacts which fields detect.
     pub fn responder(mut self, responder: Responder) -> Self {
         self.settings.set_responder(responder);
         self
     }
 
-    /// Sets who answers contacts between any two of some colliders (of a pair, or of a group), apart
-    /// from what [`FieldsBuilder::responder`] says of all others. The last such rule that fits a
-    /// pair counts.
+    /// Sets the side that answers contacts between any two of these colliders, instead of the one set by
+    /// [`FieldsBuilder::responder`]. Of several such rules, the last one that fits a pair counts.
     pub fn responder_among(
         mut self,
         colliders: impl IntoIterator<Item = ColliderHandle>,
@@ -96,7 +95,7 @@ impl FieldsBuilder {
         self
     }
 
-    /// Sends contacts that begin and end, as events, into a channel.
+    /// Sends an event to a channel when a contact begins or ends.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -112,22 +111,21 @@ impl FieldsBuilder {
         self
     }
 
-    /// Sets when fields look for contacts: at the end of each step, or over the whole of it.
+    /// Sets the time at which fields look for contacts: at the end of each step, or over the whole of it.
     pub fn detection(mut self, detection: Detection) -> Self {
         self.settings.detection = detection;
         self
     }
 
-    /// Compares the contacts of detection fields with Rapier's in every step: `true` for all pairs,
-    /// or [settings](CrossCheck). The result is [`Fields::cross_check`].
+    /// Compares the contacts of detection fields with Rapier's in each step: `true` for all pairs, or
+    /// [settings](CrossCheck). [`Fields::cross_check`] returns the result.
     pub fn cross_check(mut self, settings: impl Into<CrossCheck>) -> Self {
         self.settings.cross_check = settings.into();
         self
     }
 
-    /// Keeps account of the energy in every step; see [`Fields::audit`]. Costs two walks of the
-    /// reference over all samples and fields in each step, so it is for finding out, not for
-    /// every day.
+    /// Turns on the energy audit; see [`Fields::audit`]. It costs two walks of the reference evaluator over all samples
+    /// and fields in each step, so it is meant for debugging.
     pub fn audit(mut self, on: bool) -> Self {
         self.settings.audit = on;
         self
@@ -159,7 +157,7 @@ impl FieldsBuilder {
         })
     }
 
-    /// Sets how fields act, all at once.
+    /// Sets all settings at once.
     pub fn settings(mut self, settings: FieldSettings) -> Self {
         self.settings = settings;
         self

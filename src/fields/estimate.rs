@@ -1,4 +1,4 @@
-//! How far off steps leave a world: the same time once more, in steps of half the length.
+//! An estimate of the error that steps leave: the same time is simulated again in steps of half the length.
 
 use super::Fields;
 use crate::bridge::StepError;
@@ -6,36 +6,35 @@ use crate::integrate::{Scheme, Substeps};
 use crate::math::{Real, RigidBodyHandle, RigidBodySet, Rotation, Vector};
 use crate::rapier::pipeline::PhysicsWorld;
 
-/// How far off a body is after some steps, as [`Fields::estimate_error`] found it, in world axes.
+/// The error of a body after some steps, estimated by [`Fields::estimate_error`], in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorEstimate {
     /// The body.
     pub body: RigidBodyHandle,
-    /// Of the place of its centre of mass, lengths.
+    /// Of the position of its centre of mass, in lengths.
     pub position: Real,
-    /// Of its attitude, rad.
+    /// Of its attitude, in radians.
     pub rotation: Real,
-    /// Of the velocity of its centre of mass, lengths per time.
+    /// Of the velocity of its centre of mass, in lengths per time.
     pub velocity: Real,
-    /// Of its angular velocity, rad per time.
+    /// Of its angular velocity, in radians per time.
     pub angular_velocity: Real,
 }
 
 impl Fields {
-    /// How far off each dynamic body would be after the next `steps` steps of the world's `dt`, in the
-    /// order of the bodies' handles; the world stays as it is.
+    /// The estimated error of each dynamic body after the next `steps` steps of the world's `dt`, in the order of the
+    /// bodies' handles. The world stays as it is.
     ///
-    /// Copies of the world make the steps, and twice as many of `dt / 2`. By Richardson's
-    /// extrapolation the error of the first is their difference, times 1/(1 − 2⁻ᵖ) for a scheme of order
-    /// p: 2 for `KickDriftKick` and `Substep`, 4 for `Suzuki4`, and 1 for all others; so where `Auto` or
-    /// substeps per body find nothing stiff, the estimate is half as large again. Costs three times the
-    /// steps, and three copies.
+    /// A copy of the world makes the steps, and another makes twice as many of `dt / 2`. By Richardson's extrapolation
+    /// the error of the first is their difference times 1/(1 − 2⁻ᵖ) for a scheme of order p. That order is 2 for
+    /// `KickDriftKick` and for `Substep` with a fixed number, 4 for `Suzuki4`, and taken as 1 for all others; so where
+    /// `Auto`, or substeps chosen for each body, find nothing stiff, the estimate is half as large again. It costs
+    /// three times the steps, and two copies.
     ///
-    /// It is an estimate where errors fall as the order says. Steps that are too long for the fields give
-    /// one that is too large or too small, but large; a contact within the steps is of first order;
-    /// rounding does not fall with the step and is not seen as such; a path that is chaotic over
-    /// the steps shows how far it may stray. Your own hooks are not called on the copies, and no events
-    /// are sent.
+    /// The estimate holds where errors fall as the order says. Steps that are too long for the fields give an estimate
+    /// that is wrong, but large. A contact within the steps is of first order. Rounding does not fall with the step and
+    /// is not seen. A path that is chaotic over the steps shows how far it may stray. Your own hooks are not called on
+    /// the copies, and no events are sent.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -86,7 +85,7 @@ impl Fields {
         dt: Real,
     ) -> Result<RigidBodySet, StepError> {
         let mut copy = self.predict(world);
-        // Neither changes what bodies do.
+        // Neither has an effect on the motion of bodies.
         copy.fields.settings.cross_check.on = false;
         copy.fields.settings.audit = false;
         copy.world.integration_parameters.dt = dt;
@@ -97,7 +96,7 @@ impl Fields {
     }
 }
 
-/// By which power of the step the error of a scheme falls at least.
+/// The least order of a scheme: the error falls with this power of the step.
 fn order(scheme: &Scheme) -> i32 {
     match scheme {
         Scheme::KickDriftKick | Scheme::Substep(Substeps::Fixed(_)) => 2,
@@ -106,7 +105,7 @@ fn order(scheme: &Scheme) -> i32 {
     }
 }
 
-/// The angle between two attitudes, by its sine: by its cosine half of the digits are lost.
+/// The angle between two attitudes, from the sine of its half: from the cosine, half of the digits are lost.
 fn angle(a: &Rotation, b: &Rotation) -> Real {
     let between = *a * b.inverse();
     2.0 * between.xyz().length().min(1.0).asin()

@@ -1,4 +1,4 @@
-//! Predictions, on a copy of the world.
+//! Predictions: a copy of a world with its fields, which is stepped ahead.
 
 use super::Fields;
 use crate::bridge::StepError;
@@ -6,7 +6,7 @@ use crate::math::{Pose, RigidBodyHandle};
 use crate::pipeline::{FieldPipeline, StepOutcome};
 use crate::rapier::pipeline::{CollisionPipeline, PhysicsPipeline, PhysicsWorld};
 
-/// A copy of a world with its fields, to be stepped ahead of them: [`Fields::predict`] makes it.
+/// A copy of a world with its fields, to be stepped ahead of them; made by [`Fields::predict`].
 pub struct Prediction {
     /// The copy of the world, under the same handles.
     pub world: PhysicsWorld,
@@ -15,18 +15,17 @@ pub struct Prediction {
 }
 
 impl Fields {
-    /// A copy of a world and of these fields, which can be stepped, pushed and edited without touching
-    /// either: for the way that something will take, or would.
+    /// A copy of a world and of these fields, which can be stepped, pushed and edited without changing either, to
+    /// predict paths.
     ///
-    /// Copied are all of Rapier's sets, with contacts, joints, islands and the trees of the broad phase,
-    /// gravity and parameters; the fields, their settings and their state. Not copied are the workspaces
-    /// of the pipelines, which the first step fills anew (a pool of threads set for the pipeline is
-    /// one of them), and the channel of [events](crate::FieldsBuilder::events). So the copy makes the steps that the
-    /// world will make, bit for bit, as long as neither is given anything else: hooks of your own
-    /// are to be given to both.
+    /// The copy has all of Rapier's sets, with contacts, joints, islands and the trees of the broad phase, gravity and
+    /// parameters; and the fields, their settings and their state. It does not have the workspaces of the pipelines,
+    /// which the first step fills anew (a thread pool set for the pipeline is one of them), nor the channel of
+    /// [events](crate::FieldsBuilder::events). So it makes the same steps as the world, bit for bit, as long as both
+    /// get the same input: pass hooks of your own to both.
     ///
-    /// It costs a copy of each of these sets, and compiling the fields in the first step; each step then costs
-    /// what a step of the world costs. Shapes are shared.
+    /// It costs a copy of each set, and a compilation of the fields in the first step; each step then costs the same as
+    /// a step of the world. Shapes are shared.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -59,8 +58,8 @@ impl Prediction {
         self.fields.step(&mut self.world)
     }
 
-    /// Where a body is after each of the next steps; empty from the step on after which it is not
-    /// there any more.
+    /// The pose of a body after each of the next steps, up to the first step after which the body is not there any
+    /// more.
     ///
     /// # Errors
     /// As [`Fields::step`].
@@ -74,8 +73,8 @@ impl Prediction {
     }
 }
 
-/// The fields, how they act, and what the next step takes over: the copy goes on as the original does, bit
-/// for bit. It sends no [events](crate::FieldsBuilder::events), and its first step compiles the fields.
+/// The copy has the fields, the settings and the state, so it continues like the original, bit for bit. It sends no
+/// [events](crate::FieldsBuilder::events), and its first step compiles the fields.
 impl Clone for Fields {
     fn clone(&self) -> Self {
         Fields {
@@ -87,7 +86,7 @@ impl Clone for Fields {
     }
 }
 
-/// All of a world but the workspaces of its pipelines, which a step fills anew.
+/// Copies all of a world except the workspaces of its pipelines, which a step fills anew.
 fn copy(world: &PhysicsWorld) -> PhysicsWorld {
     PhysicsWorld {
         gravity: world.gravity,

@@ -1,4 +1,4 @@
-//! Questions to the fields.
+//! Queries of the fields in the present world, of the last step, and of the records kept over steps.
 
 use super::Fields;
 use crate::bridge::{StepError, WorldRef};
@@ -13,7 +13,7 @@ use crate::pipeline::{BodySample, FieldValue, StepTimings};
 use crate::rigid::Wrench;
 
 impl Fields {
-    /// The decisions of the compiler; prints as a short report.
+    /// The evaluation that the compiler chose for each field; its `Display` is a short report.
     pub fn plan(&self) -> Plan {
         self.pipeline.plan(&self.set)
     }
@@ -32,8 +32,8 @@ impl Fields {
         ContactPlan::new(&kinds, self.settings.detection)
     }
 
-    /// How long each stage of the last step took: empty unless it is [measured](Self::set_timed). Prints as a
-    /// short report. Stages that a scene does not need are not there.
+    /// The time that each stage of the last step took; empty unless it is [measured](Self::set_timed). Stages that a
+    /// scene does not need are absent. Its `Display` is a short report.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -54,18 +54,18 @@ impl Fields {
         self.pipeline.timings()
     }
 
-    /// Sets whether the stages of steps are measured, from the next step on; without that no clock is read.
+    /// Turns the measurement of stages on or off, from the next step on. If it is off, no clock is read.
     pub fn set_timed(&mut self, on: bool) {
         self.pipeline.set_timed(on);
     }
 
-    /// Simulated time: the sum of all steps.
+    /// The simulated time: the sum of all steps.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.state.time
     }
 
-    /// The last wrench of the fields on a body, in world axes; `None` if it was not sampled.
+    /// The wrench of the fields on a body in the last step, in world axes; `None` if the body was not sampled.
     #[must_use]
     pub fn wrench(&self, body: RigidBodyHandle) -> Option<Wrench> {
         self.pipeline.last_wrench(&self.state, body)
@@ -82,9 +82,9 @@ impl Fields {
             .samples(&self.definition(), &self.state, world.into(), body)
     }
 
-    /// The wrench of the fields on a body as the world is now, whether or not a step was made;
-    /// nothing for a body that fields do not move. Changes of velocity are taken to happen in a unit
-    /// of time. Works out those on all bodies, so it costs as much as a step's evaluation.
+    /// The wrench of the fields on a body in the present world, which need not have been stepped; `None` for a body
+    /// that fields do not move. Changes of velocity count as taking one unit of time. It evaluates all bodies, so it
+    /// costs the same as the evaluation in a step.
     ///
     /// # Errors
     /// See [`StepError`].
@@ -99,8 +99,8 @@ impl Fields {
         Ok(found.map(|(_, wrench)| wrench))
     }
 
-    /// The wrenches of the fields on all bodies that they move, as a step of `dt` would begin with
-    /// them in the world as it is now, in the order of the bodies' handles.
+    /// The wrenches of the fields on all bodies that they move, as at the start of a step of `dt` in the present world,
+    /// in the order of the bodies' handles.
     ///
     /// # Errors
     /// See [`StepError`].
@@ -113,16 +113,16 @@ impl Fields {
             .wrenches(&self.definition(), &self.state, dt, world.into())
     }
 
-    /// Possible errors of the last step: fields too stiff for the scheme and the time step
-    /// (the worst body only), velocities that Rapier cut down, and bodies to which fields gave what
-    /// cannot be given to Rapier. Empty if nothing.
+    /// Possible errors of the last step: fields too stiff for the scheme and the time step (only the worst body),
+    /// velocities that Rapier limited, and bodies to which fields gave forces that Rapier cannot take. Empty if there
+    /// are none.
     #[must_use]
     pub fn warnings(&self) -> &[StepWarning] {
         self.pipeline.warnings()
     }
 
-    /// How stiff the fields are for a body in steps of `dt`, as the world is now; `None` for a
-    /// body that fields do not move. Evaluates all bodies, and this one with derivatives.
+    /// The stiffness of the fields for a body in steps of `dt`, in the present world; `None` for a body that fields do
+    /// not move. It evaluates all bodies, and this one with derivatives.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -156,8 +156,8 @@ impl Fields {
             .potential_energy(&self.definition(), &self.state, world.into())
     }
 
-    /// Why the fields push a body the way they do right now: what each field gives, who overrules
-    /// whom, and the wrench that results. Nothing for a body that fields cannot move.
+    /// The reasons for the wrench on a body in the present world: the force of each field, the fields that overrule it,
+    /// and the resulting wrench. `None` for a body that fields cannot move.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -180,8 +180,7 @@ impl Fields {
             .explain(&self.definition(), &self.state, world.into(), body)
     }
 
-    /// The energy audit so far, if it is on: potential and work of each field, and the drift that
-    /// is left.
+    /// The energy audit, if it is on: the potential and work of each field since it began, and the drift that remains.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -205,15 +204,14 @@ impl Fields {
         self.settings.audit.then_some(&self.state.audit)
     }
 
-    /// The contacts of the last step, with the impulses that answered them: with swept detection
-    /// first the touches in it, in the order of time; then overlaps at its end, in the order of the
-    /// colliders' handles.
+    /// The contacts of the last step, with the impulses that answered them. With swept detection the touches within the
+    /// step come first, in the order of time; then overlaps at its end, in the order of the colliders' handles.
     #[must_use]
     pub fn contacts(&self) -> &[FieldContact] {
         self.pipeline.contacts()
     }
 
-    /// The cross-check with Rapier so far, if it is on.
+    /// The report of the cross-check with Rapier, if it is on.
     #[must_use]
     pub fn cross_check(&self) -> Option<&CrossCheckReport> {
         self.settings
@@ -222,9 +220,9 @@ impl Fields {
             .then_some(&self.state.cross_check)
     }
 
-    /// The composite field at some points of the world as it is now: the force on a resting point of
-    /// unit mass and no charge, whether any field is defined there, and which count. Fields that
-    /// hang on bodies act at all points, those on these bodies, too.
+    /// The composite field at some points of the present world: the force on a resting point of unit mass without
+    /// charge, whether any field is defined there, and the fields that count. Fields anchored to bodies act at all
+    /// points, also at points on these bodies.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
