@@ -1,4 +1,4 @@
-//! What the stage is given for a step.
+//! The inputs of the integration stage for a step.
 
 use super::fault::{FaultPolicy, Sift};
 use super::plan::Choice;
@@ -10,42 +10,43 @@ use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, BodySet, Lookup};
 use crate::sample::{Moment, Samples};
 
-/// What a stage of a step is given.
+/// The inputs of the integration stage: the compiled fields, the samples, copies of the bodies, and the rules of
+/// motion.
 pub(crate) struct StepContext<'a, W> {
     pub compiled: &'a Compiled,
     /// Where anchors are looked up.
     pub world: &'a W,
     pub samples: &'a Samples,
-    /// As the samples have them.
+    /// In the order of the samples' bodies.
     pub bodies: &'a [Body],
     pub time: f64,
     pub dt: Real,
-    /// The step that is worked out, or the moment alone.
+    /// The span of the step, or the moment alone.
     pub span: Span,
     pub rules: MotionRules<'a>,
 }
 
-/// How bodies move, apart from fields.
+/// The rules by which bodies move, apart from the fields.
 #[derive(Clone, Copy)]
 pub(crate) struct MotionRules<'a> {
     pub scheme: Scheme,
-    /// Whether every body that turns freely is turned by this crate, even one like a ball and
-    /// even where no field can turn it: swept detection must know how.
+    /// True if all bodies that rotate freely are rotated by this crate, even balls, and even if no field can turn them,
+    /// because swept detection must know the rotation.
     pub exact_turns: bool,
     /// Solver iterations of Rapier's step, over which it integrates a rotation.
     pub iterations: u32,
-    /// What Rapier adds of its own.
+    /// The gravity of Rapier's step.
     pub gravity: Vector,
-    /// The speed that Rapier cuts others down to.
+    /// The speed to which Rapier limits bodies.
     pub max_speed: Real,
     /// Links of multibodies, in the order of their handles: they ignore impulses.
     pub links: &'a [RigidBodyHandle],
     /// Bodies that Rapier's solver holds, by contacts or joints.
     pub held: &'a BodySet,
-    /// What else moves those of them whose forces read velocities.
+    /// The accelerations of held bodies by gravity, contacts and joints, where forces read velocities.
     pub reactions: Option<&'a Reactions>,
     pub on_fault: FaultPolicy,
-    /// To be given if what is not finite is left out.
+    /// Set if contributions that are not finite are to be left out.
     pub sift: Option<Sift<'a>>,
 }
 
@@ -53,26 +54,27 @@ impl<W: Lookup> StepContext<'_, W> {
     pub(super) fn moment(&self) -> Moment {
         Moment {
             time: self.time,
-            // In a step of no length no force acts; that of a change of velocity is to be finite.
+            // In a step of no length no force acts, but a change of velocity must give a finite force.
             dt: if self.dt == 0.0 { 1.0 } else { self.dt },
             span: self.span,
         }
     }
 
-    /// Whether bodies of unequal inertia are turned by this crate in the step.
+    /// Returns true if bodies of unequal inertia are rotated by this crate in the step.
     pub(super) fn turns(&self) -> bool {
         (self.compiled.torque_possible || self.rules.exact_turns) && self.dt > 0.0
     }
 
-    /// How the scheme chooses, if it does. Where forces read velocities, drag would undo a step back in
-    /// time.
+    /// The rules by which the scheme chooses a plan for each body; `None` if it does not choose. Compositions are off
+    /// if forces read velocities, because their step back in time would reverse drag.
     pub(super) fn choice(&self) -> Option<Choice> {
         let choice = self.rules.scheme.choice()?;
         let composes = choice.composes && !self.compiled.reads_velocity;
         Some(Choice { composes, ..choice })
     }
 
-    /// Whether bodies move fields that other bodies feel: those are to be moved together.
+    /// Returns true if fields are anchored to dynamic bodies, so that bodies that act on each other must be moved
+    /// together.
     pub(super) fn is_coupled(&self) -> bool {
         let mut moving = self.compiled.anchors.moving();
         moving.any(|(_, anchor)| {

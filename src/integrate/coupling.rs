@@ -1,27 +1,28 @@
-//! Forces that read velocities, linear in them: kicks solve for the velocities they end in.
+//! Forces that read velocities, linear in them, and the kicks that solve for them.
 
 use super::exponential::{mean3, mean6};
 use crate::eval::BodySlowing;
 use crate::rapier::na::{Matrix3, Matrix6, Vector6};
 use crate::rigid::{Mobility, Wrench, join, phi1, rounded};
 
-/// Two evaluations that differ by no more than this part are the same, but for rounding.
+/// Two evaluations that differ by no more than this share are the same, except for rounding.
 const SAME: f64 = 1e-5;
 
-/// A force that is linear in the velocities, about those it was sampled at.
+/// A wrench that is linear in the velocities of a body, about the velocities at which it was sampled. Six-vectors are
+/// [linear; angular] in world axes.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub(crate) struct Coupling {
-    /// There.
+    /// The wrench at those velocities.
     wrench: Vector6<f64>,
     pub slope: Slope,
     pub sampled_at: Vector6<f64>,
 }
 
-/// How a wrench changes with the velocities of a body.
+/// The derivative of a wrench by the velocities of a body.
 #[expect(
     clippy::large_enum_variant,
     reason = "a box would be an allocation for each body and step"
@@ -32,7 +33,7 @@ pub(crate) struct Coupling {
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub(crate) enum Slope {
-    /// Of a force at the centre of mass: no rotation has a part in it.
+    /// Of a force at the centre of mass, which does not depend on rotation.
     OfPoint(Matrix3<f64>),
     OfBody(Matrix6<f64>),
 }
@@ -89,10 +90,10 @@ impl Slope {
         self.entries().iter().all(|entry| *entry == 0.0)
     }
 
-    /// A bound of the rates at which the velocities are slowed down or turned by it alone.
+    /// An upper bound of the rates at which it alone slows the velocities or turns them.
     ///
-    /// With D² no less than M⁻¹ they are no more than the norm of D B D, and that no more than the root of
-    /// its greatest sum of a row times its greatest sum of a column.
+    /// With D² ≥ M⁻¹ the rates are at most the norm of D B D, which is at most the root of its greatest row sum times
+    /// its greatest column sum.
     pub(super) fn fastest(&self, mobility: &Mobility) -> f64 {
         let greatest = |sums: [f64; 6]| sums.into_iter().fold(0.0, f64::max);
         let inv_mass = mobility.inv_mass.max_element();
@@ -110,7 +111,7 @@ impl Slope {
         (greatest(rows) * greatest(columns)).sqrt()
     }
 
-    /// The change of the wrench with a change of the velocities.
+    /// The change of the wrench for a change of the velocities.
     fn times(&self, change: &Vector6<f64>) -> Vector6<f64> {
         match self {
             Slope::OfPoint(slope) => {
@@ -135,10 +136,10 @@ impl Slope {
     }
 }
 
-/// What changes a momentum beside the force that is coupled to it.
+/// The causes that change a body's momentum besides the coupled force.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Besides {
-    /// Rapier's own pull.
+    /// Rapier's own force and torque: gravity and the user's force, or the reactions of held bodies.
     pub pull: Vector6<f64>,
     pub damping: [f64; 2],
     pub momentum: Vector6<f64>,
@@ -156,7 +157,7 @@ impl Besides {
         Wrench { force, torque }
     }
 
-    /// After a wrench has acted for some time.
+    /// The same after a wrench has acted for some time.
     pub(super) fn after(&self, wrench: &Vector6<f64>, duration: f64) -> Self {
         Besides {
             momentum: self.momentum + wrench * duration,
@@ -166,9 +167,8 @@ impl Besides {
 }
 
 impl Coupling {
-    /// About the velocities at which a wrench was `evaluated`. Its force in full precision is taken
-    /// if it is the same: what is left of a speed after a strong drag is the difference of two
-    /// almost equal numbers.
+    /// A coupling about the velocities at which a wrench was `evaluated`. The wrench in full precision is used if both
+    /// agree, because the speed that remains after a strong drag is the difference of two almost equal numbers.
     pub(super) fn new(
         (wrench, slope): (&Vector6<f64>, Slope),
         evaluated: &Vector6<f64>,
@@ -183,14 +183,14 @@ impl Coupling {
         }
     }
 
-    /// The force at these velocities.
+    /// The wrench at these velocities.
     pub(super) fn at(&self, velocities: &Vector6<f64>) -> Vector6<f64> {
         self.wrench + self.slope.times(&(velocities - self.sampled_at))
     }
 
-    /// The mean over a kick of all that changes the momentum, exactly where the force is linear in
-    /// the velocities: drag of any strength stops a body and never turns it back, and a force that
-    /// turns the velocity keeps its length. `here`: the force at the velocities at its start.
+    /// The mean over a kick of everything that changes the momentum. It is exact where the force is linear in the
+    /// velocities: a drag of any strength stops a body without turning it back, and a force that turns the velocity
+    /// keeps its length. `here` is the wrench at the velocities at the start.
     pub(super) fn mean(
         &self,
         mobility: &Mobility,
@@ -213,8 +213,8 @@ impl Coupling {
         mean6(&(self.rate(mobility, besides.damping) * duration), &all)
     }
 
-    /// (1 − ½ duration A)⁻¹ of a wrench, for the rate A at which it changes: a round of Newton's
-    /// method for the implicit midpoint rule.
+    /// (1 − ½ duration A)⁻¹ times a wrench, where A is the rate at which it changes: one round of Newton's method for
+    /// the implicit midpoint rule.
     pub(super) fn midway(
         &self,
         mobility: &Mobility,
@@ -226,7 +226,7 @@ impl Coupling {
         (Matrix6::identity() - rate).lu().solve(wrench)
     }
 
-    /// How a force changes by itself, as a rate.
+    /// The rate matrix with which the wrench changes by its own effect and by damping.
     fn rate(&self, mobility: &Mobility, damping: [f64; 2]) -> Matrix6<f64> {
         let mut rate = self.slope.matrix() * mobility.matrix();
         for axis in 0..6 {
@@ -235,7 +235,7 @@ impl Coupling {
         rate
     }
 
-    /// A bound of the rate at which anything is slowed down, if nothing is coupled between axes.
+    /// The largest rate at which a single axis is slowed down, ignoring couplings between axes.
     pub(super) fn slows(&self, mobility: &Mobility) -> f64 {
         let diagonal = (self.slope.matrix() * mobility.matrix()).diagonal();
         -diagonal.min()
@@ -251,7 +251,7 @@ mod tests {
     use crate::integrate::stiffness::Rates;
     use crate::math::DVec3;
 
-    /// A matrix of so many of the numbers.
+    /// A matrix of the first numbers of a list.
     fn matrix(numbers: &[f64]) -> Matrix6<f64> {
         Matrix6::from_fn(|row, column| numbers[6 * row + column])
     }

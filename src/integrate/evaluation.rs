@@ -1,4 +1,4 @@
-//! What the fields do to some bodies at one moment: the value between EVALUATE and INTEGRATE.
+//! The evaluation: the wrenches of the fields on bodies at one moment, passed from EVALUATE to INTEGRATE.
 
 use std::collections::HashSet;
 
@@ -11,37 +11,35 @@ use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Lookup, Wrench, find, find_near, six};
 
-/// The wrenches on some bodies, and what is known of them beyond that. Outlives its step: unless
-/// something changes, the next one begins with it.
+/// The wrenches on some bodies, and what is known beyond them. It outlives its step: unless something changes, the next
+/// step begins with it.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub(crate) struct Evaluation {
-    /// The step for which it was made: a change of velocity is a force by its length.
+    /// The step for which it was made: a change of velocity counts as a force over this time.
     pub dt: Real,
     /// In the order of their handles.
     pub bodies: Vec<RigidBodyHandle>,
     pub wrenches: Vec<Wrench>,
-    /// Where the centres of mass were, under schemes that evaluate once a step.
+    /// The centres of mass, in world space, under schemes that evaluate once a step; else empty.
     pub centres: Vec<Vector>,
-    /// The velocities that the fields saw; empty if none reads them.
+    /// The velocities that the fields saw; empty if no field reads them.
     pub sampled_at: Vec<Vector6<f64>>,
     /// By place; empty if no field reads velocities, or the scheme samples them as they are.
     pub couplings: Vec<Option<Coupling>>,
-    /// Whether the kick after it changed forces that read velocities so much that the next step is to
-    /// see them anew.
+    /// True if the last kick changed forces that read velocities so much that the next step has to evaluate them again.
     pub outdated: bool,
-    /// Of bodies that were looked into, in the order of their places.
+    /// Of bodies that were linearised, in the order of their places.
     pub estimates: Vec<Estimate>,
-    /// Of bodies that are not simply kicked, by place and in that order.
+    /// Of bodies that are not simply kicked, with their places, in that order.
     pub treatments: Vec<(usize, Treatment)>,
-    /// The places of bodies that are to be moved again over the step, in their order.
+    /// The places of bodies whose step is to be repeated with a finer plan, in order.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub missed: Vec<usize>,
-    /// The places of bodies of whose wrenches something was left out, in their order: derivatives are
-    /// not to be trusted there.
+    /// The places of bodies whose wrenches had contributions left out, in order. Their derivatives are not used.
     pub left_out: Vec<usize>,
 }
 
@@ -51,7 +49,7 @@ impl Evaluation {
         find(&self.bodies, body)
     }
 
-    /// The place of a body that is mostly at the place `guess`.
+    /// The place of a body that is usually at the place `guess`.
     pub(crate) fn place_near(&self, guess: usize, body: RigidBodyHandle) -> Option<usize> {
         find_near(&self.bodies, guess, body)
     }
@@ -84,7 +82,7 @@ impl Evaluation {
         self.outdated = false;
     }
 
-    /// Of what was read from elsewhere the first value that no evaluation has.
+    /// A description of the first value that no evaluation has, for one that was deserialized; `None` if it is sound.
     pub(crate) fn amiss(&self) -> Option<String> {
         let count = self.bodies.len();
         if !(self.dt >= 0.0 && self.dt.is_finite()) {
@@ -134,7 +132,7 @@ impl Evaluation {
             .map(|pace| format!("a pace of treatments is {pace:?}"))
     }
 
-    /// Puts what is left of the wrenches of a fault in their place.
+    /// Replaces the wrenches of a fault by what remains of them.
     pub(crate) fn leave_out(&mut self, fault: &Fault, left: &[Wrench]) {
         for (place, left) in fault.places.iter().zip(left) {
             self.wrenches[*place] = *left;
@@ -146,7 +144,7 @@ impl Evaluation {
         self.left_out.binary_search(&place).is_ok()
     }
 
-    /// Forgets some bodies.
+    /// Removes some bodies.
     pub(crate) fn remove(&mut self, gone: &[RigidBodyHandle]) {
         let gone: HashSet<_> = gone.iter().collect();
         let mut count = 0;
@@ -169,7 +167,7 @@ impl Evaluation {
     }
 }
 
-/// The first of some places that is out of order, or of no body.
+/// The first of some places that is out of order, or beyond the bodies.
 fn places(mut all: impl Iterator<Item = usize>, count: usize) -> Option<usize> {
     let mut next = 0;
     all.find(|place| {
@@ -179,15 +177,15 @@ fn places(mut all: impl Iterator<Item = usize>, count: usize) -> Option<usize> {
     })
 }
 
-/// Keeps of a list by place, which may be empty, what stays.
+/// Keeps the entries of a list, which may be empty, whose place is kept.
 fn keep<T>(list: &mut Vec<T>, places: &[Option<usize>]) {
     let mut places = places.iter();
     list.retain(|_| places.next().is_some_and(Option::is_some));
 }
 
 impl Integrator {
-    /// Works out the wrenches on the bodies of the context, at the places their samples have.
-    /// `seen`: the velocities, linear and angular, that the fields are to see.
+    /// Evaluates the wrenches on the bodies of the context, at the places of their samples. `seen` are the linear and
+    /// angular velocities that the fields see.
     pub(crate) fn evaluate(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -208,7 +206,7 @@ impl Integrator {
             for (handle, (linvel, angvel)) in evaluation.bodies.iter().zip(seen) {
                 let both = six(to_dvec3(*linvel), to_dvec3(*angvel));
                 evaluation.sampled_at.push(both);
-                // Fields of bodies see those bodies, too, with the velocities that will be there.
+                // Fields anchored to bodies move with the velocities that these will have, too.
                 let (linvel, angvel) = (*linvel, *angvel);
                 self.motions
                     .assign(*handle, PredictedMotion::CoastsAt { linvel, angvel });

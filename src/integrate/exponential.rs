@@ -33,7 +33,7 @@ fn by_series<const N: usize>(
     x: &SVector<f64, N>,
 ) -> Option<SVector<f64, N>> {
     let rows = rate.row_iter().map(|row| row.lp_norm(1));
-    // Not so if anything is NaN.
+    // False if anything is NaN.
     if !rows.into_iter().all(|sum| sum <= 0.5) {
         return None;
     }
@@ -68,7 +68,7 @@ where
     let mut both = SMatrix::<f64, MORE, MORE>::zeros();
     both.fixed_view_mut::<N, N>(0, 0).copy_from(rate);
     both.fixed_view_mut::<N, 1>(0, N).copy_from(&(x / size));
-    // Not so if anything is NaN.
+    // False if anything is NaN.
     if !both.iter().all(|entry| entry.abs() <= LARGEST) {
         return None;
     }
@@ -140,7 +140,7 @@ fn stretch(rate: &Matrix3<f64>) -> Option<(f64, f64, Vector3<f64>)> {
     let largest = (along.map_diagonal(f64::abs)).imax();
     let axis = along.column(largest).normalize();
     let off = along - axis * axis.transpose() * (3.0 * third);
-    // Not so if anything is NaN.
+    // False if anything is NaN.
     let rates = (size * (mean - third), size * (mean + 2.0 * third), axis);
     (off.amax() <= 4.0 * f64::EPSILON).then_some(rates)
 }
@@ -209,7 +209,7 @@ mod tests {
                 assert!((six.fixed_rows::<3>(0) - x).norm() < 1e-12, "{six}");
                 assert!((six.fixed_rows::<3>(3) - three).norm() < 1e-12, "{six}");
             }
-            // What grows so fast is no number.
+            // Such growth is not finite.
             assert_eq!(mean3(&-uneven, x), None, "{rate}");
         }
         let nowhere = Vector6::repeat(f64::NAN);

@@ -1,4 +1,4 @@
-//! What fields give that cannot be given to Rapier, and what a step does about it.
+//! Forces that cannot be given to Rapier, and the policy for bodies that get them.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,11 +8,11 @@ use crate::math::{ColliderHandle, Real, RigidBodyHandle};
 use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
-/// What a step does about a body to which fields give a force that is infinite or NaN, or that would
-/// make it faster than can be squared. No such number reaches Rapier, whatever is chosen.
+/// The treatment of a body to which fields give a force that is infinite or NaN, or that would make it so fast that the
+/// square of its speed overflows. No such number reaches Rapier under any policy.
 ///
-/// All bodies but that one move as they would without it, unless the policy is [`FaultPolicy::Refuse`].
-/// The rule that holds when a step begins counts for all of it.
+/// All other bodies move as they would without that body, unless the policy is [`FaultPolicy::Refuse`]. The policy at
+/// the start of a step holds for the whole step.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -41,43 +41,42 @@ use crate::sample::{Moment, Samples};
 #[non_exhaustive]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum FaultPolicy {
-    /// Leaves it out, and says so by [`StepWarning::LeftOut`](crate::StepWarning::LeftOut): whatever
-    /// a term gives at a sample that is not finite counts as nothing. A term is an operand of the
-    /// outermost sum. Its other samples count, and so do all other terms. The body is kicked by
-    /// what is left, without derivatives.
+    /// The force is left out, and the step warns with [`StepWarning::LeftOut`](crate::StepWarning::LeftOut): the
+    /// contribution of a term at a sample counts as zero if it is not finite. A term is an operand of the outermost
+    /// sum. Its other samples count, and so do all other terms. The body is kicked by the rest, without derivatives.
     ///
-    /// Where what is finite makes a body too fast, no field acts on it: in that half of the step if
-    /// it is kicked, and in the whole step if it is moved within it.
+    /// If finite forces make a body too fast, no field acts on it: in that half of the step if it is kicked, and in the
+    /// whole step if it is moved within it.
     LeaveOut,
-    /// Does with the body what Rapier does with one that is not finite, and says so by
-    /// [`StepWarning::Quarantined`](crate::StepWarning::Quarantined): the body is disabled, its
-    /// velocities and the user's forces on it become zero. It stays where it is. Unlike Rapier's own
-    /// quarantine this takes no neighbour along, and is not listed in `world.quarantine()`.
-    /// `set_enabled(true)` ends it.
+    /// The body is treated as Rapier treats one that is not finite, and the step warns with
+    /// [`StepWarning::Quarantined`](crate::StepWarning::Quarantined): the body is disabled, and its velocities and the
+    /// user's forces on it become zero. It stays where it is. Unlike Rapier's own quarantine, this affects no
+    /// neighbours, and is not listed in `world.quarantine()`. `set_enabled(true)` ends it.
     ///
-    /// A soft body is disabled as a whole. Of a multibody the link is disabled, and the others go on.
+    /// A soft body is disabled as a whole. Of a multibody only the link is disabled.
     #[default]
     Quarantine,
-    /// Refuses the step with [`StepError::NonFinite`](crate::StepError::NonFinite) or
-    /// [`StepError::TooFast`](crate::StepError::TooFast). The world is as it was before. Since Rapier
-    /// may have made its step by then, each step begins with a copy of all bodies.
+    /// The step is refused with [`StepError::NonFinite`](crate::StepError::NonFinite) or
+    /// [`StepError::TooFast`](crate::StepError::TooFast), and the world is as it was before. Because Rapier may have
+    /// made its step by then, each step begins with a copy of all bodies.
     Refuse,
 }
 
-/// What leaves out of the wrenches on the bodies of a fault what is not finite; in their order.
+/// Computes what remains of the wrenches on the bodies of a fault, in their order, without contributions that are not
+/// finite.
 pub(crate) type Sift<'a> = &'a dyn Fn(&Fault) -> Vec<Wrench>;
 
 /// Wrenches or speeds that cannot be given to Rapier.
 #[derive(Debug)]
 pub(crate) struct Fault {
     pub kind: FaultKind,
-    /// Which bodies, of those sampled, in their order: at least one.
+    /// The places of the bodies among the sampled ones, in order; at least one.
     pub places: Vec<usize>,
     bodies: HashSet<RigidBodyHandle>,
     pub scene: Box<FaultScene>,
 }
 
-/// Where and when it happened.
+/// The samples, frames and moment of a fault, to find the field behind it later.
 #[derive(Debug)]
 pub(crate) struct FaultScene {
     pub samples: Samples,
@@ -89,11 +88,11 @@ pub(crate) struct FaultScene {
 pub(crate) enum FaultKind {
     /// The wrench is infinite or NaN.
     NonFinite,
-    /// The body would be faster than what can be squared; the speed of the first.
+    /// The square of the body's speed would overflow; `speed` is that of the first body.
     TooFast { speed: Real },
 }
 
-/// Where the anchors of a tree were at one moment, by the bodies and colliders that carry them.
+/// The frames of the anchors of a tree at one moment, by the bodies and colliders that carry them.
 #[derive(Debug)]
 pub(crate) struct KnownFrames(HashMap<Carrier, Vec<(Anchor, Option<Frame>)>>);
 
@@ -104,7 +103,7 @@ enum Carrier {
 }
 
 impl Carrier {
-    /// `None` for the world, which is where it is.
+    /// `None` for the world, whose frame is known.
     fn of(anchor: &Anchor) -> Option<Self> {
         match anchor {
             Anchor::World { .. } => None,
@@ -138,7 +137,7 @@ impl Frames for KnownFrames {
 }
 
 impl Fault {
-    /// The fault of those of some wrenches that are infinite or NaN; `None` if there are none.
+    /// The fault of the wrenches that are infinite or NaN; `None` if there are none.
     pub(crate) fn of_wrenches(
         wrenches: &[Wrench],
         compiled: &Compiled,
@@ -148,7 +147,7 @@ impl Fault {
     ) -> Option<Self> {
         let numbered = wrenches.iter().enumerate();
         let bad = numbered.filter(|(_, wrench)| !wrench.is_finite());
-        // Allocates for the first only.
+        // An empty list does not allocate.
         let places: Vec<usize> = bad.map(|(place, _)| place).collect();
         let kind = FaultKind::NonFinite;
         let fault = |places| Fault::new(kind, compiled, frames, (samples, places), moment);

@@ -1,4 +1,4 @@
-//! What moves a free body beside fields: Rapier's gravity, the user's force and damping.
+//! The motion of a free body apart from fields: Rapier's gravity, the user's force and damping.
 //!
 //! Rapier spreads its acceleration a over the n iterations of a step, and damps at its end; both are
 //! of first order. So the half kicks of a body that fields push hold all of it, and Rapier's own
@@ -13,7 +13,7 @@ use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Body, Lookup, Wrench, phi1, six, stopped};
 
-/// How a body moves freely in a step.
+/// The causes that move a body freely in a step, apart from fields.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeMotion {
     /// Rapier's own acceleration.
@@ -31,7 +31,7 @@ impl<W: Lookup> StepContext<'_, W> {
 }
 
 impl FreeMotion {
-    /// Nothing but fields.
+    /// No cause but fields.
     pub(crate) const NONE: FreeMotion = FreeMotion {
         own: Vector::ZERO,
         damping: [0.0; 2],
@@ -55,17 +55,17 @@ impl FreeMotion {
         self.iteration
     }
 
-    /// What Rapier itself accelerates it by.
+    /// The acceleration by gravity and the user's force.
     pub(super) fn own(&self) -> Vector {
         self.own
     }
 
-    /// Whether nothing but fields moves it.
+    /// Returns true if nothing but fields moves the body.
     pub(crate) fn is_none(&self) -> bool {
         self.own == Vector::ZERO && self.damping == [0.0; 2]
     }
 
-    /// Velocities after a wrench and all of this have acted for `duration`.
+    /// The velocities after a wrench and these causes have acted for `duration`.
     pub(crate) fn kicked(&self, body: &Body, wrench: Wrench, duration: Real) -> VelocityUpdate {
         let [linear, angular] = self.damping.map(|rate| -rate * duration);
         let mean = |rate: Real| from_f64(phi1(to_f64(rate)));
@@ -95,8 +95,8 @@ impl FreeMotion {
         (self.kicked(body, wrench, duration), twist)
     }
 
-    /// The velocity after a force at the centre of mass and all of this have acted for `duration`, exactly
-    /// where the force is linear in the velocity: drag of any strength stops a body and never turns it back.
+    /// The velocity after a force at the centre of mass and these causes have acted for `duration`. It is exact where
+    /// the force is linear in the velocity: a drag of any strength stops a body without turning it back.
     #[inline]
     pub(crate) fn slowed(
         &self,
@@ -112,19 +112,19 @@ impl FreeMotion {
         from_dvec3(stopped(now, mean * duration))
     }
 
-    /// What Rapier is to be given for a body that is to move at `linvel`.
+    /// The velocity to give to Rapier so that the body moves at `linvel`.
     pub(crate) fn given(&self, linvel: Vector) -> Vector {
         linvel - self.own * (0.5 * self.dt * (1.0 + self.iteration))
     }
 
-    /// The velocity at which it moves that is given to Rapier so.
+    /// The velocity at which a body moves that was `given` this velocity.
     fn moves(&self, given: Vector) -> Vector {
         given + self.own * (0.5 * self.dt * (1.0 + self.iteration))
     }
 
-    /// What of the second half of a kick a contact would have taken back, had it been there when the body
-    /// landed that was `given` a velocity: else what floats just above the ground would be thrown up by its
-    /// buoyancy as it touches it.
+    /// The part of the second half of a kick that a contact would have taken back if it had been there earlier; `given`
+    /// is the velocity that Rapier was given. Without this, a body that floats just above the ground would be thrown up
+    /// by its buoyancy when it touches it.
     pub(super) fn taken_back(
         &self,
         body: &Body,
@@ -135,19 +135,19 @@ impl FreeMotion {
         let pushed = given.map_or(Vector::ZERO, |given| body.linvel - self.moves(given));
         let away = pushed.normalize_or_zero();
         let kick = away.dot(wrench.force * body.inv_mass) * duration;
-        // A rebound is none of it.
+        // Zero for a body that rebounds.
         if kick <= 0.0 || body.linvel.dot(away) > kick {
             return Vector::ZERO;
         }
         away * kick.min(pushed.length())
     }
 
-    /// The velocity with which Rapier arrives from one that it is given, but for damping.
+    /// The velocity with which Rapier's step ends if it begins with `given`, except for damping.
     pub(super) fn arrives(&self, given: Vector) -> Vector {
         given + self.own * self.dt
     }
 
-    /// The same for a kick that is solved for.
+    /// The same causes, for a kick that is solved for.
     pub(super) fn besides(&self, body: &Body) -> Besides {
         let momentum = match self.damping {
             [0.0, 0.0] => Vector6::zeros(),
@@ -163,7 +163,7 @@ impl FreeMotion {
         }
     }
 
-    /// Rapier's own pull alone.
+    /// Gravity and the user's force alone.
     pub(super) fn pull(&self, body: &Body) -> Besides {
         Besides {
             pull: six(to_dvec3(self.own * body.mass), DVec3::ZERO),
@@ -171,15 +171,14 @@ impl FreeMotion {
         }
     }
 
-    /// The velocity at which the body has moved, where Rapier arrives with `linvel`; and the angular
-    /// velocity.
+    /// The velocity at which the body has moved if Rapier's step ends with `linvel`, and the angular velocity.
     pub(crate) fn moved(&self, linvel: Vector, angvel: Vector) -> [Vector; 2] {
         let [linear, angular] = self.damping.map(|rate| 1.0 + rate * self.dt);
         let more = self.own * (0.5 * self.dt * (1.0 - self.iteration));
         [linvel * linear - more, angvel * angular]
     }
 
-    /// By how much the velocity that Rapier works with is behind the true one.
+    /// The lag of the velocity that Rapier works with behind the true one.
     pub(crate) fn lag(&self) -> Vector {
         self.own * (0.5 * self.dt * self.iteration)
     }

@@ -1,4 +1,4 @@
-//! How the wrench on a body changes as it moves.
+//! Jacobians: the derivatives of the wrench on a body by its motion and its velocities.
 
 use super::coupling::Slope;
 use crate::compile::Compiled;
@@ -33,11 +33,11 @@ impl Jacobian {
     }
 }
 
-/// The Jacobian of the wrench on one body, the bodies of the fields standing still, in the world
-/// the lineariser was prepared for.
+/// The Jacobian of the wrench on one body in the world for which the lineariser was prepared, with the bodies that
+/// carry fields at rest.
 ///
-/// A sample at arm a moves by dx + dθ × a, and its velocity w × a changes as a turns; the torque
-/// a × F changes by dθ × a × F besides.
+/// A sample at arm a moves by dx + dθ × a, and its velocity w × a changes as a turns; the torque a × F also changes by
+/// dθ × a × F.
 pub(crate) fn of_body(
     lineariser: &mut Lineariser,
     world: (&Compiled, &impl Frames),
@@ -67,8 +67,8 @@ pub(crate) fn of_body(
     sum
 }
 
-/// The wrench of those fields that read velocities on one body, and how it changes with these: the part
-/// of what [`of_body`] has that a kick is solved with. All others are not worked out for it.
+/// The wrench of the fields that read velocities on one body, and its derivative by them: the part of [`of_body`] that
+/// a kick needs. No other field is evaluated.
 pub(crate) fn by_velocity(
     lineariser: &mut Lineariser,
     world: (&Compiled, &impl Frames),

@@ -1,4 +1,4 @@
-//! The two halves of a step.
+//! The kicks before and after Rapier's step.
 
 use super::coupling::{Besides, Coupling};
 use super::evaluation::Evaluation;
@@ -16,21 +16,21 @@ use crate::rigid::{
     to_dquat, velocities,
 };
 
-/// A force that a kick has changed by more than this part of it is seen anew: of one that grows with the
-/// square of the speed the slope alone would be a quarter of its square off, 2.5e-3.
+/// A force that a kick has changed by more than this share is evaluated again in the next step: for one that grows with
+/// the square of the speed, the slope alone would be off by a quarter of the share's square, 2.5e-3.
 const OUTDATED: f64 = 0.1;
 
-/// Which half of a step.
+/// A half of a step: before or after Rapier's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Half {
     First,
     Second,
 }
 
-/// From which error on a hit within a step is told of, under schemes without a tolerance.
+/// The error of a speed after a hit within a step from which on schemes without a tolerance warn.
 const HIT: f64 = 0.01;
 
-/// What is done with a body in one half of a step.
+/// The action on a body in one half of a step; kicks have their duration.
 #[derive(Clone, Copy)]
 enum Duty {
     Kick(Real),
@@ -41,25 +41,25 @@ enum Duty {
     ByForce,
 }
 
-/// A body that something has put on another path within the step.
+/// A body that was put on another path within the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Deflection {
     pub body: RigidBodyHandle,
-    /// Which share of the step was over.
+    /// The share of the step before that.
     pub share: Real,
-    /// The acceleration and the torque by fields that it goes on with, if it is moved within the step.
+    /// The acceleration and torque by fields with which it goes on, if it is moved within the step.
     pub presumed: Option<[Vector; 2]>,
 }
 
-/// The bodies that something has put on another path within the step.
+/// The bodies that were put on another path within the step.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Redirected<'a> {
-    /// The wrenches on all bodies when the step began, and those that read velocities.
+    /// The wrenches on all bodies when the step began, and the couplings of those that read velocities.
     pub before: &'a [Wrench],
     pub coupled: &'a [Option<Coupling>],
-    /// Who, in the order of handles.
+    /// Those bodies, in the order of their handles.
     pub hits: &'a [Deflection],
-    /// Whether nobody has seen the ways of the others, so that they may still be changed.
+    /// True if there are no detection fields, so that no contact depends on paths and these may still be changed.
     pub may_redo: bool,
 }
 
@@ -73,18 +73,18 @@ impl Redirected<'_> {
         Some(&self.hits[place])
     }
 
-    /// By how much the wrench of the second half of a kick is off: up to a hit the first wrench is to
-    /// act, and the second from then on. The map of a step is the same backwards, so hits in a field
-    /// that changes neither add nor take energy in the mean.
+    /// The correction of the wrench for the second half of a kick: up to a hit the first wrench should act, and the
+    /// second from then on. The map of a step is the same backwards, so hits in a field that does not change neither
+    /// add nor take energy on average.
     fn correction(&self, place: usize, body: RigidBodyHandle, wrench: Wrench) -> Option<Wrench> {
         let (hit, before) = (self.hit(body)?, self.before.get(place)?);
         let later = 1.0 - 2.0 * hit.share;
         Some(wrench.plus(before.times(-1.0)).times(later))
     }
 
-    /// What a body that was moved within the step still gets, of what acts on it where it has come: from
-    /// its hit on it was to go on as it was pushed there, and in truth goes on with the mean of both. And
-    /// by which share its speed may be off then.
+    /// The correction for a body that was moved within the step and hit: after the hit it moved under the presumed
+    /// acceleration and torque, and should have moved under the mean of these and of those at its end. The second value
+    /// is the relative error of its speed that remains.
     fn rest(&self, body: &Body, wrench: Wrench, dt: Real) -> Option<(VelocityUpdate, f64)> {
         let hit = self.hit(body.handle)?;
         let [acceleration, torque] = hit.presumed?;
@@ -99,9 +99,9 @@ impl Redirected<'_> {
     }
 }
 
-/// By which share of it the speed of a body is off whose velocities change so by the mean of a force that
-/// changes along its way. On a spring it is (ω t)³/12 of the speed over a time t (the trapezoidal rule), and
-/// the change of the force over all of it adds (ω t)².
+/// The relative error of a body's speed after a correction of its velocities for a force that changes along its path.
+/// On a spring the trapezoidal rule is off by (ω t)³/12 of the speed over a time t, and the correction itself is (ω
+/// t)²/2 of the speed.
 fn error_of_rest(body: &Body, update: &VelocityUpdate) -> f64 {
     let inertia = body.inertia();
     let energy = |linvel: Vector, angvel: Vector| {
@@ -117,11 +117,11 @@ fn error_of_rest(body: &Body, update: &VelocityUpdate) -> f64 {
     (2.0 * (change / whole).sqrt()).powf(1.5) / 12.0
 }
 
-/// Whether a wrench acts on a body, and whether it is to be woken, or kept from falling asleep.
+/// Returns whether a wrench acts on a body, and whether the body is to be woken or kept from falling asleep.
 pub(crate) type Acts<'a> = &'a dyn Fn(usize, &Body, Wrench) -> (bool, bool);
 
 impl Integrator {
-    /// Works out what is written before Rapier's step.
+    /// Computes the motions to write before Rapier's step.
     pub(crate) fn first_half(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -138,8 +138,8 @@ impl Integrator {
         Ok(())
     }
 
-    /// Works out what is written after Rapier's step: the second half of a kick, for all bodies
-    /// that were not settled in the `first` one.
+    /// Computes the motions to write after Rapier's step: the second half of a kick, for all bodies that were not
+    /// settled in the `first` one.
     pub(crate) fn second_half(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -159,7 +159,7 @@ impl Integrator {
         Ok(())
     }
 
-    /// Works out what is done with each body, and who is to be moved within the step.
+    /// Computes the action on each body, and collects the bodies to be moved within the step.
     fn kick(
         &self,
         (context, evaluation): (&StepContext<'_, impl Lookup>, &Evaluation),
@@ -218,7 +218,7 @@ impl Integrator {
                 }
             }
             let Ok(Some((update, twist))) = done else {
-                // Of one that is too fast by itself nothing is kept.
+                // Without fields it is too fast as well: nothing of it is kept.
                 if done.is_err() {
                     motions.back_to(mark);
                 }
@@ -260,10 +260,10 @@ impl Integrator {
     }
 }
 
-/// The speed, beyond the limit, that a body was to have.
+/// The error of a body whose speed, given here, would be beyond the limit.
 struct Faster(Real);
 
-/// Who is too fast, and how fast the first is; allocates for the first only.
+/// The places of bodies that are too fast, and the speed of the first; it allocates only if there is one.
 #[derive(Default)]
 struct TooFast(Option<(Vec<usize>, Real)>);
 
@@ -274,7 +274,7 @@ impl TooFast {
     }
 }
 
-/// What is done with a body; `None` if it has been done.
+/// The action on a body; `None` if there is nothing more to do.
 fn duty(
     context: &StepContext<'_, impl Lookup>,
     evaluation: &Evaluation,
@@ -323,7 +323,7 @@ fn duty(
     })
 }
 
-/// Whether a body is at rest, and nothing pushes it.
+/// Returns true if a body is at rest and nothing accelerates it.
 fn stands(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation, place: usize) -> bool {
     let body = &context.bodies[place];
     evaluation.wrenches[place] == Wrench::ZERO
@@ -332,8 +332,8 @@ fn stands(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation, place
         && context.free_motion(body).is_none()
 }
 
-/// The plan for all bodies, if one of them is to be moved within the step and bodies act on each other:
-/// then momentum is kept only if all are.
+/// The plan for all bodies, if one of them has to be moved within the step and bodies act on each other: momentum is
+/// kept only if all are moved alike.
 fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> Option<Plan> {
     let choice = context.choice()?;
     let paces = evaluation.treatments.iter();
@@ -347,9 +347,9 @@ fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> 
     context.is_coupled().then_some(finest)
 }
 
-/// What the change of a force over the step adds for a body that was loaded with its mean over the
-/// velocities: as [`FreeMotion::second`] for one that reads none. The change at the same velocity is
-/// followed by what that does to the velocity, and so stays bounded.
+/// The second half for a body that was loaded with the mean of a force that reads velocities: the effect of the force's
+/// change over the step, as [`FreeMotion::second`] for one that reads none. The change is taken at one velocity, and
+/// its own effect on the velocity is solved for, so it stays bounded.
 fn end_of_load(
     context: &StepContext<'_, impl Lookup>,
     evaluation: &Evaluation,
@@ -377,7 +377,7 @@ fn end_of_load(
 /// New velocities of a body, and the angular impulse that is part of them.
 type Kicked = (VelocityUpdate, DVec3);
 
-/// A body that is to be kicked.
+/// A body that is kicked.
 struct Kick<'a, W> {
     context: &'a StepContext<'a, W>,
     evaluation: &'a Evaluation,
@@ -385,7 +385,7 @@ struct Kick<'a, W> {
     body: &'a Body,
     wrench: Wrench,
     wake: bool,
-    /// Whether the fields act on it at all.
+    /// False if fields are left out.
     felt: bool,
 }
 
@@ -399,7 +399,7 @@ impl<W: Lookup> Kick<'_, W> {
         }
     }
 
-    /// What is done with it; `None` if nothing more is to be written.
+    /// Carries out the action; `None` if there is nothing more to write.
     fn done(
         &self,
         duty: Duty,
@@ -431,7 +431,7 @@ impl<W: Lookup> Kick<'_, W> {
         Ok(Some((VelocityUpdate { wake, ..update }, twist)))
     }
 
-    /// Has it pushed by Rapier's own forces.
+    /// Adds a load, which Rapier applies as a force during its step.
     fn lend(&self, wrench: Wrench, motions: &mut Motions) -> Result<(), Faster> {
         let (context, body) = (self.context, self.body);
         if wrench == Wrench::ZERO && !self.wake {
@@ -445,7 +445,7 @@ impl<W: Lookup> Kick<'_, W> {
         Ok(())
     }
 
-    /// The first half for a free body; `None` if nothing is to be written.
+    /// The first half for a free body; `None` if there is nothing to write.
     fn first(&self, duty: Duty, motions: &mut Motions) -> Option<Kicked> {
         let (context, body) = (self.context, self.body);
         let twice = context.rules.scheme.kicks_twice();
@@ -467,7 +467,7 @@ impl<W: Lookup> Kick<'_, W> {
         if !felt && !self.wake && !spins {
             return None;
         }
-        // Symplectic Euler is there to be compared with.
+        // Symplectic Euler is kept plain, as a reference for comparisons.
         let compared = !twice && solved.is_none();
         if !felt || compared || free.is_none() {
             return Some(solved.unwrap_or_else(|| self.plain(self.wrench, duration)));
@@ -490,7 +490,7 @@ impl<W: Lookup> Kick<'_, W> {
         Some((update, twist))
     }
 
-    /// The second half; `None` if nothing is to be written.
+    /// The second half; `None` if there is nothing to write.
     fn second(
         &self,
         duty: Duty,
@@ -546,16 +546,16 @@ impl<W: Lookup> Kick<'_, W> {
         Some((update, twist))
     }
 
-    /// Whether the body is held, and is to be pushed by Rapier's own forces.
+    /// Returns true if the body is held, and is to be pushed by a force during Rapier's step.
     fn is_loaded(&self) -> bool {
         let loads = self.context.rules.scheme.loads() || self.coupling().is_some();
         loads && self.context.is_held(self.body)
     }
 
-    /// What a body that is held, or pushed by Rapier's forces, is loaded with.
+    /// The load for a body that is held, or that is pushed by forces.
     fn load(&self, duty: Duty, motions: &mut Motions) -> Wrench {
         let (context, body, dt) = (self.context, self.body, self.context.dt);
-        // Gravity acts beside it; what holds the body does, too.
+        // Gravity acts besides the load, and so do the contacts and joints that hold the body.
         let free = !context.is_held(body);
         let reactions = context.rules.reactions;
         let besides = match reactions.and_then(|known| known.on(body)) {
@@ -595,13 +595,13 @@ impl<W: Lookup> Kick<'_, W> {
         (kicked(self.body, wrench, duration), twist)
     }
 
-    /// How the force on it changes with its velocities, if it reads them.
+    /// The derivative of its force by its velocities, if fields that read them act on it.
     fn coupling(&self) -> Option<&Coupling> {
         let coupling = self.evaluation.couplings.get(self.place)?.as_ref();
         coupling.filter(|_| self.felt)
     }
 
-    /// The mean of all that changes the momentum over a kick, if the force reads velocities.
+    /// The mean over a kick of everything that changes the momentum, if the force reads velocities.
     fn mean(&self, besides: &Besides, duration: Real) -> Option<Wrench> {
         let (coupling, mobility) = (self.coupling()?, Mobility::of(self.body));
         let here = coupling.at(&velocities(self.body));
@@ -623,8 +623,8 @@ impl<W: Lookup> Kick<'_, W> {
         Some((self.updated(&now), pair(&impulse).1))
     }
 
-    /// Whether the force has changed much with the velocities: the next kick would begin with what it is
-    /// by its slope alone.
+    /// Returns true if the force has changed much with the velocities, so that its slope alone does not suffice for the
+    /// next kick.
     fn outdates(&self, update: &VelocityUpdate) -> bool {
         let Some(coupling) = self.coupling() else {
             return false;
@@ -651,7 +651,7 @@ impl<W: Lookup> Kick<'_, W> {
             &now,
             to_f64(duration),
         )?;
-        // Where no field acts, gravity is Rapier's.
+        // Where no field acts, gravity is left to Rapier.
         let idle = estimate.jacobian.is_zero() || change.iter().all(|x| *x == 0.0);
         if self.wrench == Wrench::ZERO && idle {
             return None;

@@ -1,10 +1,9 @@
 //! Loads: forces on bodies that Rapier's solver holds, by contacts or joints.
 //!
-//! An impulse before Rapier's step acts whole in the first of its iterations, and leaves a contact
-//! unloaded in the others: what friction should hold creeps. So these forces go where Rapier puts
-//! gravity, and are spread over the iterations. The map stays that of kick-drift-kick if the
-//! velocity that Rapier works with is behind the true one, by half an iteration of the force. That
-//! velocity is the one that is shown, since it is zero for what rests.
+//! An impulse before Rapier's step acts whole in the first of its iterations, and leaves a contact unloaded in the
+//! others, so that bodies held by friction creep. So these forces are applied like gravity in Rapier, spread over the
+//! iterations. The map stays that of kick-drift-kick if the velocity that Rapier works with lags behind the true one by
+//! half an iteration of the force. That velocity is the one that users see, since it is zero for a resting body.
 
 use super::StepContext;
 use super::free_motion::FreeMotion;
@@ -14,14 +13,14 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, Wrench};
 
 impl<W: Lookup> StepContext<'_, W> {
-    /// Whether Rapier's solver holds a body.
+    /// Returns true if Rapier's solver holds a body.
     pub(super) fn is_held(&self, body: &Body) -> bool {
         self.rules.held.contains(body.handle)
     }
 }
 
-/// By how long a time the velocity of a body is behind that is held, and loaded. Forces that read
-/// velocities have no such lag.
+/// The time by which the velocity of a held and loaded body lags; zero if any field reads velocities. `None` if the
+/// body is not held.
 pub(super) fn lag(context: &StepContext<'_, impl Lookup>, body: &Body) -> Option<f64> {
     let reads = context.compiled.reads_velocity;
     let half = half_iteration(context, body);
@@ -30,8 +29,8 @@ pub(super) fn lag(context: &StepContext<'_, impl Lookup>, body: &Body) -> Option
         .then_some(if reads { 0.0 } else { half })
 }
 
-/// By how long a time Rapier's own pull the velocity is behind of a body that no field acts on: it is
-/// Rapier's.
+/// The time by which the velocity of a body that no field acts on lags under Rapier's own pull, because its motion is
+/// Rapier's. `None` if a field acts on it, or any field reads velocities.
 pub(super) fn own_lag(
     context: &StepContext<'_, impl Lookup>,
     body: &Body,
@@ -45,8 +44,8 @@ fn half_iteration(context: &StepContext<'_, impl Lookup>, body: &Body) -> f64 {
     0.5 * to_f64(context.dt) * to_f64(context.free_motion(body).iteration())
 }
 
-/// What accelerates a body beside fields: Rapier's gravity and the user's force; if it is held and any
-/// field reads velocities, with what holds it.
+/// The acceleration of a body apart from fields: by Rapier's gravity and the user's force, and, if it is held and any
+/// field reads velocities, by contacts and joints.
 pub(super) fn all_else(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec3 {
     if !context.compiled.reads_velocity || !context.is_held(body) {
         return to_dvec3(context.free_motion(body).own());
@@ -58,19 +57,18 @@ pub(super) fn all_else(context: &StepContext<'_, impl Lookup>, body: &Body) -> D
     known.map_or(DVec3::ZERO, |[linear, _]| to_dvec3(linear))
 }
 
-/// How a body was pushed before Rapier's step.
+/// The first half of a body's kick, before Rapier's step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Before {
-    /// Whether its kick holds Rapier's own pull.
+    /// True if its kick contained Rapier's own pull.
     pub free: bool,
     pub load: Option<Wrench>,
     /// The velocity that Rapier was given.
     pub given: Option<Vector>,
 }
 
-/// The second half of a kick, of which the first was given, and what velocity is shown after it: for a
-/// body that is held then, or that no field pushes any more, that which Rapier works with. `None`
-/// if nothing changes.
+/// The second half of a kick. A body that is held then, or that no field pushes any more, shows the velocity that
+/// Rapier works with, any other the true one. `None` if nothing changes.
 pub(crate) fn complete(
     body: &Body,
     motion: &FreeMotion,
@@ -94,8 +92,8 @@ pub(crate) fn complete(
     Some(update)
 }
 
-/// The same for a body that nothing holds, pushed at its centre of mass by a force that falls with the
-/// velocity. `was_free`: whether its kick before Rapier's step held Rapier's own pull.
+/// The same for a body that is not held, pushed at its centre of mass by a force that falls with the velocity.
+/// `was_free` is true if its kick before Rapier's step contained Rapier's own pull.
 pub(crate) fn complete_slowed(
     body: &Body,
     motion: &FreeMotion,
@@ -111,8 +109,8 @@ pub(crate) fn complete_slowed(
 }
 
 impl FreeMotion {
-    /// What is to act for the second half of a step, on a body with that load in its first half: the
-    /// wrench after Rapier's step, but for what the velocity that is shown of a held body is behind by.
+    /// The wrench for the second half of a step, on a body with that load in the first: the wrench after Rapier's step,
+    /// without the part by which the shown velocity of a held body lags.
     pub(super) fn second(&self, wrench: Wrench, load: Option<Wrench>, held: bool) -> Wrench {
         if held && load == Some(wrench) {
             return Wrench::ZERO;
@@ -123,13 +121,13 @@ impl FreeMotion {
         wrench.times(share).plus(had)
     }
 
-    /// What of a change of the load over a step acts at its end.
+    /// The part of a change of the load over a step that acts at its end.
     pub(super) fn completes(&self, change: Wrench, loaded: bool) -> Wrench {
         let share = if loaded { 1.0 - self.iteration() } else { 1.0 };
         change.times(share)
     }
 
-    /// What makes the velocity with which Rapier works of the true one, or the other way round.
+    /// The change from the velocity that Rapier works with to the true one, or back.
     pub(super) fn catches_up(&self, was_true: bool, is_true: bool) -> Vector {
         match (was_true, is_true) {
             (true, false) => -self.lag(),

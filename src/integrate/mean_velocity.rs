@@ -1,4 +1,4 @@
-//! From the motion in the fields alone to velocities before and after Rapier's step.
+//! Motion within a step: the velocities before and after Rapier's step that carry out the motion in the fields.
 
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultPolicy};
@@ -10,7 +10,7 @@ use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, steady_angvel};
 
 impl Integrator {
-    /// Moves bodies within the step, and adds what Rapier is to be given to `motions`.
+    /// Moves bodies within the step, and adds the velocities for Rapier to `motions`.
     pub(super) fn move_within(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -54,9 +54,9 @@ impl Integrator {
     }
 }
 
-/// Gives a body the mean velocity of its way, such that what Rapier adds over its iterations takes
-/// it to the end of it: its own acceleration, and the load of a body that is held. Returns the
-/// largest velocity there is in this; NaN if it cannot be given to Rapier.
+/// Gives a body the mean velocity of its path, such that with the accelerations that Rapier adds over its iterations
+/// (its own, and the load of a held body) it arrives at the path's end. Returns the largest speed among these
+/// velocities; NaN if they cannot be given to Rapier.
 fn correct(
     context: &StepContext<'_, impl Lookup>,
     motions: &mut Motions,
@@ -94,7 +94,7 @@ fn correct(
     let (force, torque) = load.unwrap_or_default();
     let own = state.acceleration + force * to_dvec3(body.inv_mass);
     let count = f64::from(body.iterations(context.rules.iterations).max(1));
-    // What a constant acceleration adds to the way over the iterations, as a velocity.
+    // The share of a constant acceleration that adds to the path over the iterations, as a time.
     let ahead = step * (count + 1.0) / (2.0 * count);
     if state.pushed {
         let mean = (state.position - state.start.0) / step;
@@ -141,7 +141,7 @@ fn correct(
     if load.is_some() {
         let (force, torque) = (from_dvec3(force), from_dvec3(torque));
         let arrives = (update.linvel + from_dvec3(own * step)).length();
-        // Of a velocity that is capped from the beginning the update tells.
+        // For a velocity that is limited from the beginning, the update gives the warning.
         let capped = update.linvel.length() > context.rules.max_speed;
         let load = Load {
             body: state.body,

@@ -1,5 +1,5 @@
-//! Integrate: wrenches become what each body is to do. Knows bodies as copies, and none of Rapier's
-//! sets.
+//! Integration: turns the wrenches on bodies into new velocities and loads, by the scheme. It works on copies of bodies
+//! and on none of Rapier's sets.
 
 mod context;
 mod coupling;
@@ -49,24 +49,24 @@ pub(crate) use watch::{Caps, stiff_from, warn_of_caps, warn_of_springs};
 use crate::eval::{BodySlowings, Evaluator, Lineariser};
 use crate::math::RigidBodyHandle;
 
-/// Buffers of the stage.
+/// The evaluators and buffers of the stage.
 #[derive(Default)]
 pub(crate) struct Integrator {
     pub(crate) evaluator: Evaluator,
     lineariser: Lineariser,
-    /// How drag and wind slow the bodies, as they were last evaluated.
+    /// The slopes of drag and wind on the bodies, from the last evaluation.
     slowings: BodySlowings,
     scout: scout::Scout,
     substeps: substeps::SubstepIntegrator,
-    /// Bodies that are moved together.
+    /// Bodies that take the same plan, and are moved together.
     alike: Vec<motion::Start>,
-    /// What others are given meanwhile.
+    /// The new velocities of the other bodies meanwhile.
     others: Vec<VelocityUpdate>,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
-    /// Who swings the fastest along its way within the step, and the square of the frequency, if that is
-    /// too fast for a scheme that does not choose.
+    /// The body with the highest frequency along its path within the step, and the square of that, if it is too high
+    /// for a scheme that does not choose.
     fastest: Option<(RigidBodyHandle, f64)>,
-    /// The largest error that bodies were moved with in the step, by a scheme that chooses.
+    /// The largest error with which a scheme that chooses has moved bodies in the step.
     pub(crate) reached: f64,
 }

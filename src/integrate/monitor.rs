@@ -1,4 +1,4 @@
-//! Who is in stiff fields: noticed by how wrenches change along the way, and then looked into.
+//! The stiffness monitor: finds bodies in stiff fields by how wrenches change along the path, and linearises those.
 
 use super::coupling::{Coupling, Slope};
 use super::evaluation::Evaluation;
@@ -15,14 +15,14 @@ use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rapier::na::{Matrix3, Vector6};
 use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 
-/// Beyond this dt·ω a step into a field may have multiplied the energy, and it is damped.
+/// Beyond this dt·ω a step into a field may have multiplied the energy, and the body is damped.
 const BROKEN: f64 = 1.0;
 
 impl Integrator {
-    /// After an evaluation that the step before did not make: judges the bodies for schemes that
-    /// want it, and prepares kicks by forces that read velocities. `stiff`: the bodies that were
-    /// found stiff last, in the order of their handles; `all`: whether any may be, since the fields
-    /// or the bodies are others than those of the `last` evaluation.
+    /// After an evaluation that the previous step did not make: chooses treatments under schemes that choose, warns
+    /// under others, and prepares kicks by forces that read velocities. `stiff` are the bodies found stiff last, in the
+    /// order of their handles. `all` is true if any body may be stiff, because the fields or the bodies differ from
+    /// those of the `last` evaluation.
     pub(crate) fn predict(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -35,7 +35,7 @@ impl Integrator {
         }
         self.couple(context, evaluation);
         let scheme = context.rules.scheme;
-        // Edits of fields show in the next step.
+        // An edit of fields alone shows in the next step.
         let joined = all && last.bodies != evaluation.bodies;
         if scheme == Scheme::LinearlyImplicit {
             self.candidates.clear();
@@ -69,9 +69,9 @@ impl Integrator {
         Self::couple_candidates(evaluation);
     }
 
-    /// After the evaluation that follows Rapier's step: the same, by how the wrenches changed since
-    /// the `last` one, if that was of the same bodies, and by what the first half of the step has
-    /// found out. `redirected`: who was put on another path.
+    /// After the evaluation that follows Rapier's step: the same, by the change of the wrenches since the `last`
+    /// evaluation, if that was of the same bodies, and by the results of the first half of the step. `redirected` are
+    /// the bodies that were put on another path.
     pub(crate) fn update(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -102,7 +102,7 @@ impl Integrator {
                         (false, false) => Some(fourth(evaluation, place)),
                     }
                 });
-                // Whoever is not looked into shows less.
+                // Bodies that are not linearised have a smaller error.
                 self.reached = CAUTION * choice.tolerance;
                 self.look_into(context, evaluation, stiff);
                 let done = (last, (first, together), redirected);
@@ -120,7 +120,7 @@ impl Integrator {
         Self::couple_candidates(evaluation);
     }
 
-    /// Looks again at bodies that were given other velocities since.
+    /// Linearises bodies again whose velocities were changed since.
     pub(crate) fn look_again(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -148,8 +148,8 @@ impl Integrator {
         note_stiff(evaluation, stiff);
     }
 
-    /// Says who is to be moved again, tells of what cannot be, and takes over what was found within
-    /// the step.
+    /// Lists the bodies whose step is to be repeated, warns of those for which it cannot be, and takes over the results
+    /// from within the step.
     fn judge(
         &mut self,
         choice: Choice,
@@ -170,7 +170,7 @@ impl Integrator {
             let was = last.map(|last| last.wrenches[place]);
             was != Some(evaluation.wrenches[place])
         };
-        // The candidates have been looked into.
+        // The candidates have been linearised, so their list is free as a buffer.
         let mut wrong = std::mem::take(&mut self.candidates);
         wrong.clear();
         for (place, treatment) in &evaluation.treatments {
@@ -227,7 +227,7 @@ impl Integrator {
             }
         }
         self.candidates = wrong;
-        // What was looked into stands first, in order.
+        // The treatments of linearised bodies come first, in order.
         let known = evaluation.treatments.len();
         for (place, body) in evaluation.bodies.iter().enumerate() {
             let resolved = first.resolved(*body);
@@ -236,13 +236,13 @@ impl Integrator {
                 warnings.push(StepWarning::missed(choice, *body, resolved.error));
             }
             let treatment = match (resolved, before(place)) {
-                // What was stiff, and was not looked into since, is not forgotten.
+                // A body that was stiff and was not linearised since stays so.
                 (Some(resolved), was)
                     if !choice.is_calm(resolved.pace, dt) || (together && was.is_some()) =>
                 {
                     Treatment::Resolve(resolved.pace)
                 }
-                // It stood still, and is as it was.
+                // It stood still, and is treated as before.
                 (None, Some(treatment @ Treatment::Resolve(_))) => treatment,
                 _ => continue,
             };
@@ -256,8 +256,9 @@ impl Integrator {
         note_stiff(evaluation, stiff);
     }
 
-    /// Takes note of the bodies whose (dt·ω)⁴, as far as it shows, makes them worth a look, in the
-    /// order of their places; with those found stiff before. `None` is not looked into.
+    /// Collects as candidates the places of bodies for which the shown (dt·ω)⁴, or the coupling to velocities, is large
+    /// enough, and of those found stiff before; in order. A body for which `fourth_power` is `None` is no candidate
+    /// unless by its coupling.
     fn find_candidates(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -288,7 +289,7 @@ impl Integrator {
         self.candidates.extend(places);
     }
 
-    /// Looks into the candidates, and says how they are to be moved by a scheme that chooses.
+    /// Linearises the candidates, and chooses the treatment of stiff ones under a scheme that chooses.
     fn look_into(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -335,14 +336,14 @@ impl Integrator {
         self.candidates = candidates;
     }
 
-    /// Readies the lineariser for the present places of all anchors.
+    /// Prepares the lineariser for the present frames of all anchors.
     pub(super) fn prepare(&mut self, context: &StepContext<'_, impl Lookup>) {
         self.motions.clear();
         let frames = self.motions.frames(context, &[], 0.0);
         self.lineariser.prepare(context.compiled, &frames);
     }
 
-    /// Looks into a body, in the world the lineariser was prepared for.
+    /// Linearises a body in the world for which the lineariser was prepared.
     pub(super) fn estimate(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -357,7 +358,7 @@ impl Integrator {
         }
     }
 
-    /// In the world the lineariser was prepared for.
+    /// The Jacobian of a body in the world for which the lineariser was prepared.
     pub(super) fn jacobian(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -374,8 +375,8 @@ impl Integrator {
         jacobian::of_body(&mut self.lineariser, world, samples, place, moment, angvel)
     }
 
-    /// The wrench on a body that changes with its velocities, and how: of drag and wind as the last
-    /// evaluation has it, of other fields from the lineariser.
+    /// The part of a body's wrench that reads velocities, and its slope: for drag and wind from the last evaluation,
+    /// for other fields from the lineariser.
     fn by_velocity(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -401,7 +402,7 @@ impl Integrator {
         sum.unwrap_or_else(|| (Vector6::zeros(), Slope::OfPoint(Matrix3::zeros())))
     }
 
-    /// Takes the derivatives by velocity, since kicks solve for it.
+    /// Sets the couplings: the derivatives by velocity, for which kicks are solved.
     fn couple(&mut self, context: &StepContext<'_, impl Lookup>, evaluation: &mut Evaluation) {
         if !context.compiled.reads_velocity {
             return;
@@ -414,7 +415,7 @@ impl Integrator {
         for place in 0..evaluation.bodies.len() {
             let (wrench, body) = (evaluation.wrenches[place], &context.bodies[place]);
             let felt = wrench != Wrench::ZERO;
-            // Drag is felt by what begins at rest, too.
+            // Drag acts on a body that begins at rest, too, once it moves.
             let still = !body.sleeping && [body.linvel, body.angvel] == [Vector::ZERO; 2];
             let mut coupling = None;
             if (felt || still) && !evaluation.is_left_out(place) {
@@ -432,7 +433,7 @@ impl Integrator {
         }
     }
 
-    /// Has those who were looked into coupled by what was found.
+    /// Takes the couplings of linearised bodies from their Jacobians, and drops those that are not finite.
     fn couple_candidates(evaluation: &mut Evaluation) {
         let Evaluation {
             couplings,
@@ -460,14 +461,14 @@ impl Integrator {
     }
 }
 
-/// Whether bodies that act on each other are moved within the next step, too, whatever Jacobians say: the
-/// way of one that was has shown it to be stiff.
+/// Returns true if bodies that act on each other stay moved within the next step, independently of Jacobians, because
+/// the path of one of them was stiff.
 fn stay_together(choice: Choice, context: &StepContext<'_, impl Lookup>, first: &Motions) -> bool {
     let calm = |it: &Resolved| choice.is_calm(it.pace, to_f64(context.dt));
     !first.resolved.iter().all(calm) && context.is_coupled()
 }
 
-/// Takes note of who is not simply kicked.
+/// Lists the bodies that are not simply kicked.
 fn note_stiff(evaluation: &Evaluation, stiff: &mut Vec<RigidBodyHandle>) {
     stiff.clear();
     let places = evaluation.treatments.iter().map(|(place, _)| *place);

@@ -1,4 +1,4 @@
-//! What bodies are to do in one half of a step: the value between INTEGRATE and BRIDGE.
+//! The motions of bodies in one half of a step, passed from INTEGRATE to BRIDGE.
 
 use super::StepContext;
 use super::fault::Fault;
@@ -15,7 +15,7 @@ pub(crate) const FASTEST: Real = 1.8e19;
 #[cfg(feature = "f64")]
 pub(crate) const FASTEST: Real = 1.3e154;
 
-/// New velocities of bodies, not yet written, and what Rapier is to carry out with them.
+/// New velocities and loads of bodies, not yet written, and the rotations and paths that Rapier carries out with them.
 #[derive(Debug, Default)]
 pub(crate) struct Motions {
     // These four are in the order of the handles of their bodies.
@@ -25,23 +25,22 @@ pub(crate) struct Motions {
     pub loads: Vec<Load>,
     /// Bodies that get no second half of a kick, in the order of their handles.
     pub settled: Vec<RigidBodyHandle>,
-    /// Free bodies that were moved within the step, and whose velocity Rapier changed meanwhile, in the
-    /// order of their handles: they have the velocity of the middle of the step, and get the second
-    /// half of a kick where they are now.
+    /// Free bodies that were moved within the step, and whose velocity Rapier changed in the meantime, in the order of
+    /// their handles. They have the velocity of the middle of the step, and get the second half of a kick at their
+    /// present place.
     pub bounced: Vec<RigidBodyHandle>,
-    /// Bodies that are to be completed with [`FreeMotion`](super::FreeMotion) in the second half, in
-    /// the order of their handles.
+    /// Bodies whose second half is completed with [`FreeMotion`](super::FreeMotion), in the order of their handles.
     pub free: Vec<RigidBodyHandle>,
-    /// Bodies with true velocities at the end of the second half, where Rapier's would be behind.
+    /// Bodies that end the second half with their true velocity, where Rapier's lags.
     pub ahead: Vec<RigidBodyHandle>,
-    /// What is known of loaded bodies whose forces read velocities, for the next step.
+    /// The record of loaded bodies whose forces read velocities, for the next step.
     pub reactions: Reactions,
-    /// Whether any force that reads velocities has changed much by the kicks.
+    /// True if a force that reads velocities has changed much by the kicks.
     pub outdated: bool,
-    /// Of the bodies that were hit within the step and moved within it, whose speed is off the most, and by
-    /// which share of it.
+    /// Of the bodies that were moved within the step and hit in it, the one with the largest relative error of its
+    /// speed, and that error.
     pub worst_hit: Option<(RigidBodyHandle, f64)>,
-    /// What could not be given to Rapier, and is in none of this.
+    /// Motions that cannot be given to Rapier; they are in none of the other lists.
     pub faults: Vec<Fault>,
     /// Bodies that are to be moved within the step.
     pub(super) inner: Vec<Start>,
@@ -52,7 +51,7 @@ pub(crate) struct Motions {
     pub(super) resolved: Vec<Resolved>,
 }
 
-/// How far [`Motions`] are filled.
+/// The lengths of the lists in [`Motions`], to return to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mark {
     updates: usize,
@@ -69,19 +68,19 @@ pub(super) struct Mark {
 /// A body that is to be moved within the step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
-    /// Among the sampled bodies.
+    /// The place among the sampled bodies.
     pub place: usize,
     pub plan: Plan,
     pub wake: bool,
-    /// The square of the fastest frequency that a coarser plan has shown, and over which drift.
+    /// The square of the highest frequency that a coarser plan has shown, and the drift of that plan.
     shown: Option<(f64, f64)>,
-    /// How often in a row finer drifts have shown a frequency as much faster.
+    /// The number of times in a row that finer drifts have shown a frequency larger in proportion.
     grew: u32,
-    /// The finest plan, if it did not do, and the square of the speed with which it ended.
+    /// The finest plan, if it did not meet the tolerance, and the square of the speed with which it ended.
     fallback: Option<(Plan, f64)>,
 }
 
-/// So often the secant of a force that jumps is told from that of one that is steep.
+/// The number of refinements that distinguish the secant of a force that jumps from that of a steep one.
 const GREW: u32 = 2;
 
 impl Start {
@@ -96,8 +95,8 @@ impl Start {
         }
     }
 
-    /// After plans that do not do, takes the one that ends with less `speed2`, the square of a speed: the
-    /// finest, or none, which is the scheme that others are compared with.
+    /// After plans that did not meet the tolerance, takes the one that ends with the smaller `speed2`, the square of a
+    /// speed: the finest, or the whole step, which is the scheme that others are compared with.
     pub fn give_up(&mut self, speed2: f64) {
         match self.fallback {
             None => {
@@ -113,7 +112,7 @@ impl Start {
         self.fallback.is_some()
     }
 
-    /// Takes note of what the plan has shown.
+    /// Records the stiffness that the plan has shown.
     pub fn look(&mut self, pace: Pace) {
         let now = (pace.omega2, self.plan.length());
         if let Some((was, drift)) = self.shown.replace(now) {
@@ -124,19 +123,19 @@ impl Start {
         }
     }
 
-    /// Whether what is steep is an edge: of a force that jumps the secant grows with every refinement,
+    /// Returns true if the stiffness is that of an edge: for a force that jumps the secant grows with each refinement,
     /// and no plan is fine enough.
     pub fn edge(&self) -> bool {
         self.grew >= GREW
     }
 }
 
-/// What was found out about a body that was moved within a step, by a scheme that chooses.
+/// The result for a body that was moved within a step by a scheme that chooses.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Resolved {
     pub body: RigidBodyHandle,
     pub(super) pace: Pace,
-    /// What it was moved with.
+    /// The relative error with which it was moved.
     pub(super) error: f64,
 }
 
@@ -146,7 +145,7 @@ pub(crate) struct VelocityUpdate {
     pub body: RigidBodyHandle,
     pub linvel: Vector,
     pub angvel: Vector,
-    /// Whether Rapier's gyroscopic term is to stay out of the step.
+    /// True if Rapier's gyroscopic term is to stay off during the step.
     pub spins: bool,
     pub wake: bool,
 }
@@ -157,7 +156,7 @@ pub(crate) struct Load {
     pub body: RigidBodyHandle,
     pub wrench: Wrench,
     pub wake: bool,
-    /// The speed and the angular speed that the body has then, if nothing holds it.
+    /// The speed and the angular speed after the step if nothing holds the body.
     pub speeds: [Real; 2],
 }
 
@@ -168,15 +167,15 @@ pub(crate) struct SteadyTurn {
     pub after: TurnAfter,
     /// The angular impulse of fields with which it begins.
     pub twist: DVec3,
-    /// Whether Rapier's gyroscopic term was on, and is to be put on again.
+    /// True if Rapier's gyroscopic term was on, and is to be turned on again.
     pub gyroscopic: bool,
-    /// Whether Rapier's damping is part of it.
+    /// True if Rapier's damping is included.
     pub damped: bool,
-    /// The angular velocity that Rapier was given, and changes when something pushes the body.
+    /// The angular velocity that Rapier was given; it differs after the step if something pushed the body.
     pub steady: Vector,
 }
 
-/// How a body turns at the end of a step that nothing interferes with.
+/// The rotation of a body at the end of a step without interference.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum TurnAfter {
     /// As a free top of this angular momentum, in the world.
@@ -185,19 +184,19 @@ pub(crate) enum TurnAfter {
     Velocity(DVec3),
 }
 
-/// A way that Rapier carries out at its mean velocity.
+/// A path that Rapier carries out at its mean velocity.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeanVelocity {
     pub body: RigidBodyHandle,
-    /// The velocity that Rapier arrives with if nothing interferes, but for damping.
+    /// The velocity at the end of Rapier's step without interference, before damping.
     pub expected: Vector,
-    /// The velocity that the body then has in truth.
+    /// The true velocity that the body then has.
     pub linvel: Vector,
-    /// Whether Rapier's damping is part of it.
+    /// True if Rapier's damping is included.
     pub damped: bool,
     /// The velocity that Rapier was given, if the body was moved within the step.
     pub given: Option<Vector>,
-    /// By how much the velocity that is shown of a loaded body is behind the true one.
+    /// The lag of the shown velocity of a loaded body behind the true one.
     pub behind: Vector,
 }
 
@@ -206,16 +205,16 @@ pub(crate) struct MeanVelocity {
 pub(crate) struct Arrived {
     pub linvel: Vector,
     pub angvel: Vector,
-    /// What Rapier's damping leaves of velocities, linear and angular.
+    /// The factors by which Rapier's damping scales the linear and the angular velocity.
     pub kept: [Real; 2],
 }
 
-/// Changes of a velocity by less than this part of it are Rapier's rounding over its iterations.
+/// Relative changes of a velocity below this are Rapier's rounding over its iterations.
 const ROUNDING: Real = 64.0 * Real::EPSILON;
 
 impl MeanVelocity {
-    /// Whether the body was moved within the step, and Rapier has changed its velocity, of which its
-    /// damping leaves the part `kept`.
+    /// Returns true if the body was moved within the step, and Rapier has changed its velocity apart from damping,
+    /// which scales it by `kept`.
     fn is_changed(&self, arrived: Vector, kept: Real) -> bool {
         let fastest = self
             .given
@@ -251,12 +250,12 @@ impl Motions {
         self.resolved.clear();
     }
 
-    /// Whether a body was loaded with the mean of a force that reads velocities.
+    /// Returns true if a body was loaded with the mean of a force that reads velocities.
     pub(super) fn has_slope(&self, body: RigidBodyHandle) -> bool {
         !self.sloped.is_empty() && find(&self.sloped, body).is_some()
     }
 
-    /// How far it is filled.
+    /// The present lengths of the lists.
     pub(super) fn mark(&self) -> Mark {
         Mark {
             updates: self.updates.len(),
@@ -271,7 +270,7 @@ impl Motions {
         }
     }
 
-    /// Forgets what has been added since.
+    /// Removes everything added since a mark.
     pub(super) fn back_to(&mut self, mark: Mark) {
         self.updates.truncate(mark.updates);
         self.turns.truncate(mark.turns);
@@ -296,9 +295,9 @@ impl Motions {
         Some(self.loads[place].wrench)
     }
 
-    /// The free rotation of a body over a step, which begins with an angular impulse `twist` that is part
-    /// of the new velocities: the velocities that Rapier is given for it. `balls_too`: even of a body
-    /// whose rotation Rapier has right.
+    /// Adds the free rotation of a body over a step, which begins with an angular impulse `twist` that is part of the
+    /// new velocities, and returns the velocities to give to Rapier. `balls_too`: also for a body whose rotation Rapier
+    /// computes exactly.
     pub(crate) fn turned(
         &mut self,
         body: &Body,
@@ -320,7 +319,7 @@ impl Motions {
         }
     }
 
-    /// Takes note of how well it is known how a body goes on from a hit.
+    /// Records the error of a body's speed after a hit, if it is the largest.
     pub(super) fn note_hit(&mut self, body: RigidBodyHandle, error: f64) {
         let worse = |(_, worst): (_, f64)| error.is_nan() || error > worst;
         if self.worst_hit.is_none_or(worse) {
@@ -328,7 +327,7 @@ impl Motions {
         }
     }
 
-    /// Takes note of a load on a body that is held, where forces read velocities.
+    /// Records a load on a held body, where forces read velocities.
     pub(super) fn react(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -342,7 +341,7 @@ impl Motions {
         }
     }
 
-    /// Brings what is looked up into the order of handles.
+    /// Sorts the lists that are searched by handle.
     pub(super) fn sort(&mut self) {
         self.reactions.sort();
         let index = |body: RigidBodyHandle| body.into_raw_parts().0;
@@ -363,8 +362,8 @@ impl Motions {
             .sort_unstable_by_key(|known| index(known.body));
     }
 
-    /// Takes note of the free bodies that were moved within the step and whose velocities Rapier changed:
-    /// what `arrives` says of those that are awake.
+    /// Finds the free bodies that were moved within the step and whose velocities Rapier changed. `arrives` returns the
+    /// velocities of those that are awake.
     ///
     /// Rapier carried such a body along at the mean velocity of its way, so what it made of that is the
     /// velocity of the middle of the step, as in kick-drift-kick. Adding the change to the velocity of
@@ -395,18 +394,18 @@ impl Motions {
         self.free = free;
     }
 
-    /// Whether Rapier has bounced a body that was moved within the step.
+    /// Returns true if Rapier has changed the velocity of a body that was moved within the step.
     pub(crate) fn has_bounced(&self, body: RigidBodyHandle) -> bool {
         find(&self.bounced, body).is_some()
     }
 
-    /// What was found out about a body that was moved within the step.
+    /// The result for a body that was moved within the step.
     pub(super) fn resolved(&self, body: RigidBodyHandle) -> Option<&Resolved> {
         let place = find_by(&self.resolved, body, |known| known.body)?;
         Some(&self.resolved[place])
     }
 
-    /// The velocity with which a body arrives that is moved at its mean velocity.
+    /// The velocity with which a body arrives that moves at its mean velocity.
     pub(crate) fn arrival(&self, body: RigidBodyHandle) -> Option<Vector> {
         let place = find_by(&self.means, body, |mean| mean.body)?;
         Some(self.means[place].linvel)
@@ -414,8 +413,8 @@ impl Motions {
 }
 
 impl SteadyTurn {
-    /// The free rotation of a body over `dt`, after an angular impulse `twist`; Rapier turns the
-    /// steady velocity into it.
+    /// The free rotation of a body over `dt`, after an angular impulse `twist`, and the constant angular velocity by
+    /// which Rapier carries it out.
     pub(super) fn new(
         body: &Body,
         inertia: &Inertia,
@@ -448,8 +447,8 @@ impl Load {
         }
     }
 
-    /// Whether it is finite together with the user's force and with gravity: Rapier adds up all of them
-    /// before it looks what they can move.
+    /// Returns true if it is finite together with the user's force and gravity, which Rapier adds up before it applies
+    /// them.
     pub(super) fn adds_up(&self, body: &Body, gravity: Vector) -> bool {
         let weight = gravity * (body.gravity_scale * body.mass);
         let force = self.wrench.force + body.user_force + weight;
@@ -457,13 +456,13 @@ impl Load {
         force.is_finite() && torque.is_finite()
     }
 
-    /// Whether Rapier can be given it.
+    /// Returns true if Rapier can take it.
     pub(crate) fn is_bearable(&self, body: &Body, gravity: Vector) -> bool {
         let slow = |speed: Real| speed <= FASTEST;
         self.speeds.into_iter().all(slow) && self.adds_up(body, gravity)
     }
 
-    /// The wrench that makes these velocities of those of a body within a step.
+    /// The wrench that takes a body's velocities to those of `update` within a step.
     pub(super) fn making(body: &Body, update: &VelocityUpdate, dt: Real) -> Wrench {
         let attitude = to_dquat(body.pose.rotation);
         let turn = to_dvec3(update.angvel - body.angvel);

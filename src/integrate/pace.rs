@@ -1,17 +1,17 @@
-//! How fast the fields want bodies to swing, as their way shows: by how their accelerations change.
+//! The stiffness that a body's path shows by the changes of its acceleration.
 
 use crate::math::{DQuat, DVec3, Real, to_f64};
 use crate::rigid::{RigidState, Wrench, of_wrench, pair};
 
-/// Of bodies that act on each other, one that moves less than this part of what the others do is no
-/// measure by itself: its acceleration changes as they move.
+/// Of bodies that act on each other, one that moves by less than this share of the largest motion is no measure by
+/// itself, because its acceleration changes as the others move.
 const STILL: f64 = 0.3;
 
-/// What is less than so many roundings is not known well enough to say how stiff anything is: a plan
-/// that changes with rounding gains or loses energy each time.
+/// Changes of fewer roundings than this do not show stiffness: a plan that changes with rounding gains or loses energy
+/// each time.
 const CERTAIN: f64 = 64.0;
 
-/// What a way has shown.
+/// The stiffness that a path has shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -20,27 +20,27 @@ const CERTAIN: f64 = 64.0;
 pub(crate) struct Pace {
     /// The square of the fastest angular frequency.
     pub omega2: f64,
-    /// By how much it changed the most from one piece of the way to the next: where it is not small,
-    /// no scheme of higher order is any better.
+    /// The largest change of `omega2` from one piece of the path to the next. Where it is not small, a scheme of higher
+    /// order is no better.
     pub jump: f64,
 }
 
 impl Pace {
-    /// Whether a way can have shown it. What is infinite is as hard to follow as can be.
+    /// Returns true if a path can have shown it. Infinite values are allowed: they are as stiff as possible.
     pub(super) fn is_sound(self) -> bool {
         self.omega2 >= 0.0 && self.jump >= 0.0
     }
 }
 
-/// Follows a body from kick to kick.
+/// Follows the path of a body from kick to kick.
 #[derive(Clone, Default)]
 pub(super) struct Track {
     pub pace: Pace,
     last: Option<Mark>,
     omega2: Option<f64>,
-    /// What two pieces in a row have shown, or a Jacobian: no edge.
+    /// The largest square of a frequency that two consecutive pieces or a Jacobian have shown, so that it is no edge.
     pub sustained: f64,
-    /// The last piece of the way.
+    /// The last piece of the path.
     piece: Piece,
 }
 
@@ -51,17 +51,17 @@ struct Mark {
     acceleration: (DVec3, DVec3),
 }
 
-/// Lengths, those of angles times the radius of gyration; and in units of equal kinetic energy.
+/// Lengths, with angles times the radius of gyration; `root_of_mass` scales them to equal kinetic energy.
 #[derive(Clone, Copy, Default)]
 struct Piece {
     way: f64,
-    /// What of the change of the acceleration is no rounding; zero if it may be.
+    /// The change of the acceleration; zero if it may be rounding.
     change: f64,
     root_of_mass: f64,
 }
 
-/// Takes note of where bodies are, and what acts on them there; the square of the fastest frequency that
-/// the last piece of their ways shows. `coupled`: they act on each other.
+/// Records the present states of bodies and the wrenches on them. Returns the square of the highest frequency that the
+/// last piece of their paths shows. `coupled` if they act on each other.
 pub(super) fn track_all<'a>(
     tracks: &mut [Track],
     passing: impl Iterator<Item = (&'a RigidState, &'a Wrench)>,
@@ -120,18 +120,18 @@ impl Track {
         self.last = Some(mark);
     }
 
-    /// Whether the last piece has shown more than this, and nothing has confirmed it.
+    /// Returns true if the last piece has shown more than `most`, and no second piece or Jacobian has confirmed it.
     pub(super) fn is_unsure(&self, most: f64) -> bool {
         self.sustained <= most && self.omega2.is_some_and(|omega2| omega2 > most)
     }
 
-    /// Takes note of a square of a frequency that a Jacobian has shown.
+    /// Records the square of a frequency that a Jacobian has shown.
     pub(super) fn see_exactly(&mut self, omega2: f64) {
         self.sustained = self.sustained.max(omega2);
         self.see(omega2);
     }
 
-    /// Takes note of a square of a frequency.
+    /// Records the square of a frequency.
     fn see(&mut self, omega2: f64) {
         let before = self.omega2.replace(omega2);
         self.sustained = self.sustained.max(before.unwrap_or(0.0).min(omega2));
@@ -149,7 +149,7 @@ fn piece(last: &Mark, mark: &Mark, radius2: f64) -> Piece {
     let turn = mark.attitude * last.attitude.inverse();
     let turn = if turn.w < 0.0 { -turn } else { turn };
     let way = size(mark.position - last.position, turn.to_scaled_axis());
-    // Forces and places come with the rounding of the world.
+    // Forces and positions have the rounding of the world's number type.
     let epsilon = to_f64(Real::EPSILON);
     let lost = epsilon * (size(from.0, from.1) + size(to.0, to.1));
     let (rough, rounding) = (CERTAIN * lost, epsilon * mark.position.length());

@@ -1,8 +1,9 @@
 //! Particles of soft bodies in fields.
 //!
-//! A force that reads no velocities is an impulse before Rapier's step and another after it. One that
-//! does is a load: its mean along the way on which the particle would go freely under it, gravity, the
-//! user's force and damping, put where Rapier puts gravity. So drag sees the velocity that gravity leaves,
+//! A force that reads no velocities is an impulse before Rapier's step and another after it. One that does is a load:
+//! its mean along the free path of the particle under it, gravity, the user's force and damping, applied where Rapier
+//! applies gravity. So drag sees the velocity that gravity makes, whatever number of iterations Rapier divides its step
+//! into.
 //! into however many iterations Rapier divides its step.
 
 use super::coupling::{Besides, Coupling};
@@ -16,10 +17,10 @@ use crate::rapier::na::{Matrix3, Vector6};
 use crate::rigid::{Mobility, Wrench, of_wrench, pair, six};
 use crate::sample::{Moment, Samples};
 
-/// A particle as it is when a half of a step begins.
+/// A particle when a half of a step begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParticleState {
-    /// Zero if nothing moves it.
+    /// Zero for a particle that nothing moves.
     pub inv_mass: Real,
     pub velocity: Vector,
     /// Gravity and the user's force.
@@ -27,7 +28,7 @@ pub(crate) struct ParticleState {
     pub damping: Real,
 }
 
-/// What fields do to a particle.
+/// The motion that fields give a particle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ParticleMotion {
     /// A change of velocity.
@@ -43,7 +44,7 @@ impl ParticleMotion {
         matches!(self, ParticleMotion::Kick(change) if *change == Vector::ZERO)
     }
 
-    /// How fast it makes a particle.
+    /// The speed that it gives a particle.
     pub(crate) fn speed(&self, state: &ParticleState) -> Real {
         match self {
             ParticleMotion::Kick(change) => (state.velocity + *change).length(),
@@ -52,7 +53,7 @@ impl ParticleMotion {
     }
 }
 
-/// For how long a force that reads no velocities acts before Rapier's step, and any after it.
+/// The times over which forces act: `before` Rapier's step if they read no velocities, and `after` it for all.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Durations {
     pub whole: Real,
@@ -74,7 +75,7 @@ impl Durations {
     }
 }
 
-/// How the forces on particles change with their velocities; keeps its buffers between calls.
+/// The derivatives of the forces on particles by their velocities; its buffers are reused.
 #[derive(Default)]
 pub(crate) struct Particles {
     lineariser: Lineariser,
@@ -83,8 +84,7 @@ pub(crate) struct Particles {
 }
 
 impl Particles {
-    /// Works out the derivatives of the forces by velocity, but of those of which something was
-    /// `left_out`.
+    /// Computes the derivatives of the forces by velocity, except for particles in `left_out`.
     pub(crate) fn couple(
         &mut self,
         world: (&Compiled, &impl Frames),
@@ -118,7 +118,7 @@ impl Particles {
         self.couplings.get(place)?.as_ref()
     }
 
-    /// What is done to a particle before Rapier's step.
+    /// The motion of a particle before Rapier's step.
     pub(crate) fn first(
         &self,
         place: usize,
@@ -135,8 +135,8 @@ impl Particles {
         ))
     }
 
-    /// What is done to it after that; `was`: how it was loaded. Then it has had the force at its start all
-    /// the step, and half of what this has changed by with the place and the time is left.
+    /// Its motion after Rapier's step; `was` is the coupling with which it was loaded. The load had the force at the
+    /// step's start for the whole step, so half of its change with place and time remains.
     pub(crate) fn second(
         &self,
         place: usize,
@@ -169,8 +169,8 @@ impl ParticleState {
         }
     }
 
-    /// The load with which Rapier arrives at the velocity that the forces lead to. Rapier damps a velocity
-    /// at the end of its step.
+    /// The load with which Rapier arrives at the velocity to which the forces lead, with its damping at the end of the
+    /// step.
     fn load(&self, coupling: &Coupling, dt: f64) -> Option<ParticleMotion> {
         let mass = to_f64(self.inv_mass).recip();
         let (velocity, own) = (to_dvec3(self.velocity), to_dvec3(self.own));

@@ -1,43 +1,44 @@
-//! How finely a body is moved within a step, chosen by a tolerance.
+//! Plans: the division of a step into substeps, chosen by a tolerance.
 
 use super::pace::Pace;
 
 /// The steps that Suzuki's scheme composes.
 const SUZUKI_STAGES: u32 = 5;
 
-/// A body is looked into at this share of the error that would change what is done with it: along its
-/// way it need not meet the stiffest direction.
+/// From this share of the tolerance on a body is linearised, because along its path it need not meet the stiffest
+/// direction.
 pub(super) const CAUTION: f64 = 0.25;
 
-/// dt times a rate of drag up to which a body does not follow it within a step: a field that changes along
-/// the way is not made up for by a drag that changes as much.
+/// dt times a rate of drag up to which a body does not follow the flow within a step, so that a field that changes
+/// along the path is not hidden by a drag that changes as much.
 const SHOWS: f64 = 0.25;
 
-/// A plan aims at this share of the tolerance: the next step is a little stiffer as often as not.
+/// A plan aims at this share of the tolerance, because the next step may be a little stiffer.
 const MARGIN: f64 = 0.8;
 
-/// A plan that costs more evaluations is taken up from step to step.
+/// A plan that costs more evaluations than this is used at the start of the next step, without trying a whole step
+/// first.
 const DEAR: u32 = 256;
 
-/// The part of the energy of a vibration by which that swings under Suzuki's composition is this times
-/// (h·ω)⁴, as long as h·ω is less than [`COMPOSED_LIMIT`]; measured.
+/// The share of a vibration's energy by which it oscillates under Suzuki's composition is this times (h·ω)⁴, for h·ω
+/// below [`COMPOSED_LIMIT`]; measured.
 const COMPOSED_ERROR: f64 = 0.0075;
 const COMPOSED_LIMIT: f64 = 1.0;
 
-/// Beyond this error a plan has told nothing: h·ω is 1, and it may explode.
+/// Beyond this error a plan shows nothing: h·ω is 1, and it may explode.
 pub(super) const HOPELESS: f64 = 0.25;
 
-/// A step is halved at most so often: beyond, a time is no more than rounding.
+/// The limit of halvings of a step: beyond it, a time is rounding.
 pub(super) const MOST_HALVINGS: u32 = 48;
-/// Of all lengths, with those that did not do.
+/// The limit of parts of a step of unequal lengths, including the discarded ones.
 pub(super) const MOST_PARTS: u32 = 16384;
 
-/// How a step is divided.
+/// The division of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Plan {
-    /// Into so many equal parts; into parts of all lengths if zero.
+    /// The number of equal parts; zero for parts of unequal lengths.
     pub count: u32,
-    /// Whether each of them is a composition of fourth order.
+    /// True if each part is a composition of fourth order.
     pub composed: bool,
 }
 
@@ -52,13 +53,13 @@ impl Plan {
         composed: true,
     };
 
-    /// Into parts that are halved where it takes that.
+    /// Parts of unequal lengths, halved where it is necessary.
     pub(super) const UNEVEN: Plan = Plan {
         count: 0,
         composed: false,
     };
 
-    /// Evaluations.
+    /// The number of evaluations.
     pub(super) fn cost(self) -> u32 {
         self.count * if self.composed { SUZUKI_STAGES } else { 1 }
     }
@@ -73,7 +74,7 @@ impl Plan {
         longest.abs() / f64::from(self.count)
     }
 
-    /// Puts the drifts into `ticks`, in units of the step.
+    /// Writes the lengths of the drifts into `ticks`, in units of the step.
     pub(super) fn divide(self, ticks: &mut Vec<f64>) {
         ticks.clear();
         let part = f64::from(self.count).recip();
@@ -92,29 +93,29 @@ fn outer() -> f64 {
     (4.0 - 4.0_f64.cbrt()).recip()
 }
 
-/// What came of parts that were halved.
+/// The result of a step in parts that were halved.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bisection {
     /// The largest error of a part.
     pub error: f64,
-    /// The last of the squares of frequencies.
+    /// The square of the frequency in the last part.
     pub omega2: f64,
 }
 
-/// How a scheme chooses for each body.
+/// The rules by which a scheme chooses a plan for each body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Choice {
     pub tolerance: f64,
-    /// Substeps.
+    /// The largest number of substeps.
     pub most: u32,
-    /// Whether it may take a composition of fourth order.
+    /// True if compositions of fourth order are allowed.
     pub composes: bool,
-    /// Whether what is beyond all plans is damped.
+    /// True if bodies that are too stiff for all plans are damped.
     pub damps: bool,
 }
 
 impl Choice {
-    /// The relative error of the energy of a vibration that a body of such a pace is moved with.
+    /// The relative error of the energy of a vibration under a plan, for a body of this stiffness.
     pub(super) fn error(self, pace: Pace, plan: Plan, dt: f64) -> f64 {
         let drift = plan.length() * dt;
         if !plan.composed {
@@ -125,25 +126,25 @@ impl Choice {
         smooth.max(pace.jump * drift * drift / 4.0)
     }
 
-    /// Whether not even the finest plan tells anything.
+    /// Returns true if not even the finest plan is of use.
     pub(super) fn is_hopeless(self, pace: Pace, dt: f64) -> bool {
-        // Not so for NaN.
+        // False for NaN.
         let hopeful = self.error(pace, self.plan(pace, dt), dt) <= HOPELESS;
         !hopeful
     }
 
-    /// Whether whole steps do, with room to spare.
+    /// Returns true if whole steps meet the tolerance with room to spare.
     pub(super) fn is_calm(self, pace: Pace, dt: f64) -> bool {
         self.error(pace, Plan::WHOLE, dt) <= CAUTION * self.tolerance
     }
 
-    /// The fastest rate, of drag or gyration, that is no reason to look into a body: it is off by little
-    /// itself, and how a wrench changes along the way still shows how stiff the fields are.
+    /// The highest rate of drag or gyration that needs no linearisation: its own error is small, and the change of a
+    /// wrench along the path still shows the stiffness of the fields.
     pub(super) fn quiet_rate(self, dt: f64) -> f64 {
         (24.0 * CAUTION * self.tolerance).sqrt().min(SHOWS) / dt
     }
 
-    /// The cheapest that meets the tolerance at such a pace; the finest if none does.
+    /// The cheapest plan that meets the tolerance for this stiffness; the finest if none does.
     pub(super) fn plan(self, pace: Pace, dt: f64) -> Plan {
         let tolerance = MARGIN * self.tolerance;
         let finest = 2.0 * tolerance.sqrt();
@@ -160,10 +161,10 @@ impl Choice {
         }
     }
 
-    /// What is tried first for a body that had such a pace before. A whole step, as long as that costs
-    /// little: what is made of it is then a matter of the way alone, and the same backwards. On the way to
-    /// a centre and away from it plans change at the same places, and the energy comes back.
-    /// `looked_into`: whether Jacobians tell that, where forces read velocities.
+    /// The first plan to try for a body that had this stiffness before. It is the whole step as long as that is cheap:
+    /// the plan then depends on the path only, and is the same backwards, so plans change at the same places on the way
+    /// to a centre and away from it, and the energy comes back. `looked_into` if Jacobians show the stiffness, where
+    /// forces read velocities.
     pub(super) fn first(self, pace: Pace, dt: f64, looked_into: bool) -> Plan {
         let plan = self.plan(pace, dt);
         if plan.cost() > DEAR || looked_into {
@@ -173,9 +174,8 @@ impl Choice {
         }
     }
 
-    /// A plan after one that did not do: at least twice as fine, at most eight times; `None` if there
-    /// is no finer one. `uneven`: whether parts of all lengths may be tried, where the finest equal ones
-    /// tell nothing.
+    /// A plan after one that did not meet the tolerance: at least twice as fine and at most eight times; `None` if
+    /// there is no finer one. `uneven` allows parts of unequal lengths where the finest equal ones are of no use.
     pub(super) fn finer(self, pace: Pace, than: Plan, dt: f64, uneven: bool) -> Option<Plan> {
         if than == Plan::UNEVEN {
             return None;
@@ -196,7 +196,7 @@ impl Choice {
 
     fn count(self, wanted: f64, composed: bool) -> u32 {
         let most = if composed { self.most / 2 } else { self.most };
-        // Not so for NaN.
+        // False for NaN.
         if wanted <= f64::from(most) {
             power_of_two(wanted) as u32
         } else {
@@ -205,7 +205,7 @@ impl Choice {
     }
 }
 
-/// The next one; at least 1. What is larger than any plan stays as it is.
+/// The next power of two, at least 1. Values larger than any plan stay as they are.
 fn power_of_two(wanted: f64) -> f64 {
     if wanted < 1e6 {
         f64::from((wanted.ceil() as u32).next_power_of_two())

@@ -1,4 +1,4 @@
-//! Where bodies will be within a step, before Rapier has made it.
+//! The predicted frames of bodies within a step that Rapier has not made yet.
 
 use super::context::StepContext;
 use crate::field::{Anchor, Frame, Frames};
@@ -7,7 +7,7 @@ use crate::math::{Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::{RigidBody, RigidBodyType};
 use crate::rigid::{Lookup, RigidState, is_sound, to_dquat};
 
-/// What a body does within a step.
+/// The predicted motion of a body within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum PredictedMotion {
     /// It moves on with its velocity.
@@ -15,11 +15,11 @@ pub(super) enum PredictedMotion {
     Coasts,
     /// It moves on with this velocity.
     CoastsAt { linvel: Vector, angvel: Vector },
-    /// It is the state of this number.
+    /// It has the state of this number.
     Moves(u32),
 }
 
-/// By the index of a body; those beyond the end coast.
+/// By the index of a body; bodies beyond the end coast.
 #[derive(Debug, Default)]
 pub(super) struct PredictedMotions(Vec<PredictedMotion>);
 
@@ -28,7 +28,7 @@ impl PredictedMotions {
         self.0.clear();
     }
 
-    /// Says what a body does.
+    /// Sets the motion of a body.
     pub(super) fn assign(&mut self, body: RigidBodyHandle, motion: PredictedMotion) {
         let index = body.into_raw_parts().0 as usize;
         if self.0.len() <= index {
@@ -37,7 +37,7 @@ impl PredictedMotions {
         self.0[index] = motion;
     }
 
-    /// Where everything is, some time into the step.
+    /// The frames of all anchors, some time into the step.
     pub(super) fn frames<'a, W: Lookup>(
         &'a self,
         context: &StepContext<'a, W>,
@@ -54,7 +54,7 @@ impl PredictedMotions {
     }
 }
 
-/// A world some time into its step.
+/// The world some time into its step.
 pub(super) struct PredictedFrames<'a, W> {
     world: &'a W,
     motions: &'a [PredictedMotion],
@@ -77,7 +77,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
                 (state.position, state.attitude, state.local_com),
                 (state.linvel, state.angvel),
             ),
-            // Looking back, it has been led already.
+            // If the time is before the present, the body has been moved to its next position already.
             _ if body.body_type() == RigidBodyType::KinematicPositionBased
                 && self.elapsed >= 0.0 =>
             {
@@ -96,7 +96,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
 
     fn coasting(&self, body: &RigidBody, linvel: Vector, angvel: Vector) -> Frame {
         if self.elapsed == 0.0 {
-            // To the last bit where it is: boundaries are compared exactly.
+            // The exact pose, because boundaries are compared exactly.
             let velocity = if angvel == Vector::ZERO {
                 linvel
             } else {
@@ -120,7 +120,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
         frame(place, (linvel, angvel))
     }
 
-    /// A body that the user leads from place to place.
+    /// A position-based kinematic body on its way to its next position.
     fn led(&self, body: &RigidBody) -> Frame {
         let (here, there) = (body.position(), body.next_position());
         if self.dt == 0.0 || here == there {
@@ -146,7 +146,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
     }
 }
 
-/// The frame of a body, given where its centre of mass is and how it moves.
+/// The frame of a body from the motion of its centre of mass.
 fn frame(
     (com, attitude, local_com): (DVec3, DQuat, DVec3),
     (linvel, angvel): (DVec3, DVec3),

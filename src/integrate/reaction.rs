@@ -1,15 +1,14 @@
-//! What moves a body that is loaded beside its load: gravity, contacts and joints, as the last steps have
-//! shown it.
+//! The accelerations of a loaded body besides its load, by gravity, contacts and joints, estimated from the last steps.
 //!
-//! A force that reads velocities acts on the velocities that a body has within a step, and so on what
-//! all else does to them. Of a free body that is known; of one that contacts or joints hold only Rapier's
-//! solver knows it. A body at its terminal velocity, or at rest, shows it by the steps before.
+//! A force that reads velocities acts on the velocities that a body has within a step, so it depends on what everything
+//! else does to them. For a free body that is known; for one that contacts or joints hold, only Rapier's solver knows
+//! it. A body at its terminal velocity, or at rest, shows it by the previous steps.
 
 use super::coupling::Besides;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
 use crate::rigid::{Body, find_by, six, to_dquat};
 
-/// Of loaded bodies whose forces read velocities, in the order of their handles.
+/// The loaded bodies whose forces read velocities, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -17,7 +16,7 @@ use crate::rigid::{Body, find_by, six, to_dquat};
 )]
 pub(crate) struct Reactions(Vec<Loaded>);
 
-/// A body that was loaded in a step. Pairs are linear and angular.
+/// A body that was loaded in a step. Pairs are linear and angular, in world axes.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -26,9 +25,9 @@ pub(crate) struct Reactions(Vec<Loaded>);
 struct Loaded {
     body: RigidBodyHandle,
     dt: Real,
-    /// The velocities that the load alone gives it.
+    /// The velocities to which the load alone leads.
     loaded: [Vector; 2],
-    /// The accelerations by all else, in the step before.
+    /// The accelerations by everything else, in the step before.
     before: Option<[Vector; 2]>,
 }
 
@@ -37,7 +36,7 @@ impl Reactions {
         self.0.clear();
     }
 
-    /// Takes note of a body that is loaded in this step, about which `self` is what is known so far.
+    /// Adds a body that is loaded in this step to `next`; `self` is the record of the step before.
     pub(super) fn remember(&self, body: &Body, loaded: [Vector; 2], dt: Real, next: &mut Self) {
         next.0.push(Loaded {
             body: body.handle,
@@ -59,8 +58,8 @@ impl Reactions {
         Some(&self.0[place])
     }
 
-    /// The accelerations of a body beside those by its load, as far as the last two steps agree: of an
-    /// impact the next step knows nothing. `None` if it was not loaded in both.
+    /// The accelerations of a body besides those by its load, as far as the last two steps agree, so that an impact
+    /// does not affect the next step. `None` if the body was not loaded in both.
     pub(super) fn accelerations(&self, body: &Body) -> Option<[Vector; 2]> {
         let known = self.of(body)?;
         let (now, before) = (known.accelerations(body), known.before?);
@@ -79,7 +78,7 @@ impl Reactions {
         })
     }
 
-    /// Whether what was read from elsewhere is of one piece.
+    /// Returns true if the list is sorted and finite, which a deserialized one may not be.
     pub(crate) fn is_sound(&self) -> bool {
         let index = |known: &Loaded| known.body.into_raw_parts().0;
         let finite = |known: &Loaded| {
@@ -93,14 +92,14 @@ impl Reactions {
 }
 
 impl Loaded {
-    /// By all but the load, of a body that has come to these velocities.
+    /// The accelerations by everything except the load, for a body that now has these velocities.
     fn accelerations(&self, now: &Body) -> [Vector; 2] {
         let now = [now.linvel, now.angvel];
         [0, 1].map(|part| (now[part] - self.loaded[part]) / self.dt)
     }
 }
 
-/// What two vectors have in common: the shorter, less by how far they differ in direction.
+/// The common part of two vectors: the shorter one, times the cosine of the angle between them if that is positive.
 fn common(a: Vector, b: Vector) -> Vector {
     let shorter = if a.length_squared() < b.length_squared() {
         a

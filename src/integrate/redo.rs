@@ -1,7 +1,7 @@
-//! A step that turned out too coarse, once more.
+//! The repetition of a step that turned out too coarse.
 //!
-//! How stiff the fields are that a body comes into shows at the end of its step. A body that nothing
-//! else touched is then moved again, as finely as it takes, and put where it would have come.
+//! The stiffness of the fields that a body enters shows at the end of its step. A body that nothing else touched is
+//! then moved again, with a plan that is fine enough, and put where that leads.
 
 use super::evaluation::Evaluation;
 use super::load::own_lag;
@@ -14,12 +14,12 @@ use super::{Integrator, StepContext};
 use crate::math::{Pose, RigidBodyHandle, Vector, from_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, to_dquat};
 
-/// Where a body has come.
+/// The state of a body after its step was repeated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Redone {
     pub place: usize,
     pub body: RigidBodyHandle,
-    /// What acts on it there.
+    /// The wrench on it there.
     wrench: Wrench,
     pub pose: Pose,
     pub linvel: Vector,
@@ -27,8 +27,8 @@ pub(crate) struct Redone {
 }
 
 impl Integrator {
-    /// Moves the bodies again that [`update`](Self::update) has found wrong, and all if they are
-    /// `coupled`, from where they were `before`, in the `last` evaluation.
+    /// Moves the bodies that [`update`](Self::update) has listed again, from their state `before`, with the wrenches of
+    /// the `last` evaluation. If bodies act on each other, all take the finest plan, or none is moved.
     pub(crate) fn redo(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -82,7 +82,7 @@ impl Integrator {
             redone.clear();
             found.clear();
         }
-        // The others stay where the step has brought them, which is told.
+        // The others stay where the step has brought them, with a warning.
         let mut left = places.clone();
         left.retain(|place| redone.iter().all(|now| now.place != *place));
         for place in &left {

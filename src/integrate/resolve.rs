@@ -1,4 +1,4 @@
-//! Bodies that are moved within a step, as finely as they need it.
+//! Bodies that are moved within a step, as finely as their stiffness needs.
 
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
@@ -13,32 +13,31 @@ use super::{Integrator, Scheme, StepContext};
 use crate::math::{RigidBodyHandle, to_f64};
 use crate::rigid::{Body, Lookup, Mobility, RigidState, Wrench};
 
-/// With what bodies begin.
+/// The start of bodies that are moved.
 #[derive(Clone, Copy)]
 pub(super) struct Begins<'a> {
-    /// Where they begin.
+    /// The evaluation at the start.
     pub evaluation: &'a Evaluation,
-    /// What others are given.
+    /// The new velocities of the other bodies.
     pub updates: &'a [VelocityUpdate],
-    /// The bodies as they began, if those of the context have gone on to the end of the step.
+    /// The bodies at the start, if those of the context are already at the end of the step.
     pub before: Option<&'a [Body]>,
 }
 
-/// A body that has been moved.
+/// The result for a body that has been moved.
 pub(super) struct Found<'a> {
     pub start: &'a Start,
     pub state: &'a RigidState,
-    /// What acts on it there.
+    /// The wrench on it at its end.
     pub wrench: Wrench,
-    /// By a scheme that chooses.
+    /// Set under a scheme that chooses.
     pub resolved: Option<Resolved>,
 }
 
 impl Integrator {
-    /// Moves bodies over a step, and hands over what came of it. Those that take the same plan are moved
-    /// together. A scheme that chooses looks at what came of it, and does it again more finely for
-    /// those that it did not do for. Who cannot be moved is left out and stands in `faults`, unless the
-    /// step is to be refused then.
+    /// Moves bodies over a step, and passes the results to `take`. Bodies with the same plan are moved together. A
+    /// scheme that chooses repeats the step with a finer plan for bodies that did not meet the tolerance. Bodies that
+    /// cannot be moved are left out and listed in `faults`, unless such a fault refuses the step.
     pub(super) fn resolve<W: Lookup>(
         &mut self,
         context: &StepContext<'_, W>,
@@ -56,7 +55,7 @@ impl Integrator {
             let plan = first.plan;
             alike.clear();
             if plan == Plan::UNEVEN && !coupled {
-                // Each at its own pace.
+                // Each by itself, because its parts depend on its own path.
                 alike.push(starts.remove(0));
             } else {
                 alike.extend(starts.extract_if(.., |start| start.plan == plan));
@@ -122,7 +121,8 @@ impl Integrator {
         Ok(())
     }
 
-    /// Moves some bodies; `sift`: what leaves out what is not finite, in place of a fault.
+    /// Moves bodies by one plan. With `sift`, contributions that are not finite are left out instead of causing a
+    /// fault.
     fn run<W: Lookup>(
         &mut self,
         context: &StepContext<'_, W>,
@@ -139,7 +139,7 @@ impl Integrator {
             let mut state = RigidState::new(body, torque_possible || turns);
             state.acceleration = all_else(context, body);
             if let Some(lag) = lag(context, body).filter(|_| begins.before.is_none()) {
-                // Rapier damps what it holds.
+                // Rapier itself damps the bodies that it holds.
                 state.damping = [0.0; 2];
                 state.catch_up(wrenches[place], lag);
             } else if let Some(lag) = own_lag(context, body, wrenches[place]) {
@@ -156,7 +156,7 @@ impl Integrator {
         );
         self.predict_motions(begins.updates, &substeps.states);
         let scheme = context.rules.scheme;
-        // A step back in time would undo what drag has stopped.
+        // A step back in time would reverse drag.
         let plan = match scheme {
             Scheme::Suzuki4 if slows_much(context, begins.evaluation, starts) => Plan {
                 count: plan.cost(),
@@ -186,7 +186,7 @@ impl Integrator {
         substeps.integrate(setting, starts, wrenches, rewound)
     }
 
-    /// Says who does what while some are moved.
+    /// Sets the predicted motions of all bodies while some are moved.
     fn predict_motions(&mut self, updates: &[VelocityUpdate], states: &[RigidState]) {
         self.motions.clear();
         for update in updates {
@@ -201,7 +201,7 @@ impl Integrator {
     }
 }
 
-/// What was found out about a body.
+/// The result for one body.
 fn resolved(
     choice: Choice,
     bisection: Option<Bisection>,
@@ -209,16 +209,16 @@ fn resolved(
     (body, dt): (RigidBodyHandle, f64),
 ) -> Resolved {
     let (pace, error) = match bisection {
-        // The next step need not be as hard.
+        // The next step need not be as stiff.
         Some(Bisection { error, omega2 }) => (Pace { omega2, jump: 0.0 }, error),
-        // An edge is no reason to expect more of it.
+        // An edge does not predict stiffness.
         None if start.edge() => (Pace::default(), 0.0),
         None => (pace, choice.error(pace, start.plan, dt)),
     };
     Resolved { body, pace, error }
 }
 
-/// Gives those that a plan did not do for a finer one, and all if they are `coupled`. `uneven`: see
+/// Gives finer plans to bodies that did not meet the tolerance, and to all if they are `coupled`. `uneven`: see
 /// [`Choice::finer`].
 fn refine(
     choice: Choice,
@@ -248,7 +248,7 @@ fn refine(
             }
             continue;
         }
-        // Not so for NaN.
+        // False for NaN.
         if error <= HOPELESS && !start.has_given_up() {
             continue;
         }
@@ -270,7 +270,7 @@ fn refine(
     }
 }
 
-/// Whether drag or damping stops any of some bodies within a step.
+/// Returns true if drag or damping stops any of these bodies within a step.
 fn slows_much(
     context: &StepContext<'_, impl Lookup>,
     evaluation: &Evaluation,

@@ -1,10 +1,10 @@
-//! How wrenches become motion.
+//! Schemes: the rules by which wrenches become motion.
 
 use super::plan::Choice;
 use crate::field::BuildError;
 use crate::math::{Real, to_f64};
 
-/// How the wrench of the fields becomes motion in a Rapier step.
+/// The rule by which the wrench of the fields becomes motion in a Rapier step.
 ///
 /// ω is the fastest frequency of a body in the fields, from the Jacobian of its wrench; see
 /// [`Fields::stiffness`](crate::Fields::stiffness).
@@ -20,24 +20,24 @@ use crate::math::{Real, to_f64};
 /// | [`ExternalForce`](Scheme::ExternalForce) | 1 | 1 | gains energy at any dt·ω with Rapier's default of 4 solver iterations |
 ///
 /// Contacts, joints, gravity, damping, locked axes, dominance and continuous collision detection
-/// stay Rapier's under every scheme. `Substep`, `Suzuki4` and `Auto` work out the motion in the
+/// stay Rapier's under every scheme. `Substep`, `Suzuki4` and `Auto` compute the motion in the
 /// fields alone in smaller steps, give the body the mean velocity of that motion before Rapier's
-/// step, and the velocity at its end, plus what Rapier changed meanwhile, after it.
+/// step, and after it the velocity at its end, plus the changes that Rapier made in the meantime.
 ///
-/// What Rapier's solver holds, by contacts or joints, is loaded as by gravity (except under `Kick`
-/// and `ExternalForce`): the force is spread over the iterations of Rapier's step, so that what
-/// friction holds stays where it is, and what rests is shown at rest. Such a velocity is behind that
+/// Bodies that Rapier's solver holds by contacts or joints are loaded as by gravity (except under `Kick`
+/// and `ExternalForce`): the force is spread over the iterations of Rapier's step, so that a body held by
+/// friction stays in place, and a resting body shows no velocity. The shown velocity lags behind that
 /// of `KickDriftKick` by half an iteration of the force; the map is the same.
 ///
-/// The kicks of a free body in fields hold Rapier's gravity, the user's force and Rapier's damping,
-/// too, as far as the scheme is not one to compare with (`Kick`, `ExternalForce`,
-/// `LinearlyImplicit`): then the order holds with all of them on. Where no field acts on a body, it
-/// is Rapier's; but the free rotation of bodies of unequal inertia is this crate's, whether a field reaches
-/// them or not, wherever any field can turn bodies (see [`Fields`](crate::Fields)): a world of balls, or of bodies that
-/// do not spin, is Rapier's bit for bit.
+/// The kicks of a free body in fields include Rapier's gravity, the user's force and Rapier's damping, so the order
+/// holds with all of them on. `Kick` and `ExternalForce`, which serve for comparison, leave all three to Rapier;
+/// `LinearlyImplicit` leaves it the damping. A body on which no field acts is moved by Rapier. The free rotation of
+/// bodies of unequal inertia, however, is this crate's, whether a field reaches them or not, wherever any field can
+/// rotate bodies (see [`Fields`](crate::Fields)): a world of balls, or of bodies that do not spin, is the same as in
+/// Rapier bit for bit.
 ///
 /// Forces that read velocities: kicks follow their linear part exactly (with gravity and damping), so
-/// that a drag of any strength stops a body without turning it back, what falls reaches its terminal
+/// a drag of any strength stops a body without turning it back, a falling body reaches its terminal
 /// velocity, and a magnetic force turns a velocity without changing its length. `Suzuki4` needs
 /// the implicit midpoint rule instead; in a step in which drag or damping stops any body (its rate
 /// times dt is more than 1) it makes five equal steps of second order.
@@ -58,41 +58,38 @@ pub enum Scheme {
     KickDriftKick,
     /// The whole impulse before Rapier's step (symplectic Euler).
     Kick,
-    /// `add_force` and `add_torque` before Rapier's step; after it the user's own forces are put
-    /// back bit for bit. The documented channel of Rapier. Links of multibodies, which ignore
-    /// impulses, are moved this way under every scheme.
+    /// `add_force` and `add_torque` before Rapier's step; after it the user's own forces are restored bit for bit. This
+    /// is the documented way to apply forces in Rapier. Links of multibodies, which ignore impulses, are moved this way
+    /// under every scheme.
     ExternalForce,
     /// Kick-drift-kick in steps smaller than Rapier's.
     Substep(Substeps),
-    /// Linearly implicit (Rosenbrock) Euler, body by body:
-    /// (M − dt ∂F/∂v − dt² ∂F/∂x) Δv = dt (F + dt ∂F/∂x v). Stable at any step; damps what it
-    /// cannot follow. Of ∂F/∂x only the part that draws back is used, so that no direction in
-    /// which a field pushes away is amplified; the order stays one with any such matrix.
+    /// Linearly implicit (Rosenbrock) Euler, body by body: (M − dt ∂F/∂v − dt² ∂F/∂x) Δv = dt (F + dt ∂F/∂x v). Stable
+    /// at any step; motions that it cannot follow are damped. Of ∂F/∂x only the restoring part is used, so that no
+    /// direction in which a field pushes away is amplified; the order stays one with any such matrix.
     ///
-    /// Each body is solved for as if what carries the fields stood still: bodies that act on each other
-    /// may gain energy, and what passes close to a centre that attracts is thrown out at a coarse step.
-    /// [`StepWarning::Stiff`](crate::StepWarning::Stiff) tells before; [`Auto`](Scheme::Auto) is for those.
+    /// Each body is solved for as if the carriers of the fields stood still: bodies that act on each other may gain
+    /// energy, and a body that passes close to an attracting centre is thrown out at a coarse step.
+    /// [`StepWarning::Stiff`](crate::StepWarning::Stiff) warns before; [`Auto`](Scheme::Auto) is for those.
     LinearlyImplicit,
     /// Suzuki's composition of five kick-drift-kick steps (M. Suzuki, Phys. Lett. A 146 (1990)
     /// 319). All bodies pass through its stages together, so that fields of bodies on bodies are
     /// of fourth order too. One of the five goes back in time: not for fields with jumps, nor
     /// for stiff drag.
     Suzuki4,
-    /// For each body the cheapest of `KickDriftKick`, `Substep` and compositions as that of `Suzuki4` that
-    /// meets the tolerance; in parts of all lengths where it is hard to follow for a moment only, like a
-    /// close pass.
+    /// For each body the cheapest of `KickDriftKick`, `Substep` and compositions like that of `Suzuki4` that meets the
+    /// tolerance; in parts of unequal lengths where the motion is stiff for a moment only, like a close pass.
     ///
-    /// Bodies are watched by how their wrench changes along their way, which costs next to
-    /// nothing; Jacobians are worked out only of those that are new, that looked stiff, or whose
-    /// velocities were changed by hand. What was moved too coarsely is moved again, more finely, before
-    /// Rapier sees any of it. A body that came upon something stiff in a step for which it was not
-    /// expected is put where it would have come, after Rapier's step, if nothing else touched it.
-    /// Otherwise, and where not even the finest does,
-    /// [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed) tells so in that step; such a
-    /// body alone in a stiff well is damped, as by `LinearlyImplicit`.
+    /// Bodies are monitored by the change of their wrench along their path, which costs next to nothing. Jacobians are
+    /// computed only for bodies that are new, that looked stiff, or whose velocities were changed by hand. A motion
+    /// that was too coarse is repeated more finely before Rapier sees any of it. A body that entered a stiff field in a
+    /// step that was not expected to be stiff is put where the finer motion leads, after Rapier's step, if nothing else
+    /// touched it. Otherwise, and where not even the finest plan meets the tolerance,
+    /// [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed) says so in that step; such a body alone in
+    /// a stiff well is damped, as by `LinearlyImplicit`.
     ///
-    /// If fields hang on bodies that move, all bodies are moved alike as soon as one of them needs it:
-    /// so those that react keep their momentum.
+    /// If fields are anchored to bodies that move, all bodies are moved by the same plan as soon as one of them needs
+    /// it, so reacting fields keep momentum.
     Auto {
         /// Bound of the relative error of the energy of a vibration, (dt·ω)²/4 for
         /// `KickDriftKick`; and of the rate of a decay or a gyration, (dt·γ)²/24. Positive, at
@@ -101,7 +98,7 @@ pub enum Scheme {
     },
 }
 
-/// How many substeps [`Scheme::Substep`] makes.
+/// The number of substeps of [`Scheme::Substep`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -111,11 +108,11 @@ pub enum Scheme {
 #[non_exhaustive]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Substeps {
-    /// So many for every body, from 1 to 1024.
+    /// The same number for all bodies, from 1 to 1024.
     Fixed(u32),
     /// For each body a power of two, up to 256, from its stiffness; see [`Scheme::Auto`].
     PerBody {
-        /// As that of [`Scheme::Auto`].
+        /// As the tolerance of [`Scheme::Auto`].
         tolerance: Real,
     },
 }
@@ -130,7 +127,7 @@ const MOST_PER_BODY: u32 = 256;
 const MOST_AUTO: u32 = 4096;
 
 impl Scheme {
-    /// Whether the numbers of the scheme are in their range.
+    /// Returns an error if a parameter of the scheme is out of its range.
     pub(crate) fn validate(self) -> Result<(), BuildError> {
         let bad = |quantity, requirement, value| BuildError::Parameter {
             field: "the scheme".into(),
@@ -157,7 +154,7 @@ impl Scheme {
         }
     }
 
-    /// How the scheme chooses, if it chooses.
+    /// The rules by which the scheme chooses plans; `None` if it does not choose.
     pub(super) fn choice(self) -> Option<Choice> {
         let (tolerance, most, composes) = match self {
             Scheme::Auto { tolerance } => (tolerance, MOST_AUTO, true),
@@ -172,17 +169,17 @@ impl Scheme {
         })
     }
 
-    /// Whether it chooses for each body.
+    /// Returns true if it chooses a plan for each body.
     pub(crate) fn chooses(self) -> bool {
         self.choice().is_some()
     }
 
-    /// Whether bodies that nothing else is done to get half a kick before and half after.
+    /// Returns true if bodies without a special treatment get half a kick before Rapier's step and half after it.
     pub(crate) fn kicks_twice(self) -> bool {
         matches!(self, Scheme::KickDriftKick) || self.choice().is_some()
     }
 
-    /// Whether bodies get the whole of a kick before Rapier's step.
+    /// Returns true if bodies get the whole kick before Rapier's step.
     pub(crate) fn kicks_once(self) -> bool {
         matches!(
             self,
@@ -190,7 +187,7 @@ impl Scheme {
         )
     }
 
-    /// Whether what Rapier's solver holds is loaded, not kicked.
+    /// Returns true if bodies that Rapier's solver holds are loaded instead of kicked.
     pub(crate) fn loads(self) -> bool {
         self != Scheme::Kick
     }

@@ -1,4 +1,4 @@
-//! The fields where bodies would be after a step.
+//! The evaluation of the fields at the places where bodies would be after a step, to find stiffness.
 
 use super::context::StepContext;
 use super::predicted::{PredictedMotion, PredictedMotions};
@@ -8,13 +8,13 @@ use crate::math::{DQuat, Real, Vector, to_dvec3, to_f64};
 use crate::rigid::{Lookup, Mobility, Wrench, of_wrench, rounded};
 use crate::sample::Samples;
 
-/// A share of a step so small that fields are as good as linear along it, edges apart.
+/// A share of a step over which fields are nearly linear, apart from edges.
 pub(super) const NEAR: Real = 0.015625;
 
-/// Changes less than so many roundings are not known.
+/// Changes of fewer roundings than this do not count.
 const CERTAIN: Real = 64.0;
 
-/// What was found where bodies would be after a step; kept for its buffers.
+/// The wrenches at the predicted places of bodies; its buffers are reused.
 #[derive(Default)]
 pub(super) struct Scout {
     share: Real,
@@ -24,7 +24,7 @@ pub(super) struct Scout {
     wrenches: Vec<Wrench>,
 }
 
-/// How a body would get there.
+/// The velocities with which a body would get there.
 #[derive(Default)]
 struct Way {
     linvel: Vector,
@@ -32,7 +32,7 @@ struct Way {
 }
 
 impl Scout {
-    /// Looks where the wrenches `here` would take the bodies in a share of the step, at the speeds that
+    /// Evaluates the fields where the wrenches `here` would take the bodies in a share of the step, at the speeds that
     /// they would have after it.
     pub(super) fn look(
         &mut self,
@@ -79,7 +79,8 @@ impl Scout {
             .wrenches(compiled, &frames, samples, moment, &mut self.wrenches, None);
     }
 
-    /// (dt·ω)² as it shows for a body, on which a wrench acts `here`; zero if that is as good as rounding.
+    /// (dt·ω)² as the change of wrench shows it for a body, on which the wrench `here` acts; zero if the change may be
+    /// rounding.
     pub(super) fn shown(
         &self,
         context: &StepContext<'_, impl Lookup>,

@@ -1,10 +1,10 @@
-//! How stiff a field shows itself along a way.
+//! The stiffness of a field along a path, from the wrenches at its two ends.
 
 use super::StepContext;
 use crate::math::{Real, Vector};
 use crate::rigid::{Body, Lookup, Wrench};
 
-/// (dt·ω)⁴ as it shows in how a wrench changed over the last step.
+/// (dt·ω)⁴ from the change of a wrench over the last step.
 pub(super) fn fourth_power(
     context: &StepContext<'_, impl Lookup>,
     place: usize,
@@ -19,14 +19,14 @@ pub(super) fn fourth_power(
         let body = &context.bodies[place];
         return secant(body, (is, was), (body.linvel, body.angvel), dt).powi(2);
     }
-    // What the sample knows does for a force alone.
+    // The velocity and mass of the sample suffice for a force alone.
     let centre = &context.samples.centres[place];
     let pull = (is.force - was.force).length_squared() * (dt * dt);
     pull / (centre.velocity.length_squared() * (centre.mass * centre.mass))
 }
 
-/// (dt·ω)² as it shows in the wrenches at the two ends of a way: how much the acceleration
-/// changed, against the way in units of dt², which are velocities.
+/// (dt·ω)² from the wrenches at the two ends of a path: the change of acceleration divided by the path, which in units
+/// of dt² is a velocity.
 pub(super) fn secant(
     body: &Body,
     (here, there): (Wrench, Wrench),
@@ -39,7 +39,7 @@ pub(super) fn secant(
     if linear == Vector::ZERO && angular == Vector::ZERO {
         return 0.0;
     }
-    // The square of the radius of gyration makes lengths of angles.
+    // The square of the radius of gyration turns angles into lengths.
     let trace = inv_inertia.m11 + inv_inertia.m22 + inv_inertia.m33;
     let radius = if trace > 0.0 {
         inv_mass.max_element() * 3.0 / trace

@@ -1,9 +1,9 @@
-//! Where schemes explode.
+//! The limits of stability of the schemes.
 
 use super::scheme::{Scheme, Substeps};
 use crate::rapier::na::Complex;
 
-/// The dt·ω from which on the energy of a vibration has no bound; zero if it has none at any.
+/// The dt·ω from which on the energy of a vibration is unbounded; zero if it is unbounded at any step.
 fn explodes_at(scheme: Scheme) -> f64 {
     match scheme {
         Scheme::KickDriftKick | Scheme::Kick => 2.0,
@@ -17,8 +17,8 @@ fn explodes_at(scheme: Scheme) -> f64 {
     }
 }
 
-/// From which dt·ω on a scheme that does not choose warns: half of where it explodes, and of one that
-/// gains energy at any where that is a percent in a hundred steps. Of one that damps, the rate is that
+/// The dt·ω from which on a scheme that does not choose warns: half of the limit of stability. For a scheme that gains
+/// energy at any step, the dt·ω at which that is a percent in a hundred steps. For the damping scheme, the rate is that
 /// at which fields throw bodies apart.
 pub(super) fn warns_from(scheme: Scheme) -> Option<f64> {
     match scheme {
@@ -29,14 +29,14 @@ pub(super) fn warns_from(scheme: Scheme) -> Option<f64> {
     }
 }
 
-/// That of Rapier's own forces, by which links of multibodies are pushed under any scheme.
+/// The limit for Rapier's own forces, by which links of multibodies are pushed under every scheme.
 pub(super) const BY_FORCE: f64 = 0.02;
 
-/// Two bodies that pull at each other swing at up to this times the square of the frequency at which
-/// either would if the other were held.
+/// Two bodies that attract each other oscillate with up to this times the square of the frequency that either has with
+/// the other held.
 pub(super) const COUPLED: f64 = 2.0;
 
-/// One of the ways in which a body swings in fields.
+/// A mode of oscillation of a body in fields.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mode {
     pub omega2: f64,
@@ -46,11 +46,11 @@ pub(super) struct Mode {
     pub gyration: f64,
 }
 
-/// More growth than this of the energy in a step is told: a percent in a hundred.
+/// A growth of the energy in a step from which on it counts: one percent in a hundred steps.
 const GAINS: f64 = 1e-4;
-/// Less is rounding.
+/// A smaller growth is rounding.
 const ROUNDING: f64 = 1e-9;
-/// Steps that are tried, to find the longest one that is stable.
+/// The number of steps that are tried to find the longest stable one.
 const TRIED: u32 = 128;
 
 impl Mode {
@@ -73,8 +73,8 @@ impl Mode {
         (half + root).norm_sqr().max((half - root).norm_sqr()) - 1.0
     }
 
-    /// Whether energy is gained by a scheme in steps of a length, or within two percent of it: near
-    /// resonance with a gyration a bounded swing is large.
+    /// Returns true if a scheme gains energy in steps of this length, or within two percent of it: near resonance with
+    /// a gyration a bounded oscillation is large.
     pub(super) fn gains(self, scheme: Scheme, dt: f64) -> bool {
         let count = match scheme {
             Scheme::KickDriftKick | Scheme::Kick => 1.0,
@@ -86,7 +86,7 @@ impl Mode {
             .any(|growth| growth * count > GAINS)
     }
 
-    /// The step up to which all are stable under a scheme.
+    /// The length up to which all steps are stable under a scheme.
     pub(super) fn largest_stable_dt(self, scheme: Scheme) -> f64 {
         if self.omega2 <= 0.0 {
             return f64::INFINITY;
@@ -100,7 +100,7 @@ impl Mode {
         if self.gyration == 0.0 {
             return damped;
         }
-        // Somewhere up to the first whole turn.
+        // The limit is at most the first whole turn.
         let end = damped.min(std::f64::consts::TAU / self.gyration);
         let unstable = |dt: f64| self.growth(dt) > ROUNDING;
         let step = end / f64::from(TRIED);
@@ -121,7 +121,7 @@ impl Mode {
         stable
     }
 
-    /// Where nothing turns: h ω² tanh(γh/2) = 2γ, which is h ω = 2 without damping. Solved for u = γh/2.
+    /// The limit without gyration: h ω² tanh(γh/2) = 2γ, which is h ω = 2 without damping. Solved for u = γh/2.
     fn damped_to(self) -> f64 {
         let plain = 2.0 / self.omega2.sqrt();
         let goal = self.damping * self.damping / self.omega2;

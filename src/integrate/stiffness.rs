@@ -1,4 +1,4 @@
-//! How fast fields want bodies to move, against the length of a step.
+//! The stiffness of fields for a body, against the length of a step, and the warnings of a step.
 
 use super::jacobian::Jacobian;
 use super::pace::Pace;
@@ -8,8 +8,8 @@ use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_f64, to_f6
 use crate::rapier::na::Matrix6;
 use crate::rigid::{Mobility, eigen};
 
-/// How stiff the fields are for a body, from the Jacobian of its wrench, with the bodies that
-/// carry the fields held still.
+/// The stiffness of the fields for a body, from the Jacobian of its wrench, with the bodies that carry the fields held
+/// still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Stiffness {
@@ -21,28 +21,28 @@ pub struct Stiffness {
     pub dt_damping: Real,
     /// dt times the fastest rate at which the fields turn the body's velocity.
     pub dt_gyration: Real,
-    /// The longest step for which the scheme keeps the energy bounded: 2/ω for `KickDriftKick` and
-    /// `Kick`, longer with damping, shorter where a magnetic force turns the body as well. Where
-    /// fields hang on bodies that move, it allows for these to swing, too: 1/√2 of that. Infinite if nothing
-    /// swings, and for schemes that damp or divide the step as they need; zero for `ExternalForce`.
+    /// The longest step for which the scheme keeps the energy bounded: 2/ω for `KickDriftKick` and `Kick`, longer with
+    /// damping, shorter where a magnetic force turns the body as well. Where fields are anchored to bodies that move,
+    /// it allows for the motion of these too, by a factor of 1/√2. Infinite if nothing oscillates, and for schemes that
+    /// damp or divide the step as needed; zero for `ExternalForce`.
     ///
-    /// Damping and gyration are taken as they are along each direction in which the body swings: exact
-    /// where they do not mix those.
+    /// Damping and gyration are taken along each direction in which the body oscillates: exact where they do not mix
+    /// these.
     pub largest_stable_dt: Real,
 }
 
-/// What a step would get wrong without a word.
+/// A possible error of a step that goes on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepWarning {
-    /// The fields are too stiff for the scheme at this step, or nearly so: dt·ω is more than half of
-    /// where it explodes (√2 as early where fields hang on bodies that move), or the scheme gains a percent
-    /// of energy in a hundred steps. Springs of contacts ([`Penalty`](crate::ContactLaw::Penalty)) tell from
-    /// a quarter on, under every scheme.
+    /// The fields are too stiff for the scheme at this step, or nearly so: dt·ω is more than half of the limit of
+    /// stability (1/√2 of that where fields are anchored to bodies that move), or the scheme gains a percent of energy
+    /// in a hundred steps. Springs of contacts ([`Penalty`](crate::ContactLaw::Penalty)) warn from a quarter of the
+    /// limit on, under every scheme.
     ///
-    /// Under [`LinearlyImplicit`](crate::Scheme::LinearlyImplicit), which damps what swings, it is what it
-    /// leaves out that is told from 0.25 on: dt times the rate at which fields throw the body apart, like
-    /// near a centre that attracts; and where fields hang on bodies that move, dt·ω from 1 on.
+    /// [`LinearlyImplicit`](crate::Scheme::LinearlyImplicit) damps oscillations, and warns of the motions that it
+    /// leaves out instead: from 0.25 on of dt times the rate at which fields throw the body apart, for example near an
+    /// attracting centre; and where fields are anchored to bodies that move, of dt·ω from 1 on.
     #[error(
         "the fields are too stiff for {body:?} at this time step: dt·ω is {dt_omega}, and the largest stable time step is {largest_stable_dt:e}"
     )]
@@ -51,26 +51,26 @@ pub enum StepWarning {
         body: RigidBodyHandle,
         /// The step times the fastest frequency; see [`Scheme`](crate::Scheme) for its limit.
         dt_omega: Real,
-        /// See [`Stiffness::largest_stable_dt`]; under `LinearlyImplicit`, and where forces are given to
-        /// Rapier (`ExternalForce`, links of multibodies), which gains energy at any step, the step from which
-        /// on it tells. Never zero.
+        /// See [`Stiffness::largest_stable_dt`]. Under `LinearlyImplicit`, and where forces are given to Rapier
+        /// (`ExternalForce`, links of multibodies), which gains energy at any step, the step from which on it warns.
+        /// Never zero.
         largest_stable_dt: Real,
     },
-    /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for
-    /// a body: not even its finest substeps do, or it came into a stiff field within a step that it was
-    /// not expected to be stiff in.
+    /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for a body:
+    /// not even its finest substeps do, or the body entered a stiff field within a step that was not expected to be
+    /// stiff.
     #[error("the step of {body:?} has a relative error of {error}; the tolerance is {tolerance}")]
     ToleranceMissed {
         /// The body.
         body: RigidBodyHandle,
-        /// Of the energy of a vibration, relative.
+        /// The relative error of the energy of a vibration.
         error: Real,
-        /// What was asked for.
+        /// The tolerance of the scheme.
         tolerance: Real,
     },
-    /// A body that is moved within the step was hit in it, in fields that change much over what was left of
-    /// it: its speed is off by as much as this. Schemes with a tolerance tell from there on, the others from a
-    /// percent on. See [`Scheme`](crate::Scheme).
+    /// A body that is moved within the step was hit in it, in fields that change much over the rest of it; its speed is
+    /// off by this share. Schemes with a tolerance warn beyond it, others beyond one percent. See
+    /// [`Scheme`](crate::Scheme).
     #[error(
         "{body:?} was hit where fields are stiff for the time step; its speed has a relative error of {error}"
     )]
@@ -80,8 +80,8 @@ pub enum StepWarning {
         /// As a share of its speed.
         error: Real,
     },
-    /// The fields make a body faster than Rapier lets it be
-    /// (`IntegrationParameters::normalized_max_linear_velocity`): Rapier will slow it down.
+    /// The fields make a body faster than Rapier allows (`IntegrationParameters::normalized_max_linear_velocity`);
+    /// Rapier will slow it down.
     #[error("{body:?} is given a speed of {speed}, which Rapier cuts down to {limit}")]
     SpeedCapped {
         /// The body.
@@ -91,8 +91,8 @@ pub enum StepWarning {
         /// The largest that Rapier allows.
         limit: Real,
     },
-    /// A body turns by more than Rapier allows in a step, an eighth of a turn, unless
-    /// `RigidBody::set_allow_fast_rotation` is on: Rapier will slow it down.
+    /// A body rotates by more than Rapier allows in a step, an eighth of a turn, unless
+    /// `RigidBody::set_allow_fast_rotation` is on; Rapier will slow it down.
     #[error("{body:?} is given an angular speed of {speed}, which Rapier cuts down to {limit}")]
     RotationCapped {
         /// The body.
@@ -102,8 +102,8 @@ pub enum StepWarning {
         /// The largest that Rapier allows.
         limit: Real,
     },
-    /// The place, a velocity or the user's force of a body is not finite. Fields leave it alone, and what is
-    /// anchored to it is defined nowhere; Rapier will disable it in its step.
+    /// The pose, a velocity or the user's force of a body is not finite. No field acts on it, fields that are anchored
+    /// to it are defined nowhere, and Rapier will disable it in its step.
     #[error(
         "the pose or velocity of {body:?} is not finite; fields leave it to Rapier's quarantine"
     )]
@@ -111,21 +111,19 @@ pub enum StepWarning {
         /// The body.
         body: RigidBodyHandle,
     },
-    /// A field gives a body what cannot be given to Rapier, and it was left out, by
-    /// [`FaultPolicy::LeaveOut`](crate::FaultPolicy::LeaveOut). A force that is finite is one that
-    /// would make the body too fast.
+    /// A field gives a body a force that Rapier cannot take, and it was left out by
+    /// [`FaultPolicy::LeaveOut`](crate::FaultPolicy::LeaveOut). If `force` is finite, it would make the body too fast.
     #[error(
         "{field} gives {force} on {body:?} at {world_point} (collider {collider:?}); it is left out"
     )]
     LeftOut {
-        /// The field that gives the worst; "one of the fields" where many bodies at once keep it from being
-        /// looked for.
+        /// The field with the worst force; "one of the fields" if there are too many faults at once to look for it.
         field: String,
         /// The body; of a soft body its root.
         body: RigidBodyHandle,
         /// The collider that was sampled; `None` for a body that was sampled as a whole.
         collider: Option<ColliderHandle>,
-        /// Where.
+        /// The sample point, in world space.
         world_point: Vector,
         /// The field's force there.
         force: Vector,
@@ -137,20 +135,19 @@ pub enum StepWarning {
          quarantine"
     )]
     Quarantined {
-        /// The field that gives the worst; "one of the fields" where many bodies at once keep it from being
-        /// looked for.
+        /// The field with the worst force; "one of the fields" if there are too many faults at once to look for it.
         field: String,
         /// The body; of a soft body its root.
         body: RigidBodyHandle,
         /// The collider that was sampled; `None` for a body that was sampled as a whole.
         collider: Option<ColliderHandle>,
-        /// Where.
+        /// The sample point, in world space.
         world_point: Vector,
         /// The field's force there.
         force: Vector,
     },
-    /// The answers to contacts make a body so fast that the square of its speed is no number any more, as
-    /// [the paper's law](crate::ContactLaw::Paper) can do, which may double it at each touch: they were left
+    /// The answers to contacts make a body so fast that the square of its speed overflows, which [the paper's
+    /// law](crate::ContactLaw::Paper) can cause because it may double the speed at each touch. The answers were left
     /// out, and the body goes on as Rapier left it.
     #[error(
         "contacts would make {body:?} too fast for the number type; their impulses are left out"
@@ -159,8 +156,8 @@ pub enum StepWarning {
         /// The body.
         body: RigidBodyHandle,
     },
-    /// What would answer a contact is not finite: an impulse by mass properties that are none, say. It was
-    /// left out, and the contact is Rapier's from the next step on, until the two part.
+    /// The impulse that would answer a contact is not finite, for example by mass properties that are not finite. It
+    /// was left out, and Rapier answers the contact from the next step on, until the two separate.
     #[error(
         "the impulse at the contact of {colliders:?} is not finite; the contact is left to Rapier"
     )]
@@ -168,44 +165,44 @@ pub enum StepWarning {
         /// The two colliders, in the order of their handles.
         colliders: [ColliderHandle; 2],
     },
-    /// Two colliders overlap more at the end of each of three steps, though fields answer their contact: it
-    /// is Rapier's from the next step on, if it was not yet, until they part.
+    /// Two colliders overlap more at the end of each of three steps, though fields answer their contact. Rapier answers
+    /// it from the next step on, if it does not already, until the two separate.
     #[error("{colliders:?} overlap by {depth}, more in each step; their contact is left to Rapier")]
     ContactDeepens {
         /// The two colliders, in the order of their handles.
         colliders: [ColliderHandle; 2],
-        /// How far they overlap.
+        /// The depth of the overlap.
         depth: Real,
     },
-    /// What a field was anchored to was removed: the field is defined nowhere from now on.
+    /// The body or collider to which a field was anchored was removed; the field is defined nowhere from now on.
     #[error("{field} was removed with the body or collider that it was anchored to")]
     AnchorRemoved {
         /// The field.
         field: String,
     },
-    /// A soft body that encloses no volume, a sheet or a rope, is within the reach of a field that acts on
-    /// volumes, such as [buoyancy](crate::Field::buoyancy): it displaces nothing, and feels nothing of it.
+    /// A soft body that encloses no volume, a sheet or a rope, is within the reach of a field that acts on volumes,
+    /// such as [buoyancy](crate::Field::buoyancy). It displaces nothing, so the field does not act on it.
     #[error("{body:?} is a soft body without a volume, so it displaces no fluid")]
     NoVolume {
         /// The root of the soft body.
         body: RigidBodyHandle,
     },
-    /// Fields answer contacts that Rapier solved as well: its step was not given the
-    /// [hooks](crate::OpenStep::hooks) of the open step.
+    /// Fields answer contacts that Rapier solved as well, because the [hooks](crate::OpenStep::hooks) of the open step
+    /// were not passed to Rapier's step.
     #[error(
         "Rapier's step was not given the hooks of the open step, so Rapier solved contacts that fields also answer"
     )]
     HooksNotGiven,
-    /// Rapier made several steps between [`begin`](crate::Fields::begin) and
-    /// [`finish`](crate::Fields::finish), or one that was longer than the one begun: fields acted for `dt`,
-    /// and the others are without them. Begin and finish around each of Rapier's steps.
+    /// Rapier made several steps between [`begin`](crate::Fields::begin) and [`finish`](crate::Fields::finish), or one
+    /// that was longer than the one begun: fields acted for `dt` only. Call begin and finish around each of Rapier's
+    /// steps.
     #[error(
         "Rapier advanced bodies by {advanced} between begin and finish, but the step that was begun is {dt}"
     )]
     OtherSteps {
-        /// By how much, as far as it shows.
+        /// The time by which Rapier advanced bodies, as far as they show it.
         advanced: Real,
-        /// The step that was begun.
+        /// The length of the step that was begun.
         dt: Real,
     },
 }
@@ -228,7 +225,7 @@ impl StepWarning {
 )]
 pub(crate) struct Rates {
     omega: f64,
-    /// At which what fields throw apart grows.
+    /// The rate at which a motion away from equilibrium grows.
     divergence: f64,
     damping: f64,
     gyration: f64,
@@ -263,7 +260,7 @@ impl Rates {
         self.divergence
     }
 
-    /// By how much fields turn the velocity.
+    /// The angle by which fields turn the velocity in a step.
     pub(super) fn turns_by(&self, dt: f64) -> f64 {
         self.gyration * dt
     }
@@ -279,7 +276,8 @@ impl Rates {
         }
     }
 
-    /// The square of the frequency at which a vibration would be as hard to follow.
+    /// The stiffness to plan for: the square of the highest frequency, with drag and gyration counted as the frequency
+    /// that would be as hard to follow.
     pub(super) fn pace(&self, choice: Choice, dt: f64) -> Pace {
         let most = f64::from(MOST_BY_VELOCITY.min(choice.most));
         let limit = 4.0 * choice.tolerance * (most / dt).powi(2);
@@ -291,17 +289,17 @@ impl Rates {
         }
     }
 
-    /// That of vibrations alone.
+    /// The square of the highest frequency of vibrations alone.
     pub(super) fn omega2(&self) -> f64 {
         self.omega.powi(2)
     }
 }
 
-/// Kicks follow drag and gyration at any rate; more substeps than these are not worth the ways between
+/// The most substeps for drag and gyration, which kicks follow at any rate: more would not pay for the paths between
 /// them.
 const MOST_BY_VELOCITY: u32 = 32;
 
-/// The least and the greatest eigenvalue of the symmetric part; infinite if that is not finite.
+/// The least and the greatest eigenvalue of the symmetric part; infinite if it is not finite.
 fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
     let eigen = eigen((matrix + matrix.transpose()) * 0.5);
     eigen.map_or([f64::NEG_INFINITY, f64::INFINITY], |eigen| {
@@ -309,20 +307,20 @@ fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
     })
 }
 
-/// What is done with a body in a step, by schemes that choose.
+/// The treatment of a body in a step, by schemes that choose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
 pub(crate) enum Treatment {
-    /// Moved within, as finely as this pace asks for.
+    /// Moved within the step, as finely as this stiffness needs.
     Resolve(Pace),
-    /// A step went so far that the energy is wrong: it is damped.
+    /// Damped, because a step went so far that its energy is wrong.
     Damp,
 }
 
-/// What was found out about a body.
+/// The linearisation of a body.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -335,7 +333,7 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
-    /// The ways in which the body swings, with Rapier's own `damping`; `coupled`: with others.
+    /// The modes of oscillation of the body, with Rapier's own `damping`; `coupled` if it oscillates with others.
     pub(super) fn modes(
         &self,
         mobility: &Mobility,

@@ -1,7 +1,7 @@
-//! Motion in the fields alone, in steps smaller than Rapier's.
+//! The integrator of the motion in the fields alone, in steps smaller than Rapier's.
 //!
-//! Bodies that are moved so are moved together. The others, which Rapier moves, are taken to move on at
-//! constant velocity meanwhile.
+//! Its bodies are moved together. The other bodies, which Rapier moves, are assumed to move at constant velocity in the
+//! meantime.
 
 mod bisection;
 
@@ -23,23 +23,23 @@ use crate::rigid::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
 use crate::rigid::{Lookup, Mobility, RigidState, Wrench, of_wrench, pair, phi1, six};
 use crate::sample::{Moment, SamplePoint, Samples};
 
-/// Evaluations that solve the kicks of a scheme of fourth order, where forces read velocities:
-/// each brings the kick two orders closer to the implicit midpoint rule.
+/// The number of evaluations that solve the kicks of a scheme of fourth order, where forces read velocities: each
+/// brings the kick two orders closer to the implicit midpoint rule.
 const MIDPOINT_ROUNDS: usize = 2;
 
-/// The bodies that are moved; keeps its buffers from step to step.
+/// The samples and wrenches of the bodies that are moved; its buffers are reused.
 #[derive(Default)]
 struct Group {
-    /// Of the bodies of the states, in their order.
+    /// The samples of the moved bodies, in the order of their states.
     samples: Samples,
-    /// Samples that are no sites, until all bodies are there.
+    /// Samples that are not sites, until all bodies are taken in.
     several: Vec<SamplePoint>,
-    /// From the centre of mass to each sample of `samples.list`, in the body's axes.
+    /// The vector from the centre of mass to each sample of `samples.list`, in the body's axes.
     arms: Vec<DVec3>,
     wrenches: Vec<Wrench>,
-    /// Of each body, where forces read velocities.
+    /// By body, where forces read velocities.
     solutions: Vec<Solution>,
-    /// Of which bodies something was left out in the last evaluation, in their order.
+    /// The bodies with contributions left out in the last evaluation, in order.
     left_out: Vec<usize>,
     evaluator: Evaluator,
     lineariser: Lineariser,
@@ -47,58 +47,57 @@ struct Group {
 
 /// A kick of a body by the implicit midpoint rule.
 struct Solution {
-    /// About the velocities at the start.
+    /// About the velocities at the start of the kick.
     coupling: Coupling,
     mobility: Mobility,
-    /// What acts beside fields, at the start.
+    /// The other causes of motion, at the start.
     besides: Besides,
-    /// The mean of all that acts over the kick, or what acts in the middle of it.
+    /// The mean over the kick of all forces, or the forces in the middle of it.
     wrench: Vector6<f64>,
-    /// The velocities there.
+    /// The velocities in the middle of the kick.
     velocities: (DVec3, DVec3),
-    /// See [`Rates::omega2`], if asked for.
+    /// See [`Rates::omega2`]; `None` unless it is needed.
     omega2: Option<f64>,
 }
 
-/// What the integrator needs to know.
+/// The inputs of the integrator.
 pub(super) struct Setting<'a, W> {
     pub context: &'a StepContext<'a, W>,
-    /// What each body does meanwhile.
+    /// The predicted motion of each body.
     pub motions: &'a PredictedMotions,
-    /// Whether the ticks are those of a composition of fourth order.
+    /// True if the ticks are those of a composition of fourth order.
     pub composed: bool,
-    /// To halve parts by, instead of ticks.
+    /// If set, the step is halved by these rules instead of divided into ticks.
     pub uneven: Option<Choice>,
-    /// Whether to take note of how fast bodies swing, and whether they swing together.
+    /// True to record how fast bodies oscillate; `coupled` if they act on each other.
     pub tracked: bool,
-    /// The largest square of a frequency that can be followed, by a scheme that does not choose.
+    /// The square of the highest frequency that a scheme that does not choose can follow.
     pub most: Option<f64>,
     pub coupled: bool,
-    /// What leaves out what is not finite; without it that is a fault.
+    /// If set, contributions that are not finite are left out; otherwise they are a fault.
     pub sift: Option<Sift<'a>>,
-    /// When it begins, relative to the world of the context: zero, or a step back.
+    /// The time at which it begins, relative to the world of the context: zero, or minus one step.
     pub from: f64,
 }
 
-/// What the integrator is about; kept from step to step for its buffers.
+/// The integrator; its buffers are reused from step to step.
 #[derive(Default)]
 pub(super) struct SubstepIntegrator {
     pub states: Vec<RigidState>,
-    /// Of each state, if asked for.
+    /// The path of each state, if recorded.
     pub tracks: Vec<Track>,
     /// Lengths of the ticks in units of `dt`.
     pub ticks: Vec<f64>,
-    /// What came of parts that were halved.
+    /// The result, if parts were halved.
     pub bisection: Option<Bisection>,
-    /// What was left out.
+    /// The contributions that were left out.
     pub faults: Vec<Fault>,
     group: Group,
 }
 
 impl SubstepIntegrator {
-    /// Goes through all ticks, with the bodies of the states, which `starts` says more about, and
-    /// the wrenches at the start by their place among the samples. `rewound`: where the bodies begin,
-    /// if not where their samples are.
+    /// Integrates over all ticks, from the states of the bodies in `starts`. `wrenches` are those at the start, by the
+    /// place of a body among the samples. `rewound` are the states at the start, if the samples are at other places.
     pub(super) fn integrate(
         &mut self,
         setting: Setting<'_, impl Lookup>,
@@ -139,7 +138,7 @@ impl SubstepIntegrator {
         Ok(())
     }
 
-    /// On the state of this number, where it is now.
+    /// The wrench on the state of this number, at its present place.
     pub(super) fn wrench(&self, number: usize) -> Wrench {
         self.group.wrenches[number]
     }
@@ -175,7 +174,7 @@ impl<W: Lookup> Run<'_, W> {
         Ok(())
     }
 
-    /// The kicks at a tick: half the way from the last one, and half to the next.
+    /// The kick at a tick: half of the previous drift, and half of the next.
     fn kicks(&mut self, group: &mut Group, tick: usize) -> Result<(), Fault> {
         let half = |tick: Option<usize>| {
             let length = tick.and_then(|tick| self.ticks.get(tick));
@@ -183,7 +182,7 @@ impl<W: Lookup> Run<'_, W> {
         };
         let (before, after) = (half(tick.checked_sub(1)), half(Some(tick)));
         if !self.setting.context.compiled.reads_velocity {
-            // The wrenches of the start are known.
+            // The wrenches of the start are already known.
             if tick > 0 {
                 self.evaluate(group, false)?;
             }
@@ -195,7 +194,7 @@ impl<W: Lookup> Run<'_, W> {
         if !self.setting.composed {
             return self.solve(group, before + after);
         }
-        // Two kicks by the implicit midpoint rule are not one, at the order wanted.
+        // Two kicks by the implicit midpoint rule are not one kick, to the order needed.
         for duration in [before, after] {
             if duration != 0.0 {
                 self.solve(group, duration)?;
@@ -204,7 +203,8 @@ impl<W: Lookup> Run<'_, W> {
         Ok(())
     }
 
-    /// The kick by the implicit midpoint rule, for forces that read velocities.
+    /// The kick for forces that read velocities, by the implicit midpoint rule in compositions, else by the exact mean
+    /// of the linear part.
     fn solve(&mut self, group: &mut Group, duration: f64) -> Result<(), Fault> {
         self.evaluate(group, false)?;
         self.start(group, duration);
@@ -214,7 +214,7 @@ impl<W: Lookup> Run<'_, W> {
             0
         };
         for _ in 0..rounds {
-            // Newton's method, with the derivative of the start.
+            // Newton's method, with the derivative at the start.
             for known in &mut group.solutions {
                 let change = known.mobility.apply(&known.wrench) * (0.5 * duration);
                 known.velocities = pair(&(known.coupling.sampled_at + change));
@@ -232,7 +232,7 @@ impl<W: Lookup> Run<'_, W> {
         self.push(group, duration)
     }
 
-    /// Solves the linear part of the forces.
+    /// Solves the linear part of the forces for the kick.
     fn start(&mut self, group: &mut Group, duration: f64) {
         let (compiled, frames) = (self.setting.context.compiled, self.frames());
         group.lineariser.prepare(compiled, &frames);
@@ -292,14 +292,14 @@ impl<W: Lookup> Run<'_, W> {
         }
     }
 
-    /// Whether the exact frequency counts: to choose by, or as it may be more than a step can follow.
+    /// Returns true if the exact frequency is needed: to choose a plan, or because it may exceed the limit.
     fn wants(&self, jacobian: &Jacobian, mobility: &Mobility) -> bool {
         let bound = || jacobian.by_motion.norm() * mobility.matrix().norm();
         self.setting.tracked && self.setting.most.is_none_or(|most| bound() > most)
     }
 
-    /// Looks into bodies whose last piece has shown more than can be followed: it may have been an edge,
-    /// or a close pass.
+    /// Linearises bodies whose last piece of path has shown more than the limit: it may have been an edge, or a close
+    /// pass.
     fn look_into(&mut self, group: &mut Group) {
         let Some(most) = self.setting.most else {
             return;
@@ -372,8 +372,8 @@ impl<W: Lookup> Run<'_, W> {
         }
     }
 
-    /// The wrenches on a group where its bodies are now; with velocities of their own, or those
-    /// midway through a kick.
+    /// Evaluates the wrenches on a group at the present places of its bodies, with their own velocities, or with those
+    /// in the middle of a kick.
     fn evaluate(&mut self, group: &mut Group, midway: bool) -> Result<(), Fault> {
         group.place(self.states, midway);
         group.left_out.clear();
@@ -406,7 +406,7 @@ fn speed(state: &RigidState) -> f64 {
 }
 
 impl Group {
-    /// Starts out with no bodies.
+    /// Removes all bodies, and takes over the settings of the samples.
     fn begin(&mut self, samples: &Samples) {
         self.wrenches.clear();
         self.samples.clear();
@@ -415,7 +415,7 @@ impl Group {
         self.samples.spreads.clone_from(&samples.spreads);
     }
 
-    /// Takes in a body with its samples.
+    /// Adds a body with its samples.
     fn take(&mut self, handle: RigidBodyHandle, place: usize, all: &Samples) {
         let body = self.samples.bodies.len() as u32;
         let [sites, several] = all.of(place);
@@ -435,7 +435,7 @@ impl Group {
         own.bodies.push(handle);
     }
 
-    /// Puts the samples in order, once all bodies are there.
+    /// Orders the samples, once all bodies are taken in.
     fn close(&mut self, states: &[RigidState]) {
         let samples = &mut self.samples;
         samples.list.append(&mut self.several);
@@ -447,7 +447,7 @@ impl Group {
         self.arms.extend(samples.list.iter().map(arm));
     }
 
-    /// Moves the samples to where their bodies are.
+    /// Moves the samples to the present places of their bodies.
     fn place(&mut self, states: &[RigidState], midway: bool) {
         let velocity = |body: usize, state: &RigidState| match midway {
             true => self.solutions[body].velocities,

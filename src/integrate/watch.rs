@@ -1,4 +1,4 @@
-//! Whether steps are too long for what the fields do: schemes that do not choose tell.
+//! Warnings of steps that are too long for the fields, under schemes that do not choose.
 
 use super::evaluation::Evaluation;
 use super::motion::{Motions, Start};
@@ -12,20 +12,20 @@ use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Lookup, Mobility, Wrench, find};
 
-/// More new bodies than this are not all looked into: only so many, the worst by how the fields
-/// change along their first steps.
+/// If there are more new bodies than this, only this number are linearised: the worst by the change of the fields along
+/// their first step.
 const MOST_NEW: usize = 16;
 
-/// From which dt·ω on the linearly implicit scheme warns of bodies that act on each other: half of where
-/// a scheme that is not implicit explodes, which it is for what it takes to be held.
+/// The dt·ω from which on the linearly implicit scheme warns of bodies that act on each other: half the limit of
+/// stability of an explicit scheme, which it is for the bodies that it assumes at rest.
 const COUPLED_FROM: f64 = 1.0;
 
-/// From which dt·ω on a body that Rapier's solver holds is told of, under schemes that choose.
+/// The dt·ω from which on schemes that choose warn of a body that Rapier's solver holds.
 const HELD: f64 = 1.0;
 
 impl Integrator {
-    /// Warns of bodies that were not there in the `last` evaluation, and stand where the fields are
-    /// too stiff for the step that is to come: what overlaps would be far away after it.
+    /// Warns of bodies that are not in the `last` evaluation and stand where the fields are too stiff for the coming
+    /// step: bodies that overlap would be far apart after it.
     pub(super) fn watch_new(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -53,7 +53,7 @@ impl Integrator {
             scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
             let shown =
                 |place: usize| to_f64(scout.shown(context, place, evaluation.wrenches[place]));
-            // Half as much as would be told: along its way it need not meet the stiffest direction.
+            // Half of the limit, because along its path a body need not meet the stiffest direction.
             new.retain(|place| exceeds(shown(*place), 0.25 * limit * limit));
             new.sort_unstable_by(|one, other| shown(*other).total_cmp(&shown(*one)));
             new.truncate(MOST_NEW);
@@ -70,8 +70,8 @@ impl Integrator {
         self.candidates = new;
     }
 
-    /// Warns of links of multibodies that were not there in the `last` evaluation: they are pushed by
-    /// forces under every scheme.
+    /// Warns of links of multibodies that are not in the `last` evaluation; they are pushed by forces under every
+    /// scheme.
     pub(super) fn watch_new_links(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -96,9 +96,9 @@ impl Integrator {
         warnings.extend(worst.map(|(link, dt_omega)| by_force(link, dt_omega, context.dt)));
     }
 
-    /// What is to be said of the worst of some bodies in fields that hang on bodies that move: by how
-    /// the wrenches change as all go on by a little. Jacobians hold what carries the fields still, and so
-    /// miss what a body's own fields do to it by their reaction.
+    /// The warning for the worst of some bodies in fields anchored to bodies that move, by the change of the wrenches
+    /// as all move on a little. Jacobians hold the carriers of the fields still, so they miss the reaction of a body's
+    /// own fields.
     fn coupled(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -116,8 +116,8 @@ impl Integrator {
         worst.map(|(dt_omega, place)| stiff(evaluation.bodies[place], dt_omega, context))
     }
 
-    /// Warns of the body whose wrench changed the most since the `last` evaluation, if that is because the
-    /// fields are stiff and not because it passed an edge.
+    /// Warns of the body whose wrench changed the most since the `last` evaluation, if the cause is stiffness and not
+    /// an edge that it passed.
     pub(super) fn warn(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -131,11 +131,11 @@ impl Integrator {
             return;
         }
         let limit = |place: usize| match others {
-            // Whatever the scheme, they are pushed by forces.
+            // Links are pushed by forces under every scheme.
             _ if find(links, evaluation.bodies[place]).is_some() => Some(BY_FORCE),
             others => others,
         };
-        // Of (dt·ω)⁴, which takes no root; as a share of what is told.
+        // In (dt·ω)⁴, which needs no root, as a share of the limit.
         let mut worst = (1.0, None);
         for place in 0..evaluation.bodies.len() {
             let most = if links.is_empty() {
@@ -155,7 +155,7 @@ impl Integrator {
         if is_told(warnings, body) {
             return;
         }
-        // Where energy is gained at any step, Jacobians would be worked out in every one.
+        // Energy is gained at any step, so Jacobians would be computed in each one.
         if context.rules.scheme == Scheme::ExternalForce {
             let dt_omega = worst.0.sqrt().sqrt() * from_f64(BY_FORCE);
             warnings.push(by_force(body, dt_omega, context.dt));
@@ -176,8 +176,8 @@ impl Integrator {
         warnings.extend(worst);
     }
 
-    /// The same for schemes that evaluate once a step, by the ways since the `last` evaluation: what they
-    /// do within a step does not show in the velocities.
+    /// The same for schemes that evaluate once a step, by the displacements since the `last` evaluation, because the
+    /// motion within a step does not show in the velocities.
     pub(crate) fn watch(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -201,8 +201,8 @@ impl Integrator {
         self.warn(context, evaluation, fourth, warnings);
     }
 
-    /// Warns of the body that the linearly implicit scheme follows the worst, of those that were looked
-    /// into: it damps what draws back, and leaves out what throws apart, and other bodies.
+    /// Warns of the linearised body that the linearly implicit scheme follows the worst: it damps restoring forces, and
+    /// leaves out forces that throw apart, and the motion of other bodies.
     pub(super) fn watch_implicit(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -221,8 +221,8 @@ impl Integrator {
         warnings.extend(worst);
     }
 
-    /// Warns of the bodies that Rapier's solver holds and that swing too fast for one kick a step: a scheme
-    /// that chooses knows nothing of contacts and joints within it.
+    /// Warns of bodies that Rapier's solver holds and that oscillate too fast for one kick a step: a scheme that
+    /// chooses does not know the contacts and joints within the step.
     pub(super) fn watch_held(
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
@@ -240,7 +240,7 @@ impl Integrator {
         }
     }
 
-    /// How stiff the fields are for a body.
+    /// The stiffness of the fields for a body.
     pub(crate) fn stiffness(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -255,8 +255,8 @@ impl Integrator {
 }
 
 impl Integrator {
-    /// Takes note of how fast bodies swing along their ways within the step, beyond what a scheme that
-    /// does not choose can follow.
+    /// Records the body that oscillates the fastest along its path within the step, beyond the limit of a scheme that
+    /// does not choose.
     pub(super) fn note_ways(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -276,7 +276,7 @@ impl Integrator {
         }
     }
 
-    /// Warns of what [`note_ways`](Self::note_ways) has noted.
+    /// Warns of the body that [`note_ways`](Self::note_ways) has recorded.
     pub(crate) fn warn_of_ways(
         &self,
         context: &StepContext<'_, impl Lookup>,
@@ -290,18 +290,18 @@ impl Integrator {
     }
 }
 
-/// The (dt·ω)⁴ from which a body is to be looked into, under a scheme that does not choose.
+/// The (dt·ω)⁴ from which on a body is linearised, under a scheme that does not choose.
 pub(crate) fn stiff_from(scheme: Scheme) -> Option<Real> {
     warns_from(scheme).map(|limit| from_f64(limit.powi(4)))
 }
 
-/// The largest square of a frequency that a scheme that does not choose can follow.
+/// The square of the highest frequency that a scheme that does not choose can follow.
 pub(super) fn most_to_follow(context: &StepContext<'_, impl Lookup>) -> Option<f64> {
     let limit = warns_from(context.rules.scheme)?;
     Some((limit / to_f64(context.dt)).powi(2))
 }
 
-/// NaN does, too.
+/// True for NaN, too.
 fn exceeds(rate: f64, limit: f64) -> bool {
     rate.is_nan() || rate > limit
 }
@@ -311,7 +311,7 @@ fn is_told(warnings: &[StepWarning], body: RigidBodyHandle) -> bool {
     warnings.iter().any(tells)
 }
 
-/// A body that swings so fast, as far as it is known.
+/// The warning for a body that oscillates this fast.
 fn stiff(
     body: RigidBodyHandle,
     dt_omega: f64,
@@ -324,7 +324,7 @@ fn stiff(
     };
     let scheme = match context.rules.scheme {
         Scheme::ExternalForce => return by_force(body, from_f64(dt_omega), context.dt),
-        // Of those it is what solves for nothing that counts.
+        // For a scheme that chooses the explicit kick counts, for the implicit one its explicit part.
         scheme if scheme.chooses() => Scheme::KickDriftKick,
         Scheme::LinearlyImplicit => Scheme::Kick,
         scheme => scheme,
@@ -332,12 +332,13 @@ fn stiff(
     told(body, from_f64(dt_omega), mode.largest_stable_dt(scheme))
 }
 
-/// What gains energy at any step: by a percent in a hundred steps from where it is told.
+/// The warning for forces, which gain energy at any step; `dt_omega` is beyond the limit of a percent in a hundred
+/// steps.
 fn by_force(body: RigidBodyHandle, dt_omega: Real, dt: Real) -> StepWarning {
     told(body, dt_omega, to_f64(dt) * BY_FORCE / to_f64(dt_omega))
 }
 
-/// However stiff the fields are, there is a step to be named.
+/// The warning, with a step that is never zero.
 fn told(body: RigidBodyHandle, dt_omega: Real, largest_stable_dt: f64) -> StepWarning {
     StepWarning::Stiff {
         body,
@@ -346,7 +347,7 @@ fn told(body: RigidBodyHandle, dt_omega: Real, largest_stable_dt: f64) -> StepWa
     }
 }
 
-/// What is to be said of a body, if anything, and how bad it is.
+/// The warning for a linearised body, if there is one, and the rate by which warnings are compared.
 fn judged(
     context: &StepContext<'_, impl Lookup>,
     evaluation: &Evaluation,
@@ -389,8 +390,8 @@ fn report(context: &StepContext<'_, impl Lookup>, estimate: &Estimate) -> Stiffn
     estimate.rates.report(context.dt, from_f64(largest))
 }
 
-/// What is to be said of a body between springs of contacts, that swings there at most so fast: they act
-/// as kicks once a step under every scheme.
+/// The warning for a body between springs of contacts, whose ω² there is at most `omega2`: springs act as kicks once a
+/// step under every scheme.
 pub(crate) fn warn_of_springs(body: RigidBodyHandle, omega2: f64, dt: Real) -> Option<StepWarning> {
     let omega = omega2.sqrt();
     let dt_omega = omega * to_f64(dt);
@@ -398,10 +399,11 @@ pub(crate) fn warn_of_springs(body: RigidBodyHandle, omega2: f64, dt: Real) -> O
     warned.then(|| told(body, from_f64(dt_omega), 2.0 / omega))
 }
 
-/// A bounce off a spring gives back at most 1/(1 − (dt·ω)²/4) of the energy: here a fifteenth more.
+/// The dt·ω from which on springs warn. A bounce off a spring multiplies the energy by at most 1/(1 − (dt·ω)²/4): here
+/// a fifteenth more.
 const SPRINGS_FROM: f64 = 0.5;
 
-/// Warns of the bodies that Rapier will slow down without a word.
+/// Warns of the bodies that Rapier will slow down without an error.
 pub(crate) fn warn_of_caps(
     context: &StepContext<'_, impl Lookup>,
     motions: &Motions,
@@ -421,7 +423,7 @@ pub(crate) fn warn_of_caps(
     }
 }
 
-/// What Rapier cuts velocities down to.
+/// The limits to which Rapier reduces velocities.
 #[derive(Clone, Copy)]
 pub(crate) struct Caps {
     pub speed: Real,
@@ -429,13 +431,13 @@ pub(crate) struct Caps {
 }
 
 impl Caps {
-    /// What is to be said of a body that is given such a speed.
+    /// The warning for a body that gets this speed, if it is beyond the limit.
     pub(crate) fn of_speed(self, body: RigidBodyHandle, speed: Real) -> Option<StepWarning> {
         let limit = self.speed;
         (speed > limit).then_some(StepWarning::SpeedCapped { body, speed, limit })
     }
 
-    /// The same of an angular speed.
+    /// The warning for a body that gets this angular speed, if it is beyond the limit.
     fn of_turn(
         self,
         handle: RigidBodyHandle,

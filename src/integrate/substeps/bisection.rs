@@ -1,4 +1,4 @@
-//! Steps that are halved until they do: for a way that is stiff in few places, like a close pass.
+//! Steps that are halved until they meet the tolerance, for paths that are stiff in few places, like a close pass.
 
 use super::{Group, Run};
 use crate::integrate::fault::Fault;
@@ -7,7 +7,7 @@ use crate::integrate::plan::{Bisection, Choice, MOST_HALVINGS, MOST_PARTS};
 use crate::math::to_f64;
 use crate::rigid::{ENERGY_ERROR, Lookup, RigidState, Wrench};
 
-/// Where a part begins.
+/// The state at the start of a part, to return to.
 struct Saved {
     states: Vec<RigidState>,
     tracks: Vec<Track>,
@@ -16,12 +16,12 @@ struct Saved {
 }
 
 impl<W: Lookup> Run<'_, W> {
-    /// Goes through the step in parts, each half as long as one that did not meet the tolerance.
+    /// Integrates the step in parts, each half as long as one that did not meet the tolerance.
     pub(super) fn bisect(&mut self, group: &mut Group, choice: Choice) -> Result<Bisection, Fault> {
         let dt = to_f64(self.setting.context.dt);
         let mut made = Bisection::default();
         let mut left = MOST_PARTS;
-        // By how often the step was halved.
+        // By the number of halvings.
         let mut parts = vec![0_u32];
         self.track(group);
         while let Some(halvings) = parts.pop() {
@@ -31,7 +31,7 @@ impl<W: Lookup> Run<'_, W> {
             let omega2 = drifted.as_ref().copied().unwrap_or(f64::INFINITY);
             let error = omega2 * h * h / 4.0;
             left = left.saturating_sub(1);
-            // Not so for NaN.
+            // False for NaN.
             let does = error <= choice.tolerance;
             if !does && halvings < MOST_HALVINGS && left > 0 {
                 self.back(group, saved);
@@ -46,7 +46,7 @@ impl<W: Lookup> Run<'_, W> {
         Ok(made)
     }
 
-    /// Half a kick and the drift; the square of the fastest frequency that they show.
+    /// Half a kick and the drift. Returns the square of the highest frequency that they show.
     fn half(&mut self, group: &mut Group, h: f64) -> Result<f64, Fault> {
         self.push(group, 0.5 * h)?;
         let states = self.states.iter_mut();
