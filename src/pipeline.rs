@@ -1,6 +1,5 @@
-//! The step, from top to bottom: bodies are read and sampled, the fields evaluated, motions worked
-//! out and written; Rapier steps; then the same once more, and contacts are detected, answered and
-//! checked.
+//! The step, from top to bottom: bodies are read and sampled, the fields evaluated, motions computed and written; then
+//! Rapier steps; then the same once more, and contacts are detected, answered and checked.
 
 mod at_centres;
 mod begin;
@@ -37,11 +36,11 @@ use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, BodySet, Wrench};
 use crate::sample::{Gatherer, Properties, Samples};
 
-/// What a step did.
+/// The counts of a step, and its largest error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct StepOutcome {
-    /// Bodies on which fields were sampled: none where no field can reach any.
+    /// Bodies on which fields were sampled; zero if no field can reach a body.
     pub sampled: usize,
     /// Contacts detected: overlaps at the end of the step, and touches within it.
     pub contacts: usize,
@@ -49,15 +48,14 @@ pub struct StepOutcome {
     pub written: usize,
     /// Particles of soft bodies that took an impulse after Rapier's step.
     pub particles: usize,
-    /// What Rapier or the scheme will get wrong without a word; see
-    /// [`Fields::warnings`](crate::Fields::warnings).
+    /// The number of possible errors of the step; see [`Fields::warnings`](crate::Fields::warnings).
     pub warnings: usize,
-    /// Under a scheme that chooses (`Auto`, `PerBody`): a bound of the relative error of the energy of a
-    /// vibration with which any body was moved in this step, as far as its way shows it; a quarter of the
-    /// tolerance where nobody came near that, zero where nothing varies.
+    /// Under a scheme that chooses (`Auto`, `PerBody`): a bound of the relative error of the energy of a vibration with
+    /// which any body was moved in this step, as far as its path shows it. A quarter of the tolerance if no body came
+    /// near that, zero if no field varies.
     pub error: Option<Real>,
-    /// Whether swept detection gave up on this step, after more impacts than bodies that can come
-    /// to rest have (10,000, and 256 per body); the rest is answered in the next.
+    /// True if swept detection reached its limit of impacts in this step (10,000, and 256 for each body), which only
+    /// bodies that cannot come to rest do. The remaining impacts are answered in the next step.
     pub exhausted: bool,
 }
 
@@ -68,88 +66,67 @@ pub(crate) struct Definition<'a> {
     pub settings: &'a FieldSettings,
 }
 
-/// The machinery of a step, for programs that keep fields, settings and state themselves, as Rapier's
-/// `PhysicsPipeline` is for programs that keep its sets themselves. [`Fields`](crate::Fields) bundles the four.
-///
-/// It holds buffers and caches only: compiled from the fields when they are first needed, and again where they
-/// change. A fresh one goes on bit for bit from a state that a step left behind. One that has made other steps
-/// since may differ by roundings: to go back to a state that was kept, take a new pipeline.
-///
-/// ```
-/// use rapier3d_fields::prelude::*;
-/// use rapier3d_fields::{FieldPipeline, FieldSet, FieldSettings, FieldState};
-/// # let mut world = PhysicsWorld::new();
-/// # let (ball, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5).mass(1.0));
-/// # world.gravity = Vector::ZERO;
-/// let (mut set, settings) = (FieldSet::new(), FieldSettings::default());
-/// set.insert(Field::uniform(Vector::X));
-/// let (mut state, mut pipeline) = (FieldState::default(), FieldPipeline::new());
-/// for _ in 0..60 {
-///     let step = pipeline.begin(&mut set, &settings, &mut state, (&mut world).into())?;
-///     world.step_with_events(&step.hooks(&()), &());
-///     pipeline.finish(&mut set, &settings, &mut state, step, (&mut world).into())?;
-/// }
-/// assert!((world.bodies[ball].linvel().x - 1.0).abs() < 1e-5, "1 N for 1 s on 1 kg");
-/// # Ok::<(), StepError>(())
-/// ```
+/// The buffers and caches of a step, made from the fields when they are first needed, and updated when the fields
+/// change. A new pipeline continues bit for bit from a state that a step left behind. One that has made other steps
+/// since may differ by roundings, so to return to a kept state use [`Fields::from_parts`](crate::Fields::from_parts),
+/// or a clone of all fields.
 pub struct FieldPipeline {
     pub(crate) compiled: Compiled,
     properties: Properties,
-    /// Counts the changes of properties.
+    /// The number of changes of the properties.
     properties_revision: u64,
     reader: Reader,
     gatherer: Gatherer,
     bodies: Vec<Body>,
-    /// A buffer for those of the second half.
+    /// A buffer for the bodies of the second half.
     late_bodies: Vec<Body>,
     samples: Samples,
     /// The velocities that fields see.
     seen: Vec<(Vector, Vector)>,
     integrator: Integrator,
     motions: Motions,
-    /// Of the second half.
+    /// The motions of the second half.
     late: Motions,
     rollback: Rollback,
     stepped: Stepped,
-    /// Whether nobody but Rapier has the world until the step is finished.
+    /// True if only Rapier's step can change the world until the step is finished.
     alone: bool,
-    /// As it was when the step began.
+    /// The policy when the step began.
     on_fault: FaultPolicy,
     /// Bodies that are to be disabled in this half of the step.
     condemned: Vec<RigidBodyHandle>,
     centres: CentreEvaluator,
     /// A buffer for bodies that are evaluated together.
     block: Vec<at_centres::Member>,
-    /// What a visit has written.
+    /// The state of the bodies before a visit wrote to them.
     undo: Undo,
-    /// What acts at centres of mass in this half of the step.
+    /// The evaluation at centres of mass in this half of the step.
     shown: Evaluation,
-    /// A body for which fields at centres of mass did not do in the last step.
+    /// A body that a visit at centres of mass could not handle in the last step.
     blocker: Option<RigidBodyHandle>,
-    /// Whether the first half of the step was one at centres of mass.
+    /// True if the first half of the step was one at centres of mass.
     at_centres: bool,
-    /// An evaluation that nothing begins with any more. What it holds is that of the last step, if
-    /// the state has none.
+    /// An evaluation with which no step begins. It is that of the last step if the state has none.
     spare: Evaluation,
-    /// A buffer for what is taken back of a step.
+    /// A buffer for the record of an open step.
     spare_record: OpenRecord,
     acting: Vec<bool>,
-    /// Bodies that may not fall asleep.
+    /// Bodies that must not fall asleep.
     restless: Vec<RigidBodyHandle>,
     links: Vec<RigidBodyHandle>,
     /// Bodies that Rapier's solver holds.
     held: BodySet,
-    /// Whether they were found in this half of the step.
+    /// True if `held` is up to date for this half of the step.
     held_is_known: bool,
     /// Bodies that contacts pushed in Rapier's last step.
     pushed: BodySet,
-    /// Whether contacts are as they were when these were found.
+    /// True if contacts are the same as when `pushed` was found.
     pushed_is_known: bool,
-    /// After how many steps they were found, if right after Rapier's.
+    /// The number of steps after which `pushed` was found, if right after Rapier's step.
     pushed_after: Option<u64>,
     softs: SoftBodies,
     pub(crate) detector: Detector,
-    /// The revision of the detection fields that it was made for.
+    /// The revision of the detection fields for which the detector was made.
     detectors_revision: Option<u64>,
     detection: Detection,
     pushes: Vec<Push>,
@@ -158,15 +135,15 @@ pub struct FieldPipeline {
     claims_for: (Rules, Detection),
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
-    /// Bodies that were moved again in the last step.
+    /// Bodies whose last step was repeated.
     redone: Vec<Redone>,
-    /// Whether bodies were added or removed since the last step.
+    /// True if bodies were added or removed since the last step.
     other_bodies: bool,
-    /// The same of colliders.
+    /// True if colliders were added or removed since the last step.
     other_colliders: bool,
     /// Bodies sampled in the last step.
     sampled: usize,
-    /// Whether it has made a step.
+    /// True once it has compared a state with a world.
     met: bool,
     stopwatch: Stopwatch,
     pub(crate) events: Option<Sender<ContactEvent>>,
@@ -300,7 +277,7 @@ impl FieldPipeline {
         self.stopwatch.on = on;
     }
 
-    /// Brings everything that is made of the fields up to date with them.
+    /// Updates everything that is made from the fields.
     pub(crate) fn follow(&mut self, fields: &Definition<'_>) {
         self.compiled.update(fields.set);
         if self.properties.update(fields.set) {
@@ -328,8 +305,8 @@ impl FieldPipeline {
     }
 }
 
-/// Whether a wrench acts on a body, and whether it is to be woken, or kept from falling asleep;
-/// `acting`: of each body, as decided for sleepers, if there are any.
+/// Returns whether a wrench acts on a body, and whether the body is to be woken or kept from falling asleep. `acting`
+/// has the decision for each body if any of them sleeps, else it is empty.
 fn acts(policy: WakePolicy, acting: &[bool]) -> impl Fn(usize, &Body, Wrench) -> (bool, bool) {
     move |place, body, wrench| {
         let acts = acting.get(place).copied().unwrap_or(true);

@@ -1,5 +1,5 @@
-//! Steps in which fields pull bodies at their centres of mass only: each body is visited once before
-//! Rapier's step and once after it, and no list of bodies or of samples is made.
+//! Steps in which fields act on bodies at their centres of mass only: each body is visited once before Rapier's step
+//! and once after it, without a list of bodies or of samples.
 
 mod pass;
 
@@ -11,7 +11,7 @@ pub(super) use pass::Member;
 use pass::{FirstHalf, HalfStep, Pass};
 
 impl FieldPipeline {
-    /// Whether fields, settings and world allow it.
+    /// Returns true if fields, settings and world allow it.
     pub(super) fn acts_at_centres(&self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
         let settings = fields.settings;
         let parameters = world.integration_parameters;
@@ -27,8 +27,8 @@ impl FieldPipeline {
             && parameters.max_linear_velocity() < FASTEST * 1e-3
     }
 
-    /// Kicks every awake body, or loads it if it is held. `None`, and the world is as it was, if one of them
-    /// takes more than this.
+    /// Kicks all awake bodies, or loads those that are held. `None`, with the world unchanged, if one of them needs
+    /// more than a visit.
     pub(super) fn begin_at_centres(
         &mut self,
         fields: &Definition<'_>,
@@ -44,7 +44,7 @@ impl FieldPipeline {
             first: None,
         };
         let last = state.evaluation.as_ref();
-        // Before contacts are looked at: those who were held mostly are so still.
+        // Before contacts are searched, with the held bodies of the last step, which mostly are still held.
         if self.pass(&half, last, world).is_blocked() {
             return None;
         }
@@ -75,8 +75,8 @@ impl FieldPipeline {
         Some(())
     }
 
-    /// Completes the kicks; returns how many bodies were written to. `None`, and the world is as Rapier left
-    /// it, if one of them takes more than this.
+    /// Completes the kicks; returns the number of bodies written to. `None`, with the world as Rapier left it, if one
+    /// of them needs more than a visit.
     pub(super) fn finish_at_centres(
         &mut self,
         fields: &Definition<'_>,
@@ -112,8 +112,8 @@ impl FieldPipeline {
         Some(self.undo.len())
     }
 
-    /// Does one half of a step; `false`, and what was written is taken back, if some body takes more. `last`:
-    /// the evaluation before.
+    /// Makes one half of a step. Returns false, with everything written taken back, if a body needs more than a visit.
+    /// `last` is the previous evaluation.
     fn visit_centres(
         &mut self,
         half: &HalfStep<'_>,

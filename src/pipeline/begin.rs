@@ -1,4 +1,4 @@
-//! The first half of a step.
+//! The first half of a step, before Rapier's.
 
 use std::sync::Arc;
 
@@ -66,7 +66,7 @@ impl FieldPipeline {
         let mark = state.mark;
         let begun = self.begin_bodies(fields, state, &mut world);
         if begun.is_err() {
-            // It may be that of bodies which the records do not know.
+            // The evaluation may belong to bodies that the records do not have.
             self.retire(state);
             self.rollback.restore(&mut world);
         }
@@ -122,7 +122,7 @@ impl FieldPipeline {
         })
     }
 
-    /// Fields answer contacts under schemes that keep the energy of what is hit.
+    /// Returns an error if fields answer contacts under a scheme that does not keep the energy of bodies that are hit.
     fn check_scheme(&self, fields: &Definition<'_>) -> Result<(), StepError> {
         let (scheme, answer) = (fields.settings.scheme, fields.settings.rules.answer_any());
         if !answer || !scheme.kicks_once() || !self.compiled.varies() {
@@ -137,7 +137,7 @@ impl FieldPipeline {
         })
     }
 
-    /// A state that was read from elsewhere must know some body of the world as it stands there.
+    /// Returns an error unless a state that was read from elsewhere has a body at its present pose in this world.
     fn recognise(&mut self, state: &FieldState, view: &WorldRef<'_>) -> Result<(), StepError> {
         let known = state
             .evaluation
@@ -160,7 +160,7 @@ impl FieldPipeline {
         }
     }
 
-    /// The first time fields meet a world, every anchor must be there; what is missing later was
+    /// When fields meet a world for the first time, all anchors must be in it. An anchor that is missing later was
     /// removed, and its fields are defined nowhere from then on.
     fn check_anchors(
         &mut self,
@@ -258,9 +258,8 @@ impl FieldPipeline {
         Ok(true)
     }
 
-    /// Evaluates the fields, unless the last step did, works out the first half of the motion of
-    /// all bodies, and writes it. Returns whether no field reaches any body, and whether sleepers
-    /// are looked at.
+    /// Evaluates the fields, unless the last step has done so, and computes and writes the first half of the motion of
+    /// all bodies. Returns true if no field reaches any body, and whether sleepers are evaluated.
     fn begin_bodies(
         &mut self,
         fields: &Definition<'_>,
@@ -294,11 +293,11 @@ impl FieldPipeline {
         self.see();
         let remade = self.gather(&world.view(), false);
         let anew = remade || first || self.is_stale(fields.set, state, &world.view(), dt);
-        // Where nothing has moved since, no contact has changed.
+        // If nothing has moved since, no contact has changed.
         self.pushed_is_known = !anew && self.pushed_after == Some(state.steps);
         self.find_held(fields, world, None);
         let scheme = fields.settings.scheme;
-        // Of other schemes the last step has not put them where they are.
+        // Under other schemes the last step has not placed the samples.
         let there = self.samples.are_placed && scheme == Scheme::KickDriftKick;
         if anew || self.compiled.reads_velocity || !there {
             self.place();
@@ -316,7 +315,7 @@ impl FieldPipeline {
         Ok((false, sleepers))
     }
 
-    /// Whether sleepers may feel something else than what they rest under.
+    /// Returns true if the wrenches on sleepers may have changed since they fell asleep.
     fn looks_at_sleepers(
         &self,
         fields: &Definition<'_>,
@@ -333,8 +332,8 @@ impl FieldPipeline {
         !state.resting.is_empty() && (self.compiled.reads_time || state.carriers.iter().any(moved))
     }
 
-    /// Works out the masses of bodies that are new or were moved: Rapier does so in its next step
-    /// only, and an impulse before would be lost.
+    /// Recomputes the masses of bodies that are new or were moved: Rapier does so only in its next step, and an impulse
+    /// before it would be lost.
     fn weigh(&mut self, state: &FieldState, world: &mut WorldMut<'_>) {
         for place in 0..self.bodies.len() {
             let body = &self.bodies[place];
@@ -356,12 +355,12 @@ impl FieldPipeline {
         }
     }
 
-    /// Whether the evaluation that the last step left does not do for this one.
+    /// Returns true if the evaluation that the last step left is not valid for this one.
     fn is_stale(&self, set: &FieldSet, state: &FieldState, view: &WorldRef<'_>, dt: Real) -> bool {
         let Some(evaluation) = &state.evaluation else {
             return true;
         };
-        // Its lifetimes are those of the last step.
+        // Its lifetimes were evaluated for the last step.
         let both = Span {
             start: state.time - to_f64(evaluation.dt),
             end: state.time + to_f64(dt),
@@ -418,7 +417,7 @@ impl FieldPipeline {
         Ok(())
     }
 
-    /// Has a scheme that chooses look again at bodies whose velocities were changed by hand.
+    /// Under a scheme that chooses, linearises bodies again whose velocities were changed by hand.
     fn look_again(
         &mut self,
         fields: &Definition<'_>,
@@ -450,7 +449,7 @@ impl FieldPipeline {
         state.evaluation = Some(evaluation);
     }
 
-    /// Takes note of where everything is that fields hang on and that is no sampled body.
+    /// Records the frames of all anchors that are not on sampled bodies.
     pub(super) fn note_carriers(&self, state: &mut FieldState, view: &WorldRef<'_>) {
         state.carriers.clear();
         for (_, anchor) in self.compiled.anchors.moving() {
@@ -461,7 +460,7 @@ impl FieldPipeline {
                     .collider(*handle)
                     .and_then(|collider| collider.parent()),
             };
-            // Colliders of sampled bodies are among what samples are made of.
+            // Colliders of sampled bodies are covered by the samples.
             let sampled = |body: RigidBodyHandle| {
                 let parts = self.compiled.requirements.parts;
                 let whole = parts || matches!(anchor, Anchor::Body { .. });
@@ -535,7 +534,7 @@ impl FieldPipeline {
         bridge::quarantine(world.bodies, &self.condemned);
     }
 
-    /// Takes up the bodies that are about to fall asleep though nothing balances what pushes them.
+    /// Collects the bodies that are about to fall asleep under unbalanced forces.
     pub(super) fn find_restless(&mut self, state: &mut FieldState, world: &WorldMut<'_>) {
         let was_drowsing = std::mem::take(&mut state.drowsing);
         let balance = Balance {
@@ -553,7 +552,7 @@ impl FieldPipeline {
         self.stepped.drowsing = Some(was_drowsing);
     }
 
-    /// Takes note of how the bodies begin the step, for contacts: before fields act on them.
+    /// Records the bodies at the start of the step, before fields act on them, for contacts.
     fn note_starts(&mut self, world: &WorldMut<'_>) {
         if !self.compiled.detectors.is_empty() {
             let starts = Arc::make_mut(&mut self.detector.starts);
@@ -561,7 +560,7 @@ impl FieldPipeline {
         }
     }
 
-    /// And after.
+    /// Records them after the first kicks.
     fn note_kicks(
         &mut self,
         fields: &Definition<'_>,
@@ -594,7 +593,7 @@ impl FieldPipeline {
         Arc::make_mut(&mut self.detector.starts).after(&world.view(), share, momenta);
     }
 
-    /// The pairs that are Rapier's, since no detection field acts where they are.
+    /// The pairs that are Rapier's, because no detection field acts at their present poses.
     fn release(&mut self, state: &FieldState, world: &WorldMut<'_>) -> Pairs {
         let (view, claims, properties) = (world.view(), &self.claims, &self.properties);
         let pairs = world.narrow_phase.contact_pairs();
@@ -607,8 +606,8 @@ impl FieldPipeline {
             .released(&self.compiled, &view, claimed, moment, sites)
     }
 
-    /// Gives the colliders whose contacts are claimed or checked the bits without which Rapier asks
-    /// no hook, and those that no field needs any more theirs back.
+    /// Gives the colliders whose contacts are claimed or checked the hook bits that they need, and restores the bits of
+    /// those that no longer need them.
     fn listen(
         &mut self,
         fields: &Definition<'_>,
@@ -650,12 +649,12 @@ impl FieldPipeline {
     }
 }
 
-/// Whether fields or properties were edited since the last step.
+/// Returns true if fields or properties were edited since the last step.
 fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
     state.mark != Some(fields.set.mark())
 }
 
-/// Takes back what a step that was never finished has left in a world.
+/// Takes back the writes of a step that was never finished.
 pub(super) fn take_back(open: &OpenRecord, world: &mut WorldMut<'_>) {
     bridge::restore(world.bodies, &open.overrides);
     bridge::let_precess(world.bodies, &open.steady);

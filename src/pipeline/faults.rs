@@ -1,4 +1,4 @@
-//! What a step does about forces that cannot be given to Rapier.
+//! The treatment of forces that cannot be given to Rapier.
 
 use super::stages::Now;
 use super::{Definition, FieldPipeline};
@@ -10,8 +10,7 @@ use crate::integrate::{
 use crate::rigid::Wrench;
 
 impl FieldPipeline {
-    /// Evaluates the fields on the bodies that were sampled, and forgets those of them that are to be
-    /// disabled.
+    /// Evaluates the fields on the sampled bodies, and drops the bodies that are to be disabled.
     pub(super) fn evaluate(
         &mut self,
         fields: &Definition<'_>,
@@ -33,14 +32,14 @@ impl FieldPipeline {
                 evaluation.leave_out(&fault, &sifted(fields.set, &fault));
                 return Ok(());
             }
-            // Once more, without the others.
+            // Again, without the bodies that are to be disabled.
             self.see();
             self.gather(&view, false);
             self.place();
         }
     }
 
-    /// Says that a body is left out, or to be disabled; or refuses the step.
+    /// Refuses the step, or warns that a body's force is left out or the body disabled.
     fn answer(&mut self, fields: &Definition<'_>, fault: &Fault) -> Result<(), StepError> {
         match self.on_fault {
             FaultPolicy::Refuse => return Err(blame(fields.set, fault)),
@@ -54,7 +53,7 @@ impl FieldPipeline {
         Ok(())
     }
 
-    /// The same for what motions leave out. The evaluation is that of the bodies.
+    /// The same for the faults of motions. `evaluation` is that of the bodies.
     pub(super) fn answer_all(
         &mut self,
         fields: &Definition<'_>,
@@ -73,8 +72,7 @@ impl FieldPipeline {
         Ok(())
     }
 
-    /// Works out the motion of the particles of soft bodies: before Rapier's step, or after that of a
-    /// `flight`.
+    /// Computes the motion of the particles of soft bodies: before Rapier's step, or after it for a `flight`.
     pub(super) fn move_soft(
         &mut self,
         fields: &Definition<'_>,
@@ -128,8 +126,8 @@ impl FieldPipeline {
         Ok(())
     }
 
-    /// Keeps copies of what a step that may be refused has to go back to; the cross-check asks them where
-    /// bodies were.
+    /// Copies the bodies and joints, for a step that may be refused, and for the cross-check, which needs previous
+    /// poses.
     pub(super) fn keep_copies(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
         let refuses = self.on_fault == FaultPolicy::Refuse;
         match refuses || self.cross_checks(fields) {
@@ -139,7 +137,7 @@ impl FieldPipeline {
     }
 }
 
-/// The rules with what is done about faults.
+/// The rules with the treatment of faults.
 pub(super) fn answering<'a>(
     rules: MotionRules<'a>,
     on_fault: FaultPolicy,

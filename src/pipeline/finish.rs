@@ -1,4 +1,4 @@
-//! The second half of a step.
+//! The second half of a step, after Rapier's.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ impl FieldPipeline {
             if open.soft.is_some() {
                 self.softs.restore(world.soft_bodies);
             }
-            // Where no time has passed, the next step begins with what this one began with.
+            // No time has passed, so the next step begins with the same evaluation.
             let not_stepped = outcome == Err(StepError::NotStepped);
             if not_stepped {
                 state.mark = open.mark;
@@ -94,7 +94,7 @@ impl FieldPipeline {
             }
         }
         if !self.compiled.detectors.is_empty() {
-            // Nobody asks hooks any more.
+            // No hook is called any more. Without this reference, the detector can change its own in place.
             open.starts = Arc::default();
         }
         self.stopwatch.lap(StepStage::Bookkeeping);
@@ -184,7 +184,7 @@ impl FieldPipeline {
         })
     }
 
-    /// What a scheme that chooses has reached.
+    /// The largest error of bodies under a scheme that chooses.
     fn error(&self, fields: &Definition<'_>, open: &OpenStep) -> Option<Real> {
         let varies = !open.idle && self.compiled.varies();
         let reached = if varies { self.integrator.reached } else { 0.0 };
@@ -196,7 +196,7 @@ impl FieldPipeline {
         if open.idle { 0 } else { self.sampled }
     }
 
-    /// Finds and answers what touched during Rapier's step, if detection is swept.
+    /// With swept detection, finds and answers the touches during Rapier's step.
     fn sweep(
         &mut self,
         fields: &Definition<'_>,
@@ -226,8 +226,8 @@ impl FieldPipeline {
         );
     }
 
-    /// Gives bodies what answers to contacts make of them, but those that would be too fast, or nowhere;
-    /// returns how many.
+    /// Writes the results of contacts to bodies, except velocities that are too fast and poses that are not finite.
+    /// Returns the number of bodies.
     fn push(&mut self, world: &mut WorldMut<'_>) -> usize {
         self.pushes.retain(|push| {
             let bears = |velocity: Vector| velocity.length() <= FASTEST;
@@ -266,7 +266,7 @@ impl FieldPipeline {
         let kicks = fields.settings.scheme.kicks_twice() || bounced;
         if !kicks && !self.pushes.iter().any(deflected) {
             self.note_sleepers(fields, state, &open.bodies, world);
-            // Kept for how wrenches change from step to step.
+            // Kept because the change of wrenches from step to step is monitored.
             if let Some(evaluation) = &mut state.evaluation {
                 evaluation.outdated = true;
             }
@@ -276,7 +276,7 @@ impl FieldPipeline {
         let now = Now::last(state.time, open.dt);
         let settled = &open.motions.settled;
         if let Some(last) = &mut state.evaluation {
-            // No second half is to come for these, so their velocities are to be taken as they are.
+            // These get no second half, so their velocities are true as they are.
             for (body, wrench) in last.bodies.iter().zip(&mut last.wrenches) {
                 if !settled.is_empty() && find(settled, *body).is_some() {
                     *wrench = Wrench::ZERO;
@@ -346,7 +346,7 @@ impl FieldPipeline {
                 error: from_f64(error),
             });
         self.warnings.extend(hit);
-        // While the places of bodies are those at which they were found.
+        // This needs the places at which the bodies were found.
         for now in &self.redone {
             let body = &mut self.bodies[now.place];
             (body.pose, body.linvel, body.angvel) = (now.pose, now.linvel, now.angvel);
@@ -369,7 +369,7 @@ impl FieldPipeline {
         Ok(written)
     }
 
-    /// Takes what Rapier moved bodies by itself for the velocities at which they have moved.
+    /// Replaces the velocities of free bodies by those at which they have moved.
     fn complete(&mut self, first: &Motions, world: &WorldMut<'_>) {
         if first.free.is_empty() {
             return;
@@ -384,7 +384,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Who was put on another path within the step, in the order of handles.
+    /// The bodies that were put on another path within the step, in the order of their handles.
     fn redirected(&self) -> Vec<Deflection> {
         let hits = self.pushes.iter().filter_map(|push| {
             let hit = push.hit?;
@@ -399,7 +399,7 @@ impl FieldPipeline {
         hits
     }
 
-    /// Takes note of how the step leaves the bodies.
+    /// Records the state in which the step leaves the bodies.
     fn record(&mut self, state: &mut FieldState) {
         let mut updates = self.late.updates.iter().peekable();
         state.records.clear();
@@ -413,7 +413,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Takes note of how Rapier's step leaves bodies to which fields do nothing after it.
+    /// Records the state in which Rapier's step leaves bodies that get no second half.
     fn record_moved(&mut self, state: &mut FieldState, view: &WorldRef<'_>) {
         state.records.clear();
         let Some(evaluation) = &state.evaluation else {
@@ -425,14 +425,14 @@ impl FieldPipeline {
         };
         let records = evaluation.bodies.iter().map_while(stands);
         state.records.extend(records);
-        // One of them is gone.
+        // A body is gone.
         if state.records.len() != evaluation.bodies.len() {
             state.records.clear();
         }
     }
 
-    /// Remembers under which wrenches bodies fell asleep in this step: the next evaluation may
-    /// see changed fields already.
+    /// Records the wrenches under which bodies fell asleep in this step, because the next evaluation may see other
+    /// fields.
     pub(super) fn note_sleepers(
         &mut self,
         fields: &Definition<'_>,
@@ -456,8 +456,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Finds the contacts at the end of the step, answers them, and tells of them; returns how many
-    /// bodies were written.
+    /// Finds the contacts at the end of the step, answers them, and sends events; returns the number of bodies written.
     fn touch(
         &mut self,
         fields: &Definition<'_>,
@@ -508,7 +507,7 @@ impl FieldPipeline {
     }
 }
 
-/// Whether fields leave a contact to Rapier's solver, whatever the rules say.
+/// Returns true if fields leave a contact to Rapier's solver, whatever the rules say.
 fn is_rapiers(
     contact: &FieldContact,
     (joints, given): (Joints<'_>, &Pairs),
@@ -518,7 +517,7 @@ fn is_rapiers(
     given.contains(&contact.colliders) || joints.keep_apart(contact.bodies) || is_dominated(bodies)
 }
 
-/// What is told of pairs that are given back to Rapier; that one rests is none of it.
+/// The warnings for pairs that are handed over to Rapier; there is none for a pair that rests.
 fn warnings_of(given: Given) -> impl Iterator<Item = StepWarning> {
     let deeper = given.deeper.into_iter();
     let deeper = deeper.map(|(colliders, depth)| StepWarning::ContactDeepens { colliders, depth });

@@ -1,4 +1,4 @@
-//! A step between its two halves.
+//! A step that was begun and not yet finished.
 
 use std::sync::Arc;
 
@@ -11,57 +11,56 @@ use crate::math::{ColliderHandle, Real};
 use crate::rapier::pipeline::PhysicsHooks;
 use crate::rigid::Body;
 
-/// A step that [`Fields::begin`](crate::Fields::begin) began: hand its [hooks](Self::hooks) to
-/// Rapier's step, then give it to [`Fields::finish`](crate::Fields::finish).
+/// A step that [`Fields::begin`](crate::Fields::begin) began: pass its [hooks](Self::hooks) to Rapier's step, then pass
+/// it to [`Fields::finish`](crate::Fields::finish).
 ///
-/// It owns what the second half of the step needs. Bodies that are removed meanwhile are left out;
-/// bodies that are added take part from the next step on; fields that are edited act, as edited,
-/// from the second half on. A step that is dropped instead of finished is taken back as far as it
-/// stands in the world (forces, switches) when the next one begins, which says so.
+/// It owns the data for the second half of the step. Bodies that are removed in the meantime are left out; bodies that
+/// are added take part from the next step on; fields that are edited act, as edited, from the second half on. If a step
+/// is dropped instead of finished, its forces and switches in the world are taken back when the next one begins, which
+/// returns an error.
 #[must_use = "a step that was begun is to be finished"]
 pub struct OpenStep {
     pub(super) number: u64,
     pub(super) dt: Real,
-    /// Whether nobody but Rapier has the world until it is finished.
+    /// True if only Rapier's step can change the world until the step is finished.
     pub(super) alone: bool,
-    /// Whether no field can reach any body within the step.
+    /// True if no field can reach any body within the step.
     pub(super) idle: bool,
-    /// Whether fields acted at centres of mass alone.
+    /// True if fields acted at centres of mass only.
     pub(super) at_centres: bool,
     pub(super) motions: Motions,
-    /// The bodies that were sampled, as they were; of a step at centres of mass, those that may fall asleep.
+    /// Copies of the sampled bodies from before the step; in a step at centres of mass, of those that may fall asleep.
     pub(super) bodies: Vec<Body>,
     pub(super) rollback: Rollback,
-    /// By what Rapier's step shows, unless it is ours.
+    /// Shows how Rapier stepped; empty if the step is made by [`Fields::step`](crate::Fields::step).
     pub(super) stepped: Stepped,
-    /// That of the set as the step before has seen it.
+    /// The mark of the set in the previous step.
     pub(super) mark: Option<u64>,
     pub(super) on_fault: FaultPolicy,
-    /// Contacts that Rapier should find.
+    /// The fields' contacts, which Rapier should find too; `None` without a cross-check.
     pub(super) expected: Option<Expected>,
-    /// What the fields did when the step began, if there is an audit.
+    /// The power and potential of the fields when the step began, for the audit.
     pub(super) tally: Tally,
-    /// How particles of soft bodies were pushed, if there are any.
+    /// The loads on particles of soft bodies, if there are any.
     pub(super) soft: Option<SoftFlight>,
-    /// Whether sleepers are looked at.
+    /// True if sleepers are evaluated.
     pub(super) sleepers: bool,
     pub(super) claims: Arc<Claims>,
     pub(super) listening: Arc<Listening>,
     pub(super) starts: Arc<Starts>,
-    /// Pairs on which no detection field acts where they are.
+    /// Pairs on which no detection field acts at their present poses.
     pub(super) released: Pairs,
-    /// Pairs that fields have given back to Rapier while they last.
+    /// Pairs that the fields have handed over to Rapier until they separate.
     pub(super) given: Pairs,
-    /// A claimed pair that Rapier is to ask about.
+    /// A claimed pair for which Rapier has to call the hooks.
     pub(super) to_ask: Option<[ColliderHandle; 2]>,
-    /// Whether there are claimed contacts about which Rapier need not ask.
+    /// True if there may be claimed contacts for which Rapier need not call the hooks.
     pub(super) unasked: bool,
     pub(super) heard: Heard,
 }
 
 impl OpenStep {
-    /// The hooks that Rapier's step is to be given: yours, with those by which Rapier learns which
-    /// contacts are not its own.
+    /// The hooks to pass to Rapier's step: the user's, with those that tell Rapier which contacts the fields answer.
     pub fn hooks<'a>(&'a self, user: &'a dyn PhysicsHooks) -> StepHooks<'a> {
         StepHooks {
             claims: &self.claims,

@@ -1,4 +1,4 @@
-//! What may be asked of the fields. No question changes anything.
+//! Queries of the fields; none of them changes anything.
 
 use std::collections::HashSet;
 
@@ -21,7 +21,7 @@ use crate::sample::{Attitude, Kind, Properties, SamplePoint, Samples, owner};
 pub struct BodySample {
     /// The kind of sampling it belongs to: one of `Centre`, `Parts`, `Volume` and `Surface`.
     pub sampling: Sampling,
-    /// What fields are asked there. The sample stands for `share` · `fraction` of the body's mass.
+    /// The query of the fields at this point. The sample stands for `share` · `fraction` of the body's mass.
     pub query: Query,
 }
 
@@ -31,13 +31,13 @@ pub struct BodySample {
 pub struct FieldValue {
     /// The force on a resting point of unit mass and no charge; zero where no field is defined.
     pub force: Vector,
-    /// Whether any field is defined there, which is not the same as a force.
+    /// True if any field is defined there, which is not the same as a force.
     pub is_defined: bool,
     /// The fields that count there: their names, or places in the tree.
     pub fields: Vec<String>,
 }
 
-/// What was made of the fields: kept from the last step, or made anew.
+/// The compiled fields: kept from the last step, or made for this query.
 struct Current<'a>(MaybeOwned<'a>);
 
 enum MaybeOwned<'a> {
@@ -61,7 +61,7 @@ impl Current<'_> {
     }
 }
 
-/// One moment, at which questions are answered.
+/// The world at one moment, for queries.
 struct Scene<'a> {
     set: &'a FieldSet,
     current: Current<'a>,
@@ -73,7 +73,7 @@ struct Scene<'a> {
 }
 
 impl FieldPipeline {
-    /// The fields as they are now, in the form in which they are evaluated.
+    /// The present fields in compiled form.
     fn current(&self, set: &FieldSet) -> Current<'_> {
         if self.compiled.revision == set.revision() {
             return Current(MaybeOwned::Kept(&self.compiled, &self.properties));
@@ -83,7 +83,7 @@ impl FieldPipeline {
         Current(MaybeOwned::Made(Box::new((Compiled::new(set), properties))))
     }
 
-    /// What was compiled.
+    /// The plan of the compiled fields.
     pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
         self.current(set).compiled().plan(set)
     }
@@ -116,7 +116,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Where and how a body is sampled.
+    /// The points at which a body is sampled.
     pub(crate) fn samples(
         &self,
         fields: &Definition<'_>,
@@ -128,7 +128,7 @@ impl FieldPipeline {
         let samples = &scene.samples;
         let list = samples.list.iter();
         let listed = list.filter(|sample| samples.bodies[sample.body as usize] == body);
-        // Few points are shown where there are not many of the same kind, too: they stand for the same.
+        // Of each kind, the small set of points is shown only without the large one, because both stand for the same.
         let has = |points| listed.clone().any(|it| it.kind == Kind::Several(points));
         let many = [Points::Volume, Points::Surface].map(has);
         let listed = listed.filter(|sample| match sample.kind {
@@ -136,7 +136,7 @@ impl FieldPipeline {
             Kind::Several(Points::FewOfSurface) => !many[1],
             _ => true,
         });
-        // The body as a whole, unless its colliders are asked there one by one.
+        // The centre of mass, unless the colliders are sampled at their centres.
         let apart = listed.clone().any(|sample| sample.kind == Kind::Centre);
         let whole = samples.of_body(body).filter(|_| !apart);
         let own = whole
@@ -175,7 +175,7 @@ impl FieldPipeline {
         evaluation.wrench(body)
     }
 
-    /// How stiff the fields are for a body.
+    /// The stiffness of the fields for a body.
     pub(crate) fn stiffness(
         &self,
         fields: &Definition<'_>,
@@ -189,7 +189,7 @@ impl FieldPipeline {
         Ok(integrator.stiffness(&scene.context(fields), &evaluation, body))
     }
 
-    /// The potential energy of the bodies as they are now.
+    /// The potential energy of the bodies in the present world.
     pub(crate) fn potential_energy(
         &self,
         fields: &Definition<'_>,
@@ -208,7 +208,7 @@ impl FieldPipeline {
         )
     }
 
-    /// Why the fields push a body the way they do.
+    /// The reasons for the wrench on a body.
     pub(crate) fn explain(
         &self,
         fields: &Definition<'_>,
@@ -223,7 +223,7 @@ impl FieldPipeline {
         Some(explain(scene.set, &scene.view, samples, moment, place))
     }
 
-    /// The fields at some points.
+    /// The composite field at some points.
     pub(crate) fn at(
         &self,
         fields: &Definition<'_>,
@@ -349,7 +349,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Points as samples of every kind, of which each field takes one.
+/// Points as samples of all kinds, of which each field takes one.
 fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
     let mut samples = Samples::default();
     samples.clear();
@@ -370,7 +370,7 @@ fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
     for kind in Points::ALL.map(Kind::Several) {
         for number in 0..world_points.len() {
             let site = samples.list[number];
-            // One sample is as good as many.
+            // A point needs only one sample of each kind.
             samples.list.push(SamplePoint {
                 kind,
                 is_ball: true,

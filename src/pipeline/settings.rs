@@ -1,4 +1,4 @@
-//! How fields act.
+//! The settings of the fields of a world.
 
 use crate::bridge::WakePolicy;
 use crate::contact::{Detection, Responder, Rules};
@@ -6,7 +6,7 @@ use crate::cross_check::CrossCheck;
 use crate::integrate::{FaultPolicy, Scheme};
 use crate::math::ColliderHandle;
 
-/// How fields act: plain data, which may be changed between steps.
+/// The settings of the fields of a world: plain data, which may be changed between steps.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -22,35 +22,34 @@ use crate::math::ColliderHandle;
 )]
 #[non_exhaustive]
 pub struct FieldSettings {
-    /// How wrenches become motion.
+    /// The rule by which wrenches become motion.
     pub scheme: Scheme,
-    /// When fields wake sleeping bodies.
+    /// The rule by which fields wake sleeping bodies.
     pub wake: WakePolicy,
-    /// What is done about a body to which fields give a force that is not finite, or too large.
+    /// The treatment of bodies to which fields give a force that is not finite, or too large.
     pub on_fault: FaultPolicy,
-    /// When fields look for contacts.
+    /// The time at which fields look for contacts.
     pub detection: Detection,
-    /// Which contacts of fields are compared with Rapier's.
+    /// The contacts of fields that are compared with Rapier's.
     pub cross_check: CrossCheck,
-    /// Whether account of the energy is kept in every step; see
-    /// [`Fields::audit`](crate::Fields::audit).
+    /// True to keep account of the energy in each step; see [`Fields::audit`](crate::Fields::audit).
     pub audit: bool,
     pub(crate) rules: Rules,
 }
 
 impl FieldSettings {
-    /// Who answers contacts that no rule of [`FieldSettings::set_responder_among`] is for.
+    /// The side that answers contacts for which there is no rule by [`FieldSettings::set_responder_among`].
     pub fn responder(&self) -> Responder {
         self.rules.everywhere
     }
 
-    /// Sets who answers contacts that fields detect.
+    /// Sets the side that answers contacts that fields detect.
     pub fn set_responder(&mut self, responder: Responder) {
         self.rules.everywhere = responder;
     }
 
-    /// Sets who answers contacts between any two of some colliders (of a pair, or of a group). The
-    /// last such rule that fits a pair counts.
+    /// Sets the side that answers contacts between any two of these colliders. Of several such rules, the last one that
+    /// fits a pair counts.
     pub fn set_responder_among(
         &mut self,
         colliders: impl IntoIterator<Item = ColliderHandle>,
@@ -60,7 +59,7 @@ impl FieldSettings {
         self.rules.among.push((set, responder));
     }
 
-    /// The rules so far: sets of colliders, and who answers contacts between any two of a set.
+    /// The rules so far: sets of colliders, each with the side that answers contacts between any two of the set.
     pub fn responders_among(
         &self,
     ) -> impl Iterator<Item = (impl Iterator<Item = ColliderHandle>, Responder)> {

@@ -1,4 +1,4 @@
-//! What both halves of a step have in common: bodies → samples → evaluation.
+//! The stages that both halves of a step share: bodies → samples → evaluation.
 
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, Wanted, WorldMut, WorldRef, is_movable, most_sleep};
@@ -11,10 +11,10 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound};
 use crate::sample::{Moment, Properties, Samples};
 
-/// No bodies.
+/// An empty set.
 pub(super) static NONE: BodySet = BodySet::new();
 
-/// Rapier's speed limit, but for what rounding adds over the iterations of a step.
+/// A factor on Rapier's speed limit for rounding over the iterations of a step.
 const BEYOND_LIMIT: Real = 1.001;
 
 /// A moment of a step.
@@ -22,18 +22,18 @@ const BEYOND_LIMIT: Real = 1.001;
 pub(super) struct Now {
     pub time: f64,
     pub dt: Real,
-    /// The step.
+    /// The span of the whole step.
     pub span: Span,
 }
 
 impl Now {
-    /// Where a step begins.
+    /// The start of a step.
     pub(super) fn first(time: f64, dt: Real) -> Self {
         let span = Span::step(time, dt);
         Now { time, dt, span }
     }
 
-    /// Where a step ends that began at a time.
+    /// The end of a step that began at a time.
     pub(super) fn last(began: f64, dt: Real) -> Self {
         let span = Span::step(began, dt);
         let time = span.end;
@@ -48,7 +48,7 @@ impl Now {
     }
 }
 
-/// A part of the world, and how far beyond it a body can come into it within a step.
+/// The part of the world in which fields may act on a body's centre within a step.
 pub(super) struct Reach {
     low: Vector,
     high: Vector,
@@ -67,12 +67,12 @@ impl Reach {
 }
 
 impl FieldPipeline {
-    /// Whether contacts are compared with Rapier's: not where no field detects any.
+    /// Returns true if contacts are compared with Rapier's; false if no field detects any.
     pub(super) fn cross_checks(&self, fields: &Definition<'_>) -> bool {
         fields.settings.cross_check.on && !self.compiled.detectors.is_empty()
     }
 
-    /// Takes up the links of multibodies.
+    /// Collects the links of multibodies.
     pub(super) fn find_links(&mut self, world: &WorldMut<'_>) {
         self.links.clear();
         for multibody in world.multibody_joints.multibodies() {
@@ -83,8 +83,8 @@ impl FieldPipeline {
             .sort_unstable_by_key(|link| link.into_raw_parts().0);
     }
 
-    /// Takes up the bodies that Rapier's solver holds, if the scheme treats them differently; once in each half
-    /// of a step. `after`: how many steps there are, if Rapier has just made one.
+    /// Collects the bodies that Rapier's solver holds, if the scheme treats them differently; once in each half of a
+    /// step. `after` is the number of steps, if Rapier has just made one.
     pub(super) fn find_held(
         &mut self,
         fields: &Definition<'_>,
@@ -119,7 +119,7 @@ impl FieldPipeline {
         }
     }
 
-    /// How bodies move in this step, apart from fields.
+    /// The rules by which bodies move in this step, apart from fields.
     pub(super) fn rules<'a>(
         links: &'a [RigidBodyHandle],
         held: &'a BodySet,
@@ -142,8 +142,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Copies the bodies that are sampled: those awake, with `besides`, and all sleepers if asked
-    /// for.
+    /// Copies the sampled bodies: the awake ones, `besides`, and all sleepers if `sleepers`.
     pub(super) fn read(
         &mut self,
         world: &WorldMut<'_>,
@@ -167,8 +166,8 @@ impl FieldPipeline {
         }
     }
 
-    /// Brings what stays of the samples up to date with the bodies that were read; returns whether they
-    /// are made of other parts than before. `known`: whether the parts of the bodies are as they were.
+    /// Updates the parts of the samples that outlive steps for the bodies that were read. Returns true if they are made
+    /// of other parts than before. `known` if the bodies have the same parts as before.
     pub(super) fn gather(&mut self, view: &WorldRef<'_>, known: bool) -> bool {
         self.gatherer.gather(
             &mut self.samples,
@@ -179,12 +178,12 @@ impl FieldPipeline {
         )
     }
 
-    /// Puts the samples where the bodies are that were read, with the velocities in `self.seen`.
+    /// Moves the samples to the poses of the bodies that were read, with the velocities in `self.seen`.
     pub(super) fn place(&mut self) {
         self.samples.place(&self.bodies, Some(&self.seen));
     }
 
-    /// The next step is not to begin with the last evaluation.
+    /// Makes the next step evaluate again.
     pub(super) fn retire(&mut self, state: &mut FieldState) {
         if let Some(evaluation) = state.evaluation.take() {
             self.spare = evaluation;
@@ -193,7 +192,7 @@ impl FieldPipeline {
         state.reactions.clear();
     }
 
-    /// What the integrator is told of a step; apart from `self`, so that it can be borrowed beside.
+    /// The inputs of the integrator for a step; without `self`, so that other fields of it can be borrowed.
     pub(super) fn context<'a>(
         view: &'a WorldRef<'a>,
         (compiled, samples, bodies): (&'a Compiled, &'a Samples, &'a [Body]),
@@ -212,13 +211,13 @@ impl FieldPipeline {
         }
     }
 
-    /// Whether swept detection needs every body's rotation known.
+    /// Returns true if swept detection needs the rotation of each body.
     pub(super) fn exact_turns(&self, fields: &Definition<'_>) -> bool {
         fields.settings.detection == Detection::Swept && !self.compiled.detectors.is_empty()
     }
 
-    /// Whether no field can reach any body in this step: all are bounded, and every body is farther
-    /// away than Rapier lets it move. Then `self.bodies` are those that this crate turns all the same.
+    /// Returns true if no field can reach any body in this step: all fields are bounded, and each body is farther away
+    /// than Rapier lets it move. Then `self.bodies` are those that this crate rotates all the same.
     pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
         let watched = fields.settings.audit || self.cross_checks(fields);
         let detects = !self.compiled.detectors.is_empty();
@@ -227,7 +226,7 @@ impl FieldPipeline {
             return false;
         }
         let view = world.view();
-        // One body that carries a field and is awake in its range spares a look at all the others.
+        // If one body that carries a field is awake in its range, the others need not be visited.
         let awake_in_reach = |(frame, range): (Frame, Real)| {
             let body = frame.body.and_then(|handle| view.body(handle));
             body.is_some_and(|body| {
@@ -281,7 +280,7 @@ impl FieldPipeline {
                 turning.push(top);
                 exact && slow(&top)
             });
-            // Contacts ask what no step has weighed yet, and tell of what is nowhere.
+            // Contacts need bodies whose mass is computed, and warn of poses that are not finite.
             let weighed = body.mass_properties().effective_inv_mass != Vector::ZERO;
             let known = !detects || (weighed && is_sound(body));
             idle = known && may_turn && !reach.holds(body, extent);
@@ -289,7 +288,7 @@ impl FieldPipeline {
         idle
     }
 
-    /// Works out the free rotation of `self.bodies`, which no field pushes.
+    /// Computes the free rotation of `self.bodies`, on which no field acts.
     pub(super) fn turn_freely(&mut self, parameters: &IntegrationParameters) {
         let motions = &mut self.motions;
         motions.clear();
@@ -320,7 +319,7 @@ impl FieldPipeline {
         (way.is_finite() && !reach.low.is_nan() && !reach.high.is_nan()).then_some(reach)
     }
 
-    /// Takes the velocities of the bodies for those that fields see.
+    /// Takes the present velocities of the bodies as those that fields see.
     pub(super) fn see(&mut self) {
         self.seen.clear();
         let bodies = self.bodies.iter();
@@ -328,7 +327,7 @@ impl FieldPipeline {
             .extend(bodies.map(|body| (body.linvel, body.angvel)));
     }
 
-    /// All samples of all bodies that fields can move, sleepers included.
+    /// All samples of all bodies that fields can move, with sleepers.
     pub(super) fn sample_everyone(
         properties: &Properties,
         view: &WorldRef<'_>,
@@ -353,8 +352,8 @@ impl FieldPipeline {
         (bodies, samples)
     }
 
-    /// Fills in the sites of all bodies, for detection fields under operators; with their volumes if
-    /// any field asks for those.
+    /// Fills in the site samples of all bodies, for detection fields under operators; with their volumes if any field
+    /// reads those.
     pub(super) fn sites(
         properties: &Properties,
         view: &WorldRef<'_>,
@@ -369,8 +368,8 @@ impl FieldPipeline {
     }
 }
 
-/// A moment by itself, of a step of length `dt`; in one of no length no force acts, and that of a change of
-/// velocity is to be finite.
+/// A moment by itself, for a step of length `dt`. In a step of no length no force acts, but a change of velocity must
+/// give a finite force.
 pub(super) fn moment(time: f64, dt: Real) -> Moment {
     Moment {
         time,
@@ -379,7 +378,7 @@ pub(super) fn moment(time: f64, dt: Real) -> Moment {
     }
 }
 
-/// Solver iterations of Rapier's step.
+/// The number of solver iterations in Rapier's step.
 pub(super) fn iterations(parameters: &IntegrationParameters) -> u32 {
     u32::try_from(parameters.num_solver_iterations).unwrap_or(u32::MAX)
 }

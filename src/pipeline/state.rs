@@ -1,4 +1,4 @@
-//! What outlives a step.
+//! The state that one step leaves for the next.
 
 use std::sync::Arc;
 
@@ -11,9 +11,8 @@ use crate::integrate::{Evaluation, Reactions};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
 use crate::rigid::Body;
 
-/// What the next step takes over from the last one: plain data. Beside the
-/// [settings](crate::FieldSettings) and the fields it is all that a snapshot needs: a fresh
-/// [`FieldPipeline`](crate::FieldPipeline) goes on with it bit for bit.
+/// The state that one step leaves for the next: plain data. A snapshot needs it, the [settings](crate::FieldSettings)
+/// and the fields: a new [`FieldPipeline`](crate::FieldPipeline) continues from them bit for bit.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -22,39 +21,38 @@ use crate::rigid::Body;
 pub struct FieldState {
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub(crate) time: f64,
-    /// Steps finished so far.
+    /// The number of finished steps.
     pub(crate) steps: u64,
-    /// The mark of the set as the last step has seen it.
+    /// The mark of the set in the last step.
     pub(crate) mark: Option<u64>,
-    /// The evaluation that the next step begins with, unless something changed.
+    /// The evaluation with which the next step begins, unless something changed.
     pub(crate) evaluation: Option<Evaluation>,
-    /// The bodies it was made for, as the step left them.
+    /// The bodies for which it was made, as the step left them.
     pub(crate) records: Vec<BodyRecord>,
-    /// What fields hang on that is none of these bodies, and where it was.
+    /// The anchors that are not on any of these bodies, with their frames.
     pub(crate) carriers: Vec<(Anchor, Option<Frame>)>,
     /// Bodies found stiff, in the order of their handles.
     pub(crate) stiff: Vec<RigidBodyHandle>,
     pub(crate) resting: Resting,
     pub(crate) drowsing: Drowsing,
     pub(crate) reactions: Reactions,
-    /// Whether all anchors were found once, and how many bodies and colliders there were; what is
-    /// missing later was removed.
+    /// The numbers of bodies and colliders, once all anchors have been found; an anchor that is missing later was
+    /// removed.
     pub(crate) anchored: Option<[usize; 2]>,
     /// Anchors that were reported missing.
     pub(crate) removed: Vec<Anchor>,
-    /// Colliders that were given a bit for hooks, with their own.
+    /// Colliders that were given hook bits, with their own.
     pub(crate) listening: Arc<Listening>,
-    /// Contacts that are Rapier's though fields claim them.
+    /// Contacts that are Rapier's, although fields claim them.
     pub(crate) hand_over: HandOver,
     /// Contacts at the end of the last step.
     pub(crate) touching: Vec<[ColliderHandle; 2]>,
     pub(crate) cross_check: CrossCheckReport,
     pub(crate) audit: EnergyAudit,
-    /// The number of a step that was begun and is not finished, with what is to be taken back if it
-    /// never is.
+    /// The record of a step that is not finished, by which it is taken back if it never is.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub(crate) open: Option<OpenRecord>,
-    /// Whether it was found to be sound, once; what is read from elsewhere was not yet.
+    /// True once it was found sound; a deserialized state has not been checked yet.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     checked: bool,
 }
@@ -73,14 +71,14 @@ pub(crate) struct BodyRecord {
     pub colliders: u32,
 }
 
-/// A step that was begun.
+/// The record of a step that was begun.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OpenRecord {
     pub number: u64,
     pub overrides: Vec<ForceOverride>,
     /// Bodies whose gyroscopic term is off for the step.
     pub steady: Vec<RigidBodyHandle>,
-    /// Those of soft bodies.
+    /// The same for soft bodies.
     pub lent: Vec<LentForces>,
 }
 
@@ -107,7 +105,7 @@ impl FieldState {
         self.evaluation = None;
     }
 
-    /// Whether it is of one piece, and could have been left behind by a step.
+    /// Returns an error if it cannot have been left behind by a step.
     pub(crate) fn check(&mut self) -> Result<(), StepError> {
         let amiss = match self.checked {
             true => None,
@@ -123,19 +121,19 @@ impl FieldState {
         }
     }
 
-    /// Whether it is known of each body that was evaluated how a step left it.
+    /// Returns true if there is a record of each evaluated body.
     pub(crate) fn knows_all(&self) -> bool {
         let evaluated = self.evaluation.as_ref().map(|last| last.bodies.len());
         evaluated == Some(self.records.len())
     }
 
-    /// Has the next step evaluate anew.
+    /// Makes the next step evaluate again.
     pub(crate) fn forget(&mut self) {
         self.evaluation = None;
         self.records.clear();
     }
 
-    /// The first value that no step leaves behind.
+    /// A description of the first value that no step leaves behind; `None` if the state is sound.
     fn amiss(&self) -> Option<String> {
         let last = self.evaluation.as_ref();
         if let Some(amiss) = last.and_then(Evaluation::amiss) {

@@ -1,4 +1,4 @@
-//! How long the stages of a step take.
+//! The time that the stages of a step take.
 
 use std::fmt;
 use std::time::{Duration, Instant};
@@ -7,15 +7,15 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum StepStage {
-    /// Edits of the fields are followed, and it is looked up where their anchors are and who is near.
+    /// Edits of the fields are applied, anchors are looked up, and bodies in reach are searched.
     Bookkeeping,
-    /// Bodies are read, evaluated and written in one visit, where few fields pull them at their centres.
+    /// Bodies are read, evaluated and written in one visit, where few fields act on them at their centres.
     Visits,
-    /// Bodies are copied, and the points at which they are sampled moved along.
+    /// Bodies are copied, and their sample points moved along.
     Samples,
     /// The fields are evaluated at these points.
     Evaluation,
-    /// Motions are worked out and written.
+    /// Motions are computed and written.
     Motion,
     /// Particles of soft bodies are evaluated and pushed.
     SoftBodies,
@@ -23,7 +23,7 @@ pub enum StepStage {
     Contacts,
     /// Contacts are compared with Rapier's.
     CrossCheck,
-    /// Account is kept of the energy.
+    /// The energy is audited.
     Audit,
 }
 
@@ -42,24 +42,24 @@ impl StepStage {
     ];
 }
 
-/// How long each stage of the last step took; see [`Fields::timings`](crate::Fields::timings). Rapier's own step
-/// is none of them: its `Counters` tell of that.
+/// The time of each stage of the last step; see [`Fields::timings`](crate::Fields::timings). Rapier's own step is not
+/// included: its `Counters` measure that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepTimings([Option<Duration>; StepStage::ALL.len()]);
 
 impl StepTimings {
-    /// How long a stage took; `None` if the step left it out.
+    /// The time of a stage; `None` if the step left it out.
     pub fn of(&self, stage: StepStage) -> Option<Duration> {
         self.0[stage as usize]
     }
 
-    /// The stages that the step had, with their times.
+    /// The stages of the step, with their times.
     pub fn stages(&self) -> impl Iterator<Item = (StepStage, Duration)> + '_ {
         let all = StepStage::ALL.into_iter();
         all.filter_map(|stage| Some((stage, self.of(stage)?)))
     }
 
-    /// All stages together.
+    /// The sum of all stages.
     pub fn total(&self) -> Duration {
         self.stages().map(|(_, time)| time).sum()
     }
@@ -79,24 +79,24 @@ impl fmt::Display for StepTimings {
 #[derive(Debug, Default)]
 pub(super) struct Stopwatch {
     pub on: bool,
-    /// When the stage began that is under way.
+    /// The start of the present stage.
     since: Option<Instant>,
     pub times: StepTimings,
 }
 
 impl Stopwatch {
-    /// A step begins.
+    /// Starts to measure a step.
     pub(super) fn start(&mut self) {
         self.times = StepTimings::default();
         self.go_on();
     }
 
-    /// It goes on after Rapier's.
+    /// Continues after Rapier's step.
     pub(super) fn go_on(&mut self) {
         self.since = self.on.then(Instant::now);
     }
 
-    /// What was done since the last lap was this stage.
+    /// Adds the time since the last lap to a stage.
     pub(super) fn lap(&mut self, stage: StepStage) {
         if let Some(since) = self.since {
             let now = Instant::now();
@@ -105,7 +105,7 @@ impl Stopwatch {
         }
     }
 
-    /// The same if the step has that stage.
+    /// The same, if the step has that stage.
     pub(super) fn lap_if(&mut self, is_there: bool, stage: StepStage) {
         if is_there {
             self.lap(stage);

@@ -17,29 +17,29 @@ pub(super) struct HalfStep<'a> {
     pub moment: Moment,
     pub dt: Real,
     pub scheme: Scheme,
-    /// Whether bodies may have been added or removed.
+    /// True if bodies may have been added or removed.
     pub all: bool,
-    /// In the second half.
+    /// The first half, in the second one.
     pub first: Option<FirstHalf<'a>>,
 }
 
-/// What the first half did.
+/// The results of the first half.
 #[derive(Clone, Copy)]
 pub(super) struct FirstHalf<'a> {
     pub motions: &'a Motions,
-    /// Whether nobody but Rapier had the world since.
+    /// True if only Rapier's step could change the world since.
     pub alone: bool,
 }
 
 impl HalfStep<'_> {
-    /// For how long forces act.
+    /// The time for which forces act.
     fn duration(&self) -> Real {
         let share = if self.scheme.kicks_twice() { 0.5 } else { 1.0 };
         self.dt * share
     }
 }
 
-/// How far a walk has come in the lists of the first half.
+/// The position of a walk in the lists of the first half.
 #[derive(Default)]
 struct Places {
     free: usize,
@@ -51,11 +51,11 @@ struct Places {
 #[derive(Debug)]
 pub(crate) struct Member {
     body: Body,
-    /// Its collider, if it has but one.
+    /// Its collider, if it has exactly one.
     part: Option<ColliderHandle>,
-    /// Its place in the evaluation before.
+    /// Its place in the previous evaluation.
     known: Option<usize>,
-    /// If something else than fields concerns it.
+    /// Set if other causes than fields move it, too.
     special: Option<Special>,
 }
 
@@ -69,16 +69,16 @@ struct Special {
 pub(super) struct Pass<'a> {
     pub walk: Walk<'a>,
     pub visit: Visit<'a>,
-    /// A body that took more than a visit before.
+    /// A body that needed more than a visit before.
     pub blocker: Option<RigidBodyHandle>,
     pub compiled: &'a Compiled,
     pub held: &'a BodySet,
-    /// The evaluation before.
+    /// The previous evaluation.
     pub last: Option<&'a Evaluation>,
     pub half: &'a HalfStep<'a>,
     pub gravity: Vector,
     pub parameters: &'a IntegrationParameters,
-    /// Of Rapier's solver, in a step.
+    /// Solver iterations of Rapier's step.
     pub iterations: u32,
     pub evaluator: &'a mut CentreEvaluator,
     pub shown: &'a mut Evaluation,
@@ -87,14 +87,14 @@ pub(super) struct Pass<'a> {
     pub warnings: &'a mut Vec<StepWarning>,
 }
 
-/// `Err`: a body that takes more than a visit.
+/// `Err` has a body that needs more than a visit.
 type Done = Result<(), RigidBodyHandle>;
 
-/// What is the same for all bodies of a visit, and how far it has come.
+/// The values that are the same for all bodies of a visit, and its position.
 struct Rules {
-    /// The (dt·ω)⁴ from which a body is to be looked into.
+    /// The (dt·ω)⁴ from which on a body has to be linearised.
     suspicious: Option<Real>,
-    /// Whether gravity pulls bodies.
+    /// True if there is gravity.
     falls: bool,
     duration: Real,
     twice: bool,
@@ -113,7 +113,7 @@ impl Pass<'_> {
         }
     }
 
-    /// Whether a body that took more than a visit before does so still.
+    /// Returns true if the body that needed more than a visit before still does.
     pub(super) fn is_blocked(&self) -> bool {
         let blocker = self.blocker.and_then(|it| Some((it, self.visit.body(it)?)));
         blocker.is_some_and(|(handle, body)| {
@@ -124,7 +124,7 @@ impl Pass<'_> {
         })
     }
 
-    /// Visits all bodies, unless one of them takes more: then nothing has been done.
+    /// Visits all bodies. If one of them needs more than a visit, everything is taken back.
     pub(super) fn run(mut self, block: &mut Vec<Member>) -> Done {
         let done = self.kick_all(block);
         if done.is_err() {
@@ -136,7 +136,7 @@ impl Pass<'_> {
     fn kick_all(&mut self, block: &mut Vec<Member>) -> Done {
         let mut rules = self.rules();
         loop {
-            // Little else is done in this loop, so that many bodies are waited for at once.
+            // This loop does little else, so that the memory accesses of several bodies overlap.
             block.clear();
             while block.len() < TOGETHER
                 && let Some((handle, body)) = self.walk.next(self.visit.bodies())
@@ -154,7 +154,7 @@ impl Pass<'_> {
         }
     }
 
-    /// Evaluates, and kicks, some bodies.
+    /// Evaluates and kicks some bodies.
     fn kick_together(&mut self, rules: &mut Rules, block: &mut [Member]) -> Done {
         self.evaluator.clear();
         for (lane, member) in block.iter_mut().enumerate() {
@@ -173,13 +173,13 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// Whether a visit does for a body, as far as can be told before its forces are known.
+    /// Returns true if a visit suffices for a body, as far as it is known before its forces.
     fn takes(&self, rules: &Rules, member: &Member) -> bool {
         let is_known = member.known.is_some();
         let same_parts = is_known && self.half.first.is_some_and(|first| first.alone);
         let anywhere = self.compiled.at_centres == Some(AtCentres::Bodies);
         let is_whole = anywhere || same_parts || self.is_one_ball(member);
-        // Bodies that are new are looked into where fields may be stiff.
+        // New bodies are linearised where fields may be stiff.
         let goes_on = self.half.first.is_some() && self.last.is_some();
         let is_expected = is_known || goes_on || !self.compiled.varies();
         let is_slowed = || self.is_slowed_simply(rules, &member.body);
@@ -187,7 +187,7 @@ impl Pass<'_> {
         is_harmless(&member.body) && is_whole && is_expected && is_kicked
     }
 
-    /// Whether all samples of a body are at its centre of mass.
+    /// Returns true if all samples of a body are at its centre of mass.
     fn is_one_ball(&self, Member { body, part, .. }: &Member) -> bool {
         let Some(collider) = part else {
             return body.colliders == 0;
@@ -201,7 +201,7 @@ impl Pass<'_> {
         })
     }
 
-    /// Whether drag slows a body in closed form.
+    /// Returns true if drag slows a body in closed form.
     fn is_slowed_simply(&self, rules: &Rules, body: &Body) -> bool {
         let [x, y, z] = body.inv_mass.to_array();
         x == y
@@ -211,8 +211,8 @@ impl Pass<'_> {
             && (rules.twice || coasts(rules, body))
     }
 
-    /// What is to be known of a body that something else than fields concerns; it is put to the velocity at
-    /// which it moves, where Rapier's is behind.
+    /// The data of a body that other causes than fields move, too; its velocity is replaced by the one at which it
+    /// moves, where Rapier's lags.
     fn special(&self, rules: &mut Rules, body: &mut Body) -> Option<Special> {
         let before = match &self.half.first {
             None => Before::default(),
@@ -259,7 +259,7 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// Whether a force changed so much that the fields may be stiff.
+    /// Returns true if a force changed so much that the fields may be stiff.
     fn is_suspicious(&self, rules: &Rules, member: &Member, force: Vector) -> bool {
         let (Some(most), Some(last), Some(place)) = (rules.suspicious, self.last, member.known)
         else {
@@ -276,7 +276,7 @@ impl Pass<'_> {
         change != Vector::ZERO && swing.length_squared() > most * way.length_squared()
     }
 
-    /// Kicks a body that nothing but fields concerns.
+    /// Kicks a body that only fields move.
     fn kick_plainly(&mut self, rules: &Rules, body: &Body, felt: &CentreForce) -> Done {
         let linvel = if !felt.slowing.is_none() {
             FreeMotion::NONE.slowed(body.linvel, body.inv_mass.x, felt, rules.duration)
@@ -290,9 +290,9 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// Whether a velocity can be given to Rapier, and what is to be said of it.
+    /// Returns an error if a velocity cannot be given to Rapier, and warns if Rapier will limit it.
     fn check(&mut self, body: RigidBodyHandle, linvel: Vector) -> Done {
-        // Of numbers that are none this is false.
+        // `max_element` may pass over NaN, which is tested by itself.
         let slow = linvel.abs().max_element() <= FASTEST * 0.5;
         if !slow || linvel.is_nan() {
             return Err(body);
@@ -307,7 +307,7 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// The first half for a body that something else concerns, too.
+    /// The first half for a body that other causes move, too.
     fn first(
         &mut self,
         rules: &Rules,
@@ -393,7 +393,7 @@ impl Member {
 }
 
 impl Places {
-    /// How a body was pushed in the first half; bodies are asked about in the order of their handles.
+    /// The first half of a body; bodies are looked up in the order of their handles.
     fn before(&mut self, first: &Motions, handle: RigidBodyHandle) -> Before {
         let free = find_next(&first.free, &mut self.free, handle, |it| *it).is_some();
         let load = find_next(&first.loads, &mut self.loads, handle, |it| it.body);
@@ -406,18 +406,18 @@ impl Places {
     }
 }
 
-/// Whether nothing but fields moves a free body.
+/// Returns true if nothing but fields moves a free body.
 fn coasts(rules: &Rules, body: &Body) -> bool {
     !rules.falls && body.user_force == Vector::ZERO && body.damping == [0.0; 2]
 }
 
-/// Whether a body is not lighter than 10⁻⁹, nor without mass, and as slow as any that Rapier has moved.
+/// Returns true if a body has mass, is no lighter than 10⁻⁹, and is no faster than bodies that Rapier moves.
 fn is_harmless(body: &Body) -> bool {
     let slow = body.linvel.abs().max_element() <= FASTEST * 1e-3;
     body.mass > 0.0 && body.inv_mass.max_element() <= 1e9 && slow
 }
 
-/// Whether a body turns, and not about every axis alike.
+/// Returns true if a body rotates, and its moments of inertia differ.
 fn may_precess(body: &Body) -> bool {
     let [x, y, z] = body.inv_principal_inertia.to_array();
     let alike = x == y && y == z;

@@ -1,5 +1,5 @@
-//! Steps at centres of mass beside steps that sample every body: the audit, which asks for samples, changes
-//! nothing else.
+//! Tests that steps at centres of mass move bodies like steps that sample each body. The audit, which needs samples,
+//! changes nothing else.
 
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::rapier::dynamics::RigidBodyBuilder;
 use crate::rapier::geometry::ColliderBuilder;
 use crate::rapier::pipeline::PhysicsWorld;
 
-/// A world with its fields, and whether each step so far was one at centres of mass.
+/// A world with its fields, and for each step so far true if it was one at centres of mass.
 struct Run {
     world: PhysicsWorld,
     set: FieldSet,
@@ -59,7 +59,7 @@ impl Run {
         pairs.any(|pair| pair.has_any_active_contact())
     }
 
-    /// By how much places, or velocities, differ at most.
+    /// The largest difference of positions or velocities.
     fn apart(&self, other: &Run) -> Real {
         let differences = self.world.bodies.iter().map(|(handle, body)| {
             let other = &other.world.bodies[handle];
@@ -71,10 +71,10 @@ impl Run {
     }
 }
 
-/// How many times smaller small steps are.
+/// The factor by which small steps are smaller.
 const SMALLER: usize = 16;
 
-/// What a world is made of.
+/// The choices from which a world is made.
 #[derive(Clone, Debug)]
 struct Scene {
     gravity: bool,
@@ -173,8 +173,8 @@ fn scenes() -> impl Strategy<Value = Scene> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// To rounding, as long as nothing touches: contacts make more of that. Samples keep the slope of a
-    /// quadratic drag from one step to the next, so there both are held to a run at small steps.
+    /// To rounding, until contacts enlarge it. Samples keep the slope of a quadratic drag from one step to the next, so
+    /// there both are compared with a run at small steps.
     #[test]
     fn they_move_bodies_as_samples_do(scene in scenes(), kicks_once in any::<bool>()) {
         let scheme = if kicks_once { Scheme::Kick } else { Scheme::KickDriftKick };
@@ -224,7 +224,7 @@ fn plain_scenes_are_stepped_so() {
             };
             let mut run = Run::new(scene.world(), scene.tree(), Scheme::KickDriftKick, false);
             (0..20).for_each(|_| run.step());
-            // The first step finds out who is there.
+            // The first step finds the bodies.
             let later = &run.at_centres[1..];
             assert!(later.iter().all(|it| *it), "{fields:?} {later:?}");
         }
