@@ -3,8 +3,8 @@
 //!
 //! # Terms
 //!
-//! - A **field** is a formula (what vector) on a **region** (where), anchored to the world, a body
-//!   or a collider. Outside its region a field is *not defined*, which is not the same as zero.
+//! - A **field** is a formula for a vector at a point, on a **region** of space, anchored to the world,
+//!   a body or a collider. Outside its region a field is *not defined*, which is not the same as zero.
 //! - A **tree** composes fields by the seven operators of the [table](Operator); it is one
 //!   composite field.
 //! - A **sample** is a point of a body where the tree is sampled: the centre of mass for uniform
@@ -12,7 +12,8 @@
 //!   pieces that a border cuts them into; see [`Sampling`].
 //! - The **wrench** is the force and the torque about the centre of mass that the samples of a body
 //!   sum to. A **[scheme](Scheme)** says how it becomes motion.
-//! - A **detection field** finds what touches the collider it is anchored to, and may answer.
+//! - A **detection field** finds the colliders that touch the one it is anchored to, and may answer
+//!   the contacts.
 //!
 //! Units are yours, as in Rapier: nothing in this crate knows metres. Vectors are in world axes
 //! unless a name says `local`. Angles are in radians.
@@ -39,8 +40,8 @@
 //!
 //! # Composing
 //!
-//! The paper's Figure 4: three bodies, each with a large attraction and, in its place close by, a
-//! repulsion.
+//! Figure 4 of the paper from which the algebra comes, *A Unified Framework for Collision Detection,
+//! Avoidance, and Response*: three bodies, each with a large attraction, which a repulsion replaces close by.
 //!
 //! ```
 //! use rapier3d_fields::prelude::*;
@@ -70,7 +71,7 @@
 //!
 //! # Detecting collisions
 //!
-//! A [contact](Field::contact) field around a part finds what touches it, and answers by a
+//! A [contact](Field::contact) field around a part finds the parts that touch it, and answers by a
 //! [law](ContactLaw). [`FieldsBuilder::cross_check`] compares with Rapier's own contacts.
 //!
 //! ```
@@ -93,8 +94,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Detection at the end of a step misses what passes through a part within the step.
-//! [`Detection::Swept`] finds the first touch of each pair, when and where it happens, and answers it there:
+//! Detection at the end of a step misses bodies that pass through a part within the step.
+//! [`Detection::Swept`] finds the first touch of each pair, its time and place, and answers it there:
 //!
 //! ```
 //! use rapier3d_fields::prelude::*;
@@ -128,7 +129,7 @@
 //! - `expression`: formulas given as text: `field::Expression`.
 //! - `serde-serialize`: trees, settings and state are plain data for any of serde's formats. Scenes as
 //!   files are a crate of their own, `rapier3d-fields-scene`.
-//! - `parallel`: fields are evaluated on the threads of Rapier's pool, with the same bits.
+//! - `parallel`: fields are evaluated on the threads of Rapier's pool, with the same results bit for bit.
 //! - `simd8` (in `f32`), `enhanced-determinism`, `debug-render`: Rapier's own.
 
 #![forbid(unsafe_code)]
@@ -147,7 +148,7 @@ pub extern crate rapier3d as rapier;
 #[cfg(feature = "f64")]
 pub extern crate rapier3d_f64 as rapier;
 
-// In the order in which data flows. ARCHITECTURE.md says who may use whom.
+// In the order in which data flows. ARCHITECTURE.md says which module may use which.
 pub mod math;
 
 mod threads;

@@ -8,8 +8,8 @@ use crate::rigid::{Mobility, Wrench, join, phi1, rounded};
 /// Two evaluations that differ by no more than this share are the same, except for rounding.
 const SAME: f64 = 1e-5;
 
-/// A wrench that is linear in the velocities of a body, about the velocities at which it was sampled. Six-vectors are
-/// [linear; angular] in world axes.
+/// A wrench that is linear in the velocities of a body, about the velocities at which it was sampled. Six-vectors are in
+/// world axes, the linear half first.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
