@@ -61,8 +61,9 @@ use crate::threads::Pool;
 /// - A force that is not finite, or too large for any velocity, never reaches Rapier: the
 ///   [`FaultPolicy`](crate::FaultPolicy) decides what happens to the body.
 ///
-/// Rapier's islands say which bodies are awake. Where sleeping bodies outnumber the active ones by more than 256,
-/// fields act on a body that you wake without moving the time forward only from the second half of the step on.
+/// Rapier's islands say which bodies are awake. Where bodies that are not active, fixed ones included, outnumber the active
+/// ones by more than 256, fields act on a body that you wake without moving the time forward only from the second half of
+/// the step on.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;

@@ -4,9 +4,9 @@ use crate::field::BuildError;
 use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
-/// The reason why a step was refused. The world is as it was before the step: bodies of all kinds with the next
-/// positions of kinematic ones, joints, soft bodies, and all switches. Forces that single bodies cannot take are
-/// refused only under [`FieldSettings::on_fault`](crate::FieldSettings::on_fault).
+/// The reason why a step was refused. The world is as it was before the step: bodies of all kinds with the next positions
+/// of kinematic ones, joints, soft bodies, and all switches. Forces that single bodies cannot take refuse a step only if
+/// [`FieldSettings::on_fault`](crate::FieldSettings::on_fault) says so.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {

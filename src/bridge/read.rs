@@ -7,8 +7,8 @@ use crate::math::{RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::{IslandManager, RigidBody};
 use crate::rigid::Body;
 
-/// Sleepers are skipped only if they outnumber the active bodies by more than this. Bodies that the user woke since the
-/// last step are not among Rapier's active ones yet, and a walk over all bodies finds them.
+/// Sleepers are skipped only if inactive bodies outnumber the active ones by more than this. Bodies that the user woke
+/// since the last step are not among Rapier's active ones yet, and a walk over all bodies finds them.
 const FEW: usize = 256;
 
 /// Finds the bodies that a step samples; its buffers are reused.
@@ -131,8 +131,7 @@ impl Walk<'_> {
     }
 }
 
-/// Returns true if the sleepers outnumber the active bodies by far, so that it is quicker to walk over the active ones
-/// only.
+/// Returns true if inactive bodies outnumber the active ones so much that it is quicker to walk over the active ones.
 pub(crate) fn most_sleep(bodies: &RigidBodySet, islands: &IslandManager) -> bool {
     bodies.len() > 2 * islands.num_active_bodies() + FEW
 }

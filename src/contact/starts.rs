@@ -46,7 +46,7 @@ pub(super) struct FreeTurn {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Starts {
     list: Vec<Option<BodyStart>>,
-    /// The magnitude of each body's acceleration; apart, because hooks read only this.
+    /// The magnitude of each body's acceleration; apart, because hooks read only this of the bodies.
     pressed: Vec<(RigidBodyHandle, Real)>,
     setting: StepSetting,
 }

@@ -24,7 +24,7 @@ pub(crate) struct Evaluation {
     /// In the order of their handles.
     pub bodies: Vec<RigidBodyHandle>,
     pub wrenches: Vec<Wrench>,
-    /// The centres of mass, in world space, under schemes that evaluate once a step; else empty.
+    /// The centres of mass, in world space, under schemes that do not kick twice a step; else empty.
     pub centres: Vec<Vector>,
     /// The velocities that the fields saw; empty if no field reads them.
     pub sampled_at: Vec<Vector6<f64>>,

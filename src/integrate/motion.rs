@@ -365,9 +365,9 @@ impl Motions {
     /// Finds the free bodies that were moved within the step and whose velocities Rapier changed. `arrives` returns the
     /// velocities of those that are awake.
     ///
-    /// Rapier carried such a body along at the mean velocity of its way, so what it made of that is the
-    /// velocity of the middle of the step, as in kick-drift-kick. Adding the change to the velocity of
-    /// the end instead takes energy in or out at each bounce, by the work of half a step.
+    /// Rapier moved such a body at the mean velocity of its path, so after a contact it has the velocity of the middle
+    /// of the step, as in kick-drift-kick. Adding the change to the velocity at the end instead takes energy in or out
+    /// at each bounce, by the work of half a step.
     pub(crate) fn note_bounces(&mut self, arrives: impl Fn(RigidBodyHandle) -> Option<Arrived>) {
         let mut bounced = std::mem::take(&mut self.bounced);
         bounced.clear();

@@ -29,12 +29,12 @@ use crate::math::{Real, to_f64};
 /// friction stays in place, and a resting body shows no velocity. The shown velocity lags behind that
 /// of `KickDriftKick` by half an iteration of the force; the map is the same.
 ///
-/// The kicks of a free body in fields include Rapier's gravity, the user's force and Rapier's damping, so the order
-/// holds with all of them on. `Kick` and `ExternalForce`, which serve for comparison, leave all three to Rapier;
-/// `LinearlyImplicit` leaves it the damping. A body on which no field acts is moved by Rapier. The free rotation of
-/// bodies of unequal inertia, however, is this crate's, whether a field reaches them or not, wherever any field can
-/// rotate bodies (see [`Fields`](crate::Fields)): a world of balls, or of bodies that do not spin, is the same as in
-/// Rapier bit for bit.
+/// The kicks of a free body in fields include Rapier's gravity, the user's force and Rapier's damping, so the order holds
+/// with all of them on. `Kick` and `ExternalForce`, which serve for comparison, leave all three to Rapier unless forces
+/// read velocities; `LinearlyImplicit` leaves it the damping. A body on which no field acts is moved by Rapier. The free
+/// rotation of bodies of unequal inertia, however, is this crate's, whether a field reaches them or not, wherever any
+/// field can rotate bodies (see [`Fields`](crate::Fields)): a world of balls, or of bodies that do not spin, is the same
+/// as in Rapier bit for bit.
 ///
 /// Forces that read velocities: kicks follow their linear part exactly (with gravity and damping), so
 /// a drag of any strength stops a body without turning it back, a falling body reaches its terminal

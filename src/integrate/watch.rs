@@ -176,7 +176,7 @@ impl Integrator {
         warnings.extend(worst);
     }
 
-    /// The same for schemes that evaluate once a step, by the displacements since the `last` evaluation, because the
+    /// The same for schemes that do not kick twice a step, by the displacements since the `last` evaluation, because their
     /// motion within a step does not show in the velocities.
     pub(crate) fn watch(
         &mut self,
