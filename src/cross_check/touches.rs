@@ -2,10 +2,12 @@
 //! and Parry measures their distance there. No cast is needed, so it works for any path: bent, spinning or tumbling.
 //!
 //! - **Gap**: it should vanish at that time, and no earlier sample should show an overlap, except one in which the
-//! parts began. - **Normal**: a part that is moved away along it should be nearest along it. Every true normal of the
-//! touch has this property, of which edges and corners have several, and no other direction has. - **Point**: it should
-//! lie on both surfaces. - **Path**: it should carry the point from the body's pose before Rapier's step to its pose
-//! after it. A path that begins with an impact should begin where the path before has led.
+//!   parts began.
+//! - **Normal**: a part that is moved away along it should be nearest along it. The true normals of the touch have this
+//!   property, of which edges and corners have several, and no other direction has.
+//! - **Point**: it should lie on both surfaces.
+//! - **Path**: it should carry the point from the body's pose before Rapier's step to its pose after it. A path that
+//!   begins with an impact should begin where the path before has led.
 //!
 //! The tolerance of a touch is a length: rounding in the parts' own frame, the gap at which swept detection takes
 //! shapes to touch and, for all but balls and cuboids, the error of Parry's search for their distance. A time may be
