@@ -195,8 +195,8 @@ impl Field {
     ///
     /// Sources are divided into cells within cells. A cell acts by its moments, up to the second, if each of
     /// its sources is nearer to its centre than `angle` times the distance of the centre; others are opened. A
-    /// smaller angle costs more and errs less: ARCHITECTURE.md has a table. The error is neither the same on
-    /// both of a pair nor bounded for each body, so momentum is conserved only as well as forces are right.
+    /// smaller angle costs more and errs less: a table is in `docs/design/measurements.md`. The error is neither the
+    /// same on both of a pair nor bounded for each body, so momentum is conserved only as well as forces are right.
     ///
     /// It has an effect for 512 or more fields that differ in strength and place only, are summed with
     /// everything else, and act everywhere; in composites and regions each is evaluated by itself. Questions

@@ -18,8 +18,8 @@ impl Fields {
         self.pipeline.plan(&self.set)
     }
 
-    /// Which pairs of shapes among the colliders of a world detection fields watch, and how exactly they find
-    /// their contacts; prints as a short report.
+    /// The pairs of shapes among the colliders of a world that detection fields watch, and the precision with which
+    /// they find contacts; its `Display` is a short report.
     pub fn contact_plan<'a>(&self, world: impl Into<WorldRef<'a>>) -> ContactPlan {
         let watched = self.pipeline.watched(&self.set);
         let kinds = world.into().colliders.iter().map(|(handle, collider)| {
@@ -71,8 +71,8 @@ impl Fields {
         self.pipeline.last_wrench(&self.state, body)
     }
 
-    /// The points at which a body is sampled, as the world is now, whichever fields use them:
-    /// for drawing, and for checking against the [reference](crate::reference).
+    /// The points at which a body is sampled in the present world, for any of the fields: for drawing, and for
+    /// comparison with the [reference](crate::reference).
     pub fn samples<'a>(
         &self,
         body: RigidBodyHandle,
@@ -150,7 +150,7 @@ impl Fields {
             .stiffness(&self.definition(), &self.state, dt, world.into(), body)
     }
 
-    /// The potential energy of all bodies in the fields, as they are now.
+    /// The potential energy of all bodies in the fields, at their present poses.
     pub fn potential_energy<'a>(&self, world: impl Into<WorldRef<'a>>) -> PotentialEnergy {
         self.pipeline
             .potential_energy(&self.definition(), &self.state, world.into())
@@ -243,8 +243,8 @@ impl Fields {
             .at(&self.definition(), &self.state, world.into(), world_points)
     }
 
-    /// The fields that are defined nowhere because what they were anchored to is not in the world,
-    /// as the errors that a first step would give.
+    /// The fields that are defined nowhere because their anchors are not in the world, as the errors that a first step
+    /// would give.
     pub fn removed_anchors<'a>(&self, world: impl Into<WorldRef<'a>>) -> Vec<StepError> {
         self.pipeline
             .removed_anchors(&self.definition(), world.into())

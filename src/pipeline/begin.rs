@@ -18,8 +18,8 @@ use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::{Body, Lookup, Wrench, find, find_near};
 
 impl FieldPipeline {
-    /// What happens before Rapier's step; `alone`: which is made right after. After an error nothing has
-    /// been written.
+    /// Makes the first half of a step. `alone` if Rapier's step follows at once. After an error nothing has been
+    /// written.
     pub(crate) fn begin_step(
         &mut self,
         fields: &Definition<'_>,

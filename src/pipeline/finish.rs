@@ -22,7 +22,7 @@ use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rigid::{Body, Lookup, Wrench, find};
 
 impl FieldPipeline {
-    /// What happens after Rapier's step. After an error the world is as it was before it began.
+    /// Makes the second half of a step. After an error the world is as it was before the step began.
     pub(crate) fn finish_step(
         &mut self,
         fields: &Definition<'_>,
