@@ -1,7 +1,7 @@
 //! Decides if a set of fields acts at centres of mass only. Bodies then need no samples.
 
 use super::entries::{RadialBatch, Weighting};
-use super::program::{Program, Step};
+use super::program::{Instruction, Program};
 use crate::field::{Axis, Coupling, Cuts, Drag, Field, Formula, Sampling, SamplingRule};
 use crate::math::Real;
 
@@ -98,7 +98,7 @@ impl Program {
     /// The law, if the program is one drag or wind whose coefficients are not negative and whose force depends
     /// on the velocity past the medium only. Such a force has closed forms.
     pub(crate) fn as_drag(&self) -> Option<&Drag> {
-        let ([Step::Leaf(0)], [leaf]) = (&self.steps[..], &self.leaves[..]) else {
+        let ([Instruction::Leaf(0)], [leaf]) = (&self.steps[..], &self.leaves[..]) else {
             return None;
         };
         let drag = match &leaf.formula {

@@ -56,9 +56,10 @@ impl Program {
         let places = places_of(&known.serials, serial);
         let strided = places.start * stride..places.end * stride;
         // Composites have no strengths of their own.
-        let strengths = match known.strengths.is_empty() {
-            true => 0..0,
-            false => places.clone(),
+        let strengths = if known.strengths.is_empty() {
+            0..0
+        } else {
+            places.clone()
         };
         known.moving += new.moving;
         Instances {

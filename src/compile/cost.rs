@@ -7,7 +7,7 @@
 
 use super::entries::RadialBatch;
 use super::index_kind::IndexKind;
-use super::program::{Program, Step};
+use super::program::{Instruction, Program};
 use crate::field::{Field, Formula, Profile};
 use crate::math::to_f64;
 
@@ -24,7 +24,7 @@ const OTHER_LAW: f64 = 45.0;
 const CELLS: f64 = 100.0;
 
 /// Costs of a program on one sample.
-struct Rates {
+struct UnitCosts {
     /// An instance, without its fields: the query, and the outcome.
     instance: f64,
     /// A field within it: the sample in the field's frame, and a cheap formula.
@@ -38,7 +38,7 @@ struct Rates {
 }
 
 /// Samples one by one.
-const SINGLE: Rates = Rates {
+const SINGLE: UnitCosts = UnitCosts {
     instance: 60.0,
     field: 45.0,
     border: 40.0,
@@ -47,7 +47,7 @@ const SINGLE: Rates = Rates {
 };
 
 /// Eight samples at once.
-const IN_LANES: Rates = Rates {
+const IN_LANES: UnitCosts = UnitCosts {
     instance: 40.0,
     field: 20.0,
     border: 10.0,
@@ -56,7 +56,7 @@ const IN_LANES: Rates = Rates {
 };
 
 /// The cost of a formula beyond a cheap one.
-fn formula(formula: &Formula, rates: &Rates) -> f64 {
+fn formula(formula: &Formula, rates: &UnitCosts) -> f64 {
     match formula {
         Formula::Uniform(_) | Formula::Magnetic(_) | Formula::Closure(_) => 0.0,
         Formula::Radial(_) => rates.law,
@@ -70,10 +70,11 @@ fn formula(formula: &Formula, rates: &Rates) -> f64 {
     }
 }
 
-fn field(field: &Field, rates: &Rates) -> f64 {
-    let borders = match field.region.is_everywhere() {
-        true => 0,
-        false => field.region.steps.len(),
+fn field(field: &Field, rates: &UnitCosts) -> f64 {
+    let borders = if field.region.is_everywhere() {
+        0
+    } else {
+        field.region.steps.len()
     };
     let scale = if field.scale.is_some() {
         rates.scale
@@ -87,9 +88,10 @@ fn field(field: &Field, rates: &Rates) -> f64 {
 pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
     let power = matches!(batch.law.profile, Profile::Power { power: -2.0, .. });
     let kernel = power || matches!(batch.law.profile, Profile::LennardJones { .. });
-    let one = match kernel && batch.law.is_plain() {
-        true => KERNEL,
-        false => OTHER_LAW,
+    let one = if kernel && batch.law.is_plain() {
+        KERNEL
+    } else {
+        OTHER_LAW
     };
     match batch.index_kind() {
         IndexKind::None => one * batch.sources.len() as f64,
@@ -103,14 +105,11 @@ pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
 
 /// The cost of a program on one sample: of one instance that reaches it, if they are bounded; else of all.
 pub(super) fn of_program(program: &Program) -> f64 {
-    let rates = match program.in_lanes {
-        true => &IN_LANES,
-        false => &SINGLE,
-    };
+    let rates = if program.in_lanes { &IN_LANES } else { &SINGLE };
     let fields: f64 = program.leaves.iter().map(|leaf| field(leaf, rates)).sum();
     let scales = program.steps.iter();
     let scales = scales
-        .filter(|step| matches!(step, Step::Modify(_)))
+        .filter(|step| matches!(step, Instruction::Modify(_)))
         .count();
     let one = rates.instance + fields + rates.scale * scales as f64;
     match program.reach {

@@ -108,7 +108,7 @@ impl Lowering<'_> {
                     && field.groups.is_none()
                     && !matches!(field.coupling, Coupling::Axis(_)) =>
             {
-                self.detector((place, 0), &anchor, *law, None);
+                self.detector(place, 0, &anchor, *law, None);
             }
             formula if formula.is_zero() || field.strength == 0.0 && !field.is_contact() => {
                 self.lowered.facts.set(Facts::LEFT_OUT);
@@ -130,7 +130,7 @@ impl Lowering<'_> {
             }
             // A batch weighs a sample once for all its sources.
             Formula::Radial(radial) if (everywhere || range.is_some()) && bare && in_batch => {
-                self.radial((place, how), field, radial, range, &anchor);
+                self.radial(place, how, field, radial, range, &anchor);
             }
             _ => self.instance_of_leaf(place, field, &anchor),
         }
@@ -138,7 +138,8 @@ impl Lowering<'_> {
 
     fn radial(
         &mut self,
-        (leaf, how): (u32, SamplingRule),
+        leaf: u32,
+        how: SamplingRule,
         field: &Field,
         radial: &Radial,
         range: Option<Real>,
@@ -246,19 +247,20 @@ impl Lowering<'_> {
                     instance: 0,
                     leaf: leaf as u32,
                 };
-                found.push(((*place, number), *anchor, *law, mask));
+                found.push((*place, *anchor, *law, mask));
             }
         }
         program.instances.moving += usize::from(moves);
-        for (of, anchor, law, mask) in found {
-            self.detector(of, &anchor, law, Some(mask));
+        for (leaf, anchor, law, mask) in found {
+            self.detector(leaf, number, &anchor, law, Some(mask));
         }
     }
 
     /// Adds a detection field, given by its place and the number of the instance within the term.
     fn detector(
         &mut self,
-        (leaf, instance): (u32, u32),
+        leaf: u32,
+        instance: u32,
         anchor: &Anchor,
         law: ContactLaw,
         mask: Option<FieldMask>,

@@ -36,7 +36,7 @@ pub(crate) use entries::{
 pub use index_kind::IndexKind;
 pub(crate) use ordered::{Key, Ordered, unique};
 pub use plan::{Plan, PlanEntry};
-pub(crate) use program::{Program, Step};
-pub(crate) use reach::Reach;
+pub(crate) use program::{Instruction, Program};
+pub(crate) use reach::FieldReach;
 pub(crate) use requirements::{PartSampling, SamplingRequirements};
 pub(crate) use roster::Followed;

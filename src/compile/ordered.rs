@@ -80,9 +80,10 @@ impl<T: Keyed> Ordered<T> {
 
     fn put_in_order(&mut self, number: u32, key: Key) {
         let later = self.order.last().is_some_and(|last| self.key(*last) > key);
-        let place = match later {
-            true => self.order.partition_point(|known| self.key(*known) < key),
-            false => self.order.len(),
+        let place = if later {
+            self.order.partition_point(|known| self.key(*known) < key)
+        } else {
+            self.order.len()
         };
         self.order.insert(place, number);
     }

@@ -86,9 +86,10 @@ impl PlanEntry {
     }
 
     fn write_sampling(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let pieces = match self.cuts_at_borders {
-            true => ", in pieces where a border passes",
-            false => "",
+        let pieces = if self.cuts_at_borders {
+            ", in pieces where a border passes"
+        } else {
+            ""
         };
         match self.sampling {
             Sampling::Auto | Sampling::Centre => return write!(f, "once per body{pieces}"),
@@ -246,9 +247,10 @@ fn left_out(set: &FieldSet, term: Term) -> (String, usize) {
         _ => (term.root, 1),
     };
     let off = |field: &Field| !field.enabled || field.lifetime.steps == Some(0);
-    let why = match set.field(place).is_some_and(off) {
-        true => "off",
-        false => "zero wherever it is defined",
+    let why = if set.field(place).is_some_and(off) {
+        "off"
+    } else {
+        "zero wherever it is defined"
     };
     (format!("{}: {why}", set.label(place)), count)
 }

@@ -14,7 +14,7 @@ use super::instances::Instances;
 /// A prototype, lowered to postfix steps, and its instances.
 #[derive(Debug)]
 pub(crate) struct Program {
-    pub steps: Vec<Step>,
+    pub steps: Vec<Instruction>,
     pub leaves: Vec<Field>,
     pub modes: Vec<Arc<[Override]>>,
     pub modifiers: Vec<Modifier>,
@@ -35,7 +35,7 @@ pub(crate) struct Program {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Step {
+pub(crate) enum Instruction {
     /// Push a value that is defined nowhere.
     Nowhere,
     /// Push leaf number n.
@@ -50,7 +50,7 @@ pub(crate) enum Step {
 
 /// The places in the set of a program's leaves and modifiers.
 #[derive(Default)]
-struct Places {
+struct SourceNodes {
     leaves: Vec<u32>,
     modifiers: Vec<u32>,
 }
@@ -102,7 +102,7 @@ impl Program {
             in_lanes: false,
             reads_velocity: false,
         };
-        let mut places = Places::default();
+        let mut places = SourceNodes::default();
         program.push(nodes, root, &Anchor::WORLD, &mut places);
         program.reacts = program.leaves.iter().any(|leaf| leaf.reacts);
         program.has_force = program
@@ -129,7 +129,7 @@ impl Program {
 
     /// Returns true if the program is one field that no operator or modifier changes.
     fn is_one_field(&self) -> bool {
-        matches!(self.steps[..], [Step::Leaf(_)])
+        matches!(self.steps[..], [Instruction::Leaf(_)])
     }
 
     /// Returns true if instances of one program could be instances of the other: they differ at most in names,
@@ -166,26 +166,27 @@ impl Program {
     }
 
     /// Appends the steps of a subtree. Recursion is safe, since the depth of a tree is limited.
-    fn push(&mut self, nodes: Nodes<'_>, node: u32, instance: &Anchor, places: &mut Places) {
+    fn push(&mut self, nodes: Nodes<'_>, node: u32, instance: &Anchor, places: &mut SourceNodes) {
         match nodes.get(node) {
             Node::Leaf(field) => {
                 let mut field = (**field).clone();
                 field.anchor = field.anchor.within(instance);
-                self.steps.push(Step::Leaf(self.leaves.len() as u32));
+                self.steps.push(Instruction::Leaf(self.leaves.len() as u32));
                 self.leaves.push(field);
                 places.leaves.push(node);
             }
-            Node::Vacant => self.steps.push(Step::Nowhere),
+            Node::Vacant => self.steps.push(Instruction::Nowhere),
             Node::Operation { operator, operands } => {
                 for operand in operands {
                     self.push(nodes, *operand, instance, places);
                 }
                 self.steps
-                    .push(Step::Apply(*operator, operands.len() as u32));
+                    .push(Instruction::Apply(*operator, operands.len() as u32));
             }
             Node::Modified { operand, modifier } => {
                 self.push(nodes, *operand, instance, places);
-                self.steps.push(Step::Modify(self.modifiers.len() as u32));
+                self.steps
+                    .push(Instruction::Modify(self.modifiers.len() as u32));
                 let mut modifier = modifier.clone();
                 if let Modifier::Scale { anchor, .. } = &mut modifier {
                     *anchor = anchor.within(instance);
@@ -197,8 +198,10 @@ impl Program {
                 for operand in operands {
                     self.push(nodes, *operand, instance, places);
                 }
-                self.steps
-                    .push(Step::Layers(operands.len() as u32, self.modes.len() as u32));
+                self.steps.push(Instruction::Layers(
+                    operands.len() as u32,
+                    self.modes.len() as u32,
+                ));
                 self.modes.push(modes.clone());
             }
             Node::Instances { prototype, anchors } => {
@@ -206,7 +209,8 @@ impl Program {
                     self.push(nodes, *prototype, &anchor.within(instance), places);
                 }
                 let count = anchors.len() as u32;
-                self.steps.push(Step::Apply(Operator::SumUnion, count));
+                self.steps
+                    .push(Instruction::Apply(Operator::SumUnion, count));
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::rapier::parry::bounding_volume::Aabb;
 
 /// A bound of the places where a compiled set can give a force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Reach {
+pub(crate) enum FieldReach {
     /// Nowhere.
     Nowhere,
     /// In this box at most.
@@ -48,9 +48,9 @@ impl Compiled {
 
     /// A bound of the places where any force can act, with the anchors at their places in `world`. Looks up
     /// only anchors on bodies and colliders.
-    pub(crate) fn reach(&self, world: &impl Frames) -> Reach {
+    pub(crate) fn reach(&self, world: &impl Frames) -> FieldReach {
         if self.tally.any(Facts::UNBOUNDED) {
-            return Reach::Everywhere;
+            return FieldReach::Everywhere;
         }
         let mut bounds = self.extent.still;
         let mut add = |anchor: u32, radius: Real| {
@@ -79,9 +79,10 @@ impl Compiled {
                     .for_each(|centre| add(*centre, reach));
             }
         }
-        match bounds.low.cmple(bounds.high).all() {
-            true => Reach::Within(Aabb::new(bounds.low, bounds.high)),
-            false => Reach::Nowhere,
+        if bounds.low.cmple(bounds.high).all() {
+            FieldReach::Within(Aabb::new(bounds.low, bounds.high))
+        } else {
+            FieldReach::Nowhere
         }
     }
 }

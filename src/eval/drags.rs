@@ -4,7 +4,7 @@ use fearless_simd::{Simd, dispatch};
 
 use super::lanes::level;
 use super::quantity::Terms;
-use crate::compile::{Program, Step};
+use crate::compile::{Instruction, Program};
 use crate::field::{
     Axis, ForceMode, Formula, Frame, Linearised, LocalQuery, Open, Query, Scalar, real,
 };
@@ -63,7 +63,7 @@ pub(super) fn drag_on(
     query: &Query,
     terms: Terms,
 ) -> Option<Linearised> {
-    let ([Step::Leaf(0)], [leaf]) = (&program.steps[..], &program.leaves[..]) else {
+    let ([Instruction::Leaf(0)], [leaf]) = (&program.steps[..], &program.leaves[..]) else {
         return None;
     };
     let frame = program.frame(instance, 0, frames)?;

@@ -1,7 +1,7 @@
 //! The potential energy of bodies in the fields of programs.
 
 use super::cut::{Asked, BodyCuts};
-use crate::compile::{Program, Step};
+use crate::compile::{Instruction, Program};
 use crate::field::{Field, Frame, LocalQuery, Open, Operator, Query};
 use crate::sample::{Moment, Samples};
 
@@ -13,10 +13,10 @@ pub(super) fn program_energy(
     samples: &Samples,
     moment: Moment,
 ) -> (f64, bool) {
-    let adds = |step: &Step| match step {
-        Step::Nowhere | Step::Leaf(_) => true,
-        Step::Apply(operator, count) => *count == 1 || *operator == Operator::SumUnion,
-        Step::Modify(_) | Step::Layers(..) => false,
+    let adds = |step: &Instruction| match step {
+        Instruction::Nowhere | Instruction::Leaf(_) => true,
+        Instruction::Apply(operator, count) => *count == 1 || *operator == Operator::SumUnion,
+        Instruction::Modify(_) | Instruction::Layers(..) => false,
     };
     let on = |leaf: &&Field| leaf.is_on(moment.span) && !leaf.is_contact();
     if !program.steps.iter().all(adds) {

@@ -1,6 +1,6 @@
 //! Runs programs (composite terms) at one sample, with or without derivatives, or at several samples at once.
 
-use crate::compile::{Program, Step};
+use crate::compile::{Instruction, Program};
 use crate::field::{
     Asked, Frame, LocalQuery, Mask, Motion, Neighbourhood, Normal, Number, Open, Operator,
     Override, Query, Sets, Single, Stack, Vec3,
@@ -136,9 +136,9 @@ impl<'a, T: Asked> SampleContext<'a, T> {
         let mut stack = Stack::<_, 8>::new(undefined);
         for step in &self.program.steps {
             match *step {
-                Step::Nowhere => stack.push(undefined),
-                Step::Leaf(leaf) => stack.push(self.leaf_value(leaf, here)),
-                Step::Apply(operator, count) => {
+                Instruction::Nowhere => stack.push(undefined),
+                Instruction::Leaf(leaf) => stack.push(self.leaf_value(leaf, here)),
+                Instruction::Apply(operator, count) => {
                     let count = count as usize;
                     let mut all = stack.last(count, 0);
                     for number in 1..count {
@@ -146,7 +146,7 @@ impl<'a, T: Asked> SampleContext<'a, T> {
                     }
                     stack.replace(count, all);
                 }
-                Step::Layers(count, modes) => {
+                Instruction::Layers(count, modes) => {
                     let mut gathered = Layers::new(undefined);
                     let modes = &self.program.modes[modes as usize];
                     for (number, mode) in modes.iter().enumerate() {
@@ -154,7 +154,7 @@ impl<'a, T: Asked> SampleContext<'a, T> {
                     }
                     stack.replace(count as usize, gathered.value);
                 }
-                Step::Modify(number) => {
+                Instruction::Modify(number) => {
                     stack.replace(1, self.modified(number, stack.top(), here));
                 }
             }

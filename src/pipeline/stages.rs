@@ -2,7 +2,7 @@
 
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, Wanted, WorldMut, WorldRef, is_movable, most_sleep};
-use crate::compile::{Compiled, Prepared, Reach as Box};
+use crate::compile::{Compiled, FieldReach as Box, Prepared};
 use crate::contact::Detection;
 use crate::field::{FieldSet, Frame, Span};
 use crate::integrate::{FASTEST, MotionRules, StepContext, StepWarning, kicked};
