@@ -3,8 +3,9 @@
 use super::sleep::WakePolicy;
 use super::soft_load::{LentForces, Sampled, SoftFlight, lend};
 use super::soft_volume::{bounds, volumes};
+use super::world::WorldMut;
 use crate::compile::Compiled;
-use crate::eval::Evaluator;
+use crate::eval::{Evaluator, SampledWorld};
 use crate::field::Frames;
 use crate::integrate::{Durations, FASTEST, Fault, FaultKind};
 use crate::integrate::{ParticleMotion, ParticleState, Particles};
@@ -47,10 +48,11 @@ impl SoftBodies {
         &mut self,
         compiled: &Compiled,
         properties: &Properties,
-        (softs, frames): (&SoftBodySet, &impl Frames),
-        (moment, gravity): (Moment, Vector),
+        world: &WorldMut<'_>,
+        moment: Moment,
         policy: WakePolicy,
     ) -> Option<Fault> {
+        let frames = &world.view();
         self.samples.clear();
         properties.of_world(&mut self.samples);
         self.states.clear();
@@ -58,7 +60,7 @@ impl SoftBodies {
         self.condemned.clear();
         self.unsound.clear();
         self.without_volume.clear();
-        for (handle, soft) in softs.iter() {
+        for (handle, soft) in world.soft_bodies.iter() {
             let sleeps = soft.is_sleeping() && policy != WakePolicy::Always;
             if !soft.is_enabled() || sleeps {
                 continue;
@@ -73,7 +75,7 @@ impl SoftBodies {
                 first: self.states.len(),
             });
             let displaced = compiled.requirements.displaced;
-            self.gather(soft, gravity, displaced);
+            self.gather(soft, world.gravity, displaced);
             let flat = || self.volumes.iter().all(|volume| *volume == 0.0);
             if displaced && flat() && compiled.displaces_near(frames, bounds(soft)) {
                 self.without_volume.push(soft.root_body());
@@ -84,10 +86,9 @@ impl SoftBodies {
         samples.number();
         self.left_out.clear();
         self.left_out.resize(samples.list.len(), false);
-        let forces = &mut self.forces;
-        self.evaluator
-            .wrenches(compiled, frames, samples, moment, forces, None);
-        Fault::of_wrenches(forces, compiled, frames, samples, moment)
+        let scene = SampledWorld::new(compiled, frames, samples, moment);
+        self.evaluator.wrenches(&scene, &mut self.forces, None);
+        Fault::of_wrenches(&self.forces, &scene)
     }
 
     /// Adds one sample for each particle, each as a body of its own to the evaluator.
@@ -130,27 +131,29 @@ impl SoftBodies {
     /// after it, for which `flight` has the particles that were loaded in between.
     pub(crate) fn move_all(
         &mut self,
-        world: (&Compiled, &impl Frames),
+        compiled: &Compiled,
+        frames: &impl Frames,
         moment: Moment,
-        (durations, flight): (Durations, Option<&SoftFlight>),
+        durations: Durations,
+        flight: Option<&SoftFlight>,
     ) {
-        let sampled = (&self.samples, moment);
-        let forces = (&self.forces[..], &self.left_out[..]);
-        self.particles.couple(world, sampled, forces);
+        let scene = SampledWorld::new(compiled, frames, &self.samples, moment);
+        self.particles.couple(&scene, &self.forces, &self.left_out);
         self.motions.clear();
         for (number, body) in self.bodies.iter().enumerate() {
             let loaded = flight.map(|flight| flight.of(*body));
             for (particle, place) in self.places(number).enumerate() {
-                let of = (&self.states[place], self.forces[place].force);
+                let (state, force) = (&self.states[place], self.forces[place].force);
                 self.motions.push(match loaded {
-                    None => self.particles.first(place, of, durations),
+                    None => self.particles.first(place, state, force, durations),
                     Some(None) => ParticleMotion::NONE,
                     Some(Some(loaded)) => {
                         let was = loaded.get(particle).and_then(Option::as_ref);
                         // A force that is left out now already acted during the whole step.
-                        match was.is_some() && self.left_out[place] {
-                            true => ParticleMotion::NONE,
-                            false => self.particles.second(place, of, was, durations),
+                        if was.is_some() && self.left_out[place] {
+                            ParticleMotion::NONE
+                        } else {
+                            self.particles.second(place, state, force, was, durations)
                         }
                     }
                 });
@@ -167,7 +170,8 @@ impl SoftBodies {
     /// The fault of the particles that would be too fast, if there are any.
     pub(crate) fn too_fast(
         &self,
-        (compiled, frames): (&Compiled, &impl Frames),
+        compiled: &Compiled,
+        frames: &impl Frames,
         moment: Moment,
     ) -> Option<Fault> {
         let speed = |place: usize| self.motions[place].speed(&self.states[place]);
@@ -177,8 +181,8 @@ impl SoftBodies {
         let kind = FaultKind::TooFast {
             speed: speed(*places.first()?),
         };
-        let who = (&self.samples, places);
-        Some(Fault::new(kind, compiled, frames, who, moment))
+        let scene = SampledWorld::new(compiled, frames, &self.samples, moment);
+        Some(Fault::new(kind, &scene, places))
     }
 
     /// Replaces the forces of a fault by what remains of them.

@@ -148,9 +148,8 @@ impl FieldMasks {
         };
         let instance = mask.instance as usize;
         let motion = Motion::of(&query);
-        let (leaf, frames) = ((program, mask.leaf), &self.frames);
         self.machine
-            .contributes(leaf, instance, frames, &query, &motion)
+            .contributes(program, mask.leaf, instance, &self.frames, &query, &motion)
     }
 
     /// The force of the composite field in which a detection field stands; zero where it is undefined.

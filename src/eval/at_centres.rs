@@ -2,12 +2,12 @@
 
 use fearless_simd::{Simd, dispatch};
 
-use super::constants::Pull;
+use super::constants::ConstantPull;
 use super::drags::DragOn;
 use super::frames::FrameCache;
 use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
-use super::wide::{Asked, Found, WIDTH};
+use super::wide::{LaneInput, LaneOutput, WIDTH};
 use crate::compile::{Compiled, RadialBatch};
 use crate::field::{Frames, Lanes, Motion, Number, Plain, Vec3, real};
 use crate::math::{DVec3, to_dvec3, to_f64};
@@ -31,7 +31,7 @@ pub(crate) struct CentreEvaluator {
     frames: FrameCache,
     machine: Interpreter,
     moment: Moment,
-    constants: Pull,
+    constants: ConstantPull,
     /// The handles of the bodies to be evaluated; it has no other content.
     these: Samples,
     /// The sample of each of them, at its centre of mass. Entries after the last body are left from earlier
@@ -46,7 +46,7 @@ impl Default for CentreEvaluator {
             frames: FrameCache::default(),
             machine: Interpreter::default(),
             moment,
-            constants: Pull::of(&[], moment.dt),
+            constants: ConstantPull::of(&[], moment.dt),
             these: Samples::made_elsewhere(),
             samples: std::array::from_fn(|lane| SamplePoint::at_rest(lane as u32, owner(None))),
         }
@@ -75,7 +75,7 @@ impl CentreEvaluator {
     /// Looks up the frames of all fields, and starts without bodies.
     pub(crate) fn begin(&mut self, compiled: &Compiled, world: &impl Frames, moment: Moment) {
         self.moment = moment;
-        self.constants = Pull::of(&compiled.constants, moment.dt);
+        self.constants = ConstantPull::of(&compiled.constants, moment.dt);
         self.these.bodies.clear();
         self.frames.clear(compiled);
         for source in compiled.radials.iter().flat_map(|it| &it.1.sources) {
@@ -113,7 +113,7 @@ impl CentreEvaluator {
         let mut felt = self.sources(compiled);
         for (_, program) in compiled.programs.iter().filter(|it| it.1.has_force) {
             for instance in 0..program.instances.len() {
-                let asked = Asked {
+                let asked = LaneInput {
                     program,
                     instance,
                     frames: self.frames.all(),
@@ -124,9 +124,10 @@ impl CentreEvaluator {
                 let drag = DragOn::new(program, instance, self.moment);
                 for lane in lanes_of(found.defined | found.doubtful) {
                     let doubted = found.doubtful >> lane & 1 == 1;
-                    let force = match doubted {
-                        true => asked.interpreted(&self.samples[lane], &mut self.machine),
-                        false => Some(found.exact_force(lane)),
+                    let force = if doubted {
+                        asked.interpreted(&self.samples[lane], &mut self.machine)
+                    } else {
+                        Some(found.exact_force(lane))
                     };
                     let Some(force) = force else {
                         continue;
@@ -192,8 +193,8 @@ impl Felt {
     }
 }
 
-impl Asked<'_> {
-    fn in_lanes(&self, samples: &[SamplePoint; WIDTH], count: usize) -> Found {
+impl LaneInput<'_> {
+    fn in_lanes(&self, samples: &[SamplePoint; WIDTH], count: usize) -> LaneOutput {
         let samples = samples.each_ref();
         dispatch!(level(), simd => self.on(simd, &samples[..count]))
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
-use super::kernel::{Kernel, Law};
+use super::kernel::{Kernel, KernelLaw};
 use super::lanes::{Eight, level, sum_of};
 use super::one_way::{Accumulator, Task};
 use super::quantity::Quantity;
@@ -52,7 +52,7 @@ impl Sources {
     /// of the first component of the force.
     pub(super) fn add_to_clouds(&self, task: &Task<'_>, moment: Moment, sums: &mut [Wrench]) {
         let (samples, batch, level) = (task.samples, task.batch, level());
-        let law = Law::new(&batch.law);
+        let law = KernelLaw::new(&batch.law);
         for run in &samples.clouds.runs {
             let sample = &samples.list[run.first as usize];
             if !samples.takes(batch.how, sample) {
@@ -68,10 +68,10 @@ impl Sources {
             }
             let cloud = Cloud::new(samples, run, task);
             let wrench = dispatch!(level, simd => match law {
-                Law::InverseSquare(law) => self.on_cloud(simd, law, &cloud),
-                Law::Softened(law) => self.on_cloud(simd, law, &cloud),
-                Law::LennardJones(law) => self.on_cloud(simd, law, &cloud),
-                Law::Other(law) => self.on_cloud(simd, law, &cloud),
+                KernelLaw::InverseSquare(law) => self.on_cloud(simd, law, &cloud),
+                KernelLaw::Softened(law) => self.on_cloud(simd, law, &cloud),
+                KernelLaw::LennardJones(law) => self.on_cloud(simd, law, &cloud),
+                KernelLaw::Other(law) => self.on_cloud(simd, law, &cloud),
             });
             let sum = &mut sums[sample.body as usize];
             *sum = sum.plus(wrench.times(weight));
@@ -156,11 +156,11 @@ impl Sources {
             let local = cloud.local_arms.map(|column| column[place]);
             let arm = Vector::from_array(turned(cloud.axes, local));
             let point = cloud.centre + arm;
-            let met = (cloud.range, cloud.quantity);
-            let mut seen = Accumulator::new(simd, point, cloud.owner, met);
+            let range = cloud.range;
+            let mut seen = Accumulator::new(simd, point, cloud.owner, range, cloud.quantity);
             self.for_each_near(
                 point,
-                cloud.range,
+                range,
                 #[inline(always)]
                 |run| seen.add(simd, self, law, run.start, run.end),
             );

@@ -1,6 +1,6 @@
 //! Constant fields: the same vector for every body at any place.
 
-use super::contract::{BatchEvaluator, Scene, Sums};
+use super::contract::{BatchEvaluator, SampledWorld, Sums};
 use super::frames::FrameCache;
 use crate::compile::ConstantField;
 use crate::field::{ForceMode, Frames};
@@ -13,7 +13,7 @@ pub(super) struct Constants;
 
 /// The sum of constants, by force mode.
 #[derive(Debug)]
-pub(super) struct Pull {
+pub(super) struct ConstantPull {
     force: Vector,
     acceleration: Vector,
     /// A change of velocity over the step (m/s).
@@ -21,14 +21,14 @@ pub(super) struct Pull {
     dt: Real,
 }
 
-impl Pull {
+impl ConstantPull {
     /// The sums of some constants, for a step of length `dt` (s).
     pub(super) fn of(constants: &[ConstantField], dt: Real) -> Self {
         let sum = |mode: ForceMode| -> Vector {
             let fields = constants.iter().filter(|constant| constant.mode == mode);
             fields.map(|constant| constant.vector).sum()
         };
-        Pull {
+        ConstantPull {
             force: sum(ForceMode::Force),
             acceleration: sum(ForceMode::Acceleration),
             change: sum(ForceMode::VelocityChange),
@@ -53,12 +53,13 @@ impl Pull {
 impl BatchEvaluator<[ConstantField]> for Constants {
     fn add(
         &mut self,
-        (_, constants): (u32, &[ConstantField]),
-        scene: &Scene<'_, impl Frames>,
+        _: u32,
+        constants: &[ConstantField],
+        scene: &SampledWorld<'_, impl Frames>,
         _: &mut FrameCache,
         sums: &mut Sums<'_>,
     ) {
-        let pull = Pull::of(constants, scene.moment.dt);
+        let pull = ConstantPull::of(constants, scene.moment.dt);
         let bodies = scene.samples.centres.iter().zip(&mut *sums.wrenches);
         if !constants.is_empty() {
             bodies.for_each(|(centre, wrench)| wrench.force += pull.on(centre));

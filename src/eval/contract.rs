@@ -9,11 +9,27 @@ use crate::rigid::Wrench;
 use crate::sample::{Moment, Samples};
 
 /// The samples at one moment on which fields are evaluated, and a world in which anchors are found.
-pub(super) struct Scene<'a, F> {
+pub(crate) struct SampledWorld<'a, F> {
     pub compiled: &'a Compiled,
     pub world: &'a F,
     pub samples: &'a Samples,
     pub moment: Moment,
+}
+
+impl<'a, F> SampledWorld<'a, F> {
+    pub(crate) fn new(
+        compiled: &'a Compiled,
+        world: &'a F,
+        samples: &'a Samples,
+        moment: Moment,
+    ) -> Self {
+        SampledWorld {
+            compiled,
+            world,
+            samples,
+            moment,
+        }
+    }
 }
 
 /// The sums that evaluators add to.
@@ -34,13 +50,14 @@ pub(super) struct Sums<'a> {
 /// - buffers, neighbours and hierarchies that it keeps between calls do not change any bit of the result.
 pub(super) trait BatchEvaluator<B: ?Sized> {
     /// Prepares for a scene, before any batch of it.
-    fn begin(&mut self, _scene: &Scene<'_, impl Frames>, _frames: &mut FrameCache) {}
+    fn begin(&mut self, _scene: &SampledWorld<'_, impl Frames>, _frames: &mut FrameCache) {}
 
     /// Adds the forces of a batch. The number tells the batch from others of its kind.
     fn add(
         &mut self,
-        batch: (u32, &B),
-        scene: &Scene<'_, impl Frames>,
+        number: u32,
+        batch: &B,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
         sums: &mut Sums<'_>,
     );

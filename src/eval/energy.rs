@@ -25,10 +25,9 @@ pub(super) fn program_energy(
     let all = program.leaves.iter().filter(on).all(Field::has_potential);
     let instances = 0..program.instances.len();
     let energy = |instance: usize, query: &Query| -> f64 {
-        let at = |number| (program, frames, (instance, number));
         let leaves = 0..program.leaves.len();
         leaves
-            .filter_map(|number| leaf_energy(at(number), query))
+            .filter_map(|leaf| leaf_energy(program, frames, instance, leaf, query))
             .sum()
     };
     let mut total = 0.0;
@@ -57,11 +56,14 @@ pub(super) fn program_energy(
 /// The potential energy of a sample in one leaf of an instance (J); `None` if the leaf does not act on it, or has
 /// no potential.
 fn leaf_energy(
-    (program, frames, (instance, number)): (&Program, &[Option<Frame>], (usize, usize)),
+    program: &Program,
+    frames: &[Option<Frame>],
+    instance: usize,
+    leaf: usize,
     query: &Query,
 ) -> Option<f64> {
-    let field = program.leaves.get(number)?;
-    let frame = program.frame(instance, number, frames)?;
+    let field = program.leaves.get(leaf)?;
+    let frame = program.frame(instance, leaf, frames)?;
     if !field.acts_on(query, frame) {
         return None;
     }
@@ -69,6 +71,6 @@ fn leaf_energy(
     if !field.region.set(&local, &Open::<f64>::new()) {
         return None;
     }
-    let potential = field.potential_of(program.strength(instance, number), &local)?;
+    let potential = field.potential_of(program.strength(instance, leaf), &local)?;
     Some(potential * field.energy_share(frame.body.is_some()))
 }

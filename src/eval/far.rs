@@ -20,8 +20,8 @@ use crate::math::{DMat3, DVec3, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rigid::Wrench;
 use crate::sample::{CloudRun, Moment, SamplePoint, Samples, owner};
 use crate::threads::each_chunk;
-use cells::{Cells, Source};
-use walk::{Block, WIDTH, Walk};
+use cells::{CellTree, Source};
+use walk::{Block, CellWalk, WIDTH};
 
 /// Blocks of samples that one thread evaluates at a time.
 const CHUNK: usize = 8;
@@ -30,7 +30,7 @@ const CHUNK: usize = 8;
 #[derive(Debug, Default)]
 pub(super) struct FarRadials {
     /// The cells of each batch.
-    cells: Vec<Cells>,
+    cells: Vec<CellTree>,
     sources: Vec<Source>,
     /// The numbers of the sites that are acted on.
     order: Vec<u32>,
@@ -52,27 +52,28 @@ impl FarRadials {
         moment: Moment,
         sums: &mut Sums<'_>,
     ) -> bool {
-        self.sort((task.number, task.batch), frame, task.quantity);
+        self.sort(task.number, task.batch, frame, task.quantity);
         let cells = &self.cells[task.number as usize];
-        let Some(walk) = Walk::new(cells, &task.batch.law, task.quantity) else {
+        let Some(walk) = CellWalk::new(cells, &task.batch.law, task.quantity) else {
             return false;
         };
         let blocks = &mut self.blocks;
-        add_to_sites(&walk, task, (&mut self.order, blocks), sums.forces);
-        add_to_clouds(&walk, (task, moment), blocks, sums.wrenches);
+        add_to_sites(&walk, task, &mut self.order, blocks, sums.forces);
+        add_to_clouds(&walk, task, moment, blocks, sums.wrenches);
         true
     }
 
     /// Sorts the sources of a batch, with anchors at their present places, into cells.
     pub(super) fn sort(
         &mut self,
-        (number, batch): (u32, &RadialBatch),
+        number: u32,
+        batch: &RadialBatch,
         frame: impl FnMut(AnchorId) -> Option<Frame>,
         quantity: Quantity,
     ) {
         let number = number as usize;
         if self.cells.len() <= number {
-            self.cells.resize_with(number + 1, Cells::default);
+            self.cells.resize_with(number + 1, CellTree::default);
         }
         let cells = &mut self.cells[number];
         // Sources that stand still are sorted once.
@@ -88,12 +89,14 @@ impl FarRadials {
     /// [`Walk::new`] gives `None`.
     pub(super) fn linearise(
         &self,
-        (number, batch): (u32, &RadialBatch),
-        (sample, weight): (&SamplePoint, f64),
+        number: u32,
+        batch: &RadialBatch,
+        sample: &SamplePoint,
+        weight: f64,
         sum: &mut Linearised,
     ) -> bool {
         let cells = &self.cells[number as usize];
-        let walk = Walk::new(cells, &batch.law, Quantity::Force);
+        let walk = CellWalk::new(cells, &batch.law, Quantity::Force);
         walk.is_some_and(|walk| {
             walk.linearise(sample, weight, sum);
             true
@@ -101,11 +104,12 @@ impl FarRadials {
     }
 }
 
-/// Adds the forces on the sites that the batch acts on; the third argument are buffers.
+/// Adds what acts on the sites that are coupled; `order` and `blocks` are buffers.
 fn add_to_sites(
-    walk: &Walk<'_>,
+    walk: &CellWalk<'_>,
     task: &Task<'_>,
-    (order, blocks): (&mut Vec<u32>, &mut Vec<Block>),
+    order: &mut Vec<u32>,
+    blocks: &mut Vec<Block>,
     sums: &mut [Vector],
 ) {
     let sites = &task.samples.list[..task.samples.sites];
@@ -156,8 +160,9 @@ fn gather(
 
 /// Adds the wrenches on the samples that are not sites.
 fn add_to_clouds(
-    walk: &Walk<'_>,
-    (task, moment): (&Task<'_>, Moment),
+    walk: &CellWalk<'_>,
+    task: &Task<'_>,
+    moment: Moment,
     blocks: &mut Vec<Block>,
     sums: &mut [Wrench],
 ) {
@@ -180,7 +185,12 @@ fn add_to_clouds(
 }
 
 /// The wrench on a part with several samples, for a weight of one.
-fn on_cloud(walk: &Walk<'_>, samples: &Samples, run: &CloudRun, blocks: &mut Vec<Block>) -> Wrench {
+fn on_cloud(
+    walk: &CellWalk<'_>,
+    samples: &Samples,
+    run: &CloudRun,
+    blocks: &mut Vec<Block>,
+) -> Wrench {
     let sample = &samples.list[run.first as usize];
     let body = sample.body as usize;
     let turned = DMat3::from_quat(samples.attitudes[body].rotation);

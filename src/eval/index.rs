@@ -1,7 +1,7 @@
 //! An index of the programs that may act at a point.
 
 use super::frames::FrameCache;
-use super::instances::Reach;
+use super::instances::InstanceReach;
 use crate::compile::{Compiled, Followed, Key};
 use crate::field::Frames;
 use crate::math::{Real, Vector};
@@ -17,7 +17,7 @@ const FEWEST_FOR_INDEX: usize = 32;
 pub(super) struct ProgramIndex {
     followed: Followed,
     /// The reach of each program, by number.
-    reaches: Vec<Reach>,
+    reaches: Vec<InstanceReach>,
     /// The bounded programs, if there are many.
     tree: Hierarchy,
     /// For each program, by number: true if the tree has it.
@@ -42,7 +42,7 @@ impl ProgramIndex {
         self.indexed = indexed;
         self.reaches.resize_with(
             compiled.programs.bound().max(self.reaches.len()),
-            Reach::default,
+            InstanceReach::default,
         );
         self.in_tree.resize(self.reaches.len(), false);
         match changed {
@@ -53,10 +53,10 @@ impl ProgramIndex {
             }
             Some(changed) => {
                 for (number, serial) in changed {
-                    self.renew(compiled, frames, world, (*number, Some(*serial)));
+                    self.renew(compiled, frames, world, *number, Some(*serial));
                 }
                 for number in roster.moving() {
-                    self.renew(compiled, frames, world, (*number, None));
+                    self.renew(compiled, frames, world, *number, None);
                 }
             }
             None => self.renew_all(compiled, frames, world),
@@ -83,7 +83,8 @@ impl ProgramIndex {
         compiled: &Compiled,
         frames: &mut FrameCache,
         world: &impl Frames,
-        (number, serial): (u32, Option<Key>),
+        number: u32,
+        serial: Option<Key>,
     ) {
         let place = number as usize;
         let program = compiled.programs.get(number);
@@ -92,7 +93,7 @@ impl ProgramIndex {
         let bounded = match program {
             Some(program) => {
                 let moved = match serial {
-                    Some(serial) => reach.change(compiled, frames, world, (program, serial)),
+                    Some(serial) => reach.change(compiled, frames, world, program, serial),
                     None => reach.refresh(compiled, frames, world, program),
                 };
                 if !moved && self.in_tree[place] == program.reach.is_some() {
@@ -102,7 +103,7 @@ impl ProgramIndex {
             }
             None => {
                 // The number may be given to another program.
-                *reach = Reach::default();
+                *reach = InstanceReach::default();
                 false
             }
         };
@@ -124,11 +125,11 @@ impl ProgramIndex {
 
     /// The numbers of bounded programs that may act at a point, in no order.
     pub(super) fn bounded_at(&self, point: Vector, visit: impl FnMut(u32)) {
-        self.bounded_near((point, 0.0), visit);
+        self.bounded_near(point, 0.0, visit);
     }
 
     /// [`Self::bounded_at`] for all points within a distance of one.
-    pub(super) fn bounded_near(&self, (point, distance): (Vector, Real), visit: impl FnMut(u32)) {
+    pub(super) fn bounded_near(&self, point: Vector, distance: Real, visit: impl FnMut(u32)) {
         let here = Aabb::from_half_extents(point, Vector::splat(distance));
         self.tree.intersect_aabb(&here).for_each(visit);
     }
@@ -161,7 +162,7 @@ impl ProgramIndex {
         found.sort_unstable();
     }
 
-    pub(super) fn reach(&mut self, number: u32) -> &mut Reach {
+    pub(super) fn reach(&mut self, number: u32) -> &mut InstanceReach {
         &mut self.reaches[number as usize]
     }
 }

@@ -13,7 +13,7 @@ type Ball = Option<(Vector, Real)>;
 
 /// Balls around the instances of a program, or a hierarchy of these balls if there are many.
 #[derive(Debug)]
-pub(super) struct Reach {
+pub(super) struct InstanceReach {
     /// The corners of a box around all places at which any instance can act.
     low: Vector,
     high: Vector,
@@ -78,9 +78,9 @@ impl Leaves {
     }
 }
 
-impl Default for Reach {
+impl Default for InstanceReach {
     fn default() -> Self {
-        Reach {
+        InstanceReach {
             low: Vector::splat(Real::INFINITY),
             high: Vector::splat(-Real::INFINITY),
             balls: Vec::new(),
@@ -91,7 +91,7 @@ impl Default for Reach {
     }
 }
 
-impl Reach {
+impl InstanceReach {
     /// Updates the balls to the present anchors. Returns true if any has changed.
     pub(super) fn refresh(
         &mut self,
@@ -145,7 +145,8 @@ impl Reach {
         compiled: &Compiled,
         frames: &mut FrameCache,
         world: &impl Frames,
-        (program, serial): (&Program, Key),
+        program: &Program,
+        serial: Key,
     ) -> bool {
         let known = !self.leaves.built.is_empty() && program.instances.moving == 0;
         let kept = known && program.index_kind() == IndexKind::Bvh;
@@ -179,7 +180,8 @@ impl Reach {
     pub(super) fn near(
         &self,
         program: &Program,
-        (point, distance): (Vector, Real),
+        point: Vector,
+        distance: Real,
         found: &mut Vec<u32>,
     ) {
         found.clear();
@@ -210,7 +212,8 @@ impl Reach {
     pub(super) fn around(
         &self,
         program: &Program,
-        (point, distance): (Vector, Real),
+        point: Vector,
+        distance: Real,
         found: &mut Vec<u32>,
     ) {
         let (low, high) = (self.low - distance, self.high + distance);
@@ -218,13 +221,13 @@ impl Reach {
             found.clear();
             return;
         }
-        self.near(program, (point, distance), found);
+        self.near(program, point, distance, found);
     }
 
     /// The instances that may act at a point, in their order.
     pub(super) fn at(&mut self, program: &Program, point: Vector) -> &[u32] {
         let mut found = std::mem::take(&mut self.found);
-        self.around(program, (point, 0.0), &mut found);
+        self.around(program, point, 0.0, &mut found);
         self.found = found;
         &self.found
     }

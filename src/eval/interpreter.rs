@@ -71,7 +71,8 @@ impl Interpreter {
     /// Returns true if a leaf contributes to an instance of a program at a sample, even by zero.
     pub(crate) fn contributes(
         &mut self,
-        (program, leaf): (&Program, u32),
+        program: &Program,
+        leaf: u32,
         instance: usize,
         frames: &[Option<Frame>],
         query: &Query,

@@ -2,38 +2,38 @@
 
 use fearless_simd::{Simd, SimdMask};
 
-use super::lanes::{Lanes, lanes_of};
+use super::lanes::{RealLanes, lanes_of};
 use crate::field::{Profile, Radial};
 use crate::math::{Real, from_f64, to_f64};
 
 /// A radial law of strength one on lanes.
 pub(super) trait Kernel: Copy {
     /// The factor s in F = s d, from r². Lanes that are not set in `acts` may hold anything.
-    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V;
+    fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V;
     /// The potential U, from r²; likewise.
-    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V;
+    fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V;
 }
 
 /// The laws with kernels of their own, and all others.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Law {
+pub(super) enum KernelLaw {
     InverseSquare(InverseSquare),
     Softened(Softened),
     LennardJones(LennardJones),
     Other(Other),
 }
 
-impl Law {
+impl KernelLaw {
     pub(super) fn new(law: &Radial) -> Self {
         match law.profile {
-            _ if !law.is_plain() => Law::Other(Other { law: *law }),
+            _ if !law.is_plain() => KernelLaw::Other(Other { law: *law }),
             Profile::Power {
                 power: -2.0,
                 softening: 0.0,
                 ..
             } => {
                 let inverse = law.shifted_at.map_or(0.0, Real::recip);
-                Law::InverseSquare(InverseSquare {
+                KernelLaw::InverseSquare(InverseSquare {
                     shift: inverse * inverse,
                     offset: inverse * 2.0,
                 })
@@ -43,34 +43,36 @@ impl Law {
                 softening,
                 ..
             } if law.shifted_at.is_none() && Softened::is_sound(softening) => {
-                Law::Softened(Softened {
+                KernelLaw::Softened(Softened {
                     softening2: softening * softening,
                 })
             }
-            Profile::LennardJones { sigma, .. } => Law::LennardJones(LennardJones::new(law, sigma)),
-            _ => Law::Other(Other { law: *law }),
+            Profile::LennardJones { sigma, .. } => {
+                KernelLaw::LennardJones(LennardJones::new(law, sigma))
+            }
+            _ => KernelLaw::Other(Other { law: *law }),
         }
     }
 }
 
-impl Kernel for Law {
+impl Kernel for KernelLaw {
     #[inline(always)]
-    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+    fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
         match self {
-            Law::InverseSquare(law) => law.factor(r2, acts),
-            Law::Softened(law) => law.factor(r2, acts),
-            Law::LennardJones(law) => law.factor(r2, acts),
-            Law::Other(law) => law.factor(r2, acts),
+            KernelLaw::InverseSquare(law) => law.factor(r2, acts),
+            KernelLaw::Softened(law) => law.factor(r2, acts),
+            KernelLaw::LennardJones(law) => law.factor(r2, acts),
+            KernelLaw::Other(law) => law.factor(r2, acts),
         }
     }
 
     #[inline(always)]
-    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+    fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
         match self {
-            Law::InverseSquare(law) => law.potential(r2, acts),
-            Law::Softened(law) => law.potential(r2, acts),
-            Law::LennardJones(law) => law.potential(r2, acts),
-            Law::Other(law) => law.potential(r2, acts),
+            KernelLaw::InverseSquare(law) => law.potential(r2, acts),
+            KernelLaw::Softened(law) => law.potential(r2, acts),
+            KernelLaw::LennardJones(law) => law.potential(r2, acts),
+            KernelLaw::Other(law) => law.potential(r2, acts),
         }
     }
 }
@@ -85,20 +87,20 @@ pub(super) struct InverseSquare {
 impl InverseSquare {
     /// The factor, from 1/r and 1/r².
     #[inline(always)]
-    pub(super) fn factor_of<S: Simd, V: Lanes<S>>(self, inverse: V, inverse2: V) -> V {
+    pub(super) fn factor_of<S: Simd, V: RealLanes<S>>(self, inverse: V, inverse2: V) -> V {
         inverse * (inverse2 - self.shift)
     }
 }
 
 impl Kernel for InverseSquare {
     #[inline(always)]
-    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+    fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, _: V::Mask) -> V {
         let inverse = V::splat(r2.token(), 1.0) / r2.sqrt();
         self.factor_of(inverse, inverse * inverse)
     }
 
     #[inline(always)]
-    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+    fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, _: V::Mask) -> V {
         let r = r2.sqrt();
         V::splat(r2.token(), 1.0) / r + r * self.shift - self.offset
     }
@@ -120,13 +122,13 @@ impl Softened {
 
 impl Kernel for Softened {
     #[inline(always)]
-    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+    fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
         let inverse = self.potential(r2, acts);
         inverse * inverse * inverse
     }
 
     #[inline(always)]
-    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+    fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, _: V::Mask) -> V {
         V::splat(r2.token(), 1.0) / (r2 + self.softening2).sqrt()
     }
 }
@@ -160,7 +162,7 @@ impl LennardJones {
 
     /// The factor, from 1/r and 1/r².
     #[inline(always)]
-    pub(super) fn factor_of<S: Simd, V: Lanes<S>>(self, inverse: V, inverse2: V) -> V {
+    pub(super) fn factor_of<S: Simd, V: RealLanes<S>>(self, inverse: V, inverse2: V) -> V {
         let s2 = inverse2 * self.sigma2;
         let s6 = s2 * s2 * s2;
         inverse2 * 24.0 * s6 * (s6 + s6 - 1.0) - inverse * self.slope
@@ -169,13 +171,13 @@ impl LennardJones {
 
 impl Kernel for LennardJones {
     #[inline(always)]
-    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+    fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, _: V::Mask) -> V {
         let inverse2 = V::splat(r2.token(), 1.0) / r2;
         self.factor_of(inverse2.sqrt(), inverse2)
     }
 
     #[inline(always)]
-    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, _: V::Mask) -> V {
+    fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, _: V::Mask) -> V {
         let s2 = V::splat(r2.token(), self.sigma2) / r2;
         let s6 = s2 * s2 * s2;
         s6 * 4.0 * (s6 - 1.0) + r2.sqrt() * self.slope - self.offset
@@ -204,7 +206,7 @@ impl Other {
 
 impl Kernel for Other {
     #[inline(always)]
-    fn factor<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+    fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
         let mut lanes = V::splat(r2.token(), 0.0);
         for lane in lanes_of(acts.to_bitmask()) {
             lanes[lane] = self.factor_at(r2[lane]);
@@ -213,7 +215,7 @@ impl Kernel for Other {
     }
 
     #[inline(always)]
-    fn potential<S: Simd, V: Lanes<S>>(self, r2: V, acts: V::Mask) -> V {
+    fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
         let mut lanes = V::splat(r2.token(), 0.0);
         for lane in lanes_of(acts.to_bitmask()) {
             lanes[lane] = self.potential_at(r2[lane]);

@@ -17,9 +17,9 @@ mod width {
 pub(super) use width::{Eight, Four};
 
 /// A vector of [`Real`] with any number of lanes.
-pub(super) trait Lanes<S: Simd>: SimdFloat<S, Element = Real> {}
+pub(super) trait RealLanes<S: Simd>: SimdFloat<S, Element = Real> {}
 
-impl<S: Simd, V: SimdFloat<S, Element = Real>> Lanes<S> for V {}
+impl<S: Simd, V: SimdFloat<S, Element = Real>> RealLanes<S> for V {}
 
 /// The numbers of the bits set in a mask, first to last.
 #[inline(always)]

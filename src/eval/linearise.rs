@@ -3,6 +3,7 @@
 use std::cell::{LazyCell, OnceCell};
 use std::ops::Deref;
 
+use super::contract::SampledWorld;
 use super::drags::drag_on;
 use super::far::{FarRadials, is_far};
 use super::frames::FrameCache;
@@ -36,14 +37,14 @@ impl Seeded {
 
 /// A force with its derivatives, in two parts.
 #[derive(Default)]
-struct Sum {
+struct ForceSum {
     /// The sum of forces that carry derivatives.
     varying: Option<Vec3<Dual<6>>>,
     /// The sum of forces with derivatives in closed form.
     closed: Linearised,
 }
 
-impl Sum {
+impl ForceSum {
     fn add(&mut self, closed: &Linearised) {
         self.closed.force += closed.force;
         self.closed.by_position += closed.by_position;
@@ -92,14 +93,12 @@ impl Lineariser {
     /// terms that are not asked for are left out, also from the force.
     pub(crate) fn of_body(
         &mut self,
-        (compiled, world): (&Compiled, &impl Frames),
+        scene: &SampledWorld<'_, impl Frames>,
         terms: Terms,
-        samples: &Samples,
-        moment: Moment,
         body: usize,
         mut visit: impl FnMut(&SamplePoint, &Linearised),
     ) {
-        let all = terms == Terms::All;
+        let (all, samples, moment) = (terms == Terms::All, scene.samples, scene.moment);
         let list = samples.of(body).into_iter().flatten();
         let list = list.map(|number| (samples.at(number), false));
         for (sample, whole) in [(samples.centres[body], true)].into_iter().chain(list) {
@@ -111,27 +110,20 @@ impl Lineariser {
             // Made when needed: most bodies are sampled in one way, and have no force at their other samples.
             let seeded = LazyCell::new(|| Seeded::new(samples, sample, moment));
             let mut force = None;
-            let radials = compiled.radials.iter();
+            let radials = scene.compiled.radials.iter();
             for (number, batch) in radials.filter(|it| all && wanted(it.1.how)) {
                 let weight = to_f64(samples.weight(sample, &batch.weighting, moment));
                 if weight != 0.0 && batch.prototype.is_on(moment.span) {
-                    self.take_up((compiled, world), (number, batch));
-                    let sum = &mut force.get_or_insert_with(Sum::default).closed;
-                    let (batch, sample) = ((number, batch), (sample, weight));
-                    if !is_far(batch.1) || !self.far.linearise(batch, sample, sum) {
-                        self.sources[number as usize]
-                            .0
-                            .linearise(batch.1, sample, sum);
+                    self.take_up(scene, number, batch);
+                    let sum = &mut force.get_or_insert_with(ForceSum::default).closed;
+                    if !is_far(batch) || !self.far.linearise(number, batch, sample, weight, sum) {
+                        let (sources, _) = &self.sources[number as usize];
+                        sources.linearise(batch, sample, weight, sum);
                     }
                 }
             }
-            self.programs_on(
-                (compiled, world),
-                sample,
-                &seeded,
-                (terms, |program| wanted(program.how)),
-                &mut force,
-            );
+            let wanted = |program: &Program| wanted(program.how);
+            self.programs_on(scene, sample, &seeded, terms, wanted, &mut force);
             if let Some(force) = force {
                 visit(sample, &force.total());
             }
@@ -139,22 +131,17 @@ impl Lineariser {
     }
 
     /// Gathers the sources of a batch, once for a prepared world.
-    fn take_up(
-        &mut self,
-        (compiled, world): (&Compiled, &impl Frames),
-        (number, batch): (u32, &RadialBatch),
-    ) {
-        let number = number as usize;
-        if self.sources.len() <= number {
-            self.sources.resize_with(number + 1, Default::default);
+    fn take_up(&mut self, scene: &SampledWorld<'_, impl Frames>, number: u32, batch: &RadialBatch) {
+        let place = number as usize;
+        if self.sources.len() <= place {
+            self.sources.resize_with(place + 1, Default::default);
         }
-        let (sources, known) = &mut self.sources[number];
+        let (sources, known) = &mut self.sources[place];
         if !std::mem::replace(known, true) {
             let frames = &mut self.frames;
-            let mut frame = |anchor| frames.get(compiled, world, anchor);
+            let mut frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
             if is_far(batch) {
-                self.far
-                    .sort((number as u32, batch), &mut frame, Quantity::Force);
+                self.far.sort(number, batch, &mut frame, Quantity::Force);
             }
             // Gathered for far fields too: cells cannot hold sources without a finite place.
             sources.refresh(batch, frame, Quantity::Force);
@@ -163,15 +150,17 @@ impl Lineariser {
 
     fn programs_on(
         &mut self,
-        (compiled, world): (&Compiled, &impl Frames),
+        scene: &SampledWorld<'_, impl Frames>,
         sample: &SamplePoint,
         seeded: &impl Deref<Target = Seeded>,
-        (terms, wanted): (Terms, impl Fn(&Program) -> bool),
-        force: &mut Option<Sum>,
+        terms: Terms,
+        wanted: impl Fn(&Program) -> bool,
+        force: &mut Option<ForceSum>,
     ) {
-        self.index.at(compiled, sample.world_point, &mut self.found);
+        self.index
+            .at(scene.compiled, sample.world_point, &mut self.found);
         for (_, number) in &self.found {
-            let program = compiled.programs.get(*number);
+            let program = scene.compiled.programs.get(*number);
             let asked = |program: &&Program| match terms {
                 Terms::All => true,
                 Terms::ThatReadVelocities => program.reads_velocity,
@@ -184,10 +173,10 @@ impl Lineariser {
             };
             for instance in self.index.reach(*number).at(program, sample.world_point) {
                 self.frames
-                    .fill_instance(compiled, world, program, *instance);
+                    .fill_instance(scene.compiled, scene.world, program, *instance);
                 let query = &seeded.query;
                 let (instance, frames) = (*instance as usize, self.frames.all());
-                let sum = force.get_or_insert_with(Sum::default);
+                let sum = force.get_or_insert_with(ForceSum::default);
                 if let Some(drag) = drag_on(program, instance, frames, query, terms) {
                     sum.add(&drag);
                     continue;
@@ -207,7 +196,8 @@ impl Sources {
     fn linearise(
         &self,
         batch: &RadialBatch,
-        (sample, weight): (&SamplePoint, f64),
+        sample: &SamplePoint,
+        weight: f64,
         sum: &mut Linearised,
     ) {
         let (point, slope) = (to_dvec3(sample.world_point), batch.law.slope());

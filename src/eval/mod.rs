@@ -26,13 +26,13 @@ mod sources;
 mod tests;
 mod wide;
 
-use crate::compile::{Compiled, RadialBatch, Weighting};
+use crate::compile::{RadialBatch, Weighting};
 use crate::field::Frames;
 use crate::math::{Vector, to_f64};
 use crate::rigid::Wrench;
-use crate::sample::{Moment, Samples};
 
 pub(crate) use at_centres::{CentreEvaluator, CentreForce, TOGETHER};
+pub(crate) use contract::SampledWorld;
 pub(crate) use interpreter::Interpreter;
 pub(crate) use linearise::Lineariser;
 pub use quantity::PotentialEnergy;
@@ -40,7 +40,7 @@ pub(crate) use quantity::Terms;
 pub(crate) use slowings::{BodySlowing, BodySlowings};
 
 use constants::Constants;
-use contract::{BatchEvaluator, Scene, Sums};
+use contract::{BatchEvaluator, Sums};
 use energy::program_energy;
 use frames::FrameCache;
 use programs::Programs;
@@ -61,33 +61,24 @@ impl Evaluator {
     /// are also added to `slowings`, if given.
     pub(crate) fn wrenches(
         &mut self,
-        compiled: &Compiled,
-        world: &impl Frames,
-        samples: &Samples,
-        moment: Moment,
+        scene: &SampledWorld<'_, impl Frames>,
         wrenches: &mut Vec<Wrench>,
         slowings: Option<&mut BodySlowings>,
     ) {
-        let scene = Scene {
-            compiled,
-            world,
-            samples,
-            moment,
-        };
+        let (compiled, samples) = (scene.compiled, scene.samples);
         wrenches.clear();
         wrenches.resize(samples.bodies.len(), Wrench::ZERO);
-        self.start(&scene);
+        self.start(scene);
         let frames = &mut self.frames;
         let sums = &mut Sums {
             forces: &mut self.forces,
             wrenches,
             slowings,
         };
-        Constants.add((0, &compiled.constants), &scene, frames, sums);
-        self.radials
-            .add((0, &compiled.radials), &scene, frames, sums);
-        self.programs.begin(&scene, frames);
-        self.programs.add_all(&scene, frames, sums);
+        Constants.add(0, &compiled.constants, scene, frames, sums);
+        self.radials.add(0, &compiled.radials, scene, frames, sums);
+        self.programs.begin(scene, frames);
+        self.programs.add_all(scene, frames, sums);
         for (sample, force) in samples.placed().iter().zip(&self.forces) {
             let wrench = &mut wrenches[sample.body as usize];
             wrench.force += *force;
@@ -95,7 +86,7 @@ impl Evaluator {
         }
     }
 
-    fn start(&mut self, scene: &Scene<'_, impl Frames>) {
+    fn start(&mut self, scene: &SampledWorld<'_, impl Frames>) {
         self.frames.clear(scene.compiled);
         self.forces.clear();
         let count = scene.samples.placed().len();
@@ -105,18 +96,10 @@ impl Evaluator {
     /// The potential energy of all bodies of `samples`.
     pub(crate) fn potential_energy(
         &mut self,
-        compiled: &Compiled,
-        world: &impl Frames,
-        samples: &Samples,
-        moment: Moment,
+        scene: &SampledWorld<'_, impl Frames>,
     ) -> PotentialEnergy {
-        let scene = Scene {
-            compiled,
-            world,
-            samples,
-            moment,
-        };
-        self.start(&scene);
+        let (compiled, samples, moment) = (scene.compiled, scene.samples, scene.moment);
+        self.start(scene);
         let mut energy = PotentialEnergy::default();
         for constant in &compiled.constants {
             let weighting = Weighting::shared(constant.mode);
@@ -133,7 +116,7 @@ impl Evaluator {
         };
         let (radials, quantity) = (&compiled.radials, Quantity::Potential);
         self.radials
-            .add_quantity(radials, &scene, &mut self.frames, sums, quantity);
+            .add_quantity(radials, scene, &mut self.frames, sums, quantity);
         let lacks =
             |batch: &RadialBatch| batch.prototype.is_on(moment.span) && !batch.law.has_potential();
         energy.without += radials.iter().filter(|(_, batch)| lacks(batch)).count();
@@ -142,7 +125,7 @@ impl Evaluator {
         energy.total += sums.map(|sum| to_f64(sum.x)).sum::<f64>();
         let programs = compiled.programs.iter().map(|(_, program)| program);
         for program in programs.filter(|program| program.has_force) {
-            self.frames.fill(compiled, world, program);
+            self.frames.fill(compiled, scene.world, program);
             let (known, all) = program_energy(program, self.frames.all(), samples, moment);
             energy.total += known;
             energy.without += usize::from(!all);

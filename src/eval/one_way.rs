@@ -6,7 +6,7 @@ use std::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
 use super::contract::Sums;
-use super::kernel::{Kernel, Law};
+use super::kernel::{Kernel, KernelLaw};
 use super::lanes::{Four, WIDTH, level, load, total};
 use super::quantity::Quantity;
 use super::sources::Sources;
@@ -44,9 +44,12 @@ pub(super) fn weigh(
     moment: Moment,
     weights: &mut Vec<Real>,
 ) {
-    let weight = |sample| match samples.takes(batch.how, sample) {
-        true => samples.weight(sample, &batch.weighting, moment),
-        false => 0.0,
+    let weight = |sample| {
+        if samples.takes(batch.how, sample) {
+            samples.weight(sample, &batch.weighting, moment)
+        } else {
+            0.0
+        }
     };
     weights.clear();
     weights.extend(samples.list[..samples.sites].iter().map(weight));
@@ -83,14 +86,14 @@ impl Sources {
             range: task.batch.range,
             quantity: task.quantity,
         };
-        let law = Law::new(&task.batch.law);
+        let law = KernelLaw::new(&task.batch.law);
         each_chunk(sums, CHUNK, |first, sums| {
             let probes = probes.from(first);
             dispatch!(level(), simd => match law {
-                Law::InverseSquare(law) => self.add(simd, law, &probes, sums),
-                Law::Softened(law) => self.add(simd, law, &probes, sums),
-                Law::LennardJones(law) => self.add(simd, law, &probes, sums),
-                Law::Other(law) => self.add(simd, law, &probes, sums),
+                KernelLaw::InverseSquare(law) => self.add(simd, law, &probes, sums),
+                KernelLaw::Softened(law) => self.add(simd, law, &probes, sums),
+                KernelLaw::LennardJones(law) => self.add(simd, law, &probes, sums),
+                KernelLaw::Other(law) => self.add(simd, law, &probes, sums),
             });
         });
     }
@@ -106,11 +109,11 @@ impl Sources {
             if *weight == 0.0 {
                 continue;
             }
-            let met = (probes.range, probes.quantity);
-            let mut seen = Accumulator::new(simd, sample.world_point, sample.owner, met);
+            let (point, range) = (sample.world_point, probes.range);
+            let mut seen = Accumulator::new(simd, point, sample.owner, range, probes.quantity);
             self.for_each_near(
-                sample.world_point,
-                probes.range,
+                point,
+                range,
                 #[inline(always)]
                 |run| seen.add(simd, self, law, run.start, run.end),
             );
@@ -204,7 +207,8 @@ impl<S: Simd> Accumulator<S> {
         simd: S,
         point: Vector,
         owner: Real,
-        (range, quantity): (Option<Real>, Quantity),
+        range: Option<Real>,
+        quantity: Quantity,
     ) -> Self {
         let range = range.unwrap_or(Real::INFINITY);
         Accumulator {
@@ -219,8 +223,8 @@ impl<S: Simd> Accumulator<S> {
     /// For at most as many samples as lanes; the other lanes are not read.
     #[inline(always)]
     fn of_several(simd: S, samples: &[SamplePoint], probes: &Probes<'_>) -> Self {
-        let met = (probes.range, probes.quantity);
-        let mut seen = Accumulator::new(simd, Vector::ZERO, 0.0, met);
+        let (range, quantity) = (probes.range, probes.quantity);
+        let mut seen = Accumulator::new(simd, Vector::ZERO, 0.0, range, quantity);
         for (lane, sample) in samples.iter().enumerate() {
             for (axis, x) in sample.world_point.to_array().into_iter().enumerate() {
                 seen.point[axis][lane] = x;

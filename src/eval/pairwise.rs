@@ -10,13 +10,13 @@ mod meet;
 mod near;
 mod tiles;
 
-use super::contract::Sums;
-use super::kernel::Law;
+use super::contract::{SampledWorld, Sums};
+use super::kernel::KernelLaw;
 use super::one_way::{Task, weigh};
 use super::quantity::Quantity;
 use super::sources::Sources;
 use crate::compile::{AnchorId, RadialBatch, RadialSource};
-use crate::field::{Axis, Coupling, ForceMode, Frame};
+use crate::field::{Axis, Coupling, ForceMode, Frame, Frames};
 use crate::math::{Real, Vector, to_f64};
 use crate::sample::{Moment, Samples};
 use meet::Laws;
@@ -33,7 +33,7 @@ pub(super) struct PairwiseRadials {
     /// buffers.
     sides: Vec<Sides>,
     batches: usize,
-    passes: Vec<Pass>,
+    passes: Vec<PairPass>,
     ranges: usize,
     sources: Sources,
 }
@@ -42,7 +42,7 @@ pub(super) struct PairwiseRadials {
 #[derive(Debug)]
 pub(super) struct Sides {
     number: u32,
-    law: Law,
+    law: KernelLaw,
     range: Option<Real>,
     /// The strength of each site as a source; zero if it is none.
     strengths: Vec<Real>,
@@ -54,7 +54,7 @@ pub(super) struct Sides {
 
 /// The batches of one range.
 #[derive(Debug, Default)]
-struct Pass {
+struct PairPass {
     laws: Laws,
     /// For each law, the place of its batch among the sides; `None` if no batch has it.
     order: Vec<Option<usize>>,
@@ -87,7 +87,7 @@ impl PairwiseRadials {
                 self.sides.push(Sides::new(batch));
             }
             let sides = &mut self.sides[self.batches];
-            sides.fill((number, batch), samples, moment);
+            sides.fill(number, batch, samples, moment);
             self.batches += usize::from(wanted(sides, batch));
         }
         self.group(samples);
@@ -111,7 +111,7 @@ impl PairwiseRadials {
                 continue;
             }
             if self.passes.len() == self.ranges {
-                self.passes.push(Pass::default());
+                self.passes.push(PairPass::default());
             }
             self.passes[self.ranges].fill(&sides[place..], samples);
             self.ranges += 1;
@@ -131,8 +131,9 @@ impl PairwiseRadials {
     /// Adds the forces of a batch that are not between pairs of sites.
     pub(super) fn add_others(
         &mut self,
-        (number, batch): (u32, &RadialBatch),
-        (samples, moment): (&Samples, Moment),
+        number: u32,
+        batch: &RadialBatch,
+        scene: &SampledWorld<'_, impl Frames>,
         quantity: Quantity,
         mut frame: impl FnMut(AnchorId) -> Option<Frame>,
         sums: &mut Sums<'_>,
@@ -144,16 +145,17 @@ impl PairwiseRadials {
         let task = Task {
             number,
             batch,
-            samples,
+            samples: scene.samples,
             weights: &sides.weights,
             quantity,
         };
         // Samples that are not sites meet all sources.
-        if samples.any_cloud(batch.how) {
+        if task.samples.any_cloud(batch.how) {
             let all_sources = &batch.sources;
             self.sources
                 .gather(batch, all_sources, &mut frame, quantity);
-            self.sources.add_to_clouds(&task, moment, sums.wrenches);
+            self.sources
+                .add_to_clouds(&task, scene.moment, sums.wrenches);
         }
         if !sides.apart.is_empty() {
             self.sources.gather(batch, &sides.apart, frame, quantity);
@@ -180,7 +182,7 @@ impl Sides {
     fn new(batch: &RadialBatch) -> Self {
         Sides {
             number: 0,
-            law: Law::new(&batch.law),
+            law: KernelLaw::new(&batch.law),
             range: None,
             strengths: Vec::new(),
             weights: Vec::new(),
@@ -188,9 +190,9 @@ impl Sides {
         }
     }
 
-    fn fill(&mut self, (number, batch): (u32, &RadialBatch), samples: &Samples, moment: Moment) {
+    fn fill(&mut self, number: u32, batch: &RadialBatch, samples: &Samples, moment: Moment) {
         self.number = number;
-        self.law = Law::new(&batch.law);
+        self.law = KernelLaw::new(&batch.law);
         self.range = batch.range;
         weigh(batch, samples, moment, &mut self.weights);
         self.strengths.clear();
@@ -221,7 +223,7 @@ impl Sides {
     }
 }
 
-impl Pass {
+impl PairPass {
     /// Sets up the batches that have the range of the first.
     fn fill(&mut self, sides: &[Sides], samples: &Samples) {
         let Some(range) = sides.first().map(|first| first.range) else {
@@ -243,7 +245,7 @@ impl Pass {
             let of = |place: &Option<usize>| place.map_or([0.0; 2], |place| sides[place].of(site));
             let charges = self.order.iter().map(of);
             if charges.clone().any(|charges| charges != [0.0; 2]) {
-                self.tiles.push((site, sample), range.is_none(), charges);
+                self.tiles.push(site, sample, range.is_none(), charges);
             }
         }
         laws.mutual = (0..self.order.len()).all(|law| is_mutual(self.tiles.sides(law)));
@@ -258,9 +260,12 @@ fn is_mutual(sides: impl Iterator<Item = [Real; 2]> + Clone) -> bool {
     let largest = sides
         .clone()
         .max_by(|a, b| Real::total_cmp(&size(a), &size(b)));
-    let ratio = largest.map_or(0.0, |[strength, weight]| match weight == 0.0 {
-        true => 0.0,
-        false => strength / weight,
+    let ratio = largest.map_or(0.0, |[strength, weight]| {
+        if weight == 0.0 {
+            0.0
+        } else {
+            strength / weight
+        }
     });
     let mut sides = sides;
     sides.all(|[strength, weight]| {

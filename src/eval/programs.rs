@@ -2,14 +2,14 @@
 
 use fearless_simd::dispatch;
 
-use super::contract::{BatchEvaluator, Scene, Sums};
+use super::contract::{BatchEvaluator, SampledWorld, Sums};
 use super::cut::{Asked, BodyCuts};
 use super::drags::DragOn;
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
-use super::wide::{Asked as Wide, Found, WIDTH};
+use super::wide::{LaneInput, LaneOutput, WIDTH};
 use crate::compile::{Compiled, Key, Program};
 use crate::field::{Cuts, Frames, Motion, real};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3};
@@ -34,7 +34,7 @@ pub(super) struct Programs {
     /// Pairs of an instance and the place of a sample.
     pairs: Vec<(u32, u32)>,
     /// The results for several samples at once.
-    found: Vec<Found>,
+    found: Vec<LaneOutput>,
 }
 
 /// The sample at a place among the centres and then the list.
@@ -46,7 +46,7 @@ fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
 
 /// An instance of a program that is evaluated on several samples.
 struct Asking<'a> {
-    wide: Wide<'a>,
+    wide: LaneInput<'a>,
     /// Its closed form, if it is drag or wind.
     drag: Option<DragOn>,
 }
@@ -65,26 +65,27 @@ struct Job {
 const ALL: u32 = u32::MAX;
 
 impl BatchEvaluator<Program> for Programs {
-    fn begin(&mut self, scene: &Scene<'_, impl Frames>, frames: &mut FrameCache) {
+    fn begin(&mut self, scene: &SampledWorld<'_, impl Frames>, frames: &mut FrameCache) {
         self.index.refresh(scene.compiled, frames, scene.world);
     }
 
     fn add(
         &mut self,
-        (number, program): (u32, &Program),
-        scene: &Scene<'_, impl Frames>,
+        number: u32,
+        program: &Program,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
         sums: &mut Sums<'_>,
     ) {
         let (samples, how) = (scene.samples, program.how);
         if matches!(how.cuts, Cuts::Shares | Cuts::Parts) {
             for body in 0..samples.bodies.len() as u32 {
-                self.cut((number, program), scene, frames, (sums, body));
+                self.cut(number, program, scene, frames, sums, body);
             }
         }
         self.asked.clear();
         for centre in samples.centres_for(how) {
-            if !self.cut((number, program), scene, frames, (sums, centre.body)) {
+            if !self.cut(number, program, scene, frames, sums, centre.body) {
                 self.asked.push(centre.body);
             }
         }
@@ -94,7 +95,7 @@ impl BatchEvaluator<Program> for Programs {
             .filter(|(_, sample)| samples.cut(how, sample.body).is_none());
         self.asked
             .extend(asked.map(|(place, _)| (count + place) as u32));
-        self.add_asked((number, program), scene, frames, sums);
+        self.add_asked(number, program, scene, frames, sums);
     }
 }
 
@@ -102,14 +103,14 @@ impl Programs {
     /// Adds the forces of all programs, each at the samples that it may reach.
     pub(super) fn add_all(
         &mut self,
-        scene: &Scene<'_, impl Frames>,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
         sums: &mut Sums<'_>,
     ) {
         if !self.index.is_in_use() {
             let programs = scene.compiled.programs.iter();
-            for batch in programs.filter(|(_, program)| program.has_force) {
-                self.add(batch, scene, frames, sums);
+            for (number, program) in programs.filter(|(_, program)| program.has_force) {
+                self.add(number, program, scene, frames, sums);
             }
             return;
         }
@@ -119,9 +120,10 @@ impl Programs {
             let Some(program) = scene.compiled.programs.get(number) else {
                 continue;
             };
-            match jobs.iter().any(|job| job.sample == ALL) {
-                true => self.add((number, program), scene, frames, sums),
-                false => self.add_on((number, program), scene, frames, (sums, jobs)),
+            if jobs.iter().any(|job| job.sample == ALL) {
+                self.add(number, program, scene, frames, sums)
+            } else {
+                self.add_on(number, program, jobs, scene, frames, sums)
             }
         }
         self.jobs = jobs;
@@ -152,8 +154,8 @@ impl Programs {
                     add(number, place as u32);
                 }
             };
-            let near = (centre.world_point, from_f64(bulk.extent));
-            self.index.bounded_near(near, cut_by);
+            let (point, extent) = (centre.world_point, from_f64(bulk.extent));
+            self.index.bounded_near(point, extent, cut_by);
         }
         for number in compiled.roster.unbounded() {
             add(*number, ALL);
@@ -166,10 +168,12 @@ impl Programs {
     /// Adds the forces of a program on some samples.
     fn add_on(
         &mut self,
-        (number, program): (u32, &Program),
-        scene: &Scene<'_, impl Frames>,
+        number: u32,
+        program: &Program,
+        jobs: &[Job],
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
-        (sums, jobs): (&mut Sums<'_>, &[Job]),
+        sums: &mut Sums<'_>,
     ) {
         let (samples, how) = (scene.samples, program.how);
         let count = samples.centres.len();
@@ -177,7 +181,7 @@ impl Programs {
         for place in jobs.iter().map(|job| job.sample) {
             let is_asked = match samples.centres.get(place as usize) {
                 Some(centre) => {
-                    !self.cut((number, program), scene, frames, (sums, centre.body))
+                    !self.cut(number, program, scene, frames, sums, centre.body)
                         && samples.asks_whole(how)
                         && samples.takes(how, centre)
                 }
@@ -190,14 +194,15 @@ impl Programs {
                 self.asked.push(place);
             }
         }
-        self.add_asked((number, program), scene, frames, sums);
+        self.add_asked(number, program, scene, frames, sums);
     }
 
     /// Adds the forces of a program on the samples in `asked`.
     fn add_asked(
         &mut self,
-        (number, program): (u32, &Program),
-        scene: &Scene<'_, impl Frames>,
+        number: u32,
+        program: &Program,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
         sums: &mut Sums<'_>,
     ) {
@@ -218,7 +223,7 @@ impl Programs {
             frames.fill_instance(scene.compiled, scene.world, program, run[0].0);
             let (instance, moment) = (run[0].0 as usize, scene.moment);
             let asked = Asking {
-                wide: Wide {
+                wide: LaneInput {
                     program,
                     instance,
                     frames: frames.all(),
@@ -227,11 +232,11 @@ impl Programs {
                 },
                 drag: DragOn::new(program, instance, moment),
             };
-            match program.in_lanes {
-                true => self.add_in_lanes(&asked, run, sums),
-                false => run
-                    .iter()
-                    .for_each(|(_, place)| self.add_one(&asked, *place, sums)),
+            if program.in_lanes {
+                self.add_in_lanes(&asked, run, sums)
+            } else {
+                run.iter()
+                    .for_each(|(_, place)| self.add_one(&asked, *place, sums))
             }
         }
         self.pairs = pairs;
@@ -242,7 +247,7 @@ impl Programs {
     fn add_in_lanes(&mut self, asked: &Asking<'_>, run: &[(u32, u32)], sums: &mut Sums<'_>) {
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
-        all_found.resize_with(run.len().div_ceil(WIDTH), Found::default);
+        all_found.resize_with(run.len().div_ceil(WIDTH), LaneOutput::default);
         each_chunk(&mut all_found, CHUNK, |first, found| {
             let runs = run.chunks(WIDTH).skip(first);
             dispatch!(level(), simd => for (found, run) in found.iter_mut().zip(runs) {
@@ -279,7 +284,7 @@ impl Programs {
 
     /// Adds a force on one sample, and notes its reaction.
     fn add_force(&mut self, asked: &Asking<'_>, place: u32, exact: DVec3, sums: &mut Sums<'_>) {
-        let Wide {
+        let LaneInput {
             program,
             instance,
             frames,
@@ -309,10 +314,12 @@ impl Programs {
     /// Adds the wrench of a program on a body that it cuts. Returns false if it does not cut the body.
     fn cut(
         &mut self,
-        (number, program): (u32, &Program),
-        scene: &Scene<'_, impl Frames>,
+        number: u32,
+        program: &Program,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
-        (sums, body): (&mut Sums<'_>, u32),
+        sums: &mut Sums<'_>,
+        body: u32,
     ) -> bool {
         let Some(bulk) = scene.samples.cut(program.how, body) else {
             return false;
@@ -321,7 +328,7 @@ impl Programs {
         let extent = from_f64(bulk.extent) * (1.0 + Real::EPSILON * 4.0);
         let point = scene.samples.centres[body as usize].world_point;
         let reach = self.index.reach(number);
-        reach.around(program, (point, extent), &mut self.near);
+        reach.around(program, point, extent, &mut self.near);
         if self.near.is_empty() {
             return true;
         }

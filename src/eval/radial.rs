@@ -1,6 +1,6 @@
 //! Evaluates batches of radial fields: pair by pair, by cells, or one way, whichever suits the batch.
 
-use super::contract::{BatchEvaluator, Scene, Sums};
+use super::contract::{BatchEvaluator, SampledWorld, Sums};
 use super::far::{FarRadials, is_far};
 use super::frames::FrameCache;
 use super::one_way::{OneWayRadials, Task, weigh};
@@ -22,8 +22,9 @@ pub(super) struct Radials {
 impl BatchEvaluator<Ordered<RadialBatch>> for Radials {
     fn add(
         &mut self,
-        (_, batches): (u32, &Ordered<RadialBatch>),
-        scene: &Scene<'_, impl Frames>,
+        _: u32,
+        batches: &Ordered<RadialBatch>,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
         sums: &mut Sums<'_>,
     ) {
@@ -37,7 +38,7 @@ impl Radials {
     pub(super) fn add_quantity(
         &mut self,
         batches: &Ordered<RadialBatch>,
-        scene: &Scene<'_, impl Frames>,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
         sums: &mut Sums<'_>,
         quantity: Quantity,
@@ -53,9 +54,8 @@ impl Radials {
         for (number, batch) in batches {
             let mut frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
             if self.pairwise.has(number) {
-                let batch = (number, batch);
                 self.pairwise
-                    .add_others(batch, (samples, moment), quantity, frame, sums);
+                    .add_others(number, batch, scene, quantity, frame, sums);
                 continue;
             }
             weigh(batch, samples, moment, &mut self.weights);
@@ -83,8 +83,9 @@ mod by_themselves {
     impl BatchEvaluator<Ordered<RadialBatch>> for OneWayRadials {
         fn add(
             &mut self,
-            (_, batches): (u32, &Ordered<RadialBatch>),
-            scene: &Scene<'_, impl Frames>,
+            _: u32,
+            batches: &Ordered<RadialBatch>,
+            scene: &SampledWorld<'_, impl Frames>,
             frames: &mut FrameCache,
             sums: &mut Sums<'_>,
         ) {
@@ -108,8 +109,9 @@ mod by_themselves {
     impl BatchEvaluator<Ordered<RadialBatch>> for PairwiseRadials {
         fn add(
             &mut self,
-            (_, batches): (u32, &Ordered<RadialBatch>),
-            scene: &Scene<'_, impl Frames>,
+            _: u32,
+            batches: &Ordered<RadialBatch>,
+            scene: &SampledWorld<'_, impl Frames>,
             frames: &mut FrameCache,
             sums: &mut Sums<'_>,
         ) {
@@ -117,9 +119,9 @@ mod by_themselves {
             let is_on = |batch: &RadialBatch| batch.prototype.is_on(scene.moment.span);
             let batches = batches.iter().filter(|(_, batch)| is_on(batch));
             self.take_up(batches.clone(), samples, scene.moment, |_, _| true);
-            for batch in batches {
+            for (number, batch) in batches {
                 let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
-                self.add_others(batch, (samples, scene.moment), force, frame, sums);
+                self.add_others(number, batch, scene, force, frame, sums);
             }
             self.meet(samples, force, sums.forces);
         }

@@ -7,14 +7,14 @@ use crate::rigid::{Slowing, cross_matrix, six};
 /// The drag and wind on each of some bodies, with its derivative by the body's velocities.
 #[derive(Debug, Default)]
 pub(crate) struct BodySlowings {
-    bodies: Vec<Sum>,
+    bodies: Vec<SlowingSum>,
     /// Parts of −∂wrench/∂velocities along the axes of single samples, for bodies that have any.
     along: Vec<Matrix6<f64>>,
 }
 
 /// Sums over the samples of a body, at arms a from its centre of mass.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sum {
+struct SlowingSum {
     force: DVec3,
     torque: DVec3,
     /// Σ λ, where λ is the part of a sample's derivative that is alike in all directions.
@@ -43,7 +43,7 @@ impl BodySlowings {
     pub(crate) fn start(&mut self, bodies: usize) {
         self.along.clear();
         self.bodies.clear();
-        self.bodies.resize(bodies, Sum::default());
+        self.bodies.resize(bodies, SlowingSum::default());
     }
 
     /// Adds a force on a sample of a body, at `arm` from its centre of mass, with its derivative by velocity.

@@ -3,7 +3,7 @@
 use fearless_simd::Level;
 
 use super::constants::Constants;
-use super::contract::{BatchEvaluator, Scene, Sums};
+use super::contract::{BatchEvaluator, SampledWorld, Sums};
 use super::frames::FrameCache;
 use super::lanes::FORCED;
 use super::one_way::OneWayRadials;
@@ -133,12 +133,7 @@ impl Stage {
         let view = WorldRef::new(&self.world.bodies, &self.world.colliders);
         let mut frames = FrameCache::default();
         frames.clear(&self.compiled);
-        let scene = Scene {
-            compiled: &self.compiled,
-            world: &view,
-            samples: &samples,
-            moment: self.moment(),
-        };
+        let scene = SampledWorld::new(&self.compiled, &view, &samples, self.moment());
         let mut forces = vec![Vector::splat(start); samples.list.len()];
         let begun = Wrench {
             force: Vector::splat(start),
@@ -151,8 +146,8 @@ impl Stage {
             slowings: None,
         };
         evaluator.begin(&scene, &mut frames);
-        for batch in batches(&self.compiled) {
-            evaluator.add(batch, &scene, &mut frames, &mut sums);
+        for (number, batch) in batches(&self.compiled) {
+            evaluator.add(number, batch, &scene, &mut frames, &mut sums);
         }
         for wrench in &mut wrenches {
             wrench.force -= Vector::splat(start);

@@ -16,7 +16,7 @@ use crate::sample::{Moment, SamplePoint, Samples};
 pub(super) const WIDTH: usize = LANES;
 
 /// An instance of a program, and the moment at which it is evaluated.
-pub(super) struct Asked<'a> {
+pub(super) struct LaneInput<'a> {
     pub program: &'a Program,
     pub instance: usize,
     pub frames: &'a [Option<Frame>],
@@ -27,13 +27,13 @@ pub(super) struct Asked<'a> {
 /// The forces of an instance on up to eight samples, with a bit for each sample on which it is defined, and for
 /// each that is in doubt.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(super) struct LaneOutput {
     forces: [[f64; WIDTH]; 3],
     pub defined: u64,
     pub doubtful: u64,
 }
 
-impl Found {
+impl LaneOutput {
     /// The force, in `f64`, on a sample on which the instance is defined.
     pub(super) fn exact_force(&self, lane: usize) -> DVec3 {
         let [x, y, z] = &self.forces;
@@ -41,10 +41,10 @@ impl Found {
     }
 }
 
-impl Asked<'_> {
+impl LaneInput<'_> {
     /// Runs the instance on one to eight samples, with the instructions of `simd`.
     #[inline(always)]
-    pub(super) fn on<S: Simd>(&self, simd: S, samples: &[&SamplePoint]) -> Found {
+    pub(super) fn on<S: Simd>(&self, simd: S, samples: &[&SamplePoint]) -> LaneOutput {
         simd.vectorize(
             #[inline(always)]
             || self.run(samples),
@@ -52,7 +52,7 @@ impl Asked<'_> {
     }
 
     #[inline(always)]
-    fn run(&self, samples: &[&SamplePoint]) -> Found {
+    fn run(&self, samples: &[&SamplePoint]) -> LaneOutput {
         let last = samples.len().min(WIDTH) - 1;
         // Lanes without a sample repeat the last one.
         let samples: [&SamplePoint; WIDTH] = std::array::from_fn(|lane| samples[lane.min(last)]);
@@ -71,7 +71,7 @@ impl Asked<'_> {
         let finite = is_finite(x) & is_finite(y) & is_finite(z);
         let doubtful = here.on_a_surface() | (value.defined & !finite);
         let asked = (2 << last) - 1;
-        Found {
+        LaneOutput {
             forces: [x.0, y.0, z.0],
             defined: (value.defined & !doubtful).bits() & asked,
             doubtful: doubtful.bits() & asked,

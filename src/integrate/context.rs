@@ -5,6 +5,7 @@ use super::plan::Choice;
 use super::reaction::Reactions;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
+use crate::eval::SampledWorld;
 use crate::field::{Anchor, Span};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, BodySet, Lookup};
@@ -58,6 +59,11 @@ impl<W: Lookup> StepContext<'_, W> {
             dt: if self.dt == 0.0 { 1.0 } else { self.dt },
             span: self.span,
         }
+    }
+
+    /// The samples in a world of these frames.
+    pub(super) fn sampled<'b, F>(&'b self, frames: &'b F) -> SampledWorld<'b, F> {
+        SampledWorld::new(self.compiled, frames, self.samples, self.moment())
     }
 
     /// Returns true if bodies of unequal inertia are rotated by this crate in the step.

@@ -213,16 +213,14 @@ impl Integrator {
             }
         }
         let frames = self.motions.frames(context, &[], 0.0);
-        let (compiled, samples, moment) = (context.compiled, context.samples, context.moment());
+        let scene = context.sampled(&frames);
         let wrenches = &mut evaluation.wrenches;
         self.slowings.start(0);
-        let slowings = compiled.reads_velocity.then(|| {
-            self.slowings.start(samples.bodies.len());
+        let slowings = context.compiled.reads_velocity.then(|| {
+            self.slowings.start(context.samples.bodies.len());
             &mut self.slowings
         });
-        self.evaluator
-            .wrenches(compiled, &frames, samples, moment, wrenches, slowings);
-        let fault = Fault::of_wrenches(wrenches, compiled, &frames, samples, moment);
-        fault.map_or(Ok(()), Err)
+        self.evaluator.wrenches(&scene, wrenches, slowings);
+        Fault::of_wrenches(wrenches, &scene).map_or(Ok(()), Err)
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::compile::Compiled;
+use crate::eval::SampledWorld;
 use crate::field::{Anchor, Frame, Frames};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle};
 use crate::rigid::Wrench;
@@ -140,28 +141,21 @@ impl Fault {
     /// The fault of the wrenches that are infinite or NaN; `None` if there are none.
     pub(crate) fn of_wrenches(
         wrenches: &[Wrench],
-        compiled: &Compiled,
-        frames: &impl Frames,
-        samples: &Samples,
-        moment: Moment,
+        scene: &SampledWorld<'_, impl Frames>,
     ) -> Option<Self> {
         let numbered = wrenches.iter().enumerate();
         let bad = numbered.filter(|(_, wrench)| !wrench.is_finite());
         // An empty list does not allocate.
         let places: Vec<usize> = bad.map(|(place, _)| place).collect();
-        let kind = FaultKind::NonFinite;
-        let fault = |places| Fault::new(kind, compiled, frames, (samples, places), moment);
-        (!places.is_empty()).then(|| fault(places))
+        (!places.is_empty()).then(|| Fault::new(FaultKind::NonFinite, scene, places))
     }
 
     pub(crate) fn new(
         kind: FaultKind,
-        compiled: &Compiled,
-        frames: &impl Frames,
-        (samples, places): (&Samples, Vec<usize>),
-        moment: Moment,
+        scene: &SampledWorld<'_, impl Frames>,
+        places: Vec<usize>,
     ) -> Self {
-        let mut samples = samples.clone();
+        let mut samples = scene.samples.clone();
         samples.place_all();
         let bodies = places.iter().map(|place| samples.bodies[*place]);
         Fault {
@@ -170,8 +164,8 @@ impl Fault {
             places,
             scene: Box::new(FaultScene {
                 samples,
-                frames: KnownFrames::of(compiled, frames),
-                moment,
+                frames: KnownFrames::of(scene.compiled, scene.world),
+                moment: scene.moment,
             }),
         }
     }

@@ -1,14 +1,12 @@
 //! Jacobians: the derivatives of the wrench on a body by its motion and its velocities.
 
 use super::coupling::Slope;
-use crate::compile::Compiled;
-use crate::eval::{Lineariser, Terms};
+use crate::eval::{Lineariser, SampledWorld, Terms};
 use crate::field::Frames;
 use crate::math::{DVec3, Vector, to_dvec3};
 use crate::rapier::glamx::DMat3;
 use crate::rapier::na::{Matrix3, Matrix6, Vector6};
 use crate::rigid::{cross_matrix, six};
-use crate::sample::{Moment, Samples};
 
 /// The derivatives of the world wrench [force; torque about the centre of mass] of one body.
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,14 +38,12 @@ impl Jacobian {
 /// dθ × a × F.
 pub(crate) fn of_body(
     lineariser: &mut Lineariser,
-    world: (&Compiled, &impl Frames),
-    samples: &Samples,
+    scene: &SampledWorld<'_, impl Frames>,
     body: usize,
-    moment: Moment,
     angvel: DVec3,
 ) -> Jacobian {
     let mut sum = Jacobian::default();
-    lineariser.of_body(world, Terms::All, samples, moment, body, |sample, slope| {
+    lineariser.of_body(scene, Terms::All, body, |sample, slope| {
         let (a, b) = (matrix(slope.by_position), matrix(slope.by_velocity));
         sum.wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
         if sample.arm == Vector::ZERO {
@@ -71,15 +67,13 @@ pub(crate) fn of_body(
 /// a kick needs. No other field is evaluated.
 pub(crate) fn by_velocity(
     lineariser: &mut Lineariser,
-    world: (&Compiled, &impl Frames),
-    samples: &Samples,
+    scene: &SampledWorld<'_, impl Frames>,
     body: usize,
-    moment: Moment,
     terms: Terms,
 ) -> (Vector6<f64>, Slope) {
     let (mut wrench, mut at_centre) = (Vector6::zeros(), matrix(DMat3::ZERO));
     let mut whole: Option<Matrix6<f64>> = None;
-    lineariser.of_body(world, terms, samples, moment, body, |sample, slope| {
+    lineariser.of_body(scene, terms, body, |sample, slope| {
         let b = matrix(slope.by_velocity);
         wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
         if sample.arm == Vector::ZERO {

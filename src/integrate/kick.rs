@@ -255,8 +255,7 @@ impl Integrator {
     ) -> Fault {
         let frames = self.motions.frames(context, &[], 0.0);
         let kind = FaultKind::TooFast { speed };
-        let (compiled, moment) = (context.compiled, context.moment());
-        Fault::new(kind, compiled, &frames, (context.samples, places), moment)
+        Fault::new(kind, &context.sampled(&frames), places)
     }
 }
 

@@ -81,9 +81,10 @@ pub(crate) fn complete(
     if felt == Wrench::ZERO && lag == Vector::ZERO && !before.free {
         return None;
     }
-    let mut update = match before.free {
-        true => motion.kicked(body, felt, duration),
-        false => kicked(body, felt, duration),
+    let mut update = if before.free {
+        motion.kicked(body, felt, duration)
+    } else {
+        kicked(body, felt, duration)
     };
     update.linvel += lag;
     if before.free && held {

@@ -306,9 +306,10 @@ impl Integrator {
         for estimate in &evaluation.estimates {
             let mut pace = estimate.rates.pace(choice, dt);
             pace.omega2 *= share;
-            let treatment = match choice.damps && !coupled && choice.is_hopeless(pace, dt) {
-                true => Treatment::Damp,
-                false => Treatment::Resolve(pace),
+            let treatment = if choice.damps && !coupled && choice.is_hopeless(pace, dt) {
+                Treatment::Damp
+            } else {
+                Treatment::Resolve(pace)
             };
             if !choice.is_calm(pace, dt) {
                 evaluation.treatments.push((estimate.place, treatment));
@@ -370,9 +371,8 @@ impl Integrator {
             None => to_dvec3(context.bodies[place].angvel),
         };
         let frames = self.motions.frames(context, &[], 0.0);
-        let world = (context.compiled, &frames);
-        let (samples, moment) = (context.samples, context.moment());
-        jacobian::of_body(&mut self.lineariser, world, samples, place, moment, angvel)
+        let scene = context.sampled(&frames);
+        jacobian::of_body(&mut self.lineariser, &scene, place, angvel)
     }
 
     /// The part of a body's wrench that reads velocities, and its slope: for drag and wind from the last evaluation,
@@ -390,10 +390,8 @@ impl Integrator {
         let mut sum = drags.map(|it| (it.wrench, Slope::of_drags(&it)));
         if sum.is_none() || context.compiled.reads_velocity_otherwise {
             let frames = self.motions.frames(context, &[], 0.0);
-            let world = (context.compiled, &frames);
-            let (samples, moment) = (context.samples, context.moment());
-            let lineariser = &mut self.lineariser;
-            let other = jacobian::by_velocity(lineariser, world, samples, place, moment, terms);
+            let scene = context.sampled(&frames);
+            let other = jacobian::by_velocity(&mut self.lineariser, &scene, place, terms);
             sum = Some(match sum {
                 Some((wrench, slope)) => (wrench + other.0, slope.plus(&other.1)),
                 None => other,

@@ -108,9 +108,10 @@ impl Track {
         };
         let trace = mobility.inv_inertia.trace();
         // The square of the radius of gyration makes lengths of angles.
-        let radius2 = match trace > 0.0 {
-            true => mobility.inv_mass.max_element() * 3.0 / trace,
-            false => 0.0,
+        let radius2 = if trace > 0.0 {
+            mobility.inv_mass.max_element() * 3.0 / trace
+        } else {
+            0.0
         };
         self.piece = Piece::default();
         if let Some(last) = &self.last {

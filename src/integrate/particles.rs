@@ -9,13 +9,11 @@
 use super::coupling::{Besides, Coupling};
 use super::jacobian::by_velocity;
 use super::scheme::Scheme;
-use crate::compile::Compiled;
-use crate::eval::{Lineariser, Terms};
+use crate::eval::{Lineariser, SampledWorld, Terms};
 use crate::field::Frames;
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::na::{Matrix3, Vector6};
 use crate::rigid::{Mobility, Wrench, of_wrench, pair, six};
-use crate::sample::{Moment, Samples};
 
 /// A particle when a half of a step begins.
 #[derive(Clone, Copy, Debug)]
@@ -87,26 +85,21 @@ impl Particles {
     /// Computes the derivatives of the forces by velocity, except for particles in `left_out`.
     pub(crate) fn couple(
         &mut self,
-        world: (&Compiled, &impl Frames),
-        (samples, moment): (&Samples, Moment),
-        (forces, left_out): (&[Wrench], &[bool]),
+        scene: &SampledWorld<'_, impl Frames>,
+        forces: &[Wrench],
+        left_out: &[bool],
     ) {
         self.couplings.clear();
-        if !world.0.reads_velocity {
+        if !scene.compiled.reads_velocity {
             return;
         }
-        self.lineariser.prepare(world.0, world.1);
+        self.lineariser.prepare(scene.compiled, scene.world);
+        let centres = &scene.samples.centres;
         for (place, force) in forces.iter().enumerate() {
             let coupling = (!left_out[place]).then(|| {
-                let (part, slope) = by_velocity(
-                    &mut self.lineariser,
-                    world,
-                    samples,
-                    place,
-                    moment,
-                    Terms::ThatReadVelocities,
-                );
-                let at = six(to_dvec3(samples.centres[place].velocity), DVec3::ZERO);
+                let terms = Terms::ThatReadVelocities;
+                let (part, slope) = by_velocity(&mut self.lineariser, scene, place, terms);
+                let at = six(to_dvec3(centres[place].velocity), DVec3::ZERO);
                 let felt = slope.is_finite() && !slope.is_zero();
                 felt.then(|| Coupling::new((&part, slope), &of_wrench(*force), at))
             });
@@ -122,7 +115,8 @@ impl Particles {
     pub(crate) fn first(
         &self,
         place: usize,
-        (state, force): (&ParticleState, Vector),
+        state: &ParticleState,
+        force: Vector,
         durations: Durations,
     ) -> ParticleMotion {
         if state.inv_mass == 0.0 || durations.whole == 0.0 {
@@ -140,7 +134,8 @@ impl Particles {
     pub(crate) fn second(
         &self,
         place: usize,
-        (state, force): (&ParticleState, Vector),
+        state: &ParticleState,
+        force: Vector,
         was: Option<&Coupling>,
         durations: Durations,
     ) -> ParticleMotion {

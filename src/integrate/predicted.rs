@@ -109,9 +109,10 @@ impl<W: Lookup> PredictedFrames<'_, W> {
             };
         }
         let attitude = to_dquat(*body.rotation());
-        let local_com = match angvel == Vector::ZERO {
-            true => DVec3::ZERO,
-            false => to_dvec3(body.local_center_of_mass()),
+        let local_com = if angvel == Vector::ZERO {
+            DVec3::ZERO
+        } else {
+            to_dvec3(body.local_center_of_mass())
         };
         let (linvel, angvel) = (to_dvec3(linvel), to_dvec3(angvel));
         let com = to_dvec3(body.translation()) + attitude * local_com;

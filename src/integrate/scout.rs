@@ -3,7 +3,7 @@
 use super::context::StepContext;
 use super::predicted::{PredictedMotion, PredictedMotions};
 use super::secant::secant;
-use crate::eval::Evaluator;
+use crate::eval::{Evaluator, SampledWorld};
 use crate::math::{DQuat, Real, Vector, to_dvec3, to_f64};
 use crate::rigid::{Lookup, Mobility, Wrench, of_wrench, rounded};
 use crate::sample::Samples;
@@ -74,9 +74,8 @@ impl Scout {
             centre.world_point += way.linvel * part;
         }
         let frames = motions.frames(context, &[], to_f64(part));
-        let (compiled, moment) = (context.compiled, context.moment());
-        self.evaluator
-            .wrenches(compiled, &frames, samples, moment, &mut self.wrenches, None);
+        let scene = SampledWorld::new(context.compiled, &frames, samples, context.moment());
+        self.evaluator.wrenches(&scene, &mut self.wrenches, None);
     }
 
     /// (dt·ω)² as the change of wrench shows it for a body, on which the wrench `here` acts; zero if the change may be

@@ -63,9 +63,10 @@ impl Mode {
     fn growth(self, dt: f64) -> f64 {
         let z = Complex::new(-self.damping, self.gyration) * (0.5 * dt);
         let e = z.exp();
-        let mean = match z.norm() < 1e-6 {
-            true => Complex::from(1.0) + z * 0.5,
-            false => (e - 1.0) / z,
+        let mean = if z.norm() < 1e-6 {
+            Complex::from(1.0) + z * 0.5
+        } else {
+            (e - 1.0) / z
         };
         let swing = mean * (0.5 * self.omega2 * dt * dt);
         let half = (e * e + 1.0 - swing * (e + 1.0)) * 0.5;

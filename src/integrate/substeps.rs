@@ -15,7 +15,7 @@ use super::plan::{Bisection, Choice};
 use super::predicted::{PredictedFrames, PredictedMotions};
 use super::stiffness::Rates;
 
-use crate::eval::{Evaluator, Lineariser};
+use crate::eval::{Evaluator, Lineariser, SampledWorld};
 use crate::math::{DVec3, RigidBodyHandle};
 use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
@@ -234,20 +234,14 @@ impl<W: Lookup> Run<'_, W> {
 
     /// Solves the linear part of the forces for the kick.
     fn start(&mut self, group: &mut Group, duration: f64) {
-        let (compiled, frames) = (self.setting.context.compiled, self.frames());
-        group.lineariser.prepare(compiled, &frames);
+        let frames = self.frames();
+        let scene = self.scene(&frames, &group.samples);
+        group.lineariser.prepare(scene.compiled, &frames);
         group.solutions.clear();
         for (body, state) in self.states.iter().enumerate() {
             let jacobian = match group.left_out.binary_search(&body) {
                 Ok(_) => Jacobian::default(),
-                Err(_) => jacobian::of_body(
-                    &mut group.lineariser,
-                    (compiled, &frames),
-                    &group.samples,
-                    body,
-                    self.moment(),
-                    state.angvel,
-                ),
+                Err(_) => jacobian::of_body(&mut group.lineariser, &scene, body, state.angvel),
             };
             let velocities = six(state.linvel, state.angvel);
             let evaluated = of_wrench(group.wrenches[body]);
@@ -271,9 +265,10 @@ impl<W: Lookup> Run<'_, W> {
                 momentum: six(momentum, twist),
             };
             let all = wrench + besides.wrench();
-            let solved = match self.setting.composed {
-                true => coupling.midway(&mobility, &all, state.damping, duration),
-                false => coupling.mean(&mobility, &wrench, &besides, duration),
+            let solved = if self.setting.composed {
+                coupling.midway(&mobility, &all, state.damping, duration)
+            } else {
+                coupling.mean(&mobility, &wrench, &besides, duration)
             };
             group.solutions.push(Solution {
                 coupling,
@@ -307,21 +302,16 @@ impl<W: Lookup> Run<'_, W> {
         if !self.tracks.iter().any(|track| track.is_unsure(most)) {
             return;
         }
-        let (compiled, frames) = (self.setting.context.compiled, self.frames());
-        group.lineariser.prepare(compiled, &frames);
+        let frames = self.frames();
+        let scene = self.scene(&frames, &group.samples);
+        group.lineariser.prepare(scene.compiled, &frames);
         let mut found = Vec::new();
         for (number, state) in self.states.iter().enumerate() {
             if !self.tracks[number].is_unsure(most) {
                 continue;
             }
-            let jacobian = jacobian::of_body(
-                &mut group.lineariser,
-                (compiled, &frames),
-                &group.samples,
-                number,
-                self.moment(),
-                state.angvel,
-            );
+            let lineariser = &mut group.lineariser;
+            let jacobian = jacobian::of_body(lineariser, &scene, number, state.angvel);
             found.push((number, Rates::new(&jacobian, &state.mobility()).omega2()));
         }
         for (number, omega2) in found {
@@ -352,9 +342,9 @@ impl<W: Lookup> Run<'_, W> {
         let places: Vec<usize> = places.filter(|it| !bears(&self.states[*it])).collect();
         let speed = from_f64(speed(&self.states[places[0]]));
         let kind = FaultKind::TooFast { speed };
-        let (compiled, frames) = (self.setting.context.compiled, self.frames());
-        let who = (&group.samples, places);
-        Err(Fault::new(kind, compiled, &frames, who, self.moment()))
+        let frames = self.frames();
+        let scene = self.scene(&frames, &group.samples);
+        Err(Fault::new(kind, &scene, places))
     }
 
     fn frames(&self) -> PredictedFrames<'_, W> {
@@ -364,12 +354,14 @@ impl<W: Lookup> Run<'_, W> {
         motions.frames(context, self.states, self.setting.from + self.elapsed)
     }
 
-    fn moment(&self) -> Moment {
-        Moment {
-            time: self.setting.context.time + self.setting.from + self.elapsed,
-            dt: self.setting.context.dt,
-            span: self.setting.context.span,
-        }
+    fn scene<'a, F>(&'a self, frames: &'a F, samples: &'a Samples) -> SampledWorld<'a, F> {
+        let context = self.setting.context;
+        let moment = Moment {
+            time: context.time + self.setting.from + self.elapsed,
+            dt: context.dt,
+            span: context.span,
+        };
+        SampledWorld::new(context.compiled, frames, samples, moment)
     }
 
     /// Evaluates the wrenches on a group at the present places of its bodies, with their own velocities, or with those
@@ -377,11 +369,10 @@ impl<W: Lookup> Run<'_, W> {
     fn evaluate(&mut self, group: &mut Group, midway: bool) -> Result<(), Fault> {
         group.place(self.states, midway);
         group.left_out.clear();
-        let (compiled, moment) = (self.setting.context.compiled, self.moment());
-        let (frames, samples, wrenches) = (self.frames(), &group.samples, &mut group.wrenches);
-        let evaluator = &mut group.evaluator;
-        evaluator.wrenches(compiled, &frames, samples, moment, wrenches, None);
-        let Some(fault) = Fault::of_wrenches(wrenches, compiled, &frames, samples, moment) else {
+        let (frames, wrenches) = (self.frames(), &mut group.wrenches);
+        let scene = self.scene(&frames, &group.samples);
+        group.evaluator.wrenches(&scene, wrenches, None);
+        let Some(fault) = Fault::of_wrenches(wrenches, &scene) else {
             return Ok(());
         };
         let Some(sift) = self.setting.sift else {
@@ -449,9 +440,12 @@ impl Group {
 
     /// Moves the samples to the present places of their bodies.
     fn place(&mut self, states: &[RigidState], midway: bool) {
-        let velocity = |body: usize, state: &RigidState| match midway {
-            true => self.solutions[body].velocities,
-            false => (state.linvel, state.angvel),
+        let velocity = |body: usize, state: &RigidState| {
+            if midway {
+                self.solutions[body].velocities
+            } else {
+                (state.linvel, state.angvel)
+            }
         };
         for (sample, arm) in self.samples.list.iter_mut().zip(&self.arms) {
             let state = &states[sample.body as usize];

@@ -82,13 +82,10 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let (view, settings) = (world.view(), fields.settings);
         let moment = now.moment();
-        let fault = self.softs.evaluate(
-            &self.compiled,
-            &self.properties,
-            (&*world.soft_bodies, &view),
-            (moment, world.gravity),
-            settings.wake,
-        );
+        let (compiled, wake) = (&self.compiled, settings.wake);
+        let fault = self
+            .softs
+            .evaluate(compiled, &self.properties, world, moment, wake);
         let unsound = self.softs.unsound.iter();
         self.warnings
             .extend(unsound.map(|body| StepWarning::NotFinite { body: *body }));
@@ -100,12 +97,13 @@ impl FieldPipeline {
         if let Some(fault) = fault {
             self.answer_soft(fields, &fault)?;
         }
-        let how = (Durations::new(settings.scheme, now.dt), flight);
-        self.softs.move_all((&self.compiled, &view), moment, how);
-        let fault = self.softs.too_fast((&self.compiled, &view), moment);
-        if let Some(fault) = fault {
+        let durations = Durations::new(settings.scheme, now.dt);
+        self.softs
+            .move_all(&self.compiled, &view, moment, durations, flight);
+        if let Some(fault) = self.softs.too_fast(&self.compiled, &view, moment) {
             self.answer_soft(fields, &fault)?;
-            self.softs.move_all((&self.compiled, &view), moment, how);
+            self.softs
+                .move_all(&self.compiled, &view, moment, durations, flight);
         }
         Ok(())
     }

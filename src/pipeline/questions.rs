@@ -7,7 +7,7 @@ use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, WorldRef};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, blame, explain, missing_anchor};
-use crate::eval::{Evaluator, PotentialEnergy};
+use crate::eval::{Evaluator, PotentialEnergy, SampledWorld};
 use crate::field::{FieldSet, Frames, Points, Query, Sampling, Span};
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
@@ -200,12 +200,8 @@ impl FieldPipeline {
         let scene = self.scene(fields, state, 1.0, view);
         let moment = moment(scene.time, scene.dt);
         let mut evaluator = Evaluator::default();
-        evaluator.potential_energy(
-            scene.current.compiled(),
-            &scene.view,
-            &scene.samples,
-            moment,
-        )
+        let (compiled, samples) = (scene.current.compiled(), &scene.samples);
+        evaluator.potential_energy(&SampledWorld::new(compiled, &scene.view, samples, moment))
     }
 
     /// The reasons for the wrench on a body.
@@ -236,14 +232,8 @@ impl FieldPipeline {
         let samples = points(current.properties(), world_points);
         let mut forces = Vec::new();
         let mut evaluator = Evaluator::default();
-        evaluator.wrenches(
-            current.compiled(),
-            &view,
-            &samples,
-            moment,
-            &mut forces,
-            None,
-        );
+        let scene = SampledWorld::new(current.compiled(), &view, &samples, moment);
+        evaluator.wrenches(&scene, &mut forces, None);
         let value = |(centre, wrench): (&SamplePoint, &Wrench)| {
             let query = Query {
                 body: None,

@@ -19,21 +19,21 @@ pub(super) struct Source {
 
 /// The sources of a batch, divided into halves of halves.
 #[derive(Debug, Default)]
-pub(super) struct Cells {
+pub(super) struct CellTree {
     /// The stamp of the batch they were sorted from, if its sources stand still.
     pub made_for: Option<u64>,
     /// True if all sources have finite places; otherwise there are no cells.
     pub are_finite: bool,
     pub sources: Vec<Source>,
     /// Each cell before those within it.
-    pub list: Vec<Cell>,
+    pub list: Vec<SourceCell>,
     /// The sources that bodies carry, as body and place in `sources`, sorted.
     owned: Vec<(f64, u32)>,
 }
 
 /// A cell of neighbouring sources, with the moments by which it acts on samples far off.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
+pub(super) struct SourceCell {
     /// The mean place of its sources, weighted by the sizes of their strengths.
     pub centre: DVec3,
     /// The largest squared distance of a source from the centre.
@@ -51,13 +51,13 @@ pub(super) struct Cell {
     pub is_cut: bool,
 }
 
-impl Cell {
+impl SourceCell {
     pub(super) fn places(&self) -> Range<usize> {
         self.start as usize..self.end as usize
     }
 }
 
-impl Cells {
+impl CellTree {
     /// Sorts sources into cells, unless some have no finite place.
     pub(super) fn sort(&mut self, sources: &[Source]) {
         self.list.clear();
@@ -80,7 +80,7 @@ impl Cells {
     fn cut(&mut self, places: Range<usize>) {
         let number = self.list.len();
         let is_cut = places.len() > FEWEST;
-        let cell = Cell::of(&self.sources, places.clone(), is_cut);
+        let cell = SourceCell::of(&self.sources, places.clone(), is_cut);
         self.list.push(cell);
         if is_cut {
             let half = places.len() / 2;
@@ -101,21 +101,20 @@ impl Cells {
     }
 }
 
-impl Cell {
+impl SourceCell {
     fn of(sources: &[Source], places: Range<usize>, is_cut: bool) -> Self {
         let here = &sources[places.clone()];
         let size: f64 = here.iter().map(|it| it.strength.abs()).sum();
-        let centre = match size > 0.0 && size < f64::INFINITY {
-            true => {
-                let about = here[0].point;
-                let ways = here
-                    .iter()
-                    .map(|it| (it.point - about) * (it.strength.abs() / size));
-                about + ways.sum::<DVec3>()
-            }
-            false => here[0].point,
+        let centre = if size > 0.0 && size < f64::INFINITY {
+            let about = here[0].point;
+            let ways = here
+                .iter()
+                .map(|it| (it.point - about) * (it.strength.abs() / size));
+            about + ways.sum::<DVec3>()
+        } else {
+            here[0].point
         };
-        let mut cell = Cell {
+        let mut cell = SourceCell {
             centre,
             radius2: 0.0,
             total: 0.0,

@@ -4,7 +4,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f64x8};
 
 use super::super::lanes::level;
 use super::super::quantity::Quantity;
-use super::cells::{Cell, Cells};
+use super::cells::{CellTree, SourceCell};
 use crate::field::{Linearised, Profile, Radial};
 use crate::math::{DMat3, DVec3, to_dvec3, to_f64};
 use crate::sample::SamplePoint;
@@ -27,7 +27,7 @@ pub(super) struct Block {
 
 impl Block {
     /// Sets the samples, given by their points and bodies.
-    fn fill(&mut self, samples: impl Iterator<Item = (DVec3, f64)>, cells: &Cells) {
+    fn fill(&mut self, samples: impl Iterator<Item = (DVec3, f64)>, cells: &CellTree) {
         self.owners = [f64::NAN; WIDTH];
         (self.low, self.high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.count = 0;
@@ -55,7 +55,7 @@ impl Block {
     }
 
     /// Returns true if a cell has sources of a sampled body.
-    fn has_own(&self, cell: &Cell) -> bool {
+    fn has_own(&self, cell: &SourceCell) -> bool {
         let next = self.own.partition_point(|place| *place < cell.start);
         self.own.get(next).is_some_and(|place| *place < cell.end)
     }
@@ -68,8 +68,8 @@ impl Block {
 }
 
 /// The law F = s d (d² + ε²)ᵖ of sources in cells.
-pub(super) struct Walk<'a> {
-    cells: &'a Cells,
+pub(super) struct CellWalk<'a> {
+    cells: &'a CellTree,
     law: &'a Radial,
     quantity: Quantity,
     /// p.
@@ -80,9 +80,9 @@ pub(super) struct Walk<'a> {
     tangent2: f64,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> CellWalk<'a> {
     /// `None` for laws of another form, and if a source has no finite place.
-    pub(super) fn new(cells: &'a Cells, law: &'a Radial, quantity: Quantity) -> Option<Self> {
+    pub(super) fn new(cells: &'a CellTree, law: &'a Radial, quantity: Quantity) -> Option<Self> {
         let Profile::Power {
             power, softening, ..
         } = law.profile
@@ -91,7 +91,7 @@ impl<'a> Walk<'a> {
         };
         let angle = to_f64(law.opening_angle.filter(|_| cells.are_finite)?);
         let softening = to_f64(softening);
-        Some(Walk {
+        Some(CellWalk {
             cells,
             law,
             quantity,
@@ -131,12 +131,12 @@ impl<'a> Walk<'a> {
     /// centre.
     pub(super) fn linearise(&self, sample: &SamplePoint, weight: f64, sum: &mut Linearised) {
         let (point, owner) = (to_dvec3(sample.world_point), to_f64(sample.owner));
-        let is_own = |cell: &Cell| {
+        let is_own = |cell: &SourceCell| {
             let mut own = self.cells.of_body(owner);
             own.any(|place| cell.places().contains(&(place as usize)))
         };
         let slope_at = self.law.slope();
-        let mut add = |d: DVec3, strength: f64, cell: Option<&Cell>| {
+        let mut add = |d: DVec3, strength: f64, cell: Option<&SourceCell>| {
             let (factor, by_r2) = slope_at(d.length_squared());
             let (whole, along) = (
                 factor * strength * weight,
@@ -167,9 +167,9 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The force of the first and second moments of a cell, at the offset d from its centre; see
-    /// [`Walk::add_cell`].
-    fn moments(&self, cell: &Cell, d: DVec3, [g, slope]: [f64; 2]) -> DVec3 {
+    /// The force of the first and second moments of a cell, at a way d from its centre; see
+    /// [`CellWalk::add_cell`].
+    fn moments(&self, cell: &SourceCell, d: DVec3, [g, slope]: [f64; 2]) -> DVec3 {
         let bend = slope * (self.exponent - 1.0) / (d.length_squared() + self.softening2);
         let (first, [square, mixed]) = (cell.first, cell.second);
         let turned = DVec3::new(
@@ -182,7 +182,7 @@ impl<'a> Walk<'a> {
     }
 
     #[inline(always)]
-    fn add_sources<S: Simd>(&self, seen: &mut Seen<S>, cell: &Cell) {
+    fn add_sources<S: Simd>(&self, seen: &mut Seen<S>, cell: &SourceCell) {
         for source in &self.cells.sources[cell.places()] {
             let way = seen.way_from(source.point);
             let acts = !seen.owners.simd_eq(source.owner);
@@ -206,13 +206,14 @@ impl<'a> Walk<'a> {
     /// A source at an offset δ from the centre acts by F(d − δ) = F − (δ·∇)F + ½ (δ·∇)²F + …, with derivatives by
     /// those of g(ρ²) = ρ²ᵖ.
     #[inline(always)]
-    fn add_cell<S: Simd>(&self, seen: &mut Seen<S>, cell: &Cell) {
+    fn add_cell<S: Simd>(&self, seen: &mut Seen<S>, cell: &SourceCell) {
         let [x, y, z] = seen.way_from(cell.centre);
         let rho2 = square([x, y, z]) + self.softening2;
         let inverse = f64x8::splat(rho2.simd, 1.0) / rho2;
-        let g = match self.exponent == -1.5 {
-            true => inverse * inverse.sqrt(),
-            false => self.factor(rho2),
+        let g = if self.exponent == -1.5 {
+            inverse * inverse.sqrt()
+        } else {
+            self.factor(rho2)
         };
         let slope = g * inverse * self.exponent;
         let bend = slope * inverse * (self.exponent - 1.0);
@@ -241,18 +242,20 @@ impl<'a> Walk<'a> {
     /// g, from ρ².
     #[inline(always)]
     fn factor<S: Simd>(&self, rho2: f64x8<S>) -> f64x8<S> {
-        match self.exponent == -1.5 {
-            true => f64x8::splat(rho2.simd, 1.0) / (rho2 * rho2.sqrt()),
-            false => self.each(rho2, |law, r2| law.factor(r2)),
+        if self.exponent == -1.5 {
+            f64x8::splat(rho2.simd, 1.0) / (rho2 * rho2.sqrt())
+        } else {
+            self.each(rho2, |law, r2| law.factor(r2))
         }
     }
 
     /// U for a strength of one, from ρ².
     #[inline(always)]
     fn potential<S: Simd>(&self, rho2: f64x8<S>) -> f64x8<S> {
-        match self.exponent == -1.5 {
-            true => f64x8::splat(rho2.simd, 1.0) / rho2.sqrt(),
-            false => self.each(rho2, |law, r2| law.potential_at(r2).unwrap_or(f64::NAN)),
+        if self.exponent == -1.5 {
+            f64x8::splat(rho2.simd, 1.0) / rho2.sqrt()
+        } else {
+            self.each(rho2, |law, r2| law.potential_at(r2).unwrap_or(f64::NAN))
         }
     }
 

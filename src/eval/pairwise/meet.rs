@@ -6,7 +6,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdSplit, dispatch};
 
 use super::near::NearTiles;
 use super::tiles::{Part, Tiles};
-use crate::eval::kernel::{InverseSquare, Kernel, Law, LennardJones};
+use crate::eval::kernel::{InverseSquare, Kernel, KernelLaw, LennardJones};
 use crate::eval::lanes::{Eight, Four, Row, level, spread, total, twice};
 use crate::eval::quantity::Quantity;
 use crate::math::Real;
@@ -19,7 +19,7 @@ pub(super) struct Laws {
     range: Option<Real>,
     lennard_jones: LennardJones,
     inverse_square: InverseSquare,
-    rest: Vec<Law>,
+    rest: Vec<KernelLaw>,
     /// Bits of [`LENNARD_JONES`], [`INVERSE_SQUARE`] and [`REST`] for the laws in it.
     there: u32,
     /// True if in every law the forces on the two of a pair are opposite.
@@ -45,13 +45,13 @@ impl Laws {
     }
 
     /// Adds a law. Returns its slot if it is one of the first two; `None` if it goes to the others.
-    pub(super) fn put(&mut self, law: Law) -> Option<usize> {
+    pub(super) fn put(&mut self, law: KernelLaw) -> Option<usize> {
         let (slot, kind) = match law {
-            Law::LennardJones(law) if self.there & LENNARD_JONES == 0 => {
+            KernelLaw::LennardJones(law) if self.there & LENNARD_JONES == 0 => {
                 self.lennard_jones = law;
                 (Some(0), LENNARD_JONES)
             }
-            Law::InverseSquare(law) if self.there & INVERSE_SQUARE == 0 => {
+            KernelLaw::InverseSquare(law) if self.there & INVERSE_SQUARE == 0 => {
                 self.inverse_square = law;
                 (Some(1), INVERSE_SQUARE)
             }
@@ -100,7 +100,7 @@ impl Laws {
     ) {
         let zero = Eight::splat(simd, 0.0);
         let range = self.range.unwrap_or(Real::INFINITY);
-        let laws = Constants {
+        let laws = LawRegisters {
             range2: Eight::splat(simd, range * range),
             lennard_jones: self.lennard_jones,
             inverse_square: self.inverse_square,
@@ -109,8 +109,8 @@ impl Laws {
         let (Range { start, end }, sums) = (own.clone(), &mut sums[..]);
         for tile in start..end {
             let [mut on, mut on_later] = [[zero; 3]; 2];
-            let half = Half::new(simd, tiles, tile, 0);
-            let later_half = Half::new(simd, tiles, tile, 2);
+            let half = TileHalf::new(simd, tiles, tile, 0);
+            let later_half = TileHalf::new(simd, tiles, tile, 2);
             let both = tiles.counts[tile] > 2;
             for other in near.of(tile, tiles.len()) {
                 let other = *other as usize;
@@ -138,11 +138,11 @@ impl Laws {
 }
 
 /// A copy of the laws that no write can alias, so that they stay in registers.
-struct Constants<'a, S: Simd> {
+struct LawRegisters<'a, S: Simd> {
     range2: Eight<S>,
     lennard_jones: LennardJones,
     inverse_square: InverseSquare,
-    rest: &'a [Law],
+    rest: &'a [KernelLaw],
 }
 
 /// Subtracts from the sums of four sites the reactions of two sites of another tile.
@@ -194,7 +194,7 @@ impl<'a, S: Simd> There<'a, S> {
 }
 
 /// Two sites of the first tile of a pair.
-struct Half<'a, S: Simd> {
+struct TileHalf<'a, S: Simd> {
     simd: S,
     point: [Eight<S>; 3],
     charges: [Charges<S>; 2],
@@ -206,12 +206,12 @@ struct Half<'a, S: Simd> {
     first: usize,
 }
 
-impl<S: Simd> Half<'_, S> {
+impl<S: Simd> TileHalf<'_, S> {
     #[inline(always)]
-    fn new(simd: S, tiles: &Tiles, tile: usize, first: usize) -> Half<'_, S> {
+    fn new(simd: S, tiles: &Tiles, tile: usize, first: usize) -> TileHalf<'_, S> {
         let [x, y, z] = &tiles.points[tile];
         let charges = tiles.charges(tile);
-        Half {
+        TileHalf {
             simd,
             point: [
                 spread(simd, x, first),
@@ -243,7 +243,7 @@ impl<S: Simd> Half<'_, S> {
     #[inline(always)]
     fn meet<const FORM: u32>(
         &self,
-        laws: &Constants<'_, S>,
+        laws: &LawRegisters<'_, S>,
         there: &There<'_, S>,
         on: &mut [Eight<S>; 3],
     ) -> [Eight<S>; 3] {
@@ -257,7 +257,7 @@ impl<S: Simd> Half<'_, S> {
             acts &= !there.bodies.simd_eq(self.bodies);
         }
         let zero = Eight::splat(simd, 0.0);
-        let mut pull = Pull::<S, FORM> {
+        let mut pull = PairPull::<S, FORM> {
             own: zero,
             other: zero,
             share: there.share,
@@ -265,24 +265,27 @@ impl<S: Simd> Half<'_, S> {
         let inverse = Eight::splat(simd, 1.0) / r2.sqrt();
         let inverse2 = inverse * inverse;
         if FORM & LENNARD_JONES != 0 && self.charged[0] {
-            let value = match FORM & POTENTIAL != 0 {
-                true => laws.lennard_jones.potential(r2, acts),
-                false => laws.lennard_jones.factor_of(inverse, inverse2),
+            let value = if FORM & POTENTIAL != 0 {
+                laws.lennard_jones.potential(r2, acts)
+            } else {
+                laws.lennard_jones.factor_of(inverse, inverse2)
             };
             pull.add(value, self.charges[0], there.charges[0]);
         }
         if FORM & INVERSE_SQUARE != 0 && self.charged[1] {
-            let value = match FORM & POTENTIAL != 0 {
-                true => laws.inverse_square.potential(r2, acts),
-                false => laws.inverse_square.factor_of(inverse, inverse2),
+            let value = if FORM & POTENTIAL != 0 {
+                laws.inverse_square.potential(r2, acts)
+            } else {
+                laws.inverse_square.factor_of(inverse, inverse2)
             };
             pull.add(value, self.charges[1], there.charges[1]);
         }
         if FORM & REST != 0 {
             for (law, (own, other)) in laws.rest.iter().zip(self.rest.iter().zip(there.rest)) {
-                let value = match FORM & POTENTIAL != 0 {
-                    true => law.potential(r2, acts),
-                    false => law.factor(r2, acts),
+                let value = if FORM & POTENTIAL != 0 {
+                    law.potential(r2, acts)
+                } else {
+                    law.factor(r2, acts)
                 };
                 let own = [
                     spread(simd, &own[0], self.first),
@@ -296,9 +299,10 @@ impl<S: Simd> Half<'_, S> {
             on[0] += own;
             return [zero; 3];
         }
-        let other = match FORM & ONE_SIDED != 0 {
-            true => acts.select(pull.other, zero),
-            false => own,
+        let other = if FORM & ONE_SIDED != 0 {
+            acts.select(pull.other, zero)
+        } else {
+            own
         };
         on[0] += own * dx;
         on[1] += own * dy;
@@ -308,13 +312,13 @@ impl<S: Simd> Half<'_, S> {
 }
 
 /// The sum over laws of the factors on either side of a pair. A factor times the way between the two is a force.
-struct Pull<S: Simd, const FORM: u32> {
+struct PairPull<S: Simd, const FORM: u32> {
     own: Eight<S>,
     other: Eight<S>,
     share: Real,
 }
 
-impl<S: Simd, const FORM: u32> Pull<S, FORM> {
+impl<S: Simd, const FORM: u32> PairPull<S, FORM> {
     /// Adds the value of a law. Selected, since it may be infinite where the pair is not coupled.
     #[inline(always)]
     fn add(&mut self, value: Eight<S>, own: Charges<S>, other: Charges<S>) {

@@ -172,7 +172,7 @@ impl Search {
             };
             pairs.clear();
             let later = chunk * CHUNK..tiles.len().min((chunk + 1) * CHUNK);
-            dispatch!(level(), simd => self.find(simd, (tiles, later), reach, pairs));
+            dispatch!(level(), simd => self.find(simd, tiles, later, reach, pairs));
         });
         self.found = found;
     }
@@ -182,7 +182,8 @@ impl Search {
     fn find<S: Simd>(
         &self,
         simd: S,
-        (tiles, later): (&Tiles, Range<usize>),
+        tiles: &Tiles,
+        later: Range<usize>,
         reach: Real,
         pairs: &mut Vec<(u32, u32)>,
     ) {

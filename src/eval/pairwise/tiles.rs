@@ -65,7 +65,8 @@ impl Tiles {
     /// tile.
     pub(super) fn push(
         &mut self,
-        (number, sample): (usize, &SamplePoint),
+        number: usize,
+        sample: &SamplePoint,
         mixed: bool,
         charges: impl Iterator<Item = [Real; 2]>,
     ) {
@@ -103,9 +104,10 @@ impl Tiles {
             }
         }
         let count = self.len();
-        let parts = match threads::ARE_MANY {
-            true => (count / FEWEST).clamp(1, MOST_PARTS),
-            false => 1,
+        let parts = if threads::ARE_MANY {
+            (count / FEWEST).clamp(1, MOST_PARTS)
+        } else {
+            1
         };
         self.parts.resize_with(parts, Part::default);
         for (number, part) in self.parts.iter_mut().enumerate() {

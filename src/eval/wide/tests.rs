@@ -23,14 +23,15 @@ impl Frames for Moving {
     fn frame(&self, anchor: &Anchor) -> Option<Frame> {
         let carried = matches!(anchor, Anchor::Body { .. });
         let still = Frame::at_rest(*anchor.local_pose());
-        Some(match carried {
-            true => Frame {
+        Some(if carried {
+            Frame {
                 velocity: Vector::new(0.5, -0.25, 0.125),
                 angvel: Vector::new(0.25, 0.5, -0.75),
                 body: Some(RigidBodyHandle::from_raw_parts(0, 0)),
                 ..still
-            },
-            false => still,
+            }
+        } else {
+            still
         })
     }
 }
@@ -198,7 +199,7 @@ fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
     let mut machine = Interpreter::default();
     for (_, program) in compiled.programs.iter().filter(|(_, p)| p.in_lanes) {
         for instance in 0..program.instances.len() {
-            let asked = Asked {
+            let asked = LaneInput {
                 program,
                 instance,
                 frames: &frames,
