@@ -141,7 +141,7 @@ struct Pressed<'a> {
 
 /// Sums over bodies that are connected by joints and contacts.
 #[derive(Default)]
-struct Group {
+struct GroupMomentum {
     mass: Real,
     momentum: Vector,
     /// The sum of the magnitudes of the momenta.
@@ -154,7 +154,7 @@ struct Group {
     known: bool,
 }
 
-impl Group {
+impl GroupMomentum {
     fn add(&mut self, it: &Pressed<'_>, dt: Real) {
         let mass = it.body.mass;
         self.mass += mass;
@@ -208,9 +208,9 @@ impl Balance<'_> {
         }
         drowsing.0.extend(drowsy.iter().map(|it| self.remember(it)));
         for members in self.groups(&drowsy) {
-            let mut group = Group {
+            let mut group = GroupMomentum {
                 known: true,
-                ..Group::default()
+                ..GroupMomentum::default()
             };
             let members = || members.iter().map(|place| &drowsy[*place]);
             members().for_each(|it| group.add(it, self.parameters.dt));
@@ -225,10 +225,11 @@ impl Balance<'_> {
             };
             let restless_group = match members().next() {
                 Some(it) if self.is_alone(it.body.handle) => {
-                    let held = match group.known {
-                        true => group.is_held(),
+                    let held = if group.known {
+                        group.is_held()
+                    } else {
                         // It becomes known in the next step, unless the body sleeps by then.
-                        false => it.body.drowsy + 1.5 * self.parameters.dt < it.body.patience,
+                        it.body.drowsy + 1.5 * self.parameters.dt < it.body.patience
                     };
                     let [moves, turns] = [self.moves(it, &group), self.turns(it)];
                     let [back, around] = bobs(it);
@@ -328,7 +329,7 @@ impl Balance<'_> {
         [slight, slight * time]
     }
 
-    fn moves(&self, it: &Pressed<'_>, group: &Group) -> bool {
+    fn moves(&self, it: &Pressed<'_>, group: &GroupMomentum) -> bool {
         let [slight, slow] = self.least(it);
         let accelerates = group.force.length() > slight * group.mass;
         accelerates || group.momentum.length() > slow * group.mass
@@ -382,8 +383,9 @@ fn pushes(pair: &ContactPair, first: bool) -> impl Iterator<Item = Vector> + '_ 
 /// The radius of gyration about the axis of least inertia.
 fn radius(body: &Body) -> Real {
     let easiest = body.inv_principal_inertia.max_element();
-    match easiest > 0.0 {
-        true => (body.inv_mass.max_element() / easiest).sqrt(),
-        false => 0.0,
+    if easiest > 0.0 {
+        (body.inv_mass.max_element() / easiest).sqrt()
+    } else {
+        0.0
     }
 }

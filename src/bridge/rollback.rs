@@ -2,7 +2,7 @@
 
 mod joints;
 
-use joints::Joints;
+use joints::SavedJoints;
 
 use super::world::{WorldMut, WorldRef};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle};
@@ -14,7 +14,7 @@ use crate::rigid::Lookup;
 pub(crate) struct Rollback {
     /// By the index of a body.
     copies: Vec<Option<BodyCopy>>,
-    joints: Joints,
+    joints: SavedJoints,
 }
 
 /// A copy of a body. One that is not `current` is kept for its allocations only.

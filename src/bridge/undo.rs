@@ -5,10 +5,10 @@ use crate::rapier::dynamics::{RigidBody, RigidBodyActivation};
 
 /// Velocities, activation and gyroscopic switch of bodies before a half step wrote to them.
 #[derive(Debug, Default)]
-pub(crate) struct Undo(Vec<Before>);
+pub(crate) struct Undo(Vec<WrittenBody>);
 
 #[derive(Debug)]
-struct Before {
+struct WrittenBody {
     body: RigidBodyHandle,
     linvel: Vector,
     angvel: Vector,
@@ -34,7 +34,7 @@ impl Undo {
     /// Records a body that is about to be written to.
     #[inline]
     pub(super) fn note(&mut self, handle: RigidBodyHandle, body: &RigidBody) {
-        self.0.push(Before {
+        self.0.push(WrittenBody {
             body: handle,
             linvel: body.linvel(),
             angvel: body.angvel(),

@@ -8,7 +8,7 @@ use crate::rapier::dynamics::{
 
 /// Copies of the joints.
 #[derive(Debug, Default)]
-pub(super) struct Joints {
+pub(super) struct SavedJoints {
     impulse: Vec<(ImpulseJointHandle, ImpulseJoint)>,
     links: Vec<Link>,
     /// Generalised velocities, multibody by multibody.
@@ -23,7 +23,7 @@ struct Link {
     joint: MultibodyJoint,
 }
 
-impl Joints {
+impl SavedJoints {
     pub(super) fn clear(&mut self) {
         self.impulse.clear();
         self.links.clear();
