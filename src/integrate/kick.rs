@@ -6,7 +6,7 @@ use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
 use super::motion::{FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked};
-use super::plan::Plan;
+use super::plan::StepPlan;
 use super::stiffness::Treatment;
 use super::{Integrator, Scheme, StepContext, Substeps};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
@@ -36,7 +36,7 @@ enum Duty {
     Kick(Real),
     Implicit(Real),
     /// To be moved within the step.
-    Inner(Plan),
+    Inner(StepPlan),
     /// To be pushed by Rapier's own forces.
     ByForce,
 }
@@ -224,12 +224,9 @@ impl Integrator {
                 }
                 continue;
             };
-            let rules = &context.rules;
+            let (iterations, exact) = (context.rules.iterations, context.rules.exact_turns);
             let update = match half {
-                Half::First => {
-                    let drift = (context.dt, rules.iterations, rules.exact_turns);
-                    motions.turned(body, update, twist, drift)
-                }
+                Half::First => motions.turned(body, update, twist, context.dt, iterations, exact),
                 Half::Second => update,
             };
             motions.updates.push(update);
@@ -303,11 +300,11 @@ fn duty(
         Scheme::ExternalForce => Duty::ByForce,
         Scheme::Kick => Duty::Kick(dt),
         Scheme::LinearlyImplicit => Duty::Implicit(dt),
-        Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(Plan {
+        Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(StepPlan {
             count,
             composed: false,
         }),
-        Scheme::Suzuki4 => Duty::Inner(Plan::COMPOSED),
+        Scheme::Suzuki4 => Duty::Inner(StepPlan::COMPOSED),
         Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
             match (evaluation.treatment(place), context.choice()) {
                 (Some(Treatment::Damp), _) => Duty::Implicit(dt),
@@ -333,7 +330,7 @@ fn stands(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation, place
 
 /// The plan for all bodies, if one of them has to be moved within the step and bodies act on each other: momentum is
 /// kept only if all are moved alike.
-fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> Option<Plan> {
+fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> Option<StepPlan> {
     let choice = context.choice()?;
     let paces = evaluation.treatments.iter();
     let paces = paces.filter_map(|(place, treatment)| match treatment {

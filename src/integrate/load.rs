@@ -72,7 +72,8 @@ pub(crate) struct Before {
 pub(crate) fn complete(
     body: &Body,
     motion: &FreeMotion,
-    (wrench, held): (Wrench, bool),
+    wrench: Wrench,
+    held: bool,
     before: Before,
     duration: Real,
 ) -> Option<VelocityUpdate> {

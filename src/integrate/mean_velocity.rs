@@ -34,7 +34,7 @@ impl Integrator {
             let mark = motions.mark();
             motions.resolved.extend(found.resolved);
             let (body, wake) = (&context.bodies[place], found.start.wake);
-            let speed = correct(context, motions, (found.state, found.wrench), body, wake);
+            let speed = correct(context, motions, found.state, found.wrench, body, wake);
             if speed <= FASTEST {
                 return Ok(());
             }
@@ -46,7 +46,7 @@ impl Integrator {
             motions.faults.push(fault);
             Ok(())
         };
-        let outcome = self.resolve(context, begins, (&mut starts, &mut faults), take);
+        let outcome = self.resolve(context, begins, &mut starts, &mut faults, take);
         motions.faults.append(&mut faults);
         motions.inner = starts;
         self.others = updates;
@@ -60,7 +60,8 @@ impl Integrator {
 fn correct(
     context: &StepContext<'_, impl Lookup>,
     motions: &mut Motions,
-    (state, wrench): (&RigidState, Wrench),
+    state: &RigidState,
+    wrench: Wrench,
     body: &Body,
     wake: bool,
 ) -> Real {

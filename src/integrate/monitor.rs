@@ -5,7 +5,7 @@ use super::evaluation::Evaluation;
 use super::jacobian::{self, Jacobian};
 use super::kick::Redirected;
 use super::motion::{Motions, Resolved};
-use super::plan::{CAUTION, Choice, Plan};
+use super::plan::{CAUTION, Choice, StepPlan};
 use super::secant::fourth_power;
 use super::stability::COUPLED;
 use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
@@ -18,6 +18,16 @@ use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and the body is damped.
 const BROKEN: f64 = 1.0;
 
+/// The part of a step before Rapier's own, as the part after it sees it.
+#[derive(Clone, Copy)]
+pub(crate) struct FirstHalf<'a> {
+    /// The evaluation that it began with, if that was of the same bodies.
+    pub last: Option<&'a Evaluation>,
+    pub motions: &'a Motions,
+    /// Who was put on another path since.
+    pub redirected: Redirected<'a>,
+}
+
 impl Integrator {
     /// After an evaluation that the previous step did not make: chooses treatments under schemes that choose, warns
     /// under others, and prepares kicks by forces that read velocities. `stiff` are the bodies found stiff last, in the
@@ -27,8 +37,10 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        (last, all): (&Evaluation, bool),
-        (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
+        last: &Evaluation,
+        all: bool,
+        stiff: &mut Vec<RigidBodyHandle>,
+        warnings: &mut Vec<StepWarning>,
     ) {
         if context.dt == 0.0 {
             return;
@@ -69,17 +81,17 @@ impl Integrator {
         Self::couple_candidates(evaluation);
     }
 
-    /// After the evaluation that follows Rapier's step: the same, by the change of the wrenches since the `last`
-    /// evaluation, if that was of the same bodies, and by the results of the first half of the step. `redirected` are
-    /// the bodies that were put on another path.
+    /// After the evaluation that follows Rapier's step: the same, by how the wrenches changed since
+    /// the last one, and by what the first half of the step has found out.
     pub(crate) fn update(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        last: Option<&Evaluation>,
-        (first, redirected): (&Motions, Redirected<'_>),
-        (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
+        half: FirstHalf<'_>,
+        stiff: &mut Vec<RigidBodyHandle>,
+        warnings: &mut Vec<StepWarning>,
     ) {
+        let (last, first) = (half.last, half.motions);
         self.reached = 0.0;
         if context.dt == 0.0 || !context.compiled.varies() {
             return;
@@ -95,7 +107,7 @@ impl Integrator {
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
                     let known = first.resolved(body).is_some();
-                    let new = last.is_none() || redirected.has(body);
+                    let new = last.is_none() || half.redirected.has(body);
                     match (known, new) {
                         (true, _) => (!together).then_some(0.0),
                         (false, true) => Some(Real::INFINITY),
@@ -105,8 +117,7 @@ impl Integrator {
                 // Bodies that are not linearised have a smaller error.
                 self.reached = CAUTION * choice.tolerance;
                 self.look_into(context, evaluation, stiff);
-                let done = (last, (first, together), redirected);
-                self.judge(choice, context, evaluation, done, (stiff, warnings));
+                self.judge(context, evaluation, half, together, stiff, warnings);
                 Self::watch_held(context, evaluation, warnings);
                 if last.is_some() && !context.rules.links.is_empty() {
                     self.warn(context, evaluation, |it| fourth(evaluation, it), warnings);
@@ -152,16 +163,17 @@ impl Integrator {
     /// from within the step.
     fn judge(
         &mut self,
-        choice: Choice,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        (last, (first, together), redirected): (
-            Option<&Evaluation>,
-            (&Motions, bool),
-            Redirected<'_>,
-        ),
-        (stiff, warnings): (&mut Vec<RigidBodyHandle>, &mut Vec<StepWarning>),
+        half: FirstHalf<'_>,
+        together: bool,
+        stiff: &mut Vec<RigidBodyHandle>,
+        warnings: &mut Vec<StepWarning>,
     ) {
+        let Some(choice) = context.choice() else {
+            return;
+        };
+        let (last, first, redirected) = (half.last, half.motions, half.redirected);
         let dt = to_f64(context.dt);
         let before = |place| last.and_then(|last| last.treatment(place));
         let kicked =
@@ -181,7 +193,7 @@ impl Integrator {
             if !kicked(*place) || !moved {
                 continue;
             }
-            let error = choice.error(*pace, Plan::WHOLE, dt);
+            let error = choice.error(*pace, StepPlan::WHOLE, dt);
             if error > choice.tolerance {
                 wrong.push(*place);
             } else {
@@ -213,7 +225,7 @@ impl Integrator {
                     if !listed(&wrong) || listed(&evaluation.missed) {
                         continue;
                     }
-                    let error = choice.error(pace, Plan::WHOLE, dt);
+                    let error = choice.error(pace, StepPlan::WHOLE, dt);
                     self.reached = self.reached.max(error);
                     warnings.push(StepWarning::missed(
                         choice,

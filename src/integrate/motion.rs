@@ -3,7 +3,7 @@
 use super::StepContext;
 use super::fault::Fault;
 use super::pace::Pace;
-use super::plan::Plan;
+use super::plan::StepPlan;
 use super::reaction::Reactions;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::{Body, Inertia, Lookup, Wrench, find, find_by, steady_angvel, to_dquat};
@@ -70,21 +70,21 @@ pub(super) struct Mark {
 pub(super) struct Start {
     /// The place among the sampled bodies.
     pub place: usize,
-    pub plan: Plan,
+    pub plan: StepPlan,
     pub wake: bool,
     /// The square of the highest frequency that a coarser plan has shown, and the drift of that plan.
     shown: Option<(f64, f64)>,
     /// The number of times in a row that finer drifts have shown a frequency larger in proportion.
     grew: u32,
     /// The finest plan, if it did not meet the tolerance, and the square of the speed with which it ended.
-    fallback: Option<(Plan, f64)>,
+    fallback: Option<(StepPlan, f64)>,
 }
 
 /// The number of refinements that distinguish the secant of a force that jumps from that of a steep one.
 const GREW: u32 = 2;
 
 impl Start {
-    pub fn new(place: usize, plan: Plan, wake: bool) -> Self {
+    pub fn new(place: usize, plan: StepPlan, wake: bool) -> Self {
         Start {
             place,
             plan,
@@ -101,9 +101,11 @@ impl Start {
         match self.fallback {
             None => {
                 self.fallback = Some((self.plan, speed2));
-                self.plan = Plan::WHOLE;
+                self.plan = StepPlan::WHOLE;
             }
-            Some((finest, less)) if less < speed2 && self.plan == Plan::WHOLE => self.plan = finest,
+            Some((finest, less)) if less < speed2 && self.plan == StepPlan::WHOLE => {
+                self.plan = finest
+            }
             Some(_) => {}
         }
     }
@@ -303,7 +305,9 @@ impl Motions {
         body: &Body,
         update: VelocityUpdate,
         twist: DVec3,
-        (dt, iterations, balls_too): (Real, u32, bool),
+        dt: Real,
+        iterations: u32,
+        balls_too: bool,
     ) -> VelocityUpdate {
         let top = body.free_top(update.angvel, balls_too);
         let Some(inertia) = top.filter(|_| dt > 0.0) else {

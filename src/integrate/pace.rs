@@ -36,16 +36,16 @@ impl Pace {
 #[derive(Clone, Default)]
 pub(super) struct Track {
     pub pace: Pace,
-    last: Option<Mark>,
+    last: Option<PathPoint>,
     omega2: Option<f64>,
     /// The largest square of a frequency that two consecutive pieces or a Jacobian have shown, so that it is no edge.
     pub sustained: f64,
     /// The last piece of the path.
-    piece: Piece,
+    piece: PathSegment,
 }
 
 #[derive(Clone)]
-struct Mark {
+struct PathPoint {
     position: DVec3,
     attitude: DQuat,
     acceleration: (DVec3, DVec3),
@@ -53,7 +53,7 @@ struct Mark {
 
 /// Lengths, with angles times the radius of gyration; `root_of_mass` scales them to equal kinetic energy.
 #[derive(Clone, Copy, Default)]
-struct Piece {
+struct PathSegment {
     way: f64,
     /// The change of the acceleration; zero if it may be rounding.
     change: f64,
@@ -74,7 +74,7 @@ pub(super) fn track_all<'a>(
     }
     let mut fastest = 0.0_f64;
     for track in tracks {
-        let Piece {
+        let PathSegment {
             way,
             change,
             root_of_mass,
@@ -101,7 +101,7 @@ pub(super) fn track_all<'a>(
 impl Track {
     fn pass(&mut self, state: &RigidState, wrench: Wrench) {
         let mobility = state.mobility();
-        let mark = Mark {
+        let mark = PathPoint {
             position: state.position,
             attitude: state.attitude,
             acceleration: pair(&mobility.apply(&of_wrench(wrench))),
@@ -113,7 +113,7 @@ impl Track {
         } else {
             0.0
         };
-        self.piece = Piece::default();
+        self.piece = PathSegment::default();
         if let Some(last) = &self.last {
             self.piece = piece(last, &mark, radius2);
             self.piece.root_of_mass = state.mass.sqrt();
@@ -143,7 +143,7 @@ impl Track {
     }
 }
 
-fn piece(last: &Mark, mark: &Mark, radius2: f64) -> Piece {
+fn piece(last: &PathPoint, mark: &PathPoint, radius2: f64) -> PathSegment {
     let size = |v: DVec3, w: DVec3| (v.length_squared() + radius2 * w.length_squared()).sqrt();
     let [from, to] = [last.acceleration, mark.acceleration];
     let change = size(to.0 - from.0, to.1 - from.1);
@@ -155,7 +155,7 @@ fn piece(last: &Mark, mark: &Mark, radius2: f64) -> Piece {
     let lost = epsilon * (size(from.0, from.1) + size(to.0, to.1));
     let (rough, rounding) = (CERTAIN * lost, epsilon * mark.position.length());
     let unsure = change <= rough || way <= CERTAIN * rounding;
-    Piece {
+    PathSegment {
         way: way + rounding,
         change: if unsure { 0.0 } else { change },
         root_of_mass: 0.0,

@@ -35,26 +35,26 @@ pub(super) const MOST_PARTS: u32 = 16384;
 
 /// The division of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Plan {
+pub(super) struct StepPlan {
     /// The number of equal parts; zero for parts of unequal lengths.
     pub count: u32,
     /// True if each part is a composition of fourth order.
     pub composed: bool,
 }
 
-impl Plan {
-    pub(super) const WHOLE: Plan = Plan {
+impl StepPlan {
+    pub(super) const WHOLE: StepPlan = StepPlan {
         count: 1,
         composed: false,
     };
 
-    pub(super) const COMPOSED: Plan = Plan {
+    pub(super) const COMPOSED: StepPlan = StepPlan {
         count: 1,
         composed: true,
     };
 
     /// Parts of unequal lengths, halved where it is necessary.
-    pub(super) const UNEVEN: Plan = Plan {
+    pub(super) const UNEVEN: StepPlan = StepPlan {
         count: 0,
         composed: false,
     };
@@ -116,7 +116,7 @@ pub(super) struct Choice {
 
 impl Choice {
     /// The relative error of the energy of a vibration under a plan, for a body of this stiffness.
-    pub(super) fn error(self, pace: Pace, plan: Plan, dt: f64) -> f64 {
+    pub(super) fn error(self, pace: Pace, plan: StepPlan, dt: f64) -> f64 {
         let drift = plan.length() * dt;
         if !plan.composed {
             return pace.omega2 * drift * drift / 4.0;
@@ -135,7 +135,7 @@ impl Choice {
 
     /// Returns true if whole steps meet the tolerance with room to spare.
     pub(super) fn is_calm(self, pace: Pace, dt: f64) -> bool {
-        self.error(pace, Plan::WHOLE, dt) <= CAUTION * self.tolerance
+        self.error(pace, StepPlan::WHOLE, dt) <= CAUTION * self.tolerance
     }
 
     /// The highest rate of drag or gyration that needs no linearisation: its own error is small, and the change of a
@@ -145,17 +145,17 @@ impl Choice {
     }
 
     /// The cheapest plan that meets the tolerance for this stiffness; the finest if none does.
-    pub(super) fn plan(self, pace: Pace, dt: f64) -> Plan {
+    pub(super) fn plan(self, pace: Pace, dt: f64) -> StepPlan {
         let tolerance = MARGIN * self.tolerance;
         let finest = 2.0 * tolerance.sqrt();
         let swing = pace.omega2.sqrt() * dt;
         let plain = swing / finest;
         let smooth = (tolerance / COMPOSED_ERROR).sqrt().sqrt();
-        let jumps = pace.jump.sqrt() * dt * Plan::COMPOSED.length() / finest;
+        let jumps = pace.jump.sqrt() * dt * StepPlan::COMPOSED.length() / finest;
         let parts = (swing / smooth.min(COMPOSED_LIMIT)).max(jumps);
         let cost = f64::from(SUZUKI_STAGES) * power_of_two(parts);
         let composed = self.composes && cost < power_of_two(plain);
-        Plan {
+        StepPlan {
             count: self.count(if composed { parts } else { plain }, composed),
             composed,
         }
@@ -165,19 +165,25 @@ impl Choice {
     /// the plan then depends on the path only, and is the same backwards, so plans change at the same places on the way
     /// to a centre and away from it, and the energy comes back. `looked_into` if Jacobians show the stiffness, where
     /// forces read velocities.
-    pub(super) fn first(self, pace: Pace, dt: f64, looked_into: bool) -> Plan {
+    pub(super) fn first(self, pace: Pace, dt: f64, looked_into: bool) -> StepPlan {
         let plan = self.plan(pace, dt);
         if plan.cost() > DEAR || looked_into {
             plan
         } else {
-            Plan::WHOLE
+            StepPlan::WHOLE
         }
     }
 
     /// A plan after one that did not meet the tolerance: at least twice as fine and at most eight times; `None` if
     /// there is no finer one. `uneven` allows parts of unequal lengths where the finest equal ones are of no use.
-    pub(super) fn finer(self, pace: Pace, than: Plan, dt: f64, uneven: bool) -> Option<Plan> {
-        if than == Plan::UNEVEN {
+    pub(super) fn finer(
+        self,
+        pace: Pace,
+        than: StepPlan,
+        dt: f64,
+        uneven: bool,
+    ) -> Option<StepPlan> {
+        if than == StepPlan::UNEVEN {
             return None;
         }
         let wanted = self.plan(pace, dt);
@@ -186,10 +192,10 @@ impl Choice {
             .clamp(than.length() / 8.0, than.length() / 2.0);
         let count = f64::from(wanted.count) * wanted.length() / length;
         let count = self.count(count, wanted.composed);
-        let finer = Plan { count, ..wanted };
+        let finer = StepPlan { count, ..wanted };
         let hopeless = |plan| self.error(pace, plan, dt) > HOPELESS || !pace.omega2.is_finite();
         if uneven && hopeless(wanted) {
-            return Some(Plan::UNEVEN);
+            return Some(StepPlan::UNEVEN);
         }
         (finer.length() < 0.75 * than.length()).then_some(finer)
     }

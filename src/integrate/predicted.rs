@@ -73,10 +73,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
             _ => None,
         };
         let frame = match (motion, state) {
-            (_, Some(state)) => frame(
-                (state.position, state.attitude, state.local_com),
-                (state.linvel, state.angvel),
-            ),
+            (_, Some(it)) => frame(it.position, it.attitude, it.local_com, it.linvel, it.angvel),
             // If the time is before the present, the body has been moved to its next position already.
             _ if body.body_type() == RigidBodyType::KinematicPositionBased
                 && self.elapsed >= 0.0 =>
@@ -117,8 +114,8 @@ impl<W: Lookup> PredictedFrames<'_, W> {
         let (linvel, angvel) = (to_dvec3(linvel), to_dvec3(angvel));
         let com = to_dvec3(body.translation()) + attitude * local_com;
         let turn = DQuat::from_scaled_axis(angvel * self.elapsed);
-        let place = (com + linvel * self.elapsed, turn * attitude, local_com);
-        frame(place, (linvel, angvel))
+        let com = com + linvel * self.elapsed;
+        frame(com, turn * attitude, local_com, linvel, angvel)
     }
 
     /// A position-based kinematic body on its way to its next position.
@@ -148,10 +145,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
 }
 
 /// The frame of a body from the motion of its centre of mass.
-fn frame(
-    (com, attitude, local_com): (DVec3, DQuat, DVec3),
-    (linvel, angvel): (DVec3, DVec3),
-) -> Frame {
+fn frame(com: DVec3, attitude: DQuat, local_com: DVec3, linvel: DVec3, angvel: DVec3) -> Frame {
     let arm = attitude * -local_com;
     Frame {
         pose: Pose::from_parts(from_dvec3(com + arm), from_dquat(attitude)),

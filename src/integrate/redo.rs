@@ -6,7 +6,7 @@
 use super::evaluation::Evaluation;
 use super::load::own_lag;
 use super::motion::{Resolved, Start};
-use super::plan::Plan;
+use super::plan::StepPlan;
 use super::predicted::from_dquat;
 use super::resolve::Begins;
 use super::stiffness::{StepWarning, Treatment};
@@ -33,8 +33,10 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        (before, last): (&[Body], &Evaluation),
-        (redone, warnings): (&mut Vec<Redone>, &mut Vec<StepWarning>),
+        before: &[Body],
+        last: &Evaluation,
+        redone: &mut Vec<Redone>,
+        warnings: &mut Vec<StepWarning>,
     ) {
         redone.clear();
         let Some(choice) = context.choice() else {
@@ -46,7 +48,7 @@ impl Integrator {
         }
         let plan = |place: usize| match evaluation.treatment(place) {
             Some(Treatment::Resolve(pace)) => choice.plan(pace, to_f64(context.dt)),
-            _ => Plan::WHOLE,
+            _ => StepPlan::WHOLE,
         };
         let mut starts: Vec<Start> = places
             .iter()
@@ -55,7 +57,7 @@ impl Integrator {
         if context.is_coupled() {
             let finest = starts.iter().map(|start| start.plan);
             let finest = finest.min_by(|a, b| a.length().total_cmp(&b.length()));
-            let finest = finest.unwrap_or(Plan::WHOLE);
+            let finest = finest.unwrap_or(StepPlan::WHOLE);
             starts.iter_mut().for_each(|start| start.plan = finest);
         }
         let begins = Begins {
@@ -65,16 +67,13 @@ impl Integrator {
         };
         let mut found: Vec<Resolved> = Vec::new();
         let mut faults = Vec::new();
-        let (coupled, bodies) = (context.is_coupled(), (&mut starts, &mut faults));
-        let outcome = self.resolve(context, begins, bodies, |_, moved| {
+        let coupled = context.is_coupled();
+        let outcome = self.resolve(context, begins, &mut starts, &mut faults, |_, moved| {
             let place = moved.start.place;
             let body = &context.bodies[place];
             let shown = own_lag(context, body, moved.wrench).map(|lag| moved.state.behind(lag));
-            redone.push(Redone::new(
-                place,
-                (body, moved.wrench),
-                shown.as_ref().unwrap_or(moved.state),
-            ));
+            let shown = shown.as_ref().unwrap_or(moved.state);
+            redone.push(Redone::new(place, body, moved.wrench, shown));
             found.extend(moved.resolved);
             Ok(())
         });
@@ -87,7 +86,7 @@ impl Integrator {
         left.retain(|place| redone.iter().all(|now| now.place != *place));
         for place in &left {
             if let Some(Treatment::Resolve(pace)) = evaluation.treatment(*place) {
-                let error = choice.error(pace, Plan::WHOLE, to_f64(context.dt));
+                let error = choice.error(pace, StepPlan::WHOLE, to_f64(context.dt));
                 self.reached = self.reached.max(error);
                 let body = evaluation.bodies[*place];
                 warnings.push(StepWarning::missed(choice, body, error));
@@ -120,7 +119,7 @@ impl Integrator {
 }
 
 impl Redone {
-    fn new(place: usize, (body, wrench): (&Body, Wrench), state: &RigidState) -> Self {
+    fn new(place: usize, body: &Body, wrench: Wrench, state: &RigidState) -> Self {
         let turned = !matches!(state.turning, Turning::LeftAlone);
         let rotation = if turned {
             from_dquat(state.attitude)

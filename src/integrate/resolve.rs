@@ -5,7 +5,7 @@ use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
 use super::load::{all_else, lag, own_lag};
 use super::motion::{Resolved, Start, VelocityUpdate};
 use super::pace::Pace;
-use super::plan::{Bisection, Choice, HOPELESS, Plan};
+use super::plan::{Bisection, Choice, HOPELESS, StepPlan};
 use super::predicted::PredictedMotion;
 use super::substeps::{Setting, SubstepIntegrator};
 use super::watch::most_to_follow;
@@ -42,7 +42,8 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, W>,
         begins: Begins<'_>,
-        (starts, faults): (&mut Vec<Start>, &mut Vec<Fault>),
+        starts: &mut Vec<Start>,
+        faults: &mut Vec<Fault>,
         mut take: impl FnMut(&Self, Found<'_>) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
         let mut substeps = std::mem::take(&mut self.substeps);
@@ -54,26 +55,26 @@ impl Integrator {
         while let Some(first) = starts.first() {
             let plan = first.plan;
             alike.clear();
-            if plan == Plan::UNEVEN && !coupled {
+            if plan == StepPlan::UNEVEN && !coupled {
                 // Each by itself, because its parts depend on its own path.
                 alike.push(starts.remove(0));
             } else {
                 alike.extend(starts.extract_if(.., |start| start.plan == plan));
             }
-            let mut outcome = self.run(context, begins, (&alike, plan), None, &mut substeps);
+            let mut outcome = self.run(context, begins, &alike, plan, None, &mut substeps);
             if let Err(fault) = &outcome {
                 // Too coarse a plan may end where no field is finite.
-                let may = choice.is_some() && uneven && plan != Plan::UNEVEN;
+                let may = choice.is_some() && uneven && plan != StepPlan::UNEVEN;
                 let bad = |it: &Start| coupled || fault.is_of(context.bodies[it.place].handle);
                 if may && !alike.iter().any(|it| bad(it) && it.has_given_up()) {
                     let bad = alike.iter_mut().filter(|it| bad(it));
-                    bad.for_each(|start| start.plan = Plan::UNEVEN);
+                    bad.for_each(|start| start.plan = StepPlan::UNEVEN);
                     starts.append(&mut alike);
                     continue;
                 }
                 let sift = context.rules.sift.filter(|_| begins.before.is_none());
                 if sift.is_some() && fault.kind == FaultKind::NonFinite {
-                    outcome = self.run(context, begins, (&alike, plan), sift, &mut substeps);
+                    outcome = self.run(context, begins, &alike, plan, sift, &mut substeps);
                 }
             }
             if let Err(fault) = outcome {
@@ -89,7 +90,7 @@ impl Integrator {
             faults.append(&mut substeps.faults);
             match choice {
                 Some(choice) => {
-                    refine(choice, &substeps, (&mut alike, plan), (dt, coupled, uneven));
+                    refine(choice, &substeps, &mut alike, plan, dt, coupled, uneven);
                 }
                 None => self.note_ways(context, &alike, &substeps.tracks),
             }
@@ -101,12 +102,8 @@ impl Integrator {
                 let resolved = choice.and_then(|choice| {
                     let pace = substeps.tracks.get(number)?.pace;
                     let body = context.bodies[start.place].handle;
-                    Some(resolved(
-                        choice,
-                        substeps.bisection,
-                        (start, pace),
-                        (body, dt),
-                    ))
+                    let bisection = substeps.bisection;
+                    Some(resolved(choice, bisection, start, pace, body, dt))
                 });
                 let found = Found {
                     start,
@@ -127,7 +124,8 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, W>,
         begins: Begins<'_>,
-        (starts, plan): (&[Start], Plan),
+        starts: &[Start],
+        plan: StepPlan,
         sift: Option<Sift<'_>>,
         substeps: &mut SubstepIntegrator,
     ) -> Result<(), Fault> {
@@ -158,7 +156,7 @@ impl Integrator {
         let scheme = context.rules.scheme;
         // A step back in time would reverse drag.
         let plan = match scheme {
-            Scheme::Suzuki4 if slows_much(context, begins.evaluation, starts) => Plan {
+            Scheme::Suzuki4 if slows_much(context, begins.evaluation, starts) => StepPlan {
                 count: plan.cost(),
                 composed: false,
             },
@@ -170,7 +168,7 @@ impl Integrator {
             context,
             motions: &self.motions,
             composed: plan.composed,
-            uneven: context.choice().filter(|_| plan == Plan::UNEVEN),
+            uneven: context.choice().filter(|_| plan == StepPlan::UNEVEN),
             tracked: context.compiled.varies(),
             most: most_to_follow(context),
             coupled,
@@ -205,8 +203,10 @@ impl Integrator {
 fn resolved(
     choice: Choice,
     bisection: Option<Bisection>,
-    (start, pace): (&Start, Pace),
-    (body, dt): (RigidBodyHandle, f64),
+    start: &Start,
+    pace: Pace,
+    body: RigidBodyHandle,
+    dt: f64,
 ) -> Resolved {
     let (pace, error) = match bisection {
         // The next step need not be as stiff.
@@ -223,14 +223,17 @@ fn resolved(
 fn refine(
     choice: Choice,
     substeps: &SubstepIntegrator,
-    (starts, plan): (&mut [Start], Plan),
-    (dt, coupled, uneven): (f64, bool, bool),
+    starts: &mut [Start],
+    plan: StepPlan,
+    dt: f64,
+    coupled: bool,
+    uneven: bool,
 ) {
     let mut finest = plan;
     let mut hopeless = false;
     for (number, (start, track)) in starts.iter_mut().zip(&substeps.tracks).enumerate() {
         let pace = track.pace;
-        if plan != Plan::UNEVEN {
+        if plan != StepPlan::UNEVEN {
             start.look(pace);
         }
         let error = match substeps.bisection {

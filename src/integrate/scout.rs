@@ -98,6 +98,6 @@ impl Scout {
         if !(moved && changed) {
             return 0.0;
         }
-        secant(body, (here, there), (way.linvel, way.angvel), context.dt) / self.share
+        secant(body, here, there, way.linvel, way.angvel, context.dt) / self.share
     }
 }

@@ -17,7 +17,7 @@ pub(super) fn fourth_power(
     let dt = context.dt;
     if is.torque != was.torque {
         let body = &context.bodies[place];
-        return secant(body, (is, was), (body.linvel, body.angvel), dt).powi(2);
+        return secant(body, is, was, body.linvel, body.angvel, dt).powi(2);
     }
     // The velocity and mass of the sample suffice for a force alone.
     let centre = &context.samples.centres[place];
@@ -29,8 +29,10 @@ pub(super) fn fourth_power(
 /// of dt² is a velocity.
 pub(super) fn secant(
     body: &Body,
-    (here, there): (Wrench, Wrench),
-    (linvel, angvel): (Vector, Vector),
+    here: Wrench,
+    there: Wrench,
+    linvel: Vector,
+    angvel: Vector,
     dt: Real,
 ) -> Real {
     let (inv_mass, inv_inertia) = (body.inv_mass, body.inv_inertia);

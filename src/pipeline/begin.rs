@@ -404,8 +404,8 @@ impl FieldPipeline {
         let context = Self::context(&view, read, now, rules);
         let (integrator, warnings) = (&mut self.integrator, &mut self.warnings);
         if outcome.is_ok() {
-            let told = (&mut state.stiff, &mut *warnings);
-            integrator.predict(&context, &mut evaluation, (&last, all), told);
+            let stiff = &mut state.stiff;
+            integrator.predict(&context, &mut evaluation, &last, all, stiff, warnings);
             if !fields.settings.scheme.kicks_twice() {
                 integrator.watch(&context, &evaluation, &last, warnings);
             }

@@ -16,7 +16,8 @@ use crate::contact::{
 use crate::cross_check::AfterStep;
 use crate::diagnose::{blame, sifted};
 use crate::integrate::{
-    Deflection, FASTEST, Fault, FreeMotion, Motions, Redirected, StepWarning, warn_of_springs,
+    Deflection, FASTEST, Fault, FirstHalf, FreeMotion, Motions, Redirected, StepWarning,
+    warn_of_springs,
 };
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rigid::{Body, Lookup, Wrench, find};
@@ -320,13 +321,17 @@ impl FieldPipeline {
             may_redo,
         };
         let done = (&open.motions, redirected);
-        let told = (&mut state.stiff, &mut self.warnings);
-        integrator.update(&context, &mut evaluation, known, done, told);
+        let first = FirstHalf {
+            last: known,
+            motions: &open.motions,
+            redirected,
+        };
+        let (stiff, warnings) = (&mut state.stiff, &mut self.warnings);
+        integrator.update(&context, &mut evaluation, first, stiff, warnings);
         self.redone.clear();
         if let Some(last) = known {
-            let told = (&mut self.redone, &mut self.warnings);
-            let from = (&open.bodies[..], last);
-            integrator.redo(&context, &mut evaluation, from, told);
+            let (bodies, redone) = (&open.bodies, &mut self.redone);
+            integrator.redo(&context, &mut evaluation, bodies, last, redone, warnings);
         }
         let policy = fields.settings.wake;
         state

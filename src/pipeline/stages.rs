@@ -292,10 +292,10 @@ impl FieldPipeline {
     pub(super) fn turn_freely(&mut self, parameters: &IntegrationParameters) {
         let motions = &mut self.motions;
         motions.clear();
-        let drift = (parameters.dt, iterations(parameters), true);
+        let (dt, iterations) = (parameters.dt, iterations(parameters));
         for body in self.bodies.drain(..) {
             let update = kicked(&body, Wrench::ZERO, 0.0);
-            let update = motions.turned(&body, update, DVec3::ZERO, drift);
+            let update = motions.turned(&body, update, DVec3::ZERO, dt, iterations, true);
             motions.updates.push(update);
         }
     }

@@ -8,7 +8,7 @@ use crate::math::to_f64;
 use crate::rigid::{ENERGY_ERROR, Lookup, RigidState, Wrench};
 
 /// The state at the start of a part, to return to.
-struct Saved {
+struct PartStart {
     states: Vec<RigidState>,
     tracks: Vec<Track>,
     wrenches: Vec<Wrench>,
@@ -61,8 +61,8 @@ impl<W: Lookup> Run<'_, W> {
         track_all(self.tracks, passing, self.setting.coupled)
     }
 
-    fn save(&self, group: &Group) -> Saved {
-        Saved {
+    fn save(&self, group: &Group) -> PartStart {
+        PartStart {
             states: self.states.to_vec(),
             tracks: self.tracks.to_vec(),
             wrenches: group.wrenches.clone(),
@@ -70,7 +70,7 @@ impl<W: Lookup> Run<'_, W> {
         }
     }
 
-    fn back(&mut self, group: &mut Group, saved: Saved) {
+    fn back(&mut self, group: &mut Group, saved: PartStart) {
         self.states.clone_from_slice(&saved.states);
         self.tracks.clone_from_slice(&saved.tracks);
         group.wrenches = saved.wrenches;

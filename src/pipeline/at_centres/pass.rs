@@ -331,12 +331,14 @@ impl Pass<'_> {
                 .extend((force != Vector::ZERO).then_some(load));
             return Ok(None);
         }
-        let drift = (dt, self.iterations, false);
+        let iterations = self.iterations;
         let is_felt = force != Vector::ZERO || !felt.slowing.is_none();
         if !is_felt {
             let turns = self.compiled.torque_possible && body.angvel != Vector::ZERO;
             let update = kicked(body, Wrench::ZERO, rules.duration);
-            let update = turns.then(|| self.motions.turned(body, update, DVec3::ZERO, drift));
+            let motions = &mut self.motions;
+            let update =
+                turns.then(|| motions.turned(body, update, DVec3::ZERO, dt, iterations, false));
             return Ok(update.filter(|update| update.spins));
         }
         let is_alone = self.half.scheme == Scheme::Kick || free.is_none();
@@ -347,7 +349,8 @@ impl Pass<'_> {
         if !felt.slowing.is_none() {
             update.linvel = free.slowed(body.linvel, body.inv_mass.x, felt, rules.duration);
         }
-        let update = self.motions.turned(body, update, twist, drift);
+        let motions = &mut self.motions;
+        let update = motions.turned(body, update, twist, dt, iterations, false);
         if is_alone {
             return Ok(Some(update));
         }
@@ -372,8 +375,8 @@ impl Pass<'_> {
         }
         let (force, torque) = (from_dvec3(felt.force), Vector::ZERO);
         let held = self.held.contains(body.handle);
-        let wrench = (Wrench { force, torque }, held);
-        complete(body, free, wrench, *before, rules.duration)
+        let wrench = Wrench { force, torque };
+        complete(body, free, wrench, held, *before, rules.duration)
     }
 }
 
