@@ -73,8 +73,6 @@ pub(crate) struct Definition<'a> {
 pub struct FieldPipeline {
     pub(crate) compiled: Compiled,
     properties: Properties,
-    /// The number of changes of the properties.
-    properties_revision: u64,
     reader: Reader,
     gatherer: Gatherer,
     bodies: Vec<Body>,
@@ -157,7 +155,7 @@ impl Default for FieldPipeline {
             detectors_revision: None,
             compiled,
             properties: Properties::default(),
-            properties_revision: 0,
+
             reader: Reader::default(),
             gatherer: Gatherer::default(),
             bodies: Vec::new(),
@@ -280,9 +278,7 @@ impl FieldPipeline {
     /// Updates everything that is made from the fields.
     pub(crate) fn follow(&mut self, fields: &Definition<'_>) {
         self.compiled.update(fields.set);
-        if self.properties.update(fields.set) {
-            self.properties_revision += 1;
-        }
+        self.properties.update(fields.set);
         let settings = fields.settings;
         let found = Some(self.compiled.detectors_revision);
         let stale = self.detectors_revision != found;

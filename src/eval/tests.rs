@@ -108,8 +108,7 @@ impl Stage {
         properties.update(&self.set);
         let mut samples = Samples::default();
         let wanted = self.compiled.requirements;
-        let known = (&bodies[..], false);
-        Gatherer::default().gather(&mut samples, (&properties, 0), wanted, known, &view);
+        Gatherer::default().make(&mut samples, &properties, wanted, &bodies, &view);
         samples.place(&bodies, None);
         samples
     }

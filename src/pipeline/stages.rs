@@ -171,9 +171,10 @@ impl FieldPipeline {
     pub(super) fn gather(&mut self, view: &WorldRef<'_>, known: bool) -> bool {
         self.gatherer.gather(
             &mut self.samples,
-            (&self.properties, self.properties_revision),
+            &self.properties,
             self.compiled.requirements,
-            (&self.bodies, known),
+            &self.bodies,
+            known,
             view,
         )
     }
@@ -340,13 +341,8 @@ impl FieldPipeline {
             .map(|(handle, body)| Body::of(handle, body))
             .collect();
         let mut samples = Samples::default();
-        crate::sample::Gatherer::default().gather(
-            &mut samples,
-            (properties, 0),
-            requirements,
-            (&bodies, false),
-            view,
-        );
+        let mut gatherer = crate::sample::Gatherer::default();
+        gatherer.make(&mut samples, properties, requirements, &bodies, view);
         samples.place(&bodies, None);
         samples.place_all();
         (bodies, samples)

@@ -20,6 +20,7 @@ use crate::rigid::{Body, Lookup, to_dquat};
 #[derive(Debug, Default)]
 pub(crate) struct Gatherer {
     shapes: Shapes,
+    /// What was required, and how often properties had changed.
     made_for: Option<(SamplingRequirements, u64)>,
     bodies: Vec<BodyStamp>,
     parts: Vec<PartStamp>,
@@ -82,21 +83,24 @@ fn is_sampled(collider: &Collider) -> bool {
 }
 
 impl Gatherer {
-    /// Brings `samples` up to date with some bodies, in the order of their handles. `revision` changes with the
-    /// properties. With `known`, the parts of the bodies are taken to be unchanged since the last call. Returns
-    /// true if anything but places and velocities has changed since then.
+    /// Brings `samples` up to date with some bodies, in the order of their handles. `known`: that the
+    /// parts of the bodies are as they were when it gathered before. Whether anything but places and
+    /// velocities changed since.
     pub(crate) fn gather(
         &mut self,
         samples: &mut Samples,
-        (properties, revision): (&Properties, u64),
+        properties: &Properties,
         requirements: SamplingRequirements,
-        (bodies, known): (&[Body], bool),
+        bodies: &[Body],
+        known: bool,
         world: &impl Lookup,
     ) -> bool {
-        if self.still_holds((requirements, revision), (bodies, known), world) {
+        let made_for = Some((requirements, properties.changes));
+        let by_parts = requirements.parts && !known;
+        if self.made_for == made_for && self.still_holds(bodies, by_parts, world) {
             return false;
         }
-        let before = self.made_for.replace((requirements, revision));
+        let before = std::mem::replace(&mut self.made_for, made_for);
         self.make(samples, properties, requirements, bodies, world);
         before.is_some()
     }
@@ -119,13 +123,8 @@ impl Gatherer {
         extent
     }
 
-    fn still_holds(
-        &self,
-        made_for: (SamplingRequirements, u64),
-        (bodies, known): (&[Body], bool),
-        world: &impl Lookup,
-    ) -> bool {
-        if self.made_for != Some(made_for) || self.bodies.len() != bodies.len() {
+    fn still_holds(&self, bodies: &[Body], by_parts: bool, world: &impl Lookup) -> bool {
+        if self.bodies.len() != bodies.len() {
             return false;
         }
         let mut start = 0;
@@ -137,7 +136,7 @@ impl Gatherer {
             if !same {
                 return false;
             }
-            if made_for.0.parts && !known {
+            if by_parts {
                 let parts = &self.parts[start..stamp.end];
                 start = stamp.end;
                 let handles = world
@@ -154,7 +153,8 @@ impl Gatherer {
         true
     }
 
-    fn make(
+    /// Makes `samples` of some bodies anew.
+    pub(crate) fn make(
         &mut self,
         samples: &mut Samples,
         properties: &Properties,
@@ -228,7 +228,7 @@ impl Making<'_> {
             let collider = world.collider(*handle);
             self.parts.push(PartStamp::of(*handle, collider));
             if let Some(collider) = collider.filter(|collider| is_sampled(collider)) {
-                self.part(body, &mut centre, (*handle, collider), alone);
+                self.part(body, &mut centre, *handle, collider, alone);
             }
         }
         let samples = &mut *self.samples;
@@ -260,7 +260,7 @@ impl Making<'_> {
         }
         if wanted.has_many() {
             for site in first..self.samples.list.len() {
-                self.cut((site, wanted), body, world);
+                self.cut(site, wanted, body, world);
             }
         }
         self.samples.centres.push(centre);
@@ -277,7 +277,8 @@ impl Making<'_> {
         &mut self,
         body: &Body,
         centre: &mut SamplePoint,
-        (handle, collider): (ColliderHandle, &Collider),
+        handle: ColliderHandle,
+        collider: &Collider,
         alone: bool,
     ) {
         let local_pose = collider.position_wrt_parent().copied();
@@ -353,7 +354,8 @@ impl Making<'_> {
     /// Adds the samples of a part besides its site.
     fn cut(
         &mut self,
-        (number, wanted): (usize, SamplingRequirements),
+        number: usize,
+        wanted: SamplingRequirements,
         body: &Body,
         world: &impl Lookup,
     ) {
@@ -378,7 +380,7 @@ impl Making<'_> {
         let local_pose = local_pose.unwrap_or(Pose::IDENTITY);
         let (middle, _) = self.shapes.middle(handle, collider);
         for points in wanted {
-            let Some(rule) = self.shapes.rule((handle, collider), points, middle) else {
+            let Some(rule) = self.shapes.rule(handle, collider, points, middle) else {
                 continue;
             };
             let kind = Kind::Several(points);

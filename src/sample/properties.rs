@@ -6,6 +6,7 @@ use super::point::UserValues;
 use super::samples::Samples;
 use crate::field::{Change, ColliderProperties, FieldSet, Sampling};
 use crate::math::{ColliderHandle, RigidBodyHandle, to_f64};
+use crate::rapier::data::Index;
 
 /// Handles of larger indices are looked up in a map, since a file may hold any index, and memory must not grow
 /// with it.
@@ -16,6 +17,8 @@ const DENSE: u32 = 1 << 20;
 pub(crate) struct Properties {
     /// The revision of the set that it was made from.
     revision: u64,
+    /// How often anything has changed.
+    pub(super) changes: u64,
     world: UserValues,
     entries: ByHandle<Entry>,
     /// The sampling that a body asks for, by body.
@@ -31,10 +34,10 @@ pub(crate) struct Entry {
 }
 
 impl Properties {
-    /// Takes the changes of the set since the last call. Returns true if there were any.
-    pub(crate) fn update(&mut self, set: &FieldSet) -> bool {
+    /// Takes up what has changed in the set since the last call.
+    pub(crate) fn update(&mut self, set: &FieldSet) {
         if self.revision == set.revision() {
-            return false;
+            return;
         }
         let concerns = |change: &Change| !matches!(change, Change::Term(_));
         let of_collider = |change: &Change| match change {
@@ -44,22 +47,23 @@ impl Properties {
         let changes = set.changes_since(self.revision);
         self.revision = set.revision();
         let Some(changes) = changes else {
-            self.take_up_all(set);
-            return true;
+            self.changes += 1;
+            return self.take_up_all(set);
         };
         let changes: Vec<Change> = changes.filter(concerns).collect();
+        self.changes += u64::from(!changes.is_empty());
         let colliders: Option<Vec<ColliderHandle>> = changes.iter().map(of_collider).collect();
         match colliders {
             Some(colliders) => colliders.into_iter().for_each(|c| self.take_up(set, c)),
             None => self.take_up_all(set),
         }
-        !changes.is_empty()
     }
 
     fn take_up_all(&mut self, set: &FieldSet) {
         let data = set.data();
         *self = Properties {
             revision: self.revision,
+            changes: self.changes,
             world: data.axes().iter().cloned().collect(),
             any_sampling: !data.samplings().is_empty(),
             ..Properties::default()
@@ -68,7 +72,7 @@ impl Properties {
             self.take_up(set, *collider);
         }
         for (body, own) in data.samplings() {
-            self.samplings.insert(body.into_raw_parts(), *own);
+            self.samplings.insert(body.0, *own);
         }
     }
 
@@ -78,7 +82,7 @@ impl Properties {
                 properties: properties.clone(),
                 user: self.values(properties),
             };
-            self.entries.insert(collider.into_raw_parts(), entry);
+            self.entries.insert(collider.0, entry);
         }
     }
 
@@ -93,11 +97,11 @@ impl Properties {
     }
 
     pub(crate) fn sampling(&self, body: RigidBodyHandle) -> Option<Sampling> {
-        self.samplings.get(body.into_raw_parts()).copied()
+        self.samplings.get(body.0).copied()
     }
 
     pub(crate) fn get(&self, collider: ColliderHandle) -> Option<&Entry> {
-        self.entries.get(collider.into_raw_parts())
+        self.entries.get(collider.0)
     }
 
     fn values(&self, properties: &ColliderProperties) -> UserValues {
@@ -114,7 +118,7 @@ impl Properties {
 /// Values by the index and generation of a handle.
 #[derive(Clone, Debug)]
 struct ByHandle<T> {
-    values: Vec<((u32, u32), T)>,
+    values: Vec<(Index, T)>,
     /// For indices below [`DENSE`]: the number of the value plus one, or zero.
     dense: Vec<u32>,
     /// The same for larger indices.
@@ -133,26 +137,28 @@ impl<T> Default for ByHandle<T> {
 
 impl<T> ByHandle<T> {
     fn number(&self, index: u32) -> Option<usize> {
-        let number = match index < DENSE {
-            true => self.dense.get(index as usize),
-            false => self.sparse.get(&index),
+        let number = if index < DENSE {
+            self.dense.get(index as usize)
+        } else {
+            self.sparse.get(&index)
         };
         (*number? as usize).checked_sub(1)
     }
 
-    fn get(&self, handle: (u32, u32)) -> Option<&T> {
-        let (known, value) = &self.values[self.number(handle.0)?];
+    fn get(&self, handle: Index) -> Option<&T> {
+        let (known, value) = &self.values[self.number(handle.into_raw_parts().0)?];
         (*known == handle).then_some(value)
     }
 
     /// Of two handles with the same index the last one inserted stays.
-    fn insert(&mut self, handle: (u32, u32), value: T) {
-        if let Some(number) = self.number(handle.0) {
+    fn insert(&mut self, handle: Index, value: T) {
+        let (index, _) = handle.into_raw_parts();
+        if let Some(number) = self.number(index) {
             self.values[number] = (handle, value);
             return;
         }
         self.values.push((handle, value));
-        let (index, number) = (handle.0, self.values.len() as u32);
+        let number = self.values.len() as u32;
         if index >= DENSE {
             self.sparse.insert(index, number);
             return;

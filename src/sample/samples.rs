@@ -163,9 +163,10 @@ impl Samples {
 
     /// The samples of the list that were placed; for the others see [`Samples::at`].
     pub(crate) fn placed(&self) -> &[SamplePoint] {
-        match self.left {
-            true => &self.list[..self.sites],
-            false => &self.list,
+        if self.left {
+            &self.list[..self.sites]
+        } else {
+            &self.list
         }
     }
 
@@ -207,8 +208,8 @@ impl Samples {
         let [sites, others] = &mut self.starts;
         let count = self.bodies.len();
         let (first, last) = self.list.split_at(self.sites);
-        note_starts(sites, (0, first), count);
-        note_starts(others, (self.sites, last), count);
+        note_starts(sites, 0, first, count);
+        note_starts(others, self.sites, last, count);
         self.by_collider.clear();
         for (number, sample) in self.list[..self.sites].iter().enumerate() {
             let Some(collider) = sample.collider else {
@@ -274,9 +275,10 @@ impl Samples {
 
     /// The bodies as a whole at which a program is sampled.
     pub(crate) fn centres_for(&self, how: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
-        let centres = match self.asks_whole(how) {
-            true => &self.centres[..],
-            false => &[],
+        let centres = if self.asks_whole(how) {
+            &self.centres[..]
+        } else {
+            &[]
         };
         centres.iter().filter(move |centre| self.takes(how, centre))
     }
@@ -286,9 +288,10 @@ impl Samples {
         &self,
         how: SamplingRule,
     ) -> impl Iterator<Item = (usize, &SamplePoint)> {
-        let list = match self.takes_listed(how) {
-            true => self.placed(),
-            false => &[],
+        let list = if self.takes_listed(how) {
+            self.placed()
+        } else {
+            &[]
         };
         let list = list.iter().enumerate();
         list.filter(move |(_, sample)| self.takes_of_list(how, sample))
@@ -380,7 +383,7 @@ impl Samples {
 
 /// Notes the start of each body's samples, of samples whose numbers begin with `start`; and the end of the
 /// last.
-fn note_starts(starts: &mut Vec<u32>, (start, samples): (usize, &[SamplePoint]), bodies: usize) {
+fn note_starts(starts: &mut Vec<u32>, start: usize, samples: &[SamplePoint], bodies: usize) {
     starts.clear();
     for (number, sample) in samples.iter().enumerate() {
         let first = (start + number) as u32;

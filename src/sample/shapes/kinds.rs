@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::content;
 use super::moments::Moments;
-use super::rule::Rule;
+use super::rule::QuadratureRule;
 use super::{surface, volume};
 use crate::field::Points;
 use crate::math::{Real, SharedShape, Vector};
@@ -19,7 +19,7 @@ pub(super) struct Known {
     pub ball: (Vector, Real),
     moments: OnceLock<Option<Moments>>,
     /// The samples for each set of [`Points`]; `None` if not yet computed.
-    pub rules: [Option<Arc<Rule>>; Points::ALL.len()],
+    pub rules: [Option<Arc<QuadratureRule>>; Points::ALL.len()],
     /// `None` if not yet computed.
     pub solid: Option<PartSolid>,
 }
@@ -37,12 +37,15 @@ impl Known {
     }
 
     /// The samples of a set of points; `middle` alone if the shape has none.
-    pub(super) fn rule(&mut self, points: Points, middle: Vector) -> Arc<Rule> {
+    pub(super) fn rule(&mut self, points: Points, middle: Vector) -> Arc<QuadratureRule> {
         if let Some(rule) = &self.rules[points as usize] {
             return rule.clone();
         }
-        let few = |all: Arc<Rule>| all.few().map_or(all, Arc::new);
-        let or_middle = |rule: Option<Rule>| rule.unwrap_or_else(|| Rule::single(middle)).into();
+        let few = |all: Arc<QuadratureRule>| all.few().map_or(all, Arc::new);
+        let or_middle = |rule: Option<QuadratureRule>| {
+            rule.unwrap_or_else(|| QuadratureRule::single(middle))
+                .into()
+        };
         let rule = match points {
             Points::Volume => {
                 let moments = self.moments();
@@ -66,7 +69,7 @@ impl Known {
 /// The kinds of shapes that colliders have.
 #[derive(Debug, Default)]
 pub(super) struct Kinds {
-    list: Vec<Option<Kind>>,
+    list: Vec<Option<ShapeKind>>,
     /// Numbers of vacant entries of the list.
     free: Vec<usize>,
     by_content: HashMap<Arc<[u64]>, usize>,
@@ -75,7 +78,7 @@ pub(super) struct Kinds {
 }
 
 #[derive(Debug)]
-struct Kind {
+struct ShapeKind {
     known: Known,
     /// `None` for shapes that cannot be compared: each is a kind of its own.
     content: Option<Arc<[u64]>>,
@@ -96,7 +99,7 @@ impl Kinds {
             return number;
         }
         let content = is_plain.then(|| Arc::from(&self.words[..]));
-        let kind = Some(Kind {
+        let kind = Some(ShapeKind {
             known: Known::of(shape),
             content: content.clone(),
             users: 1,

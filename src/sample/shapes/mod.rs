@@ -17,7 +17,7 @@ use crate::math::{ColliderHandle, Real, SharedShape, Vector, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
 use kinds::{Kinds, Known};
-pub(super) use rule::Rule;
+pub(super) use rule::QuadratureRule;
 
 /// The samples and meshes of all shapes that colliders have had.
 #[derive(Debug, Default)]
@@ -53,9 +53,10 @@ impl Shapes {
             return (Vector::ZERO, ball.radius);
         }
         let ball = self.bounding_ball(handle, collider);
-        match ball.1.is_finite() {
-            true => ball,
-            false => (Vector::ZERO, 0.0),
+        if ball.1.is_finite() {
+            ball
+        } else {
+            (Vector::ZERO, 0.0)
         }
     }
 
@@ -72,10 +73,11 @@ impl Shapes {
     /// The samples of a collider; `middle` alone if its shape has none.
     pub(super) fn rule(
         &mut self,
-        (handle, collider): (ColliderHandle, &Collider),
+        handle: ColliderHandle,
+        collider: &Collider,
         points: Points,
         middle: Vector,
-    ) -> Option<Arc<Rule>> {
+    ) -> Option<Arc<QuadratureRule>> {
         let known = self.known(handle, collider)?;
         Some(known.rule(points, middle))
     }
