@@ -27,7 +27,7 @@ use crate::bridge::{
     Push, Reader, Rollback, SoftBodies, StepError, Stepped, Undo, WakePolicy, WorldMut,
 };
 use crate::compile::Compiled;
-use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, FieldContact, Rules};
+use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, FieldContact, ResponderRules};
 use crate::cross_check::Watched;
 use crate::eval::CentreEvaluator;
 use crate::field::FieldSet;
@@ -130,7 +130,7 @@ pub struct FieldPipeline {
     pushes: Vec<Push>,
     claims: Arc<Claims>,
     calm: Calm,
-    claims_for: (Rules, Detection),
+    claims_for: (ResponderRules, Detection),
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
     /// Bodies whose last step was repeated.

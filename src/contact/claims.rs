@@ -3,7 +3,7 @@
 use super::laws::LawTable;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
-use super::{Responder, Rules};
+use super::{Responder, ResponderRules};
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle};
@@ -14,7 +14,7 @@ use crate::rapier::pipeline::ActiveHooks;
 /// The rules and laws that decide which contacts Rapier leaves to the fields.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Claims {
-    rules: Rules,
+    rules: ResponderRules,
     laws: LawTable,
     /// True if some rule gives contacts to the fields and some detection field has a law other than `Observe`.
     any: bool,
@@ -114,7 +114,7 @@ impl Listening {
 }
 
 impl Claims {
-    pub(crate) fn new(rules: &Rules, compiled: &Compiled, swept: bool) -> Self {
+    pub(crate) fn new(rules: &ResponderRules, compiled: &Compiled, swept: bool) -> Self {
         let mut detectors = compiled.detectors.iter();
         Claims {
             rules: rules.clone(),

@@ -50,6 +50,6 @@ pub(crate) use hand_over::{Given, HandOver};
 pub(crate) use hooks::{Heard, Verdicts, to_ask, was_to_ask};
 pub(crate) use jointed::Joints;
 pub(crate) use resting::HeldPairs;
-pub(crate) use rules::{Pairs, Rules, in_order};
+pub(crate) use rules::{Pairs, ResponderRules, in_order};
 pub(crate) use starts::{Arrival, KickShare, Starts};
 pub(crate) use touch_record::{TouchRecord, TouchWay};

@@ -22,13 +22,13 @@ pub(crate) fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) struct Rules {
+pub(crate) struct ResponderRules {
     pub everywhere: Responder,
     /// Responders of contacts of which both colliders are in a set; the last set that fits counts.
     pub among: Vec<(HashSet<ColliderHandle>, Responder)>,
 }
 
-impl Rules {
+impl ResponderRules {
     pub(crate) fn of(&self, colliders: [ColliderHandle; 2]) -> Responder {
         let fits = |set: &HashSet<ColliderHandle>| colliders.iter().all(|c| set.contains(c));
         let rule = self.among.iter().rev().find(|(set, _)| fits(set));

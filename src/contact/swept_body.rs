@@ -56,7 +56,7 @@ pub(super) struct SweptBody {
 
 /// A collider of a body on its path.
 #[derive(Debug)]
-pub(super) struct Member {
+pub(super) struct SweptPart {
     pub part: ContactPart,
     /// From the centre of mass to the collider's frame, in the body's axes.
     pub arm: DVec3,
@@ -90,7 +90,7 @@ pub(super) struct SweptSolid {
 #[derive(Debug, Default)]
 pub(super) struct SweptBodies {
     pub list: Vec<SweptBody>,
-    pub parts: Vec<Member>,
+    pub parts: Vec<SweptPart>,
 }
 
 impl SweptBodies {
@@ -173,7 +173,7 @@ impl SweptBodies {
         } else {
             Form::Other(solid())
         };
-        self.parts.push(Member {
+        self.parts.push(SweptPart {
             part,
             arm: pose.translation - local_com,
             shape,

@@ -3,7 +3,7 @@
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
 use super::overlap::{distance, manifold_points, nearest};
 use super::separation::Separations;
-use super::swept_body::{Form, Member, SweptBody, SweptSolid};
+use super::swept_body::{Form, SweptBody, SweptPart, SweptSolid};
 use crate::math::{
     DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
 };
@@ -18,7 +18,7 @@ const EXACT: f64 = 16.0 * f64::EPSILON;
 #[derive(Clone, Copy)]
 pub(super) struct MovingShape<'a> {
     pub track: &'a SweptBody,
-    pub member: &'a Member,
+    pub member: &'a SweptPart,
 }
 
 /// A point at which two parts touch, in world space.

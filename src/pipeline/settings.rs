@@ -1,7 +1,7 @@
 //! The settings of the fields of a world.
 
 use crate::bridge::WakePolicy;
-use crate::contact::{Detection, Responder, Rules};
+use crate::contact::{Detection, Responder, ResponderRules};
 use crate::cross_check::CrossCheck;
 use crate::integrate::{FaultPolicy, Scheme};
 use crate::math::ColliderHandle;
@@ -34,7 +34,7 @@ pub struct FieldSettings {
     pub cross_check: CrossCheck,
     /// True to keep account of the energy in each step; see [`Fields::audit`](crate::Fields::audit).
     pub audit: bool,
-    pub(crate) rules: Rules,
+    pub(crate) rules: ResponderRules,
 }
 
 impl FieldSettings {
