@@ -1,6 +1,6 @@
 //! The borders of a term's regions near a body, found from the tree.
 
-use crate::field::{Anchor, Border, FieldSet, Frames, Node, Nodes, Properties, Query};
+use crate::field::{Anchor, Border, FieldSet, Frames, Node, Nodes, Query, QueryProperties};
 use crate::math::{DVec3, to_dvec3};
 use crate::sample::{Moment, Samples};
 
@@ -15,12 +15,12 @@ pub(super) fn near(
 ) -> Vec<Border> {
     let centre = &samples.centres[body as usize];
     let bulk = samples.bulks.get(body as usize);
-    let extent = bulk.map_or(0.0, |bulk| bulk.extent);
     let mut found = BorderSearch {
         nodes: set.nodes(),
         frames,
         query: samples.query(centre, moment),
-        at: (to_dvec3(centre.world_point), extent),
+        world_point: to_dvec3(centre.world_point),
+        extent: bulk.map_or(0.0, |bulk| bulk.extent),
         borders: Vec::new(),
     };
     found.below(term, &Anchor::WORLD);
@@ -31,7 +31,8 @@ struct BorderSearch<'a, F> {
     nodes: Nodes<'a>,
     frames: &'a F,
     query: Query,
-    at: (DVec3, f64),
+    world_point: DVec3,
+    extent: f64,
     borders: Vec<Border>,
 }
 
@@ -45,7 +46,8 @@ impl<F: Frames> BorderSearch<'_, F> {
                     && field.is_on(self.query.span())
                     && !frame.carries(&self.query)
                 {
-                    Border::near(field, &frame, self.at, &mut self.borders);
+                    let (point, borders) = (self.world_point, &mut self.borders);
+                    Border::near(field, &frame, point, self.extent, borders);
                 }
             }
             Node::Instances { prototype, anchors } => {

@@ -37,7 +37,7 @@ impl BodyCuts {
         };
         let centre = &samples.centres[body as usize];
         let query = samples.query(centre, moment);
-        let at = (to_dvec3(centre.world_point), bulk.extent);
+        let point = to_dvec3(centre.world_point);
         for instance in instances {
             self.borders.clear();
             for (number, field) in program.leaves.iter().enumerate() {
@@ -45,7 +45,7 @@ impl BodyCuts {
                     && field.is_on(moment.span)
                     && !frame.carries(&query)
                 {
-                    Border::near(field, frame, at, &mut self.borders);
+                    Border::near(field, frame, point, bulk.extent, &mut self.borders);
                 }
             }
             if self.borders.is_empty() && how.cuts == Cuts::Bodies {

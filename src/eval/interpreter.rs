@@ -2,8 +2,8 @@
 
 use crate::compile::{Instruction, Program};
 use crate::field::{
-    Asked, Frame, LocalQuery, Mask, Motion, Neighbourhood, Normal, Number, Open, Operator,
-    Override, Query, Sets, Single, Stack, Vec3,
+    Frame, LocalQuery, Mask, Motion, Neighbourhood, Normal, Number, Open, Operator, Override,
+    Query, QueryNumber, Sets, Single, Stack, Vec3,
 };
 
 /// The value of a composite at a sample.
@@ -42,7 +42,7 @@ pub(crate) struct Interpreter {
 }
 
 /// An instance of a program, and the sample or samples at which it is run.
-pub(super) struct SampleContext<'a, T: Asked> {
+pub(super) struct SampleContext<'a, T: QueryNumber> {
     pub program: &'a Program,
     pub instance: usize,
     pub frames: &'a [Option<Frame>],
@@ -111,7 +111,7 @@ fn outcome<T: Single, S: Sets<T>>(value: Value<T, S::Set>, here: &S) -> Option<O
     })
 }
 
-impl<'a, T: Asked> SampleContext<'a, T> {
+impl<'a, T: QueryNumber> SampleContext<'a, T> {
     #[inline(always)]
     pub(super) fn new(
         program: &'a Program,
@@ -236,7 +236,7 @@ impl<'a, T: Asked> SampleContext<'a, T> {
 
 /// The result of an operator on two operands; see the table at [`Operator`].
 #[inline(always)]
-fn apply<T: Asked, S: Sets<T>>(
+fn apply<T: QueryNumber, S: Sets<T>>(
     operator: Operator,
     u: Value<T, S::Set>,
     v: Value<T, S::Set>,
@@ -265,7 +265,7 @@ struct Layers<T: Number, S> {
     stopped: T::Mask,
 }
 
-impl<T: Asked, S: Copy> Layers<T, S> {
+impl<T: QueryNumber, S: Copy> Layers<T, S> {
     #[inline(always)]
     fn new(undefined: Value<T, S>) -> Self {
         Layers {

@@ -4,7 +4,7 @@ use super::anchor::Frame;
 use super::formula::Formula;
 use super::leaf::Field;
 use super::number::{constant, real};
-use super::region::Step;
+use super::region::RegionStep;
 use super::solid::Solid;
 use super::surface::Surface;
 use crate::math::{DPose3, DVec3, Pose, Vector, to_dpose3, to_dvec3, to_f64};
@@ -36,16 +36,22 @@ pub(crate) struct Face {
 impl Border {
     /// Adds those borders of a field that may pass within a distance of a point: the solids of its region, and
     /// the surface of a fluid.
-    pub(crate) fn near(field: &Field, frame: &Frame, at: (DVec3, f64), borders: &mut Vec<Border>) {
+    pub(crate) fn near(
+        field: &Field,
+        frame: &Frame,
+        world_point: DVec3,
+        within: f64,
+        borders: &mut Vec<Border>,
+    ) {
         let to_world = to_dpose3(&frame.pose);
         let mut add = |solid: &Solid, pose: DPose3| {
-            if passes(solid, &pose, at) {
+            if passes(solid, &pose, world_point, within) {
                 let solid = solid.clone();
                 borders.push(Border { solid, pose });
             }
         };
         for step in &field.region.steps {
-            if let Step::Solid(solid, pose) = step {
+            if let RegionStep::Solid(solid, pose) = step {
                 add(solid, to_world * to_dpose3(pose));
             }
         }
@@ -56,13 +62,13 @@ impl Border {
     }
 
     /// Returns true if the border may pass within a distance of a point.
-    pub(crate) fn passes(&self, at: (DVec3, f64)) -> bool {
-        passes(&self.solid, &self.pose, at)
+    pub(crate) fn passes(&self, world_point: DVec3, within: f64) -> bool {
+        passes(&self.solid, &self.pose, world_point, within)
     }
 
     /// A face by its number, as seen from a point of the world, with a bound of its curvature within a distance
     /// of that point; `None` after the last face.
-    pub(crate) fn face(&self, number: usize, (world_point, within): (DVec3, f64)) -> Option<Face> {
+    pub(crate) fn face(&self, number: usize, world_point: DVec3, within: f64) -> Option<Face> {
         let p = self.pose.inverse_transform_point(world_point);
         let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
         let plane = |axis: usize, side: f64, offset: f64| {
@@ -170,7 +176,7 @@ fn around() -> impl Iterator<Item = DVec3> {
 }
 
 /// Returns true if the surface of a solid may pass within a distance of a point, or if that is not known.
-fn passes(solid: &Solid, pose: &DPose3, (world_point, within): (DVec3, f64)) -> bool {
+fn passes(solid: &Solid, pose: &DPose3, world_point: DVec3, within: f64) -> bool {
     let point = pose.inverse_transform_point(world_point);
     let mut excess = f64::NEG_INFINITY;
     solid.for_each_surface(constant(point), &Pose::IDENTITY, |surface: Surface| {

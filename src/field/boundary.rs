@@ -43,9 +43,9 @@ mod tests;
 
 use std::cell::RefCell;
 
-use diagram::{Diagram, NOWHERE, Rule, Set, WHOLE};
+use diagram::{Diagram, NOWHERE, Set, SetRule, WHOLE};
 pub(crate) use plane::Normal;
-use plane::{Plane, parallel, unit};
+use plane::{BorderPlane, parallel, unit};
 
 /// A set of the pieces of one [`Neighbourhood`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +64,7 @@ impl Pieces {
 #[derive(Debug)]
 pub(crate) struct Neighbourhood {
     /// The planes through the sample, each once.
-    planes: Vec<Plane>,
+    planes: Vec<BorderPlane>,
     /// All sets made so far.
     sets: RefCell<Diagram>,
 }
@@ -81,28 +81,28 @@ impl Neighbourhood {
     /// The neighbourhood of a sample that lies on surfaces with these outward normals.
     pub(crate) fn of(normals: &[Normal]) -> Self {
         Neighbourhood {
-            planes: Plane::through(normals),
+            planes: BorderPlane::through(normals),
             ..Neighbourhood::open()
         }
     }
 
     /// The pieces in either set.
     pub(crate) fn union(&self, a: Pieces, b: Pieces) -> Pieces {
-        Pieces(self.sets.borrow_mut().combine(Rule::Either, a.0, b.0))
+        Pieces(self.sets.borrow_mut().combine(SetRule::Either, a.0, b.0))
     }
 
     /// The pieces in both sets.
     pub(crate) fn intersection(&self, a: Pieces, b: Pieces) -> Pieces {
-        self.combine(Rule::Both, a, b)
+        self.combine(SetRule::Both, a, b)
     }
 
     /// The pieces in `a` and not in `b`.
     pub(crate) fn difference(&self, a: Pieces, b: Pieces) -> Pieces {
-        self.combine(Rule::FirstOnly, a, b)
+        self.combine(SetRule::FirstOnly, a, b)
     }
 
     /// Combines two sets. A result that has sides of planes, but no piece, becomes the empty set.
-    fn combine(&self, rule: Rule, a: Pieces, b: Pieces) -> Pieces {
+    fn combine(&self, rule: SetRule, a: Pieces, b: Pieces) -> Pieces {
         let mut sets = self.sets.borrow_mut();
         let set = sets.combine(rule, a.0, b.0);
         let known = set == NOWHERE || set == WHOLE || set == a.0 || set == b.0;

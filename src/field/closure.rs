@@ -7,7 +7,7 @@ use super::axis::Axis;
 use super::error::BuildError;
 use super::formula::{Law, alone};
 use super::number::{Vec3, chain, constant, differences, real};
-use super::query::{Alone, Asked, LocalQuery, Sample, Single};
+use super::query::{Alone, LocalQuery, QueryNumber, Sample, Single};
 use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
 
 type Function<R> = dyn Fn(&Sample<'_>) -> R + Send + Sync;
@@ -93,7 +93,7 @@ impl<R> Closure<R> {
 
 impl<R: Output> Closure<R> {
     /// The result for a sample.
-    pub(crate) fn at<T: Asked>(&self, local: &LocalQuery<'_, T>) -> R {
+    pub(crate) fn at<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> R {
         let result = |one: LocalQuery<'_>| self.beside(&one, real(one.point), real(one.velocity));
         local.single().map_or(R::NONE, result)
     }

@@ -10,7 +10,7 @@ use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
 use super::lifetime::{Lifetime, Span};
 use super::linearised::Linearised;
 use super::number::{Number, Vec3, constant, limited, real, rotate};
-use super::query::{Asked, LocalQuery, Properties, Query, Single};
+use super::query::{LocalQuery, Query, QueryNumber, QueryProperties, Single};
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
@@ -370,7 +370,7 @@ impl Field {
     /// The samples that the field may act on, whatever its region: the field is on, its groups allow them, and
     /// they do not belong to the body that carries it.
     #[inline(always)]
-    pub(crate) fn acts_on<Q: Properties>(
+    pub(crate) fn acts_on<Q: QueryProperties>(
         &self,
         query: &Q,
         frame: &Frame,
@@ -384,13 +384,17 @@ impl Field {
     }
 
     /// The force on a sample where the field is defined, in world axes.
-    pub(crate) fn force<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    pub(crate) fn force<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         self.force_of(self.strength, local)
     }
 
     /// [`Self::force`] with another strength than the field's own.
     #[inline(always)]
-    pub(crate) fn force_of<T: Asked>(&self, strength: Real, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    pub(crate) fn force_of<T: QueryNumber>(
+        &self,
+        strength: Real,
+        local: &LocalQuery<'_, T>,
+    ) -> Vec3<T> {
         if self.is_contact() && local.touch().is_none() {
             return Vec3::zero();
         }
@@ -460,7 +464,7 @@ impl Field {
 
     /// The factor from the formula's vector to a force on the sample.
     #[inline(always)]
-    fn weight<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+    fn weight<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         let numbers = local.query.numbers();
         // The vector of a contact is a change of velocity, whatever the mode of the field.
         let mode = if self.is_contact() {

@@ -8,7 +8,7 @@ use super::formula::Formula;
 use super::leaf::Field;
 use super::number::{constant, real};
 use super::query::{LocalQuery, Query};
-use super::region::Step;
+use super::region::RegionStep;
 use super::solid::Solid;
 use crate::math::{DQuat, DVec3, to_f64};
 
@@ -42,12 +42,12 @@ impl Field {
             std::mem::discriminant(step).hash(&mut print);
             match step {
                 // The surfaces of a shape take long to find.
-                Step::Solid(Solid::Shape(_), _) | Step::Predicate(_) => {}
-                Step::Solid(solid, pose) => {
+                RegionStep::Solid(Solid::Shape(_), _) | RegionStep::Predicate(_) => {}
+                RegionStep::Solid(solid, pose) => {
                     let far = constant(FAR);
                     solid.for_each_surface(far, pose, |surface| print.number(surface.distance));
                 }
-                Step::Interval(axis, min, max) => {
+                RegionStep::Interval(axis, min, max) => {
                     axis.hash(&mut print);
                     print.numbers(&[*min, *max].map(to_f64));
                 }

@@ -83,7 +83,9 @@ pub(crate) use modifier::Modifier;
 pub(crate) use nodes::{Node, Nodes};
 pub(crate) use number::{Dual, LANES, Lanes, Mask, Number, Plain, Vec3, real};
 pub(crate) use priority::Override;
-pub(crate) use query::{Asked, LocalQuery, Motion, Numbers, POINT, Properties, Queries, Single};
+pub(crate) use query::{
+    LocalQuery, Motion, Numbers, POINT, Queries, QueryNumber, QueryProperties, Single,
+};
 pub(crate) use sampling::{Cuts, Points, SamplingRule};
 pub(crate) use set::{Change, Term};
 pub(crate) use sets::{Open, Sets};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::anchor::Anchor;
 use super::axis::Axis;
 use super::number::{Vec3, limited};
-use super::query::{Asked, LocalQuery};
+use super::query::{LocalQuery, QueryNumber};
 use super::scalar::Scalar;
 use crate::math::{Real, to_f64};
 
@@ -58,7 +58,7 @@ impl Modifier {
     /// The changed vector. `local` is the sample in the frame of the anchor. If the carrier of the anchor does
     /// not exist (any more), a scale leaves the vector as it is.
     #[inline(always)]
-    pub(crate) fn apply<T: Asked>(
+    pub(crate) fn apply<T: QueryNumber>(
         &self,
         vector: Vec3<T>,
         local: Option<&LocalQuery<'_, T>>,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::number::{Number, Plain, Vec3};
-use super::query::Asked;
+use super::query::QueryNumber;
 use super::sets::Sets;
 
 /// The operators of the algebra.
@@ -104,7 +104,7 @@ impl Operator {
 
     /// The set of the result, given the sets of the operands.
     #[inline(always)]
-    pub(crate) fn set<T: Asked, S: Sets<T>>(self, e: S::Set, g: S::Set, here: &S) -> S::Set {
+    pub(crate) fn set<T: QueryNumber, S: Sets<T>>(self, e: S::Set, g: S::Set, here: &S) -> S::Set {
         match self {
             Operator::Difference => here.difference(e, g),
             _ if self.is_intersection() => here.intersection(e, g),

@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::boundary::Normal;
 use super::error::{BuildError, bad, finite, positive, rigid};
 use super::number::{Vec3, rotate};
-use super::query::{Asked, LocalQuery, Single};
+use super::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
 
 /// A half-space or a ball over several axes. Its frame has a `pose` in that of the field.
@@ -88,7 +88,7 @@ impl OverAxes {
 
     /// The sample point in the frame of the set.
     #[inline(always)]
-    fn point<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn point<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let pose = to_dpose3(&self.pose);
         rotate(pose.rotation.inverse(), local.point - pose.translation)
     }
@@ -96,7 +96,7 @@ impl OverAxes {
     /// Distance of the sample from the border, negative inside: along the steepest direction for a half-space,
     /// in units of the smallest radius for a ball.
     #[inline(always)]
-    pub(crate) fn excess<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+    pub(crate) fn excess<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         let point = self.point(local);
         let coordinates = self.axes.iter().map(|axis| match axis.spatial() {
             Some(k) => point[k],

@@ -122,7 +122,7 @@ impl ColliderProperties {
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) struct Properties {
+pub(crate) struct UserProperties {
     axes: Vec<(Arc<str>, f64)>,
     /// In the order of handles.
     colliders: Vec<(ColliderHandle, ColliderProperties)>,
@@ -130,7 +130,7 @@ pub(crate) struct Properties {
     samplings: Vec<(RigidBodyHandle, Sampling)>,
 }
 
-impl Properties {
+impl UserProperties {
     pub(super) fn declare(&mut self, name: &str, value: Real) -> Result<(), BuildError> {
         if self.value(name).is_some() || !matches!(Axis::named(name), Axis::User(_)) {
             let axis = name.to_owned();
@@ -244,7 +244,7 @@ impl Properties {
     /// Checks properties that were read from a file: values must be in range. Restores the order.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn checked(self) -> Result<Self, PropertyError> {
-        let mut checked = Properties::default();
+        let mut checked = UserProperties::default();
         for (name, value) in self.axes {
             let axis = name.to_string();
             if !matches!(Axis::named(&name), Axis::User(_)) || checked.value(&name).is_some() {

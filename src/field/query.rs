@@ -111,9 +111,9 @@ impl Query {
 }
 
 /// A number over which fields can be evaluated, with the properties of one sample or of several.
-pub(crate) trait Asked: Number {
+pub(crate) trait QueryNumber: Number {
     /// The properties of the sample or samples.
-    type Query: Properties<Plain = Self::Plain>;
+    type Query: QueryProperties<Plain = Self::Plain>;
 
     /// Runs a closure in a function of its own. For several samples it is inlined instead, since a separate
     /// function would be compiled for the instructions of the build.
@@ -124,9 +124,9 @@ pub(crate) trait Asked: Number {
 }
 
 /// A number of one sample, with or without derivatives.
-pub(crate) trait Single: Asked<Plain = f64, Mask = bool, Query = Query> {}
+pub(crate) trait Single: QueryNumber<Plain = f64, Mask = bool, Query = Query> {}
 
-impl<T: Asked<Plain = f64, Mask = bool, Query = Query>> Single for T {}
+impl<T: QueryNumber<Plain = f64, Mask = bool, Query = Query>> Single for T {}
 
 /// A law that is evaluated at one sample at a time.
 pub(crate) trait Alone {
@@ -136,7 +136,7 @@ pub(crate) trait Alone {
 
 macro_rules! single {
     ($([$($generics:tt)*] $Number:ty),*) => {$(
-        impl<$($generics)*> Asked for $Number {
+        impl<$($generics)*> QueryNumber for $Number {
             type Query = Query;
 
             #[inline(never)]
@@ -154,7 +154,7 @@ macro_rules! single {
 
 single!([] f64, [const K: usize] Dual<K>);
 
-impl Asked for Lanes {
+impl QueryNumber for Lanes {
     type Query = Queries;
 
     #[inline(always)]
@@ -169,7 +169,7 @@ impl Asked for Lanes {
 }
 
 /// Properties of a sample, or of several, that do not depend on the field's frame and carry no derivatives.
-pub(crate) trait Properties {
+pub(crate) trait QueryProperties {
     type Plain: Plain;
 
     fn numbers(&self) -> Numbers<Self::Plain>;
@@ -195,7 +195,7 @@ pub(crate) struct Numbers<P> {
     pub fraction: P,
 }
 
-impl Properties for Query {
+impl QueryProperties for Query {
     type Plain = f64;
 
     #[inline(always)]
@@ -237,7 +237,7 @@ pub(crate) struct Queries {
     pub groups: [InteractionGroups; LANES],
 }
 
-impl Properties for Queries {
+impl QueryProperties for Queries {
     type Plain = Lanes;
 
     #[inline(always)]
@@ -308,7 +308,7 @@ impl Motion<Dual<6>> {
 }
 
 /// A query in the frame of a field: point and velocity relative to that frame, in its axes.
-pub(crate) struct LocalQuery<'a, T: Asked = f64> {
+pub(crate) struct LocalQuery<'a, T: QueryNumber = f64> {
     pub point: Vec3<T>,
     pub velocity: Vec3<T>,
     /// The rotation from the field's frame to the world.
@@ -324,7 +324,7 @@ impl<'a> LocalQuery<'a> {
     }
 }
 
-impl<'a, T: Asked> LocalQuery<'a, T> {
+impl<'a, T: QueryNumber> LocalQuery<'a, T> {
     #[inline(always)]
     pub(crate) fn moving(query: &'a T::Query, motion: &Motion<T>, frame: &Frame) -> Self {
         let pose = to_dpose3(&frame.pose);

@@ -9,7 +9,7 @@ use super::closure::Closure;
 use super::error::{BuildError, rigid, validate_interval};
 use super::number::real;
 use super::over_axes::OverAxes;
-use super::query::{Asked, LocalQuery, Sample, Single};
+use super::query::{LocalQuery, QueryNumber, Sample, Single};
 use super::sets::{Outward, Sets};
 use super::solid::Solid;
 use super::stack::Stack;
@@ -37,7 +37,7 @@ use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 )]
 pub struct Region {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
-    pub(crate) steps: Vec<Step>,
+    pub(crate) steps: Vec<RegionStep>,
 }
 
 /// One step of a region: a set, or an operation on the sets before it.
@@ -47,7 +47,7 @@ pub struct Region {
     derive(serde::Serialize, serde::Deserialize)
 )]
 #[non_exhaustive]
-pub enum Step {
+pub enum RegionStep {
     /// All of space.
     Everywhere,
     /// A solid, and its frame in that of the field.
@@ -76,7 +76,7 @@ impl Region {
     /// All of space, and all values of every other axis.
     pub fn everywhere() -> Self {
         Region {
-            steps: vec![Step::Everywhere],
+            steps: vec![RegionStep::Everywhere],
         }
     }
 
@@ -142,7 +142,7 @@ impl Region {
         match axis.spatial() {
             Some(axis) => Self::solid(Solid::Slab { axis, min, max }),
             None => Region {
-                steps: vec![Step::Interval(axis, min, max)],
+                steps: vec![RegionStep::Interval(axis, min, max)],
             },
         }
     }
@@ -171,7 +171,7 @@ impl Region {
 
     fn over_axes(set: OverAxes) -> Self {
         Region {
-            steps: vec![Step::OverAxes(set)],
+            steps: vec![RegionStep::OverAxes(set)],
         }
     }
 
@@ -183,7 +183,7 @@ impl Region {
         function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
     ) -> Self {
         Region {
-            steps: vec![Step::Predicate(Arc::new(Closure::new(
+            steps: vec![RegionStep::Predicate(Arc::new(Closure::new(
                 None, reads, function,
             )))],
         }
@@ -198,13 +198,13 @@ impl Region {
     ) -> Self {
         let closure = Closure::new(Some(name), reads, function);
         Region {
-            steps: vec![Step::Predicate(Arc::new(closure))],
+            steps: vec![RegionStep::Predicate(Arc::new(closure))],
         }
     }
 
     fn solid(solid: Solid) -> Self {
         Region {
-            steps: vec![Step::Solid(solid, Pose::IDENTITY)],
+            steps: vec![RegionStep::Solid(solid, Pose::IDENTITY)],
         }
     }
 
@@ -214,7 +214,7 @@ impl Region {
         let Placement(moved) = local_pose.into();
         for step in &mut self.steps {
             match step {
-                Step::Solid(_, pose) | Step::OverAxes(OverAxes { pose, .. }) => {
+                RegionStep::Solid(_, pose) | RegionStep::OverAxes(OverAxes { pose, .. }) => {
                     *pose = moved * *pose;
                 }
                 _ => {}
@@ -226,7 +226,7 @@ impl Region {
     /// The place of its first solid, if that is not the origin.
     pub(crate) fn place(&self) -> Option<Vector> {
         let place = self.steps.iter().find_map(|step| match step {
-            Step::Solid(_, pose) => Some(pose.translation),
+            RegionStep::Solid(_, pose) => Some(pose.translation),
             _ => None,
         });
         place.filter(|place| *place != Vector::ZERO)
@@ -234,26 +234,26 @@ impl Region {
 
     /// Points in either region.
     pub fn union(self, other: Region) -> Self {
-        self.combine(other, Step::Union)
+        self.combine(other, RegionStep::Union)
     }
 
     /// Points in both regions.
     pub fn intersection(self, other: Region) -> Self {
-        self.combine(other, Step::Intersection)
+        self.combine(other, RegionStep::Intersection)
     }
 
     /// Points of this region that are not in the other, and the cut boundary.
     pub fn difference(self, other: Region) -> Self {
-        self.combine(other, Step::Difference)
+        self.combine(other, RegionStep::Difference)
     }
 
     /// Points that are not in this region, and its boundary.
     pub fn complement(mut self) -> Self {
-        self.steps.push(Step::Complement);
+        self.steps.push(RegionStep::Complement);
         self
     }
 
-    fn combine(mut self, other: Region, step: Step) -> Self {
+    fn combine(mut self, other: Region, step: RegionStep) -> Self {
         self.steps.extend(other.steps);
         self.steps.push(step);
         self
@@ -261,13 +261,15 @@ impl Region {
 
     /// Returns true if this is all of space, so that no test is needed.
     pub(crate) fn is_everywhere(&self) -> bool {
-        matches!(self.steps[..], [Step::Everywhere])
+        matches!(self.steps[..], [RegionStep::Everywhere])
     }
 
     /// The radius, if the region is a ball around the origin.
     pub(crate) fn as_centred_ball(&self) -> Option<Real> {
         match &self.steps[..] {
-            [Step::Solid(Solid::Ball { radius }, pose)] if pose.translation == Vector::ZERO => {
+            [RegionStep::Solid(Solid::Ball { radius }, pose)]
+                if pose.translation == Vector::ZERO =>
+            {
                 Some(*radius)
             }
             _ => None,
@@ -280,20 +282,22 @@ impl Region {
         let mut stack: Vec<Option<Real>> = Vec::new();
         for step in &self.steps {
             let radius = match step {
-                Step::Everywhere | Step::Interval(..) | Step::Predicate(_) => None,
-                Step::OverAxes(set) => set.extent(),
-                Step::Solid(solid, pose) => solid
+                RegionStep::Everywhere | RegionStep::Interval(..) | RegionStep::Predicate(_) => {
+                    None
+                }
+                RegionStep::OverAxes(set) => set.extent(),
+                RegionStep::Solid(solid, pose) => solid
                     .extent()
                     .map(|extent| extent + pose.translation.length()),
-                Step::Complement => {
+                RegionStep::Complement => {
                     stack.pop();
                     None
                 }
-                Step::Union | Step::Intersection | Step::Difference => {
+                RegionStep::Union | RegionStep::Intersection | RegionStep::Difference => {
                     let (right, left) = (stack.pop().flatten(), stack.pop().flatten());
                     match step {
-                        Step::Union => left.zip(right).map(|(l, r)| l.max(r)),
-                        Step::Intersection => match (left, right) {
+                        RegionStep::Union => left.zip(right).map(|(l, r)| l.max(r)),
+                        RegionStep::Intersection => match (left, right) {
                             (Some(l), Some(r)) => Some(l.min(r)),
                             (bounded, None) | (None, bounded) => bounded,
                         },
@@ -309,7 +313,7 @@ impl Region {
     /// Returns true if it depends on a function of the user's.
     pub(crate) fn has_code(&self) -> bool {
         let mut steps = self.steps.iter();
-        steps.any(|step| matches!(step, Step::Predicate(_)))
+        steps.any(|step| matches!(step, RegionStep::Predicate(_)))
     }
 
     /// Returns true if it may differ between the colliders of a body at one place.
@@ -320,9 +324,9 @@ impl Region {
     /// The axes beyond space that the region constrains.
     pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
         self.steps.iter().flat_map(|step| match step {
-            Step::Interval(axis, ..) => std::slice::from_ref(axis),
-            Step::OverAxes(set) => &set.axes,
-            Step::Predicate(predicate) => predicate.axes(),
+            RegionStep::Interval(axis, ..) => std::slice::from_ref(axis),
+            RegionStep::OverAxes(set) => &set.axes,
+            RegionStep::Predicate(predicate) => predicate.axes(),
             _ => &[],
         })
     }
@@ -330,13 +334,13 @@ impl Region {
     pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         for step in &self.steps {
             match step {
-                Step::Solid(solid, pose) => {
+                RegionStep::Solid(solid, pose) => {
                     rigid(field, "the pose of the region", pose)?;
                     solid.validate(field)?;
                 }
-                Step::Interval(_, min, max) => validate_interval(field, *min, *max)?,
-                Step::OverAxes(set) => set.validate(field)?,
-                Step::Predicate(predicate) => predicate.validate(field)?,
+                RegionStep::Interval(_, min, max) => validate_interval(field, *min, *max)?,
+                RegionStep::OverAxes(set) => set.validate(field)?,
+                RegionStep::Predicate(predicate) => predicate.validate(field)?,
                 _ => {}
             }
         }
@@ -349,24 +353,30 @@ impl Region {
         !self.has_code()
             && !self.axes().any(of_users)
             && self.steps.iter().all(|step| match step {
-                Step::Solid(solid, _) => solid.knows_several(),
+                RegionStep::Solid(solid, _) => solid.knows_several(),
                 _ => true,
             })
     }
 
     /// The part of the neighbourhood that lies in the region.
     #[inline(always)]
-    pub(crate) fn set<T: Asked, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
+    pub(crate) fn set<T: QueryNumber, S: Sets<T>>(
+        &self,
+        local: &LocalQuery<'_, T>,
+        here: &S,
+    ) -> S::Set {
         let mut stack = Stack::<S::Set, 4>::new(here.all(false.into()));
         for step in &self.steps {
             match step {
-                Step::Complement => {
+                RegionStep::Complement => {
                     let all = here.all(true.into());
                     stack.replace(1, here.difference(all, stack.top()));
                 }
-                Step::Union => stack.combine(|left, right| here.union(left, right)),
-                Step::Intersection => stack.combine(|left, right| here.intersection(left, right)),
-                Step::Difference => stack.combine(|left, right| here.difference(left, right)),
+                RegionStep::Union => stack.combine(|left, right| here.union(left, right)),
+                RegionStep::Intersection => {
+                    stack.combine(|left, right| here.intersection(left, right))
+                }
+                RegionStep::Difference => stack.combine(|left, right| here.difference(left, right)),
                 set => stack.push(set.set(local, here)),
             }
         }
@@ -377,14 +387,14 @@ impl Region {
     /// distance from the border, along whichever axis that is; without a border it is infinite. For sets over
     /// several axes it is in units of the smallest radius or steepest slope.
     #[inline(always)]
-    pub(crate) fn depth<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+    pub(crate) fn depth<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         let mut stack = Stack::<T, 4>::new(f64::NAN.into());
         for step in &self.steps {
             match step {
-                Step::Complement => stack.replace(1, -stack.top()),
-                Step::Union => stack.combine(|left, right| -(-left).lesser(-right)),
-                Step::Intersection => stack.combine(T::lesser),
-                Step::Difference => stack.combine(|left, right| left.lesser(-right)),
+                RegionStep::Complement => stack.replace(1, -stack.top()),
+                RegionStep::Union => stack.combine(|left, right| -(-left).lesser(-right)),
+                RegionStep::Intersection => stack.combine(T::lesser),
+                RegionStep::Difference => stack.combine(|left, right| left.lesser(-right)),
                 set => stack.push(set.depth(local)),
             }
         }
@@ -395,20 +405,20 @@ impl Region {
     pub(crate) fn touched<T: Single>(&self, local: &LocalQuery<'_, T>, normals: &mut Vec<Normal>) {
         for step in &self.steps {
             match step {
-                Step::Solid(solid, pose) => {
+                RegionStep::Solid(solid, pose) => {
                     solid.for_each_surface(local.point.re(), pose, |surface| {
                         if surface.distance == 0.0 {
                             normals.push(local.spatial_normal(real(surface.outward)));
                         }
                     });
                 }
-                Step::Interval(axis, min, max) => {
+                RegionStep::Interval(axis, min, max) => {
                     let value = local.axis(axis);
                     if value == Some(to_f64(*min)) || value == Some(to_f64(*max)) {
                         normals.push(local.normal_along(axis, 1.0));
                     }
                 }
-                Step::OverAxes(set) if set.excess(local).re() == 0.0 => {
+                RegionStep::OverAxes(set) if set.excess(local).re() == 0.0 => {
                     normals.push(set.outward(local));
                 }
                 _ => {}
@@ -417,13 +427,13 @@ impl Region {
     }
 }
 
-impl Step {
+impl RegionStep {
     /// The part of the neighbourhood that lies in a set which is not made of others.
     #[inline(always)]
-    fn set<T: Asked, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
+    fn set<T: QueryNumber, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
         let everywhere = here.all(true.into());
         match self {
-            Step::Solid(solid, pose) => {
+            RegionStep::Solid(solid, pose) => {
                 let mut inside = everywhere;
                 solid.for_each_surface(
                     local.point.re(),
@@ -437,32 +447,32 @@ impl Step {
                 );
                 inside
             }
-            Step::Interval(axis, min, max) => {
+            RegionStep::Interval(axis, min, max) => {
                 let value = local.coordinate(axis).unwrap_or(f64::NAN.into()).re();
                 let (low, high) = (-value + to_f64(*min), value - to_f64(*max));
                 let above = here.behind(low, Outward::Along(axis, -1.0), local);
                 let below = here.behind(high, Outward::Along(axis, 1.0), local);
                 here.intersection(above, below)
             }
-            Step::OverAxes(set) => {
+            RegionStep::OverAxes(set) => {
                 here.behind(set.excess(local).re(), Outward::OverAxes(set), local)
             }
-            Step::Predicate(predicate) => here.all(predicate.at(local).into()),
+            RegionStep::Predicate(predicate) => here.all(predicate.at(local).into()),
             _ => everywhere,
         }
     }
 
     /// Depth of the sample in a set which is not made of others.
     #[inline(always)]
-    pub(super) fn depth<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+    pub(super) fn depth<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         match self {
-            Step::Solid(solid, pose) => solid.depth(local.point, pose),
-            Step::Interval(axis, min, max) => {
+            RegionStep::Solid(solid, pose) => solid.depth(local.point, pose),
+            RegionStep::Interval(axis, min, max) => {
                 let value = local.coordinate(axis).unwrap_or(f64::NAN.into());
                 (value - to_f64(*min)).lesser(-value + to_f64(*max))
             }
-            Step::OverAxes(set) => -set.excess(local),
-            Step::Predicate(predicate) if !predicate.at(local) => f64::NEG_INFINITY.into(),
+            RegionStep::OverAxes(set) => -set.excess(local),
+            RegionStep::Predicate(predicate) if !predicate.at(local) => f64::NEG_INFINITY.into(),
             _ => f64::INFINITY.into(),
         }
     }

@@ -11,8 +11,8 @@ use super::leaf::Field;
 use super::modifier::Modifier;
 use super::nodes::Node;
 use super::query::Sample;
-use super::region::{self, Region};
-use super::scalar::{self, Scalar};
+use super::region::{Region, RegionStep};
+use super::scalar::{Scalar, ScalarStep};
 use super::tree::Tree;
 use crate::math::{Real, Vector};
 
@@ -149,14 +149,14 @@ impl Field {
 impl Region {
     fn is_resolved(&self) -> bool {
         self.steps.iter().all(|step| match step {
-            region::Step::Predicate(predicate) => predicate.is_resolved(),
+            RegionStep::Predicate(predicate) => predicate.is_resolved(),
             _ => true,
         })
     }
 
     fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
         self.steps.iter_mut().try_for_each(|step| match step {
-            region::Step::Predicate(predicate) => fill(predicate, &registry.predicates, label),
+            RegionStep::Predicate(predicate) => fill(predicate, &registry.predicates, label),
             _ => Ok(()),
         })
     }
@@ -165,16 +165,16 @@ impl Region {
 impl Scalar {
     fn is_resolved(&self) -> bool {
         self.steps.iter().all(|step| match step {
-            scalar::Step::Function(function) => function.is_resolved(),
-            scalar::Step::Depth(region) => region.is_resolved(),
+            ScalarStep::Function(function) => function.is_resolved(),
+            ScalarStep::Depth(region) => region.is_resolved(),
             _ => true,
         })
     }
 
     fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
         self.steps.iter_mut().try_for_each(|step| match step {
-            scalar::Step::Function(function) => fill(function, &registry.scalars, label),
-            scalar::Step::Depth(region) => region.resolve(registry, label),
+            ScalarStep::Function(function) => fill(function, &registry.scalars, label),
+            ScalarStep::Depth(region) => region.resolve(registry, label),
             _ => Ok(()),
         })
     }

@@ -6,7 +6,7 @@ use super::axis::Axis;
 use super::closure::Closure;
 use super::error::{BuildError, bad, finite, positive};
 use super::number::{Number, Plain, length};
-use super::query::{Asked, LocalQuery, Sample};
+use super::query::{LocalQuery, QueryNumber, Sample};
 use super::region::Region;
 use super::stack::Stack;
 use crate::math::{Real, to_f64};
@@ -36,7 +36,7 @@ use crate::math::{Real, to_f64};
 )]
 pub struct Scalar {
     /// Postfix, so that neither depth nor drop can exhaust the stack.
-    pub(crate) steps: Vec<Step>,
+    pub(crate) steps: Vec<ScalarStep>,
 }
 
 /// One step of a scalar: a number, or an operation on the numbers before it.
@@ -46,7 +46,7 @@ pub struct Scalar {
     derive(serde::Serialize, serde::Deserialize)
 )]
 #[non_exhaustive]
-pub enum Step {
+pub enum ScalarStep {
     /// A number.
     Constant(Real),
     /// The coordinate along an axis.
@@ -99,12 +99,12 @@ pub enum Curve {
 impl Scalar {
     /// The same number everywhere.
     pub fn constant(value: Real) -> Self {
-        Self::from(Step::Constant(value))
+        Self::from(ScalarStep::Constant(value))
     }
 
     /// The coordinate along an axis, in the frame of the field.
     pub fn axis(axis: impl Into<Axis>) -> Self {
-        Self::from(Step::Axis(axis.into()))
+        Self::from(ScalarStep::Axis(axis.into()))
     }
 
     /// Simulated time.
@@ -114,14 +114,14 @@ impl Scalar {
 
     /// The distance from the origin of the field's frame.
     pub fn distance() -> Self {
-        Self::from(Step::Distance)
+        Self::from(ScalarStep::Distance)
     }
 
     /// Depth of the sample inside a region of the field's frame, negative outside. For one solid this is the
     /// distance from its border; for regions composed of several, no more than that. A region over several axes
     /// counts in units of its smallest radius.
     pub fn depth(region: Region) -> Self {
-        Self::from(Step::Depth(Box::new(region)))
+        Self::from(ScalarStep::Depth(Box::new(region)))
     }
 
     /// A function of the user's own; `reads` lists the axes it wants in [`Sample::axes`]. It is taken as
@@ -130,7 +130,7 @@ impl Scalar {
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
     ) -> Self {
-        Self::from(Step::Function(Arc::new(Closure::new(
+        Self::from(ScalarStep::Function(Arc::new(Closure::new(
             None, reads, function,
         ))))
     }
@@ -143,90 +143,90 @@ impl Scalar {
         function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
     ) -> Self {
         let closure = Closure::new(Some(name), reads, function);
-        Self::from(Step::Function(Arc::new(closure)))
+        Self::from(ScalarStep::Function(Arc::new(closure)))
     }
 
     /// From 0 at `from` to 1 at `to`, in a straight line, constant beyond. `to` may be the
     /// smaller of the two.
     pub fn ramp(self, from: Real, to: Real) -> Self {
         let smooth = false;
-        self.then(Step::Curve(Curve::Ramp { from, to, smooth }))
+        self.then(ScalarStep::Curve(Curve::Ramp { from, to, smooth }))
     }
 
     /// Like [`ramp`](Self::ramp), without corners: 3 t² − 2 t³.
     pub fn smooth(self, from: Real, to: Real) -> Self {
         let smooth = true;
-        self.then(Step::Curve(Curve::Ramp { from, to, smooth }))
+        self.then(ScalarStep::Curve(Curve::Ramp { from, to, smooth }))
     }
 
     /// xⁿ; NaN for x < 0 and fractional n, infinite at 0 for n < 0.
     pub fn power(self, n: Real) -> Self {
-        self.then(Step::Curve(Curve::Power(n)))
+        self.then(ScalarStep::Curve(Curve::Power(n)))
     }
 
     /// exp(`rate` · x).
     pub fn exponential(self, rate: Real) -> Self {
-        self.then(Step::Curve(Curve::Exponential(rate)))
+        self.then(ScalarStep::Curve(Curve::Exponential(rate)))
     }
 
     /// exp(−x²/2 `width`²).
     pub fn gaussian(self, width: Real) -> Self {
-        self.then(Step::Curve(Curve::Gaussian(width)))
+        self.then(ScalarStep::Curve(Curve::Gaussian(width)))
     }
 
     /// Straight lines between points (x, y) of growing x, constant beyond.
     pub fn table(self, points: impl IntoIterator<Item = (Real, Real)>) -> Self {
         let points = points.into_iter().collect();
-        self.then(Step::Curve(Curve::Table(points)))
+        self.then(ScalarStep::Curve(Curve::Table(points)))
     }
 
     /// The sum of the two.
     pub fn plus(self, other: Scalar) -> Self {
-        self.combine(other, Step::Plus)
+        self.combine(other, ScalarStep::Plus)
     }
 
     /// The product of the two.
     pub fn times(self, other: Scalar) -> Self {
-        self.combine(other, Step::Times)
+        self.combine(other, ScalarStep::Times)
     }
 
     /// The lesser of the two.
     pub fn min(self, other: Scalar) -> Self {
-        self.combine(other, Step::Lesser)
+        self.combine(other, ScalarStep::Lesser)
     }
 
     /// The greater of the two.
     pub fn max(self, other: Scalar) -> Self {
-        self.combine(other, Step::Greater)
+        self.combine(other, ScalarStep::Greater)
     }
 
-    fn then(mut self, step: Step) -> Self {
+    fn then(mut self, step: ScalarStep) -> Self {
         self.steps.push(step);
         self
     }
 
-    fn combine(mut self, other: Scalar, step: Step) -> Self {
+    fn combine(mut self, other: Scalar, step: ScalarStep) -> Self {
         self.steps.extend(other.steps);
         self.then(step)
     }
 
     /// The number at a sample.
     #[inline(always)]
-    pub(crate) fn at<T: Asked>(&self, local: &LocalQuery<'_, T>) -> T {
+    pub(crate) fn at<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         let nan = T::from(f64::NAN);
         let mut stack = Stack::<T, 4>::new(nan);
         for step in &self.steps {
             match step {
-                Step::Constant(value) => stack.push(to_f64(*value).into()),
-                Step::Axis(axis) => stack.push(local.coordinate(axis).unwrap_or(nan)),
-                Step::Distance => stack.push(length(local.point)),
-                Step::Depth(region) => stack.push(region.depth(local)),
-                Step::Function(function) => stack.push(to_f64(function.at(local)).into()),
-                Step::Curve(curve) => stack.replace(1, curve.at(stack.top())),
-                Step::Plus => stack.combine(|left, right| left + right),
-                Step::Times => stack.combine(|left, right| left * right),
-                Step::Lesser => stack.combine(T::lesser),
-                Step::Greater => stack.combine(T::greater),
+                ScalarStep::Constant(value) => stack.push(to_f64(*value).into()),
+                ScalarStep::Axis(axis) => stack.push(local.coordinate(axis).unwrap_or(nan)),
+                ScalarStep::Distance => stack.push(length(local.point)),
+                ScalarStep::Depth(region) => stack.push(region.depth(local)),
+                ScalarStep::Function(function) => stack.push(to_f64(function.at(local)).into()),
+                ScalarStep::Curve(curve) => stack.replace(1, curve.at(stack.top())),
+                ScalarStep::Plus => stack.combine(|left, right| left + right),
+                ScalarStep::Times => stack.combine(|left, right| left * right),
+                ScalarStep::Lesser => stack.combine(T::lesser),
+                ScalarStep::Greater => stack.combine(T::greater),
             }
         }
         stack.top()
@@ -235,9 +235,9 @@ impl Scalar {
     /// Returns true if it can be evaluated at several samples at once.
     pub(crate) fn knows_several(&self) -> bool {
         self.steps.iter().all(|step| match step {
-            Step::Axis(axis) => !matches!(axis, Axis::User(_)),
-            Step::Depth(region) => region.knows_several(),
-            Step::Function(_) => false,
+            ScalarStep::Axis(axis) => !matches!(axis, Axis::User(_)),
+            ScalarStep::Depth(region) => region.knows_several(),
+            ScalarStep::Function(_) => false,
             _ => true,
         })
     }
@@ -246,9 +246,9 @@ impl Scalar {
     pub(crate) fn axes(&self) -> impl Iterator<Item = &Axis> {
         self.steps.iter().flat_map(|step| {
             let axes: Box<dyn Iterator<Item = &Axis>> = match step {
-                Step::Axis(axis) => Box::new(std::iter::once(axis)),
-                Step::Depth(region) => Box::new(region.axes()),
-                Step::Function(function) => Box::new(function.axes().iter()),
+                ScalarStep::Axis(axis) => Box::new(std::iter::once(axis)),
+                ScalarStep::Depth(region) => Box::new(region.axes()),
+                ScalarStep::Function(function) => Box::new(function.axes().iter()),
                 _ => Box::new(std::iter::empty()),
             };
             axes
@@ -257,9 +257,9 @@ impl Scalar {
 
     /// Returns true if it is the same at all points of a body.
     pub(crate) fn is_uniform(&self) -> bool {
-        let of_place = |step: &Step| match step {
-            Step::Distance | Step::Depth(_) | Step::Function(_) => true,
-            Step::Axis(axis) => !matches!(axis, Axis::Time),
+        let of_place = |step: &ScalarStep| match step {
+            ScalarStep::Distance | ScalarStep::Depth(_) | ScalarStep::Function(_) => true,
+            ScalarStep::Axis(axis) => !matches!(axis, Axis::Time),
             _ => false,
         };
         !self.steps.iter().any(of_place)
@@ -273,8 +273,8 @@ impl Scalar {
     /// Returns true if it depends on a function of the user's.
     pub(crate) fn has_code(&self) -> bool {
         self.steps.iter().any(|step| match step {
-            Step::Function(_) => true,
-            Step::Depth(region) => region.has_code(),
+            ScalarStep::Function(_) => true,
+            ScalarStep::Depth(region) => region.has_code(),
             _ => false,
         })
     }
@@ -282,10 +282,10 @@ impl Scalar {
     pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         for step in &self.steps {
             match step {
-                Step::Constant(value) => finite(field, "a number of the scale", *value)?,
-                Step::Depth(region) => region.validate(field)?,
-                Step::Function(function) => function.validate(field)?,
-                Step::Curve(curve) => curve.validate(field)?,
+                ScalarStep::Constant(value) => finite(field, "a number of the scale", *value)?,
+                ScalarStep::Depth(region) => region.validate(field)?,
+                ScalarStep::Function(function) => function.validate(field)?,
+                ScalarStep::Curve(curve) => curve.validate(field)?,
                 _ => {}
             }
         }
@@ -293,8 +293,8 @@ impl Scalar {
     }
 }
 
-impl From<Step> for Scalar {
-    fn from(step: Step) -> Self {
+impl From<ScalarStep> for Scalar {
+    fn from(step: ScalarStep) -> Self {
         Scalar { steps: vec![step] }
     }
 }

@@ -15,7 +15,7 @@ use super::leaf::Field;
 use super::lifetime::Span;
 use super::nodes::{Node, Nodes};
 use super::operator::Operator;
-use super::properties::{ColliderProperties, Properties, PropertyError};
+use super::properties::{ColliderProperties, PropertyError, UserProperties};
 use super::sampling::Sampling;
 use super::tree::Tree;
 use super::{Axis, BuildError};
@@ -24,7 +24,7 @@ use crate::math::{ColliderHandle, Real, RigidBodyHandle, from_f64};
 use arena::{Arena, NONE};
 pub(crate) use changes::Change;
 use changes::Changes;
-use names::Names;
+use names::FieldNames;
 use unchecked::Unchecked;
 
 /// An operand of the outermost sum of union of a set. The forces of all terms add up, in their order.
@@ -81,7 +81,7 @@ struct InsertedTree {
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
-    serde(try_from = "saved::Saved", into = "saved::Saved")
+    serde(try_from = "saved::SavedSet", into = "saved::SavedSet")
 )]
 pub struct FieldSet {
     arena: Arena,
@@ -90,10 +90,10 @@ pub struct FieldSet {
     next_serial: u64,
     trees: Vec<InsertedTree>,
     free_trees: Vec<u32>,
-    names: Names,
+    names: FieldNames,
     /// Places of the fields with a lifetime that begins or ends.
     timed: Vec<u32>,
-    data: Properties,
+    data: UserProperties,
     changes: Changes,
     unchecked: Unchecked,
 }
@@ -490,7 +490,7 @@ impl FieldSet {
         of_fields.chain(scales.flat_map(|scale| scale.axes()))
     }
 
-    pub(crate) fn data(&self) -> &Properties {
+    pub(crate) fn data(&self) -> &UserProperties {
         &self.data
     }
 

@@ -6,10 +6,10 @@ use super::axis::Axis;
 use super::boundary::{Neighbourhood, Pieces};
 use super::number::{Number, Plain, Vec3, real};
 use super::over_axes::OverAxes;
-use super::query::{Asked, LocalQuery, Single};
+use super::query::{LocalQuery, QueryNumber, Single};
 
 /// A representation of sets near one sample or several.
-pub(crate) trait Sets<T: Asked> {
+pub(crate) trait Sets<T: QueryNumber> {
     type Set: Copy;
 
     /// The whole neighbourhood of samples where the mask is set, nothing for others.
@@ -56,7 +56,7 @@ impl<T: Number> Open<T> {
     }
 }
 
-impl<T: Asked> Sets<T> for Open<T> {
+impl<T: QueryNumber> Sets<T> for Open<T> {
     type Set = T::Mask;
 
     #[inline(always)]

@@ -34,7 +34,7 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
-    serde(try_from = "super::saved::Nodes")
+    serde(try_from = "super::saved::SavedNodes")
 )]
 pub struct Tree {
     /// Operands are before the operators that use them; the root is the last node. A flat list, so that neither

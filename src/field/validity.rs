@@ -43,17 +43,19 @@ impl Tree {
 
 fn check_depth(depth: usize) -> Result<(), BuildError> {
     let limit = DEPTH_LIMIT;
-    match depth > limit {
-        true => Err(BuildError::TooDeep { depth, limit }),
-        false => Ok(()),
+    if depth > limit {
+        Err(BuildError::TooDeep { depth, limit })
+    } else {
+        Ok(())
     }
 }
 
 fn check_size(fields: usize) -> Result<(), BuildError> {
     let limit = SIZE_LIMIT;
-    match fields > limit {
-        true => Err(BuildError::TooLarge { fields, limit }),
-        false => Ok(()),
+    if fields > limit {
+        Err(BuildError::TooLarge { fields, limit })
+    } else {
+        Ok(())
     }
 }
 

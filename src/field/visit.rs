@@ -15,8 +15,8 @@
 //! ```
 
 pub use super::over_axes::{OverAxes, Shape as ShapeOverAxes};
-pub use super::region::Step as RegionStep;
-pub use super::scalar::{Curve, Step as ScalarStep};
+pub use super::region::RegionStep;
+pub use super::scalar::{Curve, ScalarStep};
 pub use super::solid::Solid;
 pub use super::solid_shape::SolidShape;
 

@@ -40,7 +40,7 @@ pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use kick::{Deflection, Redirected};
 pub(crate) use load::{Before, complete, complete_slowed};
-pub(crate) use monitor::FirstHalf;
+pub(crate) use monitor::BegunStep;
 pub(crate) use motion::{Arrived, FASTEST, Load, Motions, TurnAfter, VelocityUpdate, kicked};
 pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
 pub(crate) use reaction::Reactions;

@@ -20,7 +20,7 @@ const BROKEN: f64 = 1.0;
 
 /// The part of a step before Rapier's own, as the part after it sees it.
 #[derive(Clone, Copy)]
-pub(crate) struct FirstHalf<'a> {
+pub(crate) struct BegunStep<'a> {
     /// The evaluation that it began with, if that was of the same bodies.
     pub last: Option<&'a Evaluation>,
     pub motions: &'a Motions,
@@ -87,11 +87,11 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        half: FirstHalf<'_>,
+        begun: BegunStep<'_>,
         stiff: &mut Vec<RigidBodyHandle>,
         warnings: &mut Vec<StepWarning>,
     ) {
-        let (last, first) = (half.last, half.motions);
+        let (last, first) = (begun.last, begun.motions);
         self.reached = 0.0;
         if context.dt == 0.0 || !context.compiled.varies() {
             return;
@@ -107,7 +107,7 @@ impl Integrator {
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
                     let known = first.resolved(body).is_some();
-                    let new = last.is_none() || half.redirected.has(body);
+                    let new = last.is_none() || begun.redirected.has(body);
                     match (known, new) {
                         (true, _) => (!together).then_some(0.0),
                         (false, true) => Some(Real::INFINITY),
@@ -117,7 +117,7 @@ impl Integrator {
                 // Bodies that are not linearised have a smaller error.
                 self.reached = CAUTION * choice.tolerance;
                 self.look_into(context, evaluation, stiff);
-                self.judge(context, evaluation, half, together, stiff, warnings);
+                self.judge(context, evaluation, begun, together, stiff, warnings);
                 Self::watch_held(context, evaluation, warnings);
                 if last.is_some() && !context.rules.links.is_empty() {
                     self.warn(context, evaluation, |it| fourth(evaluation, it), warnings);
@@ -165,7 +165,7 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        half: FirstHalf<'_>,
+        begun: BegunStep<'_>,
         together: bool,
         stiff: &mut Vec<RigidBodyHandle>,
         warnings: &mut Vec<StepWarning>,
@@ -173,7 +173,7 @@ impl Integrator {
         let Some(choice) = context.choice() else {
             return;
         };
-        let (last, first, redirected) = (half.last, half.motions, half.redirected);
+        let (last, first, redirected) = (begun.last, begun.motions, begun.redirected);
         let dt = to_f64(context.dt);
         let before = |place| last.and_then(|last| last.treatment(place));
         let kicked =

@@ -16,7 +16,7 @@ use crate::contact::{
 use crate::cross_check::AfterStep;
 use crate::diagnose::{blame, sifted};
 use crate::integrate::{
-    Deflection, FASTEST, Fault, FirstHalf, FreeMotion, Motions, Redirected, StepWarning,
+    BegunStep, Deflection, FASTEST, Fault, FreeMotion, Motions, Redirected, StepWarning,
     warn_of_springs,
 };
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
@@ -321,13 +321,13 @@ impl FieldPipeline {
             may_redo,
         };
         let done = (&open.motions, redirected);
-        let first = FirstHalf {
+        let begun = BegunStep {
             last: known,
             motions: &open.motions,
             redirected,
         };
         let (stiff, warnings) = (&mut state.stiff, &mut self.warnings);
-        integrator.update(&context, &mut evaluation, first, stiff, warnings);
+        integrator.update(&context, &mut evaluation, begun, stiff, warnings);
         self.redone.clear();
         if let Some(last) = known {
             let (bodies, redone) = (&open.bodies, &mut self.redone);

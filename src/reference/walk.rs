@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use super::trace::{Contribution, Fate};
 use crate::field::{
     Anchor, Field, Frame, Frames, LocalQuery, Modifier, Motion, Neighbourhood, Node, Nodes, Normal,
-    Operator, Override, Pieces, Properties, Query, Single, Vec3, real,
+    Operator, Override, Pieces, Query, QueryProperties, Single, Vec3, real,
 };
 use crate::math::InteractionGroups;
 

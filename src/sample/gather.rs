@@ -20,7 +20,7 @@ use crate::rigid::{Body, Lookup, to_dquat};
 #[derive(Debug, Default)]
 pub(crate) struct Gatherer {
     shapes: Shapes,
-    /// What was required, and how often properties had changed.
+    /// The requirements, and how often properties had changed.
     made_for: Option<(SamplingRequirements, u64)>,
     bodies: Vec<BodyStamp>,
     parts: Vec<PartStamp>,

@@ -156,8 +156,9 @@ impl Cutter {
             }
         };
         let centre = mesh.centre * scale;
-        let at = (cutting.pose.transform_point(centre), mesh.extent * scale);
-        if !cutting.borders.iter().any(|border| border.passes(at)) {
+        let (point, within) = (cutting.pose.transform_point(centre), mesh.extent * scale);
+        let mut borders = cutting.borders.iter();
+        if !borders.any(|border| border.passes(point, within)) {
             self.pieces.push(cutting.piece(1.0, centre));
             return;
         }
@@ -177,9 +178,9 @@ impl Cutter {
     fn ball(&mut self, cutting: &Cutting<'_>, radius: f64) -> bool {
         let centre = cutting.pose.translation;
         let near = cutting.borders.iter();
-        let near = near.filter(|border| border.passes((centre, radius)));
+        let near = near.filter(|border| border.passes(centre, radius));
         let mut faces = near.flat_map(|border| {
-            let faces = (0..).map_while(move |number| border.face(number, (centre, radius)));
+            let faces = (0..).map_while(move |number| border.face(number, centre, radius));
             faces.filter(|face| face.distance.abs() < radius)
         });
         let Some(face) = faces.next() else {
@@ -288,12 +289,12 @@ impl Cutting<'_> {
         let most = (BEND * self.extent).min(BEND_OF_THICKNESS * thickness);
         let borders = self.borders.iter().enumerate().skip(first);
         for (number, border) in borders {
-            if !border.passes((world_point, radius)) {
+            if !border.passes(world_point, radius) {
                 continue;
             }
             let from = if number == first { first_face } else { 0 };
             let faces =
-                (from..).map_while(|face| Some((face, border.face(face, (world_point, radius))?)));
+                (from..).map_while(|face| Some((face, border.face(face, world_point, radius)?)));
             for (place, face) in faces {
                 // A tangent plane may reach where its face does not.
                 if face.distance.is_nan() || face.distance.abs() >= radius {

@@ -27,7 +27,7 @@ pub(super) struct Question {
 
 /// The rule by which two sets are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Rule {
+pub(super) enum SetRule {
     Either,
     Both,
     FirstOnly,
@@ -38,7 +38,7 @@ pub(super) enum Rule {
 pub(super) struct Diagram {
     questions: Vec<Question>,
     places: BTreeMap<Question, Set>,
-    combined: BTreeMap<(Rule, Set, Set), Set>,
+    combined: BTreeMap<(SetRule, Set, Set), Set>,
 }
 
 impl Diagram {
@@ -82,16 +82,16 @@ impl Diagram {
     }
 
     /// Combines two sets. Pairs that wait for others are kept on a list, since there may be as many as planes.
-    pub fn combine(&mut self, rule: Rule, a: Set, b: Set) -> Set {
-        if let Some(set) = self.settled(rule, (a, b)) {
+    pub fn combine(&mut self, rule: SetRule, a: Set, b: Set) -> Set {
+        if let Some(set) = self.settled(rule, a, b) {
             return set;
         }
         let mut waiting = vec![(a, b)];
         loop {
-            let pair = waiting[waiting.len() - 1];
-            let (plane, behind, beyond) = self.split(pair);
-            let halves = (self.settled(rule, behind), self.settled(rule, beyond));
-            let (half_behind, half_beyond) = match halves {
+            let (a, b) = waiting[waiting.len() - 1];
+            let (plane, behind, beyond) = self.split(a, b);
+            let settled = |(a, b)| self.settled(rule, a, b);
+            let (half_behind, half_beyond) = match (settled(behind), settled(beyond)) {
                 (Some(behind), Some(beyond)) => (behind, beyond),
                 (None, _) => {
                     waiting.push(behind);
@@ -103,7 +103,7 @@ impl Diagram {
                 }
             };
             let set = self.ask(plane, half_behind, half_beyond);
-            self.combined.insert((rule, pair.0, pair.1), set);
+            self.combined.insert((rule, a, b), set);
             waiting.pop();
             if waiting.is_empty() {
                 return set;
@@ -112,22 +112,22 @@ impl Diagram {
     }
 
     /// The result of a rule, if it is trivial or was found before.
-    fn settled(&self, rule: Rule, (a, b): (Set, Set)) -> Option<Set> {
+    fn settled(&self, rule: SetRule, a: Set, b: Set) -> Option<Set> {
         match (rule, a, b) {
-            (Rule::Either, NOWHERE, other) | (Rule::Either, other, NOWHERE) => Some(other),
-            (Rule::Either, WHOLE, _) | (Rule::Either, _, WHOLE) => Some(WHOLE),
-            (Rule::Both, WHOLE, other) | (Rule::Both, other, WHOLE) => Some(other),
-            (Rule::Both, NOWHERE, _) | (Rule::Both, _, NOWHERE) => Some(NOWHERE),
-            (Rule::FirstOnly, first, NOWHERE) => Some(first),
-            (Rule::FirstOnly, NOWHERE, _) | (Rule::FirstOnly, _, WHOLE) => Some(NOWHERE),
-            (Rule::FirstOnly, a, b) if a == b => Some(NOWHERE),
+            (SetRule::Either, NOWHERE, other) | (SetRule::Either, other, NOWHERE) => Some(other),
+            (SetRule::Either, WHOLE, _) | (SetRule::Either, _, WHOLE) => Some(WHOLE),
+            (SetRule::Both, WHOLE, other) | (SetRule::Both, other, WHOLE) => Some(other),
+            (SetRule::Both, NOWHERE, _) | (SetRule::Both, _, NOWHERE) => Some(NOWHERE),
+            (SetRule::FirstOnly, first, NOWHERE) => Some(first),
+            (SetRule::FirstOnly, NOWHERE, _) | (SetRule::FirstOnly, _, WHOLE) => Some(NOWHERE),
+            (SetRule::FirstOnly, a, b) if a == b => Some(NOWHERE),
             (_, a, b) if a == b => Some(a),
             _ => self.combined.get(&(rule, a, b)).copied(),
         }
     }
 
     /// The plane that a pair of sets tests first, and the pairs that remain on its two sides.
-    fn split(&self, (a, b): (Set, Set)) -> (usize, (Set, Set), (Set, Set)) {
+    fn split(&self, a: Set, b: Set) -> (usize, (Set, Set), (Set, Set)) {
         let (first_a, first_b) = (self.question(a), self.question(b));
         let planes = first_a
             .iter()

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use super::cone::{is_clear_of, wide_direction};
 use super::diagram::{Diagram, NOWHERE, Set, WHOLE};
-use super::plane::{Normal, Plane, dot};
+use super::plane::{BorderPlane, Normal, dot};
 
 /// The rest of a set on one side of one more plane.
 struct Branch {
@@ -20,7 +20,7 @@ struct Branch {
 
 /// Returns true if a piece lies in a set: if a path through its nodes chooses sides that meet. Paths that part
 /// and meet again with the same sides are followed once.
-pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[Plane]) -> bool {
+pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[BorderPlane]) -> bool {
     let mut followed = BTreeSet::new();
     let mut taken: Vec<(usize, bool)> = Vec::new();
     let mut open = vec![Branch {
@@ -66,7 +66,11 @@ pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[Plane]) -> bool 
 
 /// A direction that is clear of all sides chosen, the last of which is the branch's own; `None` if there is
 /// none.
-fn direction_on(taken: &[(usize, bool)], planes: &[Plane], branch: &Branch) -> Option<Rc<Normal>> {
+fn direction_on(
+    taken: &[(usize, bool)],
+    planes: &[BorderPlane],
+    branch: &Branch,
+) -> Option<Rc<Normal>> {
     let inward = |(plane, behind): (usize, bool)| planes[plane].inward(behind);
     let is_clear = |side| is_clear_of(&inward(side), &branch.direction);
     if branch.side.is_none_or(is_clear) {

@@ -3,12 +3,12 @@
 use crate::field::axis::Axis;
 use crate::field::error::BuildError;
 use crate::field::number::Vec3;
-use crate::field::query::{Asked, LocalQuery, Single};
+use crate::field::query::{LocalQuery, QueryNumber, Single};
 
 /// Implements [`Law::vector`] for a law that is evaluated at one sample at a time.
 macro_rules! alone {
     () => {
-        fn vector<T: $crate::field::Asked>(
+        fn vector<T: $crate::field::QueryNumber>(
             &self,
             local: &$crate::field::LocalQuery<'_, T>,
         ) -> $crate::field::Vec3<T> {
@@ -29,11 +29,11 @@ pub(crate) trait Law {
 
     /// The vector at a sample, or at several, in the field's frame. A law that must branch writes `alone!()` in
     /// place of this, and implements [`Alone`](crate::field::query::Alone).
-    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
 
     /// The vector times a strength, before a bound is applied.
     #[inline(always)]
-    fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn times<T: QueryNumber>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
         self.vector(local) * T::from(strength)
     }
 

@@ -36,7 +36,7 @@ use super::closure::Closure;
 use super::contact::ContactLaw;
 use super::error::{BuildError, bad};
 use super::number::{Plain, Vec3, constant, length, real};
-use super::query::{Alone, Asked, LocalQuery, Single};
+use super::query::{Alone, LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Real, to_f64};
 
 /// The vector of a field where it is defined. Made by the constructors of [`Field`](crate::Field).
@@ -117,19 +117,23 @@ macro_rules! with_law {
 impl Formula {
     /// The vector at a sample, in the field's frame.
     #[inline(always)]
-    pub(crate) fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    pub(crate) fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         with_law!(self, law => law.vector(local))
     }
 
     /// The vector as the flow of a wind. A separate function, since a recursive one would not be inlined.
     #[inline(always)]
-    fn flow<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn flow<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         with_law!(self, law => law.vector(local), wind: law.within_a_wind(local))
     }
 
     /// The vector times a strength, before a law's own bound is applied.
     #[inline(always)]
-    pub(crate) fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    pub(crate) fn times<T: QueryNumber>(
+        &self,
+        strength: f64,
+        local: &LocalQuery<'_, T>,
+    ) -> Vec3<T> {
         with_law!(self, law => law.times(strength, local))
     }
 
@@ -280,7 +284,7 @@ pub struct Wind {
 
 impl Wind {
     #[inline(never)]
-    fn within_a_wind<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn within_a_wind<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         self.vector(local)
     }
 }
@@ -291,7 +295,7 @@ impl Law for Wind {
     }
 
     #[inline(always)]
-    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let past = local.velocity - self.flow.flow(local);
         let cap = to_f64(self.speed_cap);
         if cap == f64::INFINITY {

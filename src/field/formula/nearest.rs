@@ -6,7 +6,7 @@ use crate::field::any_shape::AnyShape;
 use crate::field::closure::difference_step;
 use crate::field::error::BuildError;
 use crate::field::number::{Vec3, chain, constant, differences, limited};
-use crate::field::query::{Alone, Asked, LocalQuery, Single};
+use crate::field::query::{Alone, LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, SharedShape, from_dvec3, to_dvec3, to_f64};
 
 /// A radial force whose distance vector d is measured from the nearest point of a shape: the pull
@@ -74,7 +74,7 @@ impl Law for Nearest {
     alone!();
 
     #[inline(always)]
-    fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn times<T: QueryNumber>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let vector = self.unbounded().vector(local) * T::from(strength);
         match self.radial.strongest {
             Some(bound) => limited(vector, to_f64(bound)),

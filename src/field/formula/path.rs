@@ -16,7 +16,7 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
-    serde(from = "Settings", into = "Settings")
+    serde(from = "PathSettings", into = "PathSettings")
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Path {
@@ -126,7 +126,7 @@ impl Path {
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-struct Settings {
+struct PathSettings {
     #[cfg_attr(feature = "schemars", schemars(with = "Vec<[f64; 3]>"))]
     points: Vec<Vector>,
     #[serde(default)]
@@ -147,8 +147,8 @@ fn usual_stiffness() -> Real {
 }
 
 #[cfg(feature = "serde-serialize")]
-impl From<Settings> for Path {
-    fn from(settings: Settings) -> Self {
+impl From<PathSettings> for Path {
+    fn from(settings: PathSettings) -> Self {
         Path {
             speed: settings.speed,
             look_ahead: settings.look_ahead,
@@ -160,12 +160,12 @@ impl From<Settings> for Path {
 }
 
 #[cfg(feature = "serde-serialize")]
-impl From<Path> for Settings {
+impl From<Path> for PathSettings {
     fn from(path: Path) -> Self {
         let points = path.points.iter().copied().map(crate::math::from_dvec3);
         // A closed path has its first point twice.
         let distinct = path.points.len() - usize::from(path.closed && !path.points.is_empty());
-        Settings {
+        PathSettings {
             points: points.take(distinct).collect(),
             closed: path.closed,
             speed: path.speed,

@@ -3,7 +3,7 @@
 use super::Law;
 use crate::field::error::{BuildError, bad, finite, not_negative, positive};
 use crate::field::number::{Dual, Number, Plain, Vec3, limited};
-use crate::field::query::{Asked, LocalQuery, Single};
+use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{Real, to_f64};
 
 /// A force d/r · (f(r) − f(r_c)) for the distance vector d from the field's origin, |d| = r.
@@ -189,9 +189,10 @@ impl Radial {
         }
         let sound = angle > 0.0 && angle <= 1.0;
         let range = "above 0 and at most 1";
-        match sound {
-            true => Ok(()),
-            false => Err(bad(field, "the opening angle", range, to_f64(angle))),
+        if sound {
+            Ok(())
+        } else {
+            Err(bad(field, "the opening angle", range, to_f64(angle)))
         }
     }
 
@@ -270,12 +271,12 @@ impl Law for Radial {
     }
 
     #[inline(always)]
-    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         local.point * self.factor(local.point.dot(local.point))
     }
 
     #[inline(always)]
-    fn times<T: Asked>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn times<T: QueryNumber>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let vector = self.unbounded().vector(local) * T::from(strength);
         match self.strongest {
             Some(bound) => limited(vector, to_f64(bound)),

@@ -3,7 +3,7 @@
 use super::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Vec3, constant, direction, length};
-use crate::field::query::{Asked, LocalQuery, Single};
+use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{Real, Vector, to_dvec3, to_f64};
 
 /// F = the vector. Potential −F·d.
@@ -26,7 +26,7 @@ impl Law for Uniform {
     }
 
     #[inline(always)]
-    fn vector<T: Asked>(&self, _: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn vector<T: QueryNumber>(&self, _: &LocalQuery<'_, T>) -> Vec3<T> {
         constant(to_dvec3(self.vector))
     }
 
@@ -67,7 +67,7 @@ impl Law for Spring {
     }
 
     #[inline(always)]
-    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let (k, rest) = (to_f64(self.stiffness), to_f64(self.rest_length));
         let d = local.point;
         let pull = if rest == 0.0 {

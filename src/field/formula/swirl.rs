@@ -3,7 +3,7 @@
 use super::Law;
 use crate::field::error::{BuildError, all_finite, not_negative};
 use crate::field::number::{Plain, Vec3};
-use crate::field::query::{Asked, LocalQuery, Single};
+use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{Real, to_f64};
 
 /// Around the y axis of the field's frame: with ρ the distance vector from the axis,
@@ -43,7 +43,7 @@ impl Law for Swirl {
     }
 
     #[inline(always)]
-    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let (x, z) = (local.point.x, local.point.z);
         let core = to_f64(self.core);
         let s2 = x * x + z * z + core * core;

@@ -6,7 +6,7 @@ use super::Law;
 use super::random::Random;
 use crate::field::error::{BuildError, all_finite, bad, positive};
 use crate::field::number::{LANES, Lanes, Plain, Vec3, chain, constant, real, sin_cos};
-use crate::field::query::{Asked, LocalQuery, Properties};
+use crate::field::query::{LocalQuery, QueryNumber, QueryProperties};
 use crate::math::{DVec3, Real, to_f64};
 
 /// A random flow without sources, the curl of a random vector potential: a sum of plane waves
@@ -22,7 +22,7 @@ use crate::math::{DVec3, Real, to_f64};
 #[cfg_attr(
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize),
-    serde(from = "Settings", into = "Settings")
+    serde(from = "TurbulenceSettings", into = "TurbulenceSettings")
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Turbulence {
@@ -136,7 +136,7 @@ impl Turbulence {
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-struct Settings {
+struct TurbulenceSettings {
     seed: u64,
     speed: Real,
     size: Real,
@@ -152,8 +152,8 @@ fn usual_detail() -> Real {
 }
 
 #[cfg(feature = "serde-serialize")]
-impl From<Settings> for Turbulence {
-    fn from(settings: Settings) -> Self {
+impl From<TurbulenceSettings> for Turbulence {
+    fn from(settings: TurbulenceSettings) -> Self {
         Turbulence {
             seed: settings.seed,
             speed: settings.speed,
@@ -167,9 +167,9 @@ impl From<Settings> for Turbulence {
 }
 
 #[cfg(feature = "serde-serialize")]
-impl From<Turbulence> for Settings {
+impl From<Turbulence> for TurbulenceSettings {
     fn from(law: Turbulence) -> Self {
-        Settings {
+        TurbulenceSettings {
             seed: law.seed,
             speed: law.speed,
             size: law.size,
@@ -238,7 +238,7 @@ impl Law for Turbulence {
     }
 
     #[inline(always)]
-    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let (point, time) = (local.point, local.query.numbers().time);
         let Some(one) = local.single() else {
             return Vec3::of(self.waves.at_several(point.re(), time));

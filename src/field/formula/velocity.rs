@@ -3,7 +3,7 @@
 use super::law::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Number, Vec3, constant, length};
-use crate::field::query::{Asked, LocalQuery, Single};
+use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{DMat3, DVec3, Real, Vector, to_dvec3, to_f64};
 
 /// F = −(c₁ + c₂ |v|) v, with v relative to the field's frame.
@@ -54,7 +54,7 @@ impl Law for Drag {
     }
 
     #[inline(always)]
-    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         self.force(local.velocity)
     }
 
@@ -93,7 +93,7 @@ impl Law for Magnetic {
     }
 
     #[inline(always)]
-    fn vector<T: Asked>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         local.velocity.cross(constant(to_dvec3(self.field)))
     }
 

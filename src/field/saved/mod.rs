@@ -10,8 +10,8 @@ mod shape;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::nodes::Node;
-use super::region::{Region, Step as RegionStep};
-use super::scalar::{Scalar, Step as ScalarStep};
+use super::region::{Region, RegionStep};
+use super::scalar::{Scalar, ScalarStep};
 use super::solid::Solid;
 use super::tree::Tree;
 use crate::math::Real;
@@ -128,15 +128,15 @@ pub(super) mod flow {
 
 /// A tree as it is read, before its checks.
 #[derive(Deserialize)]
-pub(super) struct Nodes {
+pub(super) struct SavedNodes {
     nodes: Vec<Node>,
 }
 
-impl TryFrom<Nodes> for Tree {
+impl TryFrom<SavedNodes> for Tree {
     type Error = String;
 
     /// Operands must be before the operator that uses them, and each is used once.
-    fn try_from(Nodes { nodes }: Nodes) -> Result<Tree, String> {
+    fn try_from(SavedNodes { nodes }: SavedNodes) -> Result<Tree, String> {
         let mut used = vec![false; nodes.len()];
         for (place, node) in nodes.iter().enumerate() {
             let operands = node.operands();

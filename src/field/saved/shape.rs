@@ -16,7 +16,7 @@ use crate::rapier::parry::shape::{
 use crate::rapier::parry::utils::Array2;
 
 #[derive(Serialize, Deserialize)]
-enum Saved {
+enum SavedShape {
     One(Simple),
     Compound(Vec<(Pose, Simple)>),
     Mesh {
@@ -110,9 +110,10 @@ fn bounded(shape: impl Shape) -> Result<SharedShape, String> {
 
 /// Parry panics at a negative border.
 fn round(border: Real, shape: impl Shape) -> Result<SharedShape, String> {
-    match border >= 0.0 {
-        true => bounded(shape),
-        false => Err("the border of a round shape must not be negative".into()),
+    if border >= 0.0 {
+        bounded(shape)
+    } else {
+        Err("the border of a round shape must not be negative".into())
     }
 }
 
@@ -150,19 +151,19 @@ fn height_field(rows: usize, heights: Vec<Real>, scale: Vector) -> Result<Height
     Ok(HeightField::new(Array2::new(rows, columns, heights), scale))
 }
 
-impl Saved {
+impl SavedShape {
     fn of(shape: &SharedShape) -> Result<Self, String> {
         Ok(match shape.as_typed_shape() {
-            TypedShape::TriMesh(mesh) => Saved::Mesh {
+            TypedShape::TriMesh(mesh) => SavedShape::Mesh {
                 vertices: mesh.vertices().to_vec(),
                 indices: mesh.indices().to_vec(),
                 flags: mesh.flags().bits(),
             },
-            TypedShape::Polyline(line) => Saved::Polyline {
+            TypedShape::Polyline(line) => SavedShape::Polyline {
                 vertices: line.vertices().to_vec(),
                 indices: line.indices().to_vec(),
             },
-            TypedShape::HeightField(field) => Saved::HeightField {
+            TypedShape::HeightField(field) => SavedShape::HeightField {
                 rows: field.heights().nrows(),
                 heights: field.heights().data().to_vec(),
                 status: field
@@ -177,16 +178,16 @@ impl Saved {
             TypedShape::Compound(compound) => {
                 let parts = compound.shapes().iter();
                 let parts = parts.map(|(pose, shape)| Ok((*pose, Simple::of(shape)?)));
-                Saved::Compound(parts.collect::<Result<_, String>>()?)
+                SavedShape::Compound(parts.collect::<Result<_, String>>()?)
             }
-            _ => Saved::One(Simple::of(shape)?),
+            _ => SavedShape::One(Simple::of(shape)?),
         })
     }
 
     fn shape(self) -> Result<SharedShape, String> {
         match self {
-            Saved::One(simple) => simple.shape(),
-            Saved::Mesh {
+            SavedShape::One(simple) => simple.shape(),
+            SavedShape::Mesh {
                 vertices,
                 indices,
                 flags,
@@ -196,11 +197,11 @@ impl Saved {
                 let mesh = SharedShape::trimesh_with_flags(vertices, indices, flags);
                 mesh.map_err(|error| error.to_string())
             }
-            Saved::Polyline { vertices, indices } => {
+            SavedShape::Polyline { vertices, indices } => {
                 check_indices(&vertices, &indices)?;
                 Ok(SharedShape::polyline(vertices, Some(indices)))
             }
-            Saved::HeightField {
+            SavedShape::HeightField {
                 rows,
                 heights,
                 status,
@@ -218,7 +219,7 @@ impl Saved {
                 field.set_flags(HeightFieldFlags::from_bits_truncate(flags));
                 Ok(SharedShape::new(field))
             }
-            Saved::Compound(parts) => {
+            SavedShape::Compound(parts) => {
                 let mut shapes = Vec::new();
                 for (pose, part) in parts {
                     let length = pose.rotation.length();
@@ -239,14 +240,14 @@ impl Saved {
 
 impl Serialize for AnyShape {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let saved = Saved::of(&self.0).map_err(serde::ser::Error::custom)?;
+        let saved = SavedShape::of(&self.0).map_err(serde::ser::Error::custom)?;
         saved.serialize(serializer)
     }
 }
 
 impl<'de> Deserialize<'de> for AnyShape {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let saved = Saved::deserialize(deserializer)?;
+        let saved = SavedShape::deserialize(deserializer)?;
         saved
             .shape()
             .map(AnyShape)

@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 /// Places of leaves by name.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Names {
+pub(super) struct FieldNames {
     places: HashMap<Arc<str>, Vec<u32>>,
     /// The name under which each place is listed.
     listed: HashMap<u32, Arc<str>>,
 }
 
-impl Names {
+impl FieldNames {
     /// The places with a name, in the order in which they got it.
     pub(super) fn places(&self, name: &str) -> &[u32] {
         self.places.get(name).map_or(&[], |places| places)

@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 use super::arena::{Arena, NONE};
 use super::{FieldSet, InsertedTree, Term};
 use crate::field::nodes::Node;
-use crate::field::properties::Properties;
+use crate::field::properties::UserProperties;
 
 /// The parts of a set that are saved.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Saved {
+pub(super) struct SavedSet {
     nodes: Vec<Node>,
     generations: Vec<u32>,
     free: Vec<u32>,
@@ -17,15 +17,15 @@ pub(super) struct Saved {
     next_serial: u64,
     trees: Vec<InsertedTree>,
     free_trees: Vec<u32>,
-    data: Properties,
+    data: UserProperties,
     mark: u64,
 }
 
-impl From<FieldSet> for Saved {
+impl From<FieldSet> for SavedSet {
     fn from(set: FieldSet) -> Self {
         let mark = set.mark();
         let (nodes, generations, free) = set.arena.into_parts();
-        Saved {
+        SavedSet {
             nodes,
             generations,
             free,
@@ -39,10 +39,10 @@ impl From<FieldSet> for Saved {
     }
 }
 
-impl TryFrom<Saved> for FieldSet {
+impl TryFrom<SavedSet> for FieldSet {
     type Error = String;
 
-    fn try_from(saved: Saved) -> Result<Self, String> {
+    fn try_from(saved: SavedSet) -> Result<Self, String> {
         saved.check_lists()?;
         let parents = saved.parents()?;
         let data = saved.data.checked().map_err(|error| error.to_string())?;
@@ -67,7 +67,7 @@ impl TryFrom<Saved> for FieldSet {
     }
 }
 
-impl Saved {
+impl SavedSet {
     /// Checks that all numbers are in range, and lists in order.
     fn check_lists(&self) -> Result<(), String> {
         let count = self.nodes.len();

@@ -17,12 +17,12 @@ pub(super) fn constant(name: &str) -> Option<f64> {
 
 /// The axes that texts name, each once.
 #[derive(Debug, Default)]
-pub(super) struct Names {
+pub(super) struct AxisNames {
     axes: Vec<Axis>,
     numbers: HashMap<String, usize>,
 }
 
-impl Names {
+impl AxisNames {
     /// The number of the axis with this name.
     pub(super) fn axis(&mut self, name: &str) -> usize {
         if let Some(number) = self.numbers.get(name) {

@@ -4,9 +4,9 @@
 //! may be nested to any depth.
 
 use super::function::{self, Function, Named};
-use super::names::{self, Names};
-use super::program::{Op, Program};
-use super::token::{Fault, Spot, Symbol, Token, Tokens, beginning};
+use super::names::{self, AxisNames};
+use super::program::{Op, StackProgram};
+use super::token::{ParseError, Spot, Symbol, Token, Tokens, beginning};
 use crate::field::expression_error::ExpressionErrorKind;
 
 /// The longest text in characters.
@@ -55,43 +55,44 @@ enum Waiting {
 }
 
 struct Parser<'n> {
-    names: &'n mut Names,
+    names: &'n mut AxisNames,
     waiting: Vec<Waiting>,
-    program: Program,
+    program: StackProgram,
 }
 
 /// Parses a text.
-pub(super) fn parse(text: &str, names: &mut Names) -> Result<Program, Fault> {
+pub(super) fn parse(text: &str, names: &mut AxisNames) -> Result<StackProgram, ParseError> {
     check_length(text)?;
     let mut parser = Parser {
         names,
         waiting: Vec::new(),
-        program: Program::default(),
+        program: StackProgram::default(),
     };
     let mut tokens = Tokens::new(text);
     let mut is_empty = true;
     let mut is_operand_next = true;
     while let Some(spot) = tokens.advance()? {
         is_empty = false;
-        is_operand_next = match is_operand_next {
-            true => parser.operand(&spot)?,
-            false => parser.operator(&spot)?,
+        is_operand_next = if is_operand_next {
+            parser.operand(&spot)?
+        } else {
+            parser.operator(&spot)?
         };
     }
     if is_empty {
-        return Err(Fault::new(0, ExpressionErrorKind::Empty));
+        return Err(ParseError::new(0, ExpressionErrorKind::Empty));
     }
     if is_operand_next {
         let kind = ExpressionErrorKind::Unexpected {
             expected: OPERAND,
             found: None,
         };
-        return Err(Fault::new(text.len(), kind));
+        return Err(ParseError::new(text.len(), kind));
     }
     parser.finish()
 }
 
-fn check_length(text: &str) -> Result<(), Fault> {
+fn check_length(text: &str) -> Result<(), ParseError> {
     let Some((at, _)) = text.char_indices().nth(LONGEST) else {
         return Ok(());
     };
@@ -99,12 +100,12 @@ fn check_length(text: &str) -> Result<(), Fault> {
         length: text.chars().count(),
         limit: LONGEST,
     };
-    Err(Fault::new(at, kind))
+    Err(ParseError::new(at, kind))
 }
 
 impl Parser<'_> {
     /// Takes a token where an operand is expected. Returns true if one is still expected after it.
-    fn operand(&mut self, spot: &Spot<'_>) -> Result<bool, Fault> {
+    fn operand(&mut self, spot: &Spot<'_>) -> Result<bool, ParseError> {
         match spot.token {
             Token::Number(number) => self.program.push(Op::Number(number)),
             Token::Name(name) => self.name(name, spot)?,
@@ -133,7 +134,7 @@ impl Parser<'_> {
     }
 
     /// Takes a token where an operator is expected. Returns true if an operand is expected after it.
-    fn operator(&mut self, spot: &Spot<'_>) -> Result<bool, Fault> {
+    fn operator(&mut self, spot: &Spot<'_>) -> Result<bool, ParseError> {
         match spot.token {
             Token::Symbol(symbol) => self.binary(symbol, spot)?,
             Token::Comma => self.comma(spot)?,
@@ -146,14 +147,14 @@ impl Parser<'_> {
         Ok(true)
     }
 
-    fn name(&mut self, name: &str, spot: &Spot<'_>) -> Result<(), Fault> {
+    fn name(&mut self, name: &str, spot: &Spot<'_>) -> Result<(), ParseError> {
         let function = match name {
             "if" => Some("if"),
             _ => function::named(name).map(|named| named.name),
         };
         if let Some(function) = function {
             let kind = ExpressionErrorKind::NotCalled { function };
-            return Err(Fault::new(spot.at + name.len(), kind));
+            return Err(ParseError::new(spot.at + name.len(), kind));
         }
         match names::constant(name) {
             Some(number) => self.program.push(Op::Number(number)),
@@ -167,7 +168,7 @@ impl Parser<'_> {
         self.program.push(Op::Axis(number));
     }
 
-    fn call(&mut self, name: &str, open: usize, spot: &Spot<'_>) -> Result<(), Fault> {
+    fn call(&mut self, name: &str, open: usize, spot: &Spot<'_>) -> Result<(), ParseError> {
         let complete = 0;
         self.waiting.push(match (name, function::named(name)) {
             ("if", _) => Waiting::If {
@@ -185,7 +186,7 @@ impl Parser<'_> {
                     name: beginning(name),
                     known: function::known(),
                 };
-                return Err(Fault::new(spot.at, kind));
+                return Err(ParseError::new(spot.at, kind));
             }
         });
         Ok(())
@@ -201,16 +202,16 @@ impl Parser<'_> {
 
     /// Refuses `not` after an operator that binds more tightly, as in `-not x` and `a < not b`: its operand is
     /// unclear.
-    fn check_not(&self, spot: &Spot<'_>) -> Result<(), Fault> {
+    fn check_not(&self, spot: &Spot<'_>) -> Result<(), ParseError> {
         match self.waiting.last() {
             Some(Waiting::Operator { binding, .. }) if *binding > Binding::Not => {
-                Err(Fault::new(spot.at, ExpressionErrorKind::LooseNot))
+                Err(ParseError::new(spot.at, ExpressionErrorKind::LooseNot))
             }
             _ => Ok(()),
         }
     }
 
-    fn binary(&mut self, symbol: Symbol, spot: &Spot<'_>) -> Result<(), Fault> {
+    fn binary(&mut self, symbol: Symbol, spot: &Spot<'_>) -> Result<(), ParseError> {
         let Some((op, binding)) = binary(symbol) else {
             return Err(unexpected(OPERATOR, spot));
         };
@@ -227,12 +228,12 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn check_chain(&self, spot: &Spot<'_>) -> Result<(), Fault> {
+    fn check_chain(&self, spot: &Spot<'_>) -> Result<(), ParseError> {
         match self.waiting.last() {
             Some(Waiting::Operator {
                 binding: Binding::Comparison,
                 ..
-            }) => Err(Fault::new(spot.at, ExpressionErrorKind::Chained)),
+            }) => Err(ParseError::new(spot.at, ExpressionErrorKind::Chained)),
             _ => Ok(()),
         }
     }
@@ -251,7 +252,7 @@ impl Parser<'_> {
         }
     }
 
-    fn comma(&mut self, spot: &Spot<'_>) -> Result<(), Fault> {
+    fn comma(&mut self, spot: &Spot<'_>) -> Result<(), ParseError> {
         self.complete(Binding::Or);
         match self.waiting.last_mut() {
             Some(Waiting::Call {
@@ -275,12 +276,12 @@ impl Parser<'_> {
                 }
                 *complete += 1;
             }
-            _ => return Err(Fault::new(spot.at, ExpressionErrorKind::Comma)),
+            _ => return Err(ParseError::new(spot.at, ExpressionErrorKind::Comma)),
         }
         Ok(())
     }
 
-    fn close(&mut self, spot: &Spot<'_>) -> Result<(), Fault> {
+    fn close(&mut self, spot: &Spot<'_>) -> Result<(), ParseError> {
         self.complete(Binding::Or);
         match self.waiting.pop() {
             Some(Waiting::Call {
@@ -300,17 +301,17 @@ impl Parser<'_> {
                 self.program.land(jump);
             }
             Some(_) => {}
-            None => return Err(Fault::new(spot.at, ExpressionErrorKind::Unopened)),
+            None => return Err(ParseError::new(spot.at, ExpressionErrorKind::Unopened)),
         }
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Program, Fault> {
+    fn finish(mut self) -> Result<StackProgram, ParseError> {
         self.complete(Binding::Or);
         match self.waiting.last() {
             Some(
                 Waiting::Bracket { open } | Waiting::Call { open, .. } | Waiting::If { open, .. },
-            ) => Err(Fault::new(*open, ExpressionErrorKind::Unclosed)),
+            ) => Err(ParseError::new(*open, ExpressionErrorKind::Unclosed)),
             _ => Ok(self.program),
         }
     }
@@ -337,25 +338,25 @@ fn binary(symbol: Symbol) -> Option<(Op, Binding)> {
     })
 }
 
-fn unexpected(expected: &'static str, spot: &Spot<'_>) -> Fault {
+fn unexpected(expected: &'static str, spot: &Spot<'_>) -> ParseError {
     let found = Some(beginning(spot.text));
-    Fault::new(spot.at, ExpressionErrorKind::Unexpected { expected, found })
+    ParseError::new(spot.at, ExpressionErrorKind::Unexpected { expected, found })
 }
 
-fn wrong_number(named: &Named, spot: &Spot<'_>) -> Fault {
+fn wrong_number(named: &Named, spot: &Spot<'_>) -> ParseError {
     let kind = ExpressionErrorKind::Arguments {
         function: named.name,
         fewest: named.fewest,
         most: named.most,
     };
-    Fault::new(spot.at, kind)
+    ParseError::new(spot.at, kind)
 }
 
-fn wrong_if(spot: &Spot<'_>) -> Fault {
+fn wrong_if(spot: &Spot<'_>) -> ParseError {
     let kind = ExpressionErrorKind::Arguments {
         function: "if",
         fewest: 3,
         most: Some(3),
     };
-    Fault::new(spot.at, kind)
+    ParseError::new(spot.at, kind)
 }

@@ -4,14 +4,14 @@ use crate::field::expression_error::ExpressionErrorKind;
 
 /// A fault at a byte of a text.
 #[derive(Debug)]
-pub(super) struct Fault {
+pub(super) struct ParseError {
     pub at: usize,
     pub kind: ExpressionErrorKind,
 }
 
-impl Fault {
+impl ParseError {
     pub(super) fn new(at: usize, kind: ExpressionErrorKind) -> Self {
-        Fault { at, kind }
+        ParseError { at, kind }
     }
 }
 
@@ -91,7 +91,7 @@ impl<'a> Tokens<'a> {
     }
 
     /// The next token, `None` at the end of the text.
-    pub(super) fn advance(&mut self) -> Result<Option<Spot<'a>>, Fault> {
+    pub(super) fn advance(&mut self) -> Result<Option<Spot<'a>>, ParseError> {
         self.skip_spaces();
         let at = self.at;
         let rest = self.rest();
@@ -125,21 +125,24 @@ impl<'a> Tokens<'a> {
         self.at += rest.len() - rest.trim_start().len();
     }
 
-    fn number(&mut self) -> Result<Token<'a>, Fault> {
+    fn number(&mut self) -> Result<Token<'a>, ParseError> {
         let at = self.at;
         let text = self.take(number_length(self.rest()));
         match text.parse() {
             Ok(number) if f64::is_finite(number) => Ok(Token::Number(number)),
             _ => {
                 let number = beginning(text);
-                Err(Fault::new(at, ExpressionErrorKind::TooLarge { number }))
+                Err(ParseError::new(
+                    at,
+                    ExpressionErrorKind::TooLarge { number },
+                ))
             }
         }
     }
 
-    fn braced(&mut self) -> Result<Token<'a>, Fault> {
+    fn braced(&mut self) -> Result<Token<'a>, ParseError> {
         let Some(length) = self.rest().find('}') else {
-            return Err(Fault::new(self.at, ExpressionErrorKind::Unclosed));
+            return Err(ParseError::new(self.at, ExpressionErrorKind::Unclosed));
         };
         Ok(Token::Braced(&self.take(length + 1)[1..length]))
     }
@@ -172,7 +175,7 @@ impl<'a> Tokens<'a> {
         None
     }
 
-    fn mark(&mut self, first: char) -> Result<Token<'a>, Fault> {
+    fn mark(&mut self, first: char) -> Result<Token<'a>, ParseError> {
         let rest = self.rest();
         let mut marks = MARKS.iter();
         if let Some((mark, token)) = marks.find(|(mark, _)| rest.starts_with(mark)) {
@@ -183,7 +186,7 @@ impl<'a> Tokens<'a> {
             '=' => ExpressionErrorKind::Assignment,
             found => ExpressionErrorKind::UnknownCharacter { found },
         };
-        Err(Fault::new(self.at, kind))
+        Err(ParseError::new(self.at, kind))
     }
 }
 

@@ -7,19 +7,19 @@ use super::*;
 
 /// An expression as a tree, which can be written as text and evaluated.
 #[derive(Clone, Debug)]
-enum Tree {
+enum RandomTree {
     Number(f64),
     Axis(&'static str),
-    Negate(Box<Tree>),
-    Not(Box<Tree>),
-    Binary(&'static Operator, Box<[Tree; 2]>),
-    Call(&'static str, Vec<Tree>),
-    If(Box<[Tree; 3]>),
+    Negate(Box<RandomTree>),
+    Not(Box<RandomTree>),
+    Binary(&'static OperatorText, Box<[RandomTree; 2]>),
+    Call(&'static str, Vec<RandomTree>),
+    If(Box<[RandomTree; 3]>),
 }
 
 /// An operator: its text, its precedence and its function.
 #[derive(Debug)]
-struct Operator {
+struct OperatorText {
     mark: &'static str,
     binding: u8,
     does: Does,
@@ -41,11 +41,11 @@ const POWER: u8 = 8;
 /// Precedence of operands that need no brackets anywhere.
 const WORD: u8 = 9;
 
-static OPERATORS: [Operator; 15] = {
+static OPERATORS: [OperatorText; 15] = {
     use Does::Function as Does_;
     use function::Function;
-    const fn operator(mark: &'static str, binding: u8, does: Does) -> Operator {
-        Operator {
+    const fn operator(mark: &'static str, binding: u8, does: Does) -> OperatorText {
+        OperatorText {
             mark,
             binding,
             does,
@@ -87,39 +87,39 @@ const FUNCTIONS: [(&str, usize); 14] = [
     ("clamp", 3),
 ];
 
-fn tree() -> impl Strategy<Value = Tree> {
+fn tree() -> impl Strategy<Value = RandomTree> {
     let leaf = prop_oneof![
-        (0_u8..5).prop_map(|n| Tree::Number(n.into())),
-        (0.0..10.0).prop_map(Tree::Number),
-        Just(Tree::Number(1e-3)),
-        Just(Tree::Axis("x")),
-        Just(Tree::Axis("y")),
+        (0_u8..5).prop_map(|n| RandomTree::Number(n.into())),
+        (0.0..10.0).prop_map(RandomTree::Number),
+        Just(RandomTree::Number(1e-3)),
+        Just(RandomTree::Axis("x")),
+        Just(RandomTree::Axis("y")),
     ];
     leaf.prop_recursive(6, 64, 3, |inner| {
         let operator = (0..OPERATORS.len()).prop_map(|k| &OPERATORS[k]);
         let function = proptest::sample::select(&FUNCTIONS[..]);
         let three = proptest::array::uniform3(inner.clone());
         prop_oneof![
-            inner.clone().prop_map(|a| Tree::Negate(a.into())),
-            inner.clone().prop_map(|a| Tree::Not(a.into())),
+            inner.clone().prop_map(|a| RandomTree::Negate(a.into())),
+            inner.clone().prop_map(|a| RandomTree::Not(a.into())),
             (operator, inner.clone(), inner)
-                .prop_map(|(operator, a, b)| Tree::Binary(operator, [a, b].into())),
+                .prop_map(|(operator, a, b)| RandomTree::Binary(operator, [a, b].into())),
             (function, three.clone())
-                .prop_map(|((name, count), all)| Tree::Call(name, all[..count].to_vec())),
-            three.prop_map(|all| Tree::If(all.into())),
+                .prop_map(|((name, count), all)| RandomTree::Call(name, all[..count].to_vec())),
+            three.prop_map(|all| RandomTree::If(all.into())),
         ]
     })
 }
 
-impl Tree {
+impl RandomTree {
     /// Returns true if it has neither axes nor conditions.
     fn is_constant(&self) -> bool {
         match self {
-            Tree::Number(_) => true,
-            Tree::Axis(_) | Tree::If(_) => false,
-            Tree::Negate(a) | Tree::Not(a) => a.is_constant(),
-            Tree::Binary(_, both) => both.iter().all(Tree::is_constant),
-            Tree::Call(_, arguments) => arguments.iter().all(Tree::is_constant),
+            RandomTree::Number(_) => true,
+            RandomTree::Axis(_) | RandomTree::If(_) => false,
+            RandomTree::Negate(a) | RandomTree::Not(a) => a.is_constant(),
+            RandomTree::Binary(_, both) => both.iter().all(RandomTree::is_constant),
+            RandomTree::Call(_, arguments) => arguments.iter().all(RandomTree::is_constant),
         }
     }
 
@@ -127,14 +127,14 @@ impl Tree {
         if T::HAS_SLOPES && self.is_constant() {
             return self.value([f64::NAN; 2]).into();
         }
-        let at = |tree: &Tree| tree.value([x, y]);
+        let at = |tree: &RandomTree| tree.value([x, y]);
         match self {
-            Tree::Number(number) => (*number).into(),
-            Tree::Axis("x") => x,
-            Tree::Axis(_) => y,
-            Tree::Negate(a) => -at(a),
-            Tree::Not(a) => function::Function::Not.of(&[at(a)]),
-            Tree::Binary(operator, both) => {
+            RandomTree::Number(number) => (*number).into(),
+            RandomTree::Axis("x") => x,
+            RandomTree::Axis(_) => y,
+            RandomTree::Negate(a) => -at(a),
+            RandomTree::Not(a) => function::Function::Not.of(&[at(a)]),
+            RandomTree::Binary(operator, both) => {
                 let [a, b] = [at(&both[0]), at(&both[1])];
                 match operator.does {
                     Does::Add => a + b,
@@ -144,12 +144,12 @@ impl Tree {
                     Does::Function(function) => function.of(&[a, b]),
                 }
             }
-            Tree::Call(name, arguments) => {
+            RandomTree::Call(name, arguments) => {
                 let arguments: Vec<T> = arguments.iter().map(at).collect();
                 let named = function::named(name).expect("a function");
                 named.function.of(&arguments)
             }
-            Tree::If(all) => match at(&all[0]).re() {
+            RandomTree::If(all) => match at(&all[0]).re() {
                 0.0 => at(&all[2]),
                 _ => at(&all[1]),
             },
@@ -158,10 +158,13 @@ impl Tree {
 
     fn binding(&self) -> u8 {
         match self {
-            Tree::Number(_) | Tree::Axis(_) | Tree::Call(..) | Tree::If(_) => WORD,
-            Tree::Negate(_) => SIGN,
-            Tree::Not(_) => NOT,
-            Tree::Binary(operator, _) => operator.binding,
+            RandomTree::Number(_)
+            | RandomTree::Axis(_)
+            | RandomTree::Call(..)
+            | RandomTree::If(_) => WORD,
+            RandomTree::Negate(_) => SIGN,
+            RandomTree::Not(_) => NOT,
+            RandomTree::Binary(operator, _) => operator.binding,
         }
     }
 
@@ -176,26 +179,27 @@ impl Tree {
     }
 
     /// `brackets` decides whether an operand gets brackets, given the precedence below which it needs them.
-    fn written(&self, brackets: &impl Fn(&Tree, u8) -> bool) -> String {
-        let within = |tree: &Tree, least: u8| {
+    fn written(&self, brackets: &impl Fn(&RandomTree, u8) -> bool) -> String {
+        let within = |tree: &RandomTree, least: u8| {
             let text = tree.written(brackets);
-            match tree.binding() < WORD && brackets(tree, least) {
-                true => format!("({text})"),
-                false => text,
+            if tree.binding() < WORD && brackets(tree, least) {
+                format!("({text})")
+            } else {
+                text
             }
         };
-        let list = |all: &[Tree]| {
+        let list = |all: &[RandomTree]| {
             let all: Vec<String> = all.iter().map(|tree| within(tree, 0)).collect();
             all.join(", ")
         };
         match self {
-            Tree::Number(number) => format!("{number:?}"),
-            Tree::Axis(name) => (*name).to_owned(),
-            Tree::Negate(a) => format!("-{}", within(a, SIGN)),
-            Tree::Not(a) => format!("not {}", within(a, NOT)),
-            Tree::Call(name, arguments) => format!("{name}({})", list(arguments)),
-            Tree::If(all) => format!("if({})", list(&all[..])),
-            Tree::Binary(operator, both) => {
+            RandomTree::Number(number) => format!("{number:?}"),
+            RandomTree::Axis(name) => (*name).to_owned(),
+            RandomTree::Negate(a) => format!("-{}", within(a, SIGN)),
+            RandomTree::Not(a) => format!("not {}", within(a, NOT)),
+            RandomTree::Call(name, arguments) => format!("{name}({})", list(arguments)),
+            RandomTree::If(all) => format!("if({})", list(&all[..])),
+            RandomTree::Binary(operator, both) => {
                 let (left, right) = match operator.binding {
                     POWER => (WORD, SIGN),
                     COMPARISON => (COMPARISON + 1, COMPARISON + 1),
