@@ -384,8 +384,7 @@ fn pushes(pair: &ContactPair, first: bool) -> impl Iterator<Item = Vector> + '_ 
 fn radius(body: &Body) -> Real {
     let easiest = body.inv_principal_inertia.max_element();
     if easiest > 0.0 {
-        (body.inv_mass.max_element() / easiest).sqrt()
-    } else {
-        0.0
+        return (body.inv_mass.max_element() / easiest).sqrt();
     }
+    0.0
 }

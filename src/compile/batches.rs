@@ -56,11 +56,8 @@ impl Program {
         let places = places_of(&known.serials, serial);
         let strided = places.start * stride..places.end * stride;
         // Composites have no strengths of their own.
-        let strengths = if known.strengths.is_empty() {
-            0..0
-        } else {
-            places.clone()
-        };
+        let none = known.strengths.is_empty();
+        let strengths = if none { 0..0 } else { places.clone() };
         known.moving += new.moving;
         Instances {
             serials: known.serials.splice(places.clone(), new.serials).collect(),

@@ -71,11 +71,8 @@ fn formula(formula: &Formula, rates: &UnitCosts) -> f64 {
 }
 
 fn field(field: &Field, rates: &UnitCosts) -> f64 {
-    let borders = if field.region.is_everywhere() {
-        0
-    } else {
-        field.region.steps.len()
-    };
+    let whole = field.region.is_everywhere();
+    let borders = if whole { 0 } else { field.region.steps.len() };
     let scale = if field.scale.is_some() {
         rates.scale
     } else {
@@ -88,11 +85,8 @@ fn field(field: &Field, rates: &UnitCosts) -> f64 {
 pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
     let power = matches!(batch.law.profile, Profile::Power { power: -2.0, .. });
     let kernel = power || matches!(batch.law.profile, Profile::LennardJones { .. });
-    let one = if kernel && batch.law.is_plain() {
-        KERNEL
-    } else {
-        OTHER_LAW
-    };
+    let own = kernel && batch.law.is_plain();
+    let one = if own { KERNEL } else { OTHER_LAW };
     match batch.index_kind() {
         IndexKind::None => one * batch.sources.len() as f64,
         IndexKind::Cells => {

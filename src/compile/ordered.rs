@@ -79,12 +79,10 @@ impl<T: Keyed> Ordered<T> {
     }
 
     fn put_in_order(&mut self, number: u32, key: Key) {
-        let later = self.order.last().is_some_and(|last| self.key(*last) > key);
-        let place = if later {
-            self.order.partition_point(|known| self.key(*known) < key)
-        } else {
-            self.order.len()
-        };
+        let mut place = self.order.len();
+        if self.order.last().is_some_and(|last| self.key(*last) > key) {
+            place = self.order.partition_point(|known| self.key(*known) < key);
+        }
         self.order.insert(place, number);
     }
 

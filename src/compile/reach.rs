@@ -80,9 +80,8 @@ impl Compiled {
             }
         }
         if bounds.low.cmple(bounds.high).all() {
-            FieldReach::Within(Aabb::new(bounds.low, bounds.high))
-        } else {
-            FieldReach::Nowhere
+            return FieldReach::Within(Aabb::new(bounds.low, bounds.high));
         }
+        FieldReach::Nowhere
     }
 }

@@ -7,6 +7,7 @@ use super::drags::DragOn;
 use super::frames::FrameCache;
 use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
+use super::sampled_world::SampledWorld;
 use super::wide::{LaneInput, LaneOutput, WIDTH};
 use crate::compile::{Compiled, RadialBatch};
 use crate::field::{Frames, Lanes, Motion, Number, Plain, Vec3, real};
@@ -78,11 +79,12 @@ impl CentreEvaluator {
         self.constants = ConstantPull::of(&compiled.constants, moment.dt);
         self.these.bodies.clear();
         self.frames.clear(compiled);
+        let scene = SampledWorld::new(compiled, world, &self.these, moment);
         for source in compiled.radials.iter().flat_map(|it| &it.1.sources) {
-            self.frames.get(compiled, world, source.anchor);
+            self.frames.get(&scene, source.anchor);
         }
         for (_, program) in compiled.programs.iter() {
-            self.frames.fill(compiled, world, program);
+            self.frames.fill(&scene, program);
         }
     }
 

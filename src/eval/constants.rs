@@ -1,7 +1,6 @@
 //! Constant fields: the same vector for every body at any place.
 
-use super::contract::{BatchEvaluator, SampledWorld, Sums};
-use super::frames::FrameCache;
+use super::contract::{BatchEvaluator, Summing};
 use crate::compile::ConstantField;
 use crate::field::{ForceMode, Frames};
 use crate::math::{Real, Vector};
@@ -51,16 +50,10 @@ impl ConstantPull {
 }
 
 impl BatchEvaluator<[ConstantField]> for Constants {
-    fn add(
-        &mut self,
-        _: u32,
-        constants: &[ConstantField],
-        scene: &SampledWorld<'_, impl Frames>,
-        _: &mut FrameCache,
-        sums: &mut Sums<'_>,
-    ) {
-        let pull = ConstantPull::of(constants, scene.moment.dt);
-        let bodies = scene.samples.centres.iter().zip(&mut *sums.wrenches);
+    fn add(&mut self, _: u32, constants: &[ConstantField], on: &mut Summing<'_, impl Frames>) {
+        let pull = ConstantPull::of(constants, on.scene.moment.dt);
+        let centres = on.scene.samples.centres.iter();
+        let bodies = centres.zip(&mut *on.sums.wrenches);
         if !constants.is_empty() {
             bodies.for_each(|(centre, wrench)| wrench.force += pull.on(centre));
         }

@@ -1,5 +1,6 @@
 //! The present frames of anchors, looked up when they are first needed.
 
+use super::sampled_world::SampledWorld;
 use crate::compile::{AnchorId, Compiled, NO_ANCHOR, Program};
 use crate::field::{Frame, Frames};
 
@@ -31,14 +32,13 @@ impl FrameCache {
     /// The frame of an anchor; `None` if its carrier is gone.
     pub(super) fn get(
         &mut self,
-        compiled: &Compiled,
-        world: &impl Frames,
+        scene: &SampledWorld<'_, impl Frames>,
         anchor: AnchorId,
     ) -> Option<Frame> {
         let place = anchor as usize;
         if self.known[place] != self.evaluation {
             self.known[place] = self.evaluation;
-            self.frames[place] = world.frame(&compiled.anchors[place]);
+            self.frames[place] = scene.world.frame(&scene.compiled.anchors[place]);
         }
         self.frames[place]
     }
@@ -46,8 +46,7 @@ impl FrameCache {
     /// Looks up the anchors of the leaves and modifiers of an instance.
     pub(super) fn fill_instance(
         &mut self,
-        compiled: &Compiled,
-        world: &impl Frames,
+        scene: &SampledWorld<'_, impl Frames>,
         program: &Program,
         instance: u32,
     ) {
@@ -55,15 +54,15 @@ impl FrameCache {
         let first = instance as usize * stride;
         for anchor in &program.instances.anchors[first..first + stride] {
             if *anchor != NO_ANCHOR {
-                self.get(compiled, world, *anchor);
+                self.get(scene, *anchor);
             }
         }
     }
 
     /// Looks up all anchors of a program.
-    pub(super) fn fill(&mut self, compiled: &Compiled, world: &impl Frames, program: &Program) {
+    pub(super) fn fill(&mut self, scene: &SampledWorld<'_, impl Frames>, program: &Program) {
         for anchor in program.instances.anchors() {
-            self.get(compiled, world, anchor);
+            self.get(scene, anchor);
         }
     }
 

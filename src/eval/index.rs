@@ -2,6 +2,7 @@
 
 use super::frames::FrameCache;
 use super::instances::InstanceReach;
+use super::sampled_world::SampledWorld;
 use crate::compile::{Compiled, Followed, Key};
 use crate::field::Frames;
 use crate::math::{Real, Vector};
@@ -31,10 +32,10 @@ impl ProgramIndex {
     /// Updates reaches and tree to the compiled form and the present anchors.
     pub(super) fn refresh(
         &mut self,
-        compiled: &Compiled,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
-        world: &impl Frames,
     ) {
+        let compiled = scene.compiled;
         let roster = &compiled.roster;
         let indexed = compiled.programs.len() >= FEWEST_FOR_INDEX;
         let changed = roster.since(self.followed);
@@ -49,27 +50,28 @@ impl ProgramIndex {
             // Boxes that are inserted one by one overlap more than needed, so the tree is rebuilt from time to
             // time.
             Some(_) if self.moved > 64 + 4 * compiled.programs.len() => {
-                self.renew_all(compiled, frames, world);
+                self.renew_all(scene, frames);
             }
             Some(changed) => {
                 for (number, serial) in changed {
-                    self.renew(compiled, frames, world, *number, Some(*serial));
+                    self.renew(scene, frames, *number, Some(*serial));
                 }
                 for number in roster.moving() {
-                    self.renew(compiled, frames, world, *number, None);
+                    self.renew(scene, frames, *number, None);
                 }
             }
-            None => self.renew_all(compiled, frames, world),
+            None => self.renew_all(scene, frames),
         }
         self.followed = roster.now();
     }
 
-    fn renew_all(&mut self, compiled: &Compiled, frames: &mut FrameCache, world: &impl Frames) {
+    fn renew_all(&mut self, scene: &SampledWorld<'_, impl Frames>, frames: &mut FrameCache) {
         self.moved = 0;
         self.in_tree.fill(false);
-        for (number, program) in compiled.programs.iter().filter(|(_, p)| p.has_force) {
+        let programs = scene.compiled.programs.iter();
+        for (number, program) in programs.filter(|(_, p)| p.has_force) {
             let reach = &mut self.reaches[number as usize];
-            reach.refresh(compiled, frames, world, program);
+            reach.refresh(scene, frames, program);
             let bounded = self.indexed && program.reach.is_some();
             self.in_tree[number as usize] = bounded && reach.bounds().is_some();
         }
@@ -80,21 +82,20 @@ impl ProgramIndex {
 
     fn renew(
         &mut self,
-        compiled: &Compiled,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
-        world: &impl Frames,
         number: u32,
         serial: Option<Key>,
     ) {
         let place = number as usize;
-        let program = compiled.programs.get(number);
+        let program = scene.compiled.programs.get(number);
         let program = program.filter(|program| program.has_force);
         let reach = &mut self.reaches[place];
         let bounded = match program {
             Some(program) => {
                 let moved = match serial {
-                    Some(serial) => reach.change(compiled, frames, world, program, serial),
-                    None => reach.refresh(compiled, frames, world, program),
+                    Some(serial) => reach.change(scene, frames, program, serial),
+                    None => reach.refresh(scene, frames, program),
                 };
                 if !moved && self.in_tree[place] == program.reach.is_some() {
                     return;

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use super::frames::FrameCache;
-use crate::compile::{Compiled, IndexKind, Key, Program};
+use super::sampled_world::SampledWorld;
+use crate::compile::{IndexKind, Key, Program};
 use crate::field::Frames;
 use crate::math::{Real, Vector};
 use crate::neighbors::Hierarchy;
@@ -95,9 +96,8 @@ impl InstanceReach {
     /// Updates the balls to the present anchors. Returns true if any has changed.
     pub(super) fn refresh(
         &mut self,
-        compiled: &Compiled,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
-        world: &impl Frames,
         program: &Program,
     ) -> bool {
         let mut same = self.balls.len() == program.instances.len();
@@ -107,7 +107,7 @@ impl InstanceReach {
         }
         self.balls.resize(program.instances.len(), None);
         for (ball, centre) in self.balls.iter_mut().zip(&program.instances.centres) {
-            let now = ball_at(program, frames.get(compiled, world, *centre));
+            let now = ball_at(program, frames.get(scene, *centre));
             same &= *ball == now;
             *ball = now;
         }
@@ -142,16 +142,15 @@ impl InstanceReach {
     /// `program` already has the change.
     pub(super) fn change(
         &mut self,
-        compiled: &Compiled,
+        scene: &SampledWorld<'_, impl Frames>,
         frames: &mut FrameCache,
-        world: &impl Frames,
         program: &Program,
         serial: Key,
     ) -> bool {
         let known = !self.leaves.built.is_empty() && program.instances.moving == 0;
         let kept = known && program.index_kind() == IndexKind::Bvh;
         let Some(bvh) = self.bvh.as_mut().filter(|_| kept) else {
-            return self.refresh(compiled, frames, world, program);
+            return self.refresh(scene, frames, program);
         };
         self.balls.clear();
         for leaf in self.leaves.take(serial) {
@@ -159,7 +158,7 @@ impl InstanceReach {
         }
         for place in program.instances.of_term(serial) {
             let centre = program.instances.centres[place];
-            let ball = ball_at(program, frames.get(compiled, world, centre));
+            let ball = ball_at(program, frames.get(scene, centre));
             let leaf = self.leaves.add(serial);
             if let Some(bounds) = bounds_of(&ball) {
                 self.low = self.low.min(bounds.mins);

@@ -26,14 +26,14 @@ pub(super) enum KernelLaw {
 impl KernelLaw {
     pub(super) fn new(law: &Radial) -> Self {
         match law.profile {
-            _ if !law.is_plain() => KernelLaw::Other(Other { law: *law }),
+            _ if !law.is_plain() => Self::Other(Other { law: *law }),
             Profile::Power {
                 power: -2.0,
                 softening: 0.0,
                 ..
             } => {
                 let inverse = law.shifted_at.map_or(0.0, Real::recip);
-                KernelLaw::InverseSquare(InverseSquare {
+                Self::InverseSquare(InverseSquare {
                     shift: inverse * inverse,
                     offset: inverse * 2.0,
                 })
@@ -43,14 +43,14 @@ impl KernelLaw {
                 softening,
                 ..
             } if law.shifted_at.is_none() && Softened::is_sound(softening) => {
-                KernelLaw::Softened(Softened {
+                Self::Softened(Softened {
                     softening2: softening * softening,
                 })
             }
             Profile::LennardJones { sigma, .. } => {
-                KernelLaw::LennardJones(LennardJones::new(law, sigma))
+                Self::LennardJones(LennardJones::new(law, sigma))
             }
-            _ => KernelLaw::Other(Other { law: *law }),
+            _ => Self::Other(Other { law: *law }),
         }
     }
 }

@@ -3,15 +3,15 @@
 use std::cell::{LazyCell, OnceCell};
 use std::ops::Deref;
 
-use super::contract::SampledWorld;
 use super::drags::drag_on;
 use super::far::{FarRadials, is_far};
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
 use super::quantity::{Quantity, Terms};
+use super::sampled_world::SampledWorld;
 use super::sources::Sources;
-use crate::compile::{Compiled, Key, Program, RadialBatch};
+use crate::compile::{Key, Program, RadialBatch};
 use crate::field::{Dual, Frames, Linearised, Motion, Query, SamplingRule, Vec3};
 use crate::math::{DMat3, DVec3, to_dvec3, to_f64};
 use crate::sample::{Kind, Moment, SamplePoint, Samples};
@@ -80,9 +80,9 @@ pub(crate) struct Lineariser {
 
 impl Lineariser {
     /// Updates the index to the present anchors, and forgets frames and sources of earlier worlds.
-    pub(crate) fn prepare(&mut self, compiled: &Compiled, world: &impl Frames) {
-        self.frames.clear(compiled);
-        self.index.refresh(compiled, &mut self.frames, world);
+    pub(crate) fn prepare(&mut self, scene: &SampledWorld<'_, impl Frames>) {
+        self.frames.clear(scene.compiled);
+        self.index.refresh(scene, &mut self.frames);
         self.sources
             .iter_mut()
             .for_each(|(_, known)| *known = false);
@@ -139,7 +139,7 @@ impl Lineariser {
         let (sources, known) = &mut self.sources[place];
         if !std::mem::replace(known, true) {
             let frames = &mut self.frames;
-            let mut frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
+            let mut frame = |anchor| frames.get(scene, anchor);
             if is_far(batch) {
                 self.far.sort(number, batch, &mut frame, Quantity::Force);
             }
@@ -172,8 +172,7 @@ impl Lineariser {
                 continue;
             };
             for instance in self.index.reach(*number).at(program, sample.world_point) {
-                self.frames
-                    .fill_instance(scene.compiled, scene.world, program, *instance);
+                self.frames.fill_instance(scene, program, *instance);
                 let query = &seeded.query;
                 let (instance, frames) = (*instance as usize, self.frames.all());
                 let sum = force.get_or_insert_with(ForceSum::default);

@@ -20,6 +20,7 @@ mod pairwise;
 mod programs;
 mod quantity;
 mod radial;
+mod sampled_world;
 mod slowings;
 mod sources;
 #[cfg(test)]
@@ -32,15 +33,15 @@ use crate::math::{Vector, to_f64};
 use crate::rigid::Wrench;
 
 pub(crate) use at_centres::{CentreEvaluator, CentreForce, TOGETHER};
-pub(crate) use contract::SampledWorld;
 pub(crate) use interpreter::Interpreter;
 pub(crate) use linearise::Lineariser;
 pub use quantity::PotentialEnergy;
 pub(crate) use quantity::Terms;
+pub(crate) use sampled_world::SampledWorld;
 pub(crate) use slowings::{BodySlowing, BodySlowings};
 
 use constants::Constants;
-use contract::{BatchEvaluator, Sums};
+use contract::{BatchEvaluator, Summing, Sums};
 use energy::program_energy;
 use frames::FrameCache;
 use programs::Programs;
@@ -69,16 +70,19 @@ impl Evaluator {
         wrenches.clear();
         wrenches.resize(samples.bodies.len(), Wrench::ZERO);
         self.start(scene);
-        let frames = &mut self.frames;
-        let sums = &mut Sums {
-            forces: &mut self.forces,
-            wrenches,
-            slowings,
+        let on = &mut Summing {
+            scene,
+            frames: &mut self.frames,
+            sums: Sums {
+                forces: &mut self.forces,
+                wrenches,
+                slowings,
+            },
         };
-        Constants.add(0, &compiled.constants, scene, frames, sums);
-        self.radials.add(0, &compiled.radials, scene, frames, sums);
-        self.programs.begin(scene, frames);
-        self.programs.add_all(scene, frames, sums);
+        Constants.add(0, &compiled.constants, on);
+        self.radials.add(0, &compiled.radials, on);
+        self.programs.begin(on);
+        self.programs.add_all(on);
         for (sample, force) in samples.placed().iter().zip(&self.forces) {
             let wrench = &mut wrenches[sample.body as usize];
             wrench.force += *force;
@@ -109,14 +113,17 @@ impl Evaluator {
             }
         }
         let mut of_bodies = vec![Wrench::ZERO; samples.bodies.len()];
-        let sums = &mut Sums {
-            forces: &mut self.forces,
-            wrenches: &mut of_bodies,
-            slowings: None,
+        let on = &mut Summing {
+            scene,
+            frames: &mut self.frames,
+            sums: Sums {
+                forces: &mut self.forces,
+                wrenches: &mut of_bodies,
+                slowings: None,
+            },
         };
-        let (radials, quantity) = (&compiled.radials, Quantity::Potential);
-        self.radials
-            .add_quantity(radials, scene, &mut self.frames, sums, quantity);
+        let radials = &compiled.radials;
+        self.radials.add_quantity(radials, on, Quantity::Potential);
         let lacks =
             |batch: &RadialBatch| batch.prototype.is_on(moment.span) && !batch.law.has_potential();
         energy.without += radials.iter().filter(|(_, batch)| lacks(batch)).count();
@@ -125,7 +132,7 @@ impl Evaluator {
         energy.total += sums.map(|sum| to_f64(sum.x)).sum::<f64>();
         let programs = compiled.programs.iter().map(|(_, program)| program);
         for program in programs.filter(|program| program.has_force) {
-            self.frames.fill(compiled, scene.world, program);
+            self.frames.fill(scene, program);
             let (known, all) = program_energy(program, self.frames.all(), samples, moment);
             energy.total += known;
             energy.without += usize::from(!all);

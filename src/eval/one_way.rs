@@ -44,15 +44,13 @@ pub(super) fn weigh(
     moment: Moment,
     weights: &mut Vec<Real>,
 ) {
-    let weight = |sample| {
-        if samples.takes(batch.how, sample) {
-            samples.weight(sample, &batch.weighting, moment)
-        } else {
-            0.0
-        }
-    };
     weights.clear();
-    weights.extend(samples.list[..samples.sites].iter().map(weight));
+    weights.extend(samples.list[..samples.sites].iter().map(|sample| {
+        if !samples.takes(batch.how, sample) {
+            return 0.0;
+        }
+        samples.weight(sample, &batch.weighting, moment)
+    }));
 }
 
 impl OneWayRadials {

@@ -10,10 +10,11 @@ mod meet;
 mod near;
 mod tiles;
 
-use super::contract::{SampledWorld, Sums};
+use super::contract::Sums;
 use super::kernel::KernelLaw;
 use super::one_way::{Task, weigh};
 use super::quantity::Quantity;
+use super::sampled_world::SampledWorld;
 use super::sources::Sources;
 use crate::compile::{AnchorId, RadialBatch, RadialSource};
 use crate::field::{Axis, Coupling, ForceMode, Frame, Frames};
@@ -260,13 +261,8 @@ fn is_mutual(sides: impl Iterator<Item = [Real; 2]> + Clone) -> bool {
     let largest = sides
         .clone()
         .max_by(|a, b| Real::total_cmp(&size(a), &size(b)));
-    let ratio = largest.map_or(0.0, |[strength, weight]| {
-        if weight == 0.0 {
-            0.0
-        } else {
-            strength / weight
-        }
-    });
+    let coupled = largest.filter(|[_, weight]| *weight != 0.0);
+    let ratio = coupled.map_or(0.0, |[strength, weight]| strength / weight);
     let mut sides = sides;
     sides.all(|[strength, weight]| {
         (strength - ratio * weight).abs() <= 2.0 * Real::EPSILON * strength.abs()

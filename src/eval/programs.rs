@@ -2,10 +2,9 @@
 
 use fearless_simd::dispatch;
 
-use super::contract::{BatchEvaluator, SampledWorld, Sums};
+use super::contract::{BatchEvaluator, Summing, Sums};
 use super::cut::{Asked, BodyCuts};
 use super::drags::DragOn;
-use super::frames::FrameCache;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
@@ -65,27 +64,20 @@ struct Job {
 const ALL: u32 = u32::MAX;
 
 impl BatchEvaluator<Program> for Programs {
-    fn begin(&mut self, scene: &SampledWorld<'_, impl Frames>, frames: &mut FrameCache) {
-        self.index.refresh(scene.compiled, frames, scene.world);
+    fn begin(&mut self, on: &mut Summing<'_, impl Frames>) {
+        self.index.refresh(on.scene, on.frames);
     }
 
-    fn add(
-        &mut self,
-        number: u32,
-        program: &Program,
-        scene: &SampledWorld<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sums: &mut Sums<'_>,
-    ) {
-        let (samples, how) = (scene.samples, program.how);
+    fn add(&mut self, number: u32, program: &Program, on: &mut Summing<'_, impl Frames>) {
+        let (samples, how) = (on.scene.samples, program.how);
         if matches!(how.cuts, Cuts::Shares | Cuts::Parts) {
             for body in 0..samples.bodies.len() as u32 {
-                self.cut(number, program, scene, frames, sums, body);
+                self.cut(number, program, body, on);
             }
         }
         self.asked.clear();
         for centre in samples.centres_for(how) {
-            if !self.cut(number, program, scene, frames, sums, centre.body) {
+            if !self.cut(number, program, centre.body, on) {
                 self.asked.push(centre.body);
             }
         }
@@ -95,35 +87,31 @@ impl BatchEvaluator<Program> for Programs {
             .filter(|(_, sample)| samples.cut(how, sample.body).is_none());
         self.asked
             .extend(asked.map(|(place, _)| (count + place) as u32));
-        self.add_asked(number, program, scene, frames, sums);
+        self.add_asked(number, program, on);
     }
 }
 
 impl Programs {
     /// Adds the forces of all programs, each at the samples that it may reach.
-    pub(super) fn add_all(
-        &mut self,
-        scene: &SampledWorld<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sums: &mut Sums<'_>,
-    ) {
+    pub(super) fn add_all(&mut self, on: &mut Summing<'_, impl Frames>) {
+        let compiled = on.scene.compiled;
         if !self.index.is_in_use() {
-            let programs = scene.compiled.programs.iter();
+            let programs = compiled.programs.iter();
             for (number, program) in programs.filter(|(_, program)| program.has_force) {
-                self.add(number, program, scene, frames, sums);
+                self.add(number, program, on);
             }
             return;
         }
-        let jobs = self.find_jobs(scene.compiled, scene.samples);
+        let jobs = self.find_jobs(compiled, on.scene.samples);
         for jobs in jobs.chunk_by(|a, b| a.key == b.key) {
             let number = jobs[0].number;
-            let Some(program) = scene.compiled.programs.get(number) else {
+            let Some(program) = compiled.programs.get(number) else {
                 continue;
             };
             if jobs.iter().any(|job| job.sample == ALL) {
-                self.add(number, program, scene, frames, sums)
+                self.add(number, program, on)
             } else {
-                self.add_on(number, program, jobs, scene, frames, sums)
+                self.add_on(jobs, program, on)
             }
         }
         self.jobs = jobs;
@@ -166,22 +154,14 @@ impl Programs {
     }
 
     /// Adds the forces of a program on some samples.
-    fn add_on(
-        &mut self,
-        number: u32,
-        program: &Program,
-        jobs: &[Job],
-        scene: &SampledWorld<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sums: &mut Sums<'_>,
-    ) {
-        let (samples, how) = (scene.samples, program.how);
+    fn add_on(&mut self, jobs: &[Job], program: &Program, on: &mut Summing<'_, impl Frames>) {
+        let (number, samples, how) = (jobs[0].number, on.scene.samples, program.how);
         let count = samples.centres.len();
         self.asked.clear();
         for place in jobs.iter().map(|job| job.sample) {
             let is_asked = match samples.centres.get(place as usize) {
                 Some(centre) => {
-                    !self.cut(number, program, scene, frames, sums, centre.body)
+                    !self.cut(number, program, centre.body, on)
                         && samples.asks_whole(how)
                         && samples.takes(how, centre)
                 }
@@ -194,19 +174,12 @@ impl Programs {
                 self.asked.push(place);
             }
         }
-        self.add_asked(number, program, scene, frames, sums);
+        self.add_asked(number, program, on);
     }
 
     /// Adds the forces of a program on the samples in `asked`.
-    fn add_asked(
-        &mut self,
-        number: u32,
-        program: &Program,
-        scene: &SampledWorld<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sums: &mut Sums<'_>,
-    ) {
-        let samples = scene.samples;
+    fn add_asked(&mut self, number: u32, program: &Program, on: &mut Summing<'_, impl Frames>) {
+        let (scene, samples) = (on.scene, on.scene.samples);
         let reach = self.index.reach(number);
         self.pairs.clear();
         for place in &self.asked {
@@ -220,18 +193,19 @@ impl Programs {
         }
         let pairs = std::mem::take(&mut self.pairs);
         for run in pairs.chunk_by(|a, b| a.0 == b.0) {
-            frames.fill_instance(scene.compiled, scene.world, program, run[0].0);
+            on.frames.fill_instance(scene, program, run[0].0);
             let (instance, moment) = (run[0].0 as usize, scene.moment);
             let asked = Asking {
                 wide: LaneInput {
                     program,
                     instance,
-                    frames: frames.all(),
+                    frames: on.frames.all(),
                     samples,
                     moment,
                 },
                 drag: DragOn::new(program, instance, moment),
             };
+            let sums = &mut on.sums;
             if program.in_lanes {
                 self.add_in_lanes(&asked, run, sums)
             } else {
@@ -240,7 +214,7 @@ impl Programs {
             }
         }
         self.pairs = pairs;
-        self.react(samples, sums);
+        self.react(samples, &mut on.sums);
     }
 
     /// Adds the forces of an instance on several samples.
@@ -316,11 +290,10 @@ impl Programs {
         &mut self,
         number: u32,
         program: &Program,
-        scene: &SampledWorld<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sums: &mut Sums<'_>,
         body: u32,
+        on: &mut Summing<'_, impl Frames>,
     ) -> bool {
+        let scene = on.scene;
         let Some(bulk) = scene.samples.cut(program.how, body) else {
             return false;
         };
@@ -333,13 +306,13 @@ impl Programs {
             return true;
         }
         for instance in &self.near {
-            frames.fill_instance(scene.compiled, scene.world, program, *instance);
+            on.frames.fill_instance(scene, program, *instance);
         }
         let machine = &mut self.machine;
         let mut whole = Vector::ZERO;
         let (mut sum, mut turn) = (DVec3::ZERO, DVec3::ZERO);
         let near = self.near.iter().map(|instance| *instance as usize);
-        let (frames, samples) = (frames.all(), (scene.samples, scene.moment));
+        let (frames, samples) = (on.frames.all(), (scene.samples, scene.moment));
         self.cuts
             .each((program, frames), near, samples, body, |instance, asked| {
                 let mut force = |query| {
@@ -359,7 +332,7 @@ impl Programs {
                     }
                 }
             });
-        let wrench = &mut sums.wrenches[body as usize];
+        let wrench = &mut on.sums.wrenches[body as usize];
         wrench.force += whole + from_dvec3(sum);
         wrench.torque += from_dvec3(turn);
         true

@@ -1,8 +1,7 @@
 //! Evaluates batches of radial fields: pair by pair, by cells, or one way, whichever suits the batch.
 
-use super::contract::{BatchEvaluator, SampledWorld, Sums};
+use super::contract::{BatchEvaluator, Summing};
 use super::far::{FarRadials, is_far};
-use super::frames::FrameCache;
 use super::one_way::{OneWayRadials, Task, weigh};
 use super::pairwise::{PairwiseRadials, Sides};
 use super::quantity::Quantity;
@@ -20,15 +19,8 @@ pub(super) struct Radials {
 }
 
 impl BatchEvaluator<Ordered<RadialBatch>> for Radials {
-    fn add(
-        &mut self,
-        _: u32,
-        batches: &Ordered<RadialBatch>,
-        scene: &SampledWorld<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sums: &mut Sums<'_>,
-    ) {
-        self.add_quantity(batches, scene, frames, sums, Quantity::Force);
+    fn add(&mut self, _: u32, batches: &Ordered<RadialBatch>, on: &mut Summing<'_, impl Frames>) {
+        self.add_quantity(batches, on, Quantity::Force);
     }
 }
 
@@ -38,11 +30,10 @@ impl Radials {
     pub(super) fn add_quantity(
         &mut self,
         batches: &Ordered<RadialBatch>,
-        scene: &SampledWorld<'_, impl Frames>,
-        frames: &mut FrameCache,
-        sums: &mut Sums<'_>,
+        on: &mut Summing<'_, impl Frames>,
         quantity: Quantity,
     ) {
+        let (scene, frames, sums) = (on.scene, &mut *on.frames, &mut on.sums);
         let (samples, moment) = (scene.samples, scene.moment);
         let known = |batch: &RadialBatch| quantity == Quantity::Force || batch.law.has_potential();
         let is_on = |batch: &RadialBatch| batch.prototype.is_on(moment.span) && known(batch);
@@ -52,7 +43,7 @@ impl Radials {
         self.pairwise
             .take_up(on_colliders, samples, moment, Sides::are_worth_it);
         for (number, batch) in batches {
-            let mut frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
+            let mut frame = |anchor| frames.get(scene, anchor);
             if self.pairwise.has(number) {
                 self.pairwise
                     .add_others(number, batch, scene, quantity, frame, sums);
@@ -85,11 +76,9 @@ mod by_themselves {
             &mut self,
             _: u32,
             batches: &Ordered<RadialBatch>,
-            scene: &SampledWorld<'_, impl Frames>,
-            frames: &mut FrameCache,
-            sums: &mut Sums<'_>,
+            on: &mut Summing<'_, impl Frames>,
         ) {
-            let mut weights = Vec::new();
+            let (scene, mut weights) = (on.scene, Vec::new());
             let is_on = |batch: &RadialBatch| batch.prototype.is_on(scene.moment.span);
             for (number, batch) in batches.iter().filter(|(_, batch)| is_on(batch)) {
                 weigh(batch, scene.samples, scene.moment, &mut weights);
@@ -100,8 +89,8 @@ mod by_themselves {
                     weights: &weights,
                     quantity: Quantity::Force,
                 };
-                let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
-                self.run(&task, frame, scene.moment, sums);
+                let frame = |anchor| on.frames.get(scene, anchor);
+                self.run(&task, frame, scene.moment, &mut on.sums);
             }
         }
     }
@@ -111,19 +100,18 @@ mod by_themselves {
             &mut self,
             _: u32,
             batches: &Ordered<RadialBatch>,
-            scene: &SampledWorld<'_, impl Frames>,
-            frames: &mut FrameCache,
-            sums: &mut Sums<'_>,
+            on: &mut Summing<'_, impl Frames>,
         ) {
-            let (samples, force) = (scene.samples, Quantity::Force);
+            let (scene, force) = (on.scene, Quantity::Force);
+            let samples = scene.samples;
             let is_on = |batch: &RadialBatch| batch.prototype.is_on(scene.moment.span);
             let batches = batches.iter().filter(|(_, batch)| is_on(batch));
             self.take_up(batches.clone(), samples, scene.moment, |_, _| true);
             for (number, batch) in batches {
-                let frame = |anchor| frames.get(scene.compiled, scene.world, anchor);
-                self.add_others(number, batch, scene, force, frame, sums);
+                let frame = |anchor| on.frames.get(scene, anchor);
+                self.add_others(number, batch, scene, force, frame, &mut on.sums);
             }
-            self.meet(samples, force, sums.forces);
+            self.meet(samples, force, on.sums.forces);
         }
     }
 }

@@ -3,13 +3,14 @@
 use fearless_simd::Level;
 
 use super::constants::Constants;
-use super::contract::{BatchEvaluator, SampledWorld, Sums};
+use super::contract::{BatchEvaluator, Summing, Sums};
 use super::frames::FrameCache;
 use super::lanes::FORCED;
 use super::one_way::OneWayRadials;
 use super::pairwise::PairwiseRadials;
 use super::programs::Programs;
 use super::radial::Radials;
+use super::sampled_world::SampledWorld;
 use crate::bridge::{WorldRef, is_movable};
 use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::explain;
@@ -139,14 +140,18 @@ impl Stage {
             torque: Vector::ZERO,
         };
         let mut wrenches = vec![begun; samples.bodies.len()];
-        let mut sums = Sums {
-            forces: &mut forces,
-            wrenches: &mut wrenches,
-            slowings: None,
+        let mut on = Summing {
+            scene: &scene,
+            frames: &mut frames,
+            sums: Sums {
+                forces: &mut forces,
+                wrenches: &mut wrenches,
+                slowings: None,
+            },
         };
-        evaluator.begin(&scene, &mut frames);
+        evaluator.begin(&mut on);
         for (number, batch) in batches(&self.compiled) {
-            evaluator.add(number, batch, &scene, &mut frames, &mut sums);
+            evaluator.add(number, batch, &mut on);
         }
         for wrench in &mut wrenches {
             wrench.force -= Vector::splat(start);

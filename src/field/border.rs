@@ -36,18 +36,12 @@ pub(crate) struct Face {
 impl Border {
     /// Adds those borders of a field that may pass within a distance of a point: the solids of its region, and
     /// the surface of a fluid.
-    pub(crate) fn near(
-        field: &Field,
-        frame: &Frame,
-        world_point: DVec3,
-        within: f64,
-        borders: &mut Vec<Border>,
-    ) {
+    pub(crate) fn near(field: &Field, frame: &Frame, at: DVec3, within: f64, into: &mut Vec<Self>) {
         let to_world = to_dpose3(&frame.pose);
         let mut add = |solid: &Solid, pose: DPose3| {
-            if passes(solid, &pose, world_point, within) {
+            if passes(solid, &pose, at, within) {
                 let solid = solid.clone();
-                borders.push(Border { solid, pose });
+                into.push(Border { solid, pose });
             }
         };
         for step in &field.region.steps {

@@ -45,7 +45,7 @@ use std::cell::RefCell;
 
 use diagram::{Diagram, NOWHERE, Set, SetRule, WHOLE};
 pub(crate) use plane::Normal;
-use plane::{BorderPlane, parallel, unit};
+use plane::{Hyperplane, parallel, unit};
 
 /// A set of the pieces of one [`Neighbourhood`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +64,7 @@ impl Pieces {
 #[derive(Debug)]
 pub(crate) struct Neighbourhood {
     /// The planes through the sample, each once.
-    planes: Vec<BorderPlane>,
+    planes: Vec<Hyperplane>,
     /// All sets made so far.
     sets: RefCell<Diagram>,
 }
@@ -81,7 +81,7 @@ impl Neighbourhood {
     /// The neighbourhood of a sample that lies on surfaces with these outward normals.
     pub(crate) fn of(normals: &[Normal]) -> Self {
         Neighbourhood {
-            planes: BorderPlane::through(normals),
+            planes: Hyperplane::through(normals),
             ..Neighbourhood::open()
         }
     }

@@ -44,19 +44,17 @@ impl Tree {
 fn check_depth(depth: usize) -> Result<(), BuildError> {
     let limit = DEPTH_LIMIT;
     if depth > limit {
-        Err(BuildError::TooDeep { depth, limit })
-    } else {
-        Ok(())
+        return Err(BuildError::TooDeep { depth, limit });
     }
+    Ok(())
 }
 
 fn check_size(fields: usize) -> Result<(), BuildError> {
     let limit = SIZE_LIMIT;
     if fields > limit {
-        Err(BuildError::TooLarge { fields, limit })
-    } else {
-        Ok(())
+        return Err(BuildError::TooLarge { fields, limit });
     }
+    Ok(())
 }
 
 impl Nodes<'_> {

@@ -353,7 +353,7 @@ impl Integrator {
     pub(super) fn prepare(&mut self, context: &StepContext<'_, impl Lookup>) {
         self.motions.clear();
         let frames = self.motions.frames(context, &[], 0.0);
-        self.lineariser.prepare(context.compiled, &frames);
+        self.lineariser.prepare(&context.sampled(&frames));
     }
 
     /// Linearises a body in the world for which the lineariser was prepared.

@@ -103,9 +103,7 @@ impl Start {
                 self.fallback = Some((self.plan, speed2));
                 self.plan = StepPlan::WHOLE;
             }
-            Some((finest, less)) if less < speed2 && self.plan == StepPlan::WHOLE => {
-                self.plan = finest
-            }
+            Some((plan, less)) if less < speed2 && self.plan == StepPlan::WHOLE => self.plan = plan,
             Some(_) => {}
         }
     }

@@ -93,7 +93,7 @@ impl Particles {
         if !scene.compiled.reads_velocity {
             return;
         }
-        self.lineariser.prepare(scene.compiled, scene.world);
+        self.lineariser.prepare(scene);
         let centres = &scene.samples.centres;
         for (place, force) in forces.iter().enumerate() {
             let coupling = (!left_out[place]).then(|| {

@@ -236,7 +236,7 @@ impl<W: Lookup> Run<'_, W> {
     fn start(&mut self, group: &mut Group, duration: f64) {
         let frames = self.frames();
         let scene = self.scene(&frames, &group.samples);
-        group.lineariser.prepare(scene.compiled, &frames);
+        group.lineariser.prepare(&scene);
         group.solutions.clear();
         for (body, state) in self.states.iter().enumerate() {
             let jacobian = match group.left_out.binary_search(&body) {
@@ -304,7 +304,7 @@ impl<W: Lookup> Run<'_, W> {
         }
         let frames = self.frames();
         let scene = self.scene(&frames, &group.samples);
-        group.lineariser.prepare(scene.compiled, &frames);
+        group.lineariser.prepare(&scene);
         let mut found = Vec::new();
         for (number, state) in self.states.iter().enumerate() {
             if !self.tracks[number].is_unsure(most) {
@@ -440,12 +440,9 @@ impl Group {
 
     /// Moves the samples to the present places of their bodies.
     fn place(&mut self, states: &[RigidState], midway: bool) {
+        let solutions = midway.then_some(&self.solutions);
         let velocity = |body: usize, state: &RigidState| {
-            if midway {
-                self.solutions[body].velocities
-            } else {
-                (state.linvel, state.angvel)
-            }
+            solutions.map_or((state.linvel, state.angvel), |all| all[body].velocities)
         };
         for (sample, arm) in self.samples.list.iter_mut().zip(&self.arms) {
             let state = &states[sample.body as usize];

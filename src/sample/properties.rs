@@ -137,12 +137,9 @@ impl<T> Default for ByHandle<T> {
 
 impl<T> ByHandle<T> {
     fn number(&self, index: u32) -> Option<usize> {
-        let number = if index < DENSE {
-            self.dense.get(index as usize)
-        } else {
-            self.sparse.get(&index)
-        };
-        (*number? as usize).checked_sub(1)
+        let dense = self.dense.get(index as usize);
+        let number = dense.or_else(|| self.sparse.get(&index))?;
+        (*number as usize).checked_sub(1)
     }
 
     fn get(&self, handle: Index) -> Option<&T> {

@@ -164,10 +164,9 @@ impl Samples {
     /// The samples of the list that were placed; for the others see [`Samples::at`].
     pub(crate) fn placed(&self) -> &[SamplePoint] {
         if self.left {
-            &self.list[..self.sites]
-        } else {
-            &self.list
+            return &self.list[..self.sites];
         }
+        &self.list
     }
 
     /// A sample of the list, placed where its body is.
@@ -275,11 +274,8 @@ impl Samples {
 
     /// The bodies as a whole at which a program is sampled.
     pub(crate) fn centres_for(&self, how: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
-        let centres = if self.asks_whole(how) {
-            &self.centres[..]
-        } else {
-            &[]
-        };
+        let whole = self.asks_whole(how);
+        let centres = if whole { &self.centres[..] } else { &[] };
         centres.iter().filter(move |centre| self.takes(how, centre))
     }
 
@@ -288,11 +284,8 @@ impl Samples {
         &self,
         how: SamplingRule,
     ) -> impl Iterator<Item = (usize, &SamplePoint)> {
-        let list = if self.takes_listed(how) {
-            self.placed()
-        } else {
-            &[]
-        };
+        let listed = self.takes_listed(how);
+        let list = if listed { self.placed() } else { &[] };
         let list = list.iter().enumerate();
         list.filter(move |(_, sample)| self.takes_of_list(how, sample))
     }

@@ -243,20 +243,18 @@ impl<'a> CellWalk<'a> {
     #[inline(always)]
     fn factor<S: Simd>(&self, rho2: f64x8<S>) -> f64x8<S> {
         if self.exponent == -1.5 {
-            f64x8::splat(rho2.simd, 1.0) / (rho2 * rho2.sqrt())
-        } else {
-            self.each(rho2, |law, r2| law.factor(r2))
+            return f64x8::splat(rho2.simd, 1.0) / (rho2 * rho2.sqrt());
         }
+        self.each(rho2, |law, r2| law.factor(r2))
     }
 
     /// U for a strength of one, from ρ².
     #[inline(always)]
     fn potential<S: Simd>(&self, rho2: f64x8<S>) -> f64x8<S> {
         if self.exponent == -1.5 {
-            f64x8::splat(rho2.simd, 1.0) / rho2.sqrt()
-        } else {
-            self.each(rho2, |law, r2| law.potential_at(r2).unwrap_or(f64::NAN))
+            return f64x8::splat(rho2.simd, 1.0) / rho2.sqrt();
         }
+        self.each(rho2, |law, r2| law.potential_at(r2).unwrap_or(f64::NAN))
     }
 
     // Not inlined: it is compiled once, so its bits do not depend on the caller's instruction set.

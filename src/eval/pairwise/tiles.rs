@@ -104,11 +104,8 @@ impl Tiles {
             }
         }
         let count = self.len();
-        let parts = if threads::ARE_MANY {
-            (count / FEWEST).clamp(1, MOST_PARTS)
-        } else {
-            1
-        };
+        let most = if threads::ARE_MANY { MOST_PARTS } else { 1 };
+        let parts = (count / FEWEST).clamp(1, most);
         self.parts.resize_with(parts, Part::default);
         for (number, part) in self.parts.iter_mut().enumerate() {
             part.tiles = count * number / parts..count * (number + 1) / parts;

@@ -11,7 +11,7 @@ pub(crate) type Normal = Vec<f64>;
 
 /// A plane through the sample.
 #[derive(Debug)]
-pub(super) struct BorderPlane {
+pub(super) struct Hyperplane {
     /// Of length one.
     pub normal: Normal,
     /// True if it is at right angles to all others, so that each of its sides meets every piece that the others
@@ -19,9 +19,9 @@ pub(super) struct BorderPlane {
     pub is_free: bool,
 }
 
-impl BorderPlane {
+impl Hyperplane {
     /// The planes with these normals, each once.
-    pub fn through(normals: &[Normal]) -> Vec<BorderPlane> {
+    pub fn through(normals: &[Normal]) -> Vec<Hyperplane> {
         let mut apart: Vec<Normal> = Vec::new();
         for normal in normals.iter().filter_map(unit) {
             if !apart.iter().any(|p| parallel(p, &normal).is_some()) {
@@ -36,7 +36,7 @@ impl BorderPlane {
         let free: Vec<bool> = (0..apart.len()).map(is_free).collect();
         let planes = apart.into_iter().zip(free);
         planes
-            .map(|(normal, is_free)| BorderPlane { normal, is_free })
+            .map(|(normal, is_free)| Hyperplane { normal, is_free })
             .collect()
     }
 

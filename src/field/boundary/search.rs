@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use super::cone::{is_clear_of, wide_direction};
 use super::diagram::{Diagram, NOWHERE, Set, WHOLE};
-use super::plane::{BorderPlane, Normal, dot};
+use super::plane::{Hyperplane, Normal, dot};
 
 /// The rest of a set on one side of one more plane.
 struct Branch {
@@ -20,7 +20,7 @@ struct Branch {
 
 /// Returns true if a piece lies in a set: if a path through its nodes chooses sides that meet. Paths that part
 /// and meet again with the same sides are followed once.
-pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[BorderPlane]) -> bool {
+pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[Hyperplane]) -> bool {
     let mut followed = BTreeSet::new();
     let mut taken: Vec<(usize, bool)> = Vec::new();
     let mut open = vec![Branch {
@@ -68,7 +68,7 @@ pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[BorderPlane]) ->
 /// none.
 fn direction_on(
     taken: &[(usize, bool)],
-    planes: &[BorderPlane],
+    planes: &[Hyperplane],
     branch: &Branch,
 ) -> Option<Rc<Normal>> {
     let inward = |(plane, behind): (usize, bool)| planes[plane].inward(behind);

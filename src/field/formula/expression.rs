@@ -7,8 +7,8 @@ mod parse;
 mod program;
 mod token;
 
-use names::AxisNames;
-use program::StackProgram;
+use names::Axes;
+use program::StackCode;
 
 use super::{Law, alone};
 use crate::field::axis::Axis;
@@ -68,14 +68,14 @@ use crate::math::DVec3;
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Expression {
     texts: [String; 3],
-    programs: Result<[StackProgram; 3], Box<ExpressionError>>,
+    programs: Result<[StackCode; 3], Box<ExpressionError>>,
     axes: Vec<Axis>,
 }
 
 impl Expression {
     /// Expressions for x, y and z. Faults in their texts are reported when the tree is validated.
     pub fn new(components: [&str; 3]) -> Self {
-        let mut names = AxisNames::default();
+        let mut names = Axes::default();
         Expression {
             texts: components.map(str::to_owned),
             programs: programs(components, &mut names),
@@ -89,11 +89,8 @@ impl Expression {
     }
 }
 
-fn programs(
-    texts: [&str; 3],
-    names: &mut AxisNames,
-) -> Result<[StackProgram; 3], Box<ExpressionError>> {
-    let mut programs: [StackProgram; 3] = Default::default();
+fn programs(texts: [&str; 3], names: &mut Axes) -> Result<[StackCode; 3], Box<ExpressionError>> {
+    let mut programs: [StackCode; 3] = Default::default();
     for (component, text) in texts.into_iter().enumerate() {
         programs[component] = parse::parse(text, names).map_err(|fault| ExpressionError {
             component,

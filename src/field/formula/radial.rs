@@ -187,13 +187,11 @@ impl Radial {
                 formula: "radial (other than a power law, or bounded, or cut off)",
             });
         }
-        let sound = angle > 0.0 && angle <= 1.0;
-        let range = "above 0 and at most 1";
-        if sound {
-            Ok(())
-        } else {
-            Err(bad(field, "the opening angle", range, to_f64(angle)))
+        if angle > 0.0 && angle <= 1.0 {
+            return Ok(());
         }
+        let range = "above 0 and at most 1";
+        Err(bad(field, "the opening angle", range, to_f64(angle)))
     }
 
     /// The potential, from r²; `None` for a bounded force.

@@ -111,10 +111,9 @@ fn bounded(shape: impl Shape) -> Result<SharedShape, String> {
 /// Parry panics at a negative border.
 fn round(border: Real, shape: impl Shape) -> Result<SharedShape, String> {
     if border >= 0.0 {
-        bounded(shape)
-    } else {
-        Err("the border of a round shape must not be negative".into())
+        return bounded(shape);
     }
+    Err("the border of a round shape must not be negative".into())
 }
 
 fn hull(points: &[Vector]) -> Result<SharedShape, String> {

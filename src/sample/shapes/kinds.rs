@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::content;
 use super::moments::Moments;
-use super::rule::QuadratureRule;
+use super::rule::Quadrature;
 use super::{surface, volume};
 use crate::field::Points;
 use crate::math::{Real, SharedShape, Vector};
@@ -19,7 +19,7 @@ pub(super) struct Known {
     pub ball: (Vector, Real),
     moments: OnceLock<Option<Moments>>,
     /// The samples for each set of [`Points`]; `None` if not yet computed.
-    pub rules: [Option<Arc<QuadratureRule>>; Points::ALL.len()],
+    pub rules: [Option<Arc<Quadrature>>; Points::ALL.len()],
     /// `None` if not yet computed.
     pub solid: Option<PartSolid>,
 }
@@ -37,15 +37,13 @@ impl Known {
     }
 
     /// The samples of a set of points; `middle` alone if the shape has none.
-    pub(super) fn rule(&mut self, points: Points, middle: Vector) -> Arc<QuadratureRule> {
+    pub(super) fn rule(&mut self, points: Points, middle: Vector) -> Arc<Quadrature> {
         if let Some(rule) = &self.rules[points as usize] {
             return rule.clone();
         }
-        let few = |all: Arc<QuadratureRule>| all.few().map_or(all, Arc::new);
-        let or_middle = |rule: Option<QuadratureRule>| {
-            rule.unwrap_or_else(|| QuadratureRule::single(middle))
-                .into()
-        };
+        let few = |all: Arc<Quadrature>| all.few().map_or(all, Arc::new);
+        let or_middle =
+            |rule: Option<Quadrature>| rule.unwrap_or_else(|| Quadrature::single(middle)).into();
         let rule = match points {
             Points::Volume => {
                 let moments = self.moments();

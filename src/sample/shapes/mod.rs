@@ -17,7 +17,7 @@ use crate::math::{ColliderHandle, Real, SharedShape, Vector, to_f64};
 use crate::rapier::data::Coarena;
 use crate::rapier::geometry::Collider;
 use kinds::{Kinds, Known};
-pub(super) use rule::QuadratureRule;
+pub(super) use rule::Quadrature;
 
 /// The samples and meshes of all shapes that colliders have had.
 #[derive(Debug, Default)]
@@ -53,11 +53,8 @@ impl Shapes {
             return (Vector::ZERO, ball.radius);
         }
         let ball = self.bounding_ball(handle, collider);
-        if ball.1.is_finite() {
-            ball
-        } else {
-            (Vector::ZERO, 0.0)
-        }
+        let bounded = ball.1.is_finite();
+        if bounded { ball } else { (Vector::ZERO, 0.0) }
     }
 
     /// A ball around a collider, in its frame; infinite for shapes without bounds.
@@ -77,7 +74,7 @@ impl Shapes {
         collider: &Collider,
         points: Points,
         middle: Vector,
-    ) -> Option<Arc<QuadratureRule>> {
+    ) -> Option<Arc<Quadrature>> {
         let known = self.known(handle, collider)?;
         Some(known.rule(points, middle))
     }

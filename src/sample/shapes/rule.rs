@@ -13,13 +13,13 @@ const CORNERS: [DVec3; 4] = [
 
 /// Samples of a shape, in its frame, each with its fraction. Fractions add up to one.
 #[derive(Debug)]
-pub(in crate::sample) struct QuadratureRule {
+pub(in crate::sample) struct Quadrature {
     pub samples: Vec<(Vector, f64)>,
     /// Second moments, about its sample, of the fraction that a sample stands for.
     pub spread: DMat3,
 }
 
-impl QuadratureRule {
+impl Quadrature {
     /// Four points with the same moments up to the second; `None` if the points are flat, or not more than
     /// four.
     pub(super) fn few(&self) -> Option<Self> {
@@ -31,7 +31,7 @@ impl QuadratureRule {
         let root = cholesky(moments.second).filter(|_| points.len() > CORNERS.len())?;
         let part = moments.measure / CORNERS.len() as f64;
         let sample = |corner| (from_dvec3(moments.centre + root * corner), part);
-        Some(QuadratureRule {
+        Some(Quadrature {
             samples: CORNERS.map(sample).to_vec(),
             spread: DMat3::ZERO,
         })
@@ -39,7 +39,7 @@ impl QuadratureRule {
 
     /// One sample, for a shape that has no others.
     pub(super) fn single(local_point: Vector) -> Self {
-        QuadratureRule {
+        Quadrature {
             samples: vec![(local_point, 1.0)],
             spread: DMat3::ZERO,
         }

@@ -1,7 +1,7 @@
 //! Samples of the surfaces of shapes, and triangles of these.
 
 use super::moments::{Moments, matched, outer};
-use super::rule::{QuadratureRule, bounds};
+use super::rule::{Quadrature, bounds};
 use crate::math::{DMat3, DVec3, Pose, SharedShape, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::parry::shape::TypedShape;
 
@@ -17,7 +17,7 @@ const MOST_CUTS: u32 = 4;
 type Triangle = [DVec3; 3];
 
 /// Points on the surface with their shares of its area; `None` for shapes without a mesh or bounds.
-pub(super) fn rule(shape: &SharedShape) -> Option<QuadratureRule> {
+pub(super) fn rule(shape: &SharedShape) -> Option<Quadrature> {
     if let Some(cuboid) = shape.as_cuboid() {
         return Some(of_points(cuboid_points(to_dvec3(cuboid.half_extents))));
     }
@@ -36,10 +36,10 @@ pub(super) fn rule(shape: &SharedShape) -> Option<QuadratureRule> {
     Some(of_points(matched.unwrap_or(points)))
 }
 
-fn of_points(points: Vec<(DVec3, f64)>) -> QuadratureRule {
+fn of_points(points: Vec<(DVec3, f64)>) -> Quadrature {
     let total: f64 = points.iter().map(|(_, area)| area).sum();
     let sample = |(point, area): (DVec3, f64)| (from_dvec3(point), area / total);
-    QuadratureRule {
+    Quadrature {
         samples: points.into_iter().map(sample).collect(),
         spread: DMat3::ZERO,
     }

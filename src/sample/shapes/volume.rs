@@ -1,7 +1,7 @@
 //! Samples of the volumes of shapes.
 
 use super::moments::{Moments, cholesky, matched};
-use super::rule::{QuadratureRule, bounds};
+use super::rule::{Quadrature, bounds};
 use crate::math::{DMat3, DVec3, SharedShape, from_dvec3};
 
 /// Fewest samples of a volume: the 3 × 3 × 3 of a cube.
@@ -12,7 +12,7 @@ const MOST_TRIED: usize = 4096;
 
 /// Points that share the volume equally: grid points in the shape, moved (by little) so that their moments up
 /// to the second are those of the shape. If no grid has enough, eight points with these moments.
-pub(super) fn rule(shape: &SharedShape, moments: &Moments) -> Option<QuadratureRule> {
+pub(super) fn rule(shape: &SharedShape, moments: &Moments) -> Option<Quadrature> {
     let (low, high) = bounds(shape)?;
     let mut counts = [2_usize; 3];
     loop {
@@ -52,7 +52,7 @@ fn inside(shape: &SharedShape, low: DVec3, edges: DVec3, counts: [usize; 3]) -> 
 }
 
 /// Eight points with these moments, inside of the shape or not.
-fn corners(moments: &Moments) -> Option<QuadratureRule> {
+fn corners(moments: &Moments) -> Option<Quadrature> {
     let root = cholesky(moments.second)?;
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
     let point = |corner: usize| {
@@ -63,9 +63,9 @@ fn corners(moments: &Moments) -> Option<QuadratureRule> {
     Some(finished((0..8).map(point).collect(), moments.second * 0.25))
 }
 
-fn finished(points: Vec<(DVec3, f64)>, spread: DMat3) -> QuadratureRule {
+fn finished(points: Vec<(DVec3, f64)>, spread: DMat3) -> Quadrature {
     let sample = |(point, fraction): (DVec3, f64)| (from_dvec3(point), fraction);
-    QuadratureRule {
+    Quadrature {
         samples: points.into_iter().map(sample).collect(),
         spread,
     }

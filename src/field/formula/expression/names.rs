@@ -17,12 +17,12 @@ pub(super) fn constant(name: &str) -> Option<f64> {
 
 /// The axes that texts name, each once.
 #[derive(Debug, Default)]
-pub(super) struct AxisNames {
+pub(super) struct Axes {
     axes: Vec<Axis>,
     numbers: HashMap<String, usize>,
 }
 
-impl AxisNames {
+impl Axes {
     /// The number of the axis with this name.
     pub(super) fn axis(&mut self, name: &str) -> usize {
         if let Some(number) = self.numbers.get(name) {

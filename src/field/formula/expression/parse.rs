@@ -4,8 +4,8 @@
 //! may be nested to any depth.
 
 use super::function::{self, Function, Named};
-use super::names::{self, AxisNames};
-use super::program::{Op, StackProgram};
+use super::names::{self, Axes};
+use super::program::{Op, StackCode};
 use super::token::{ParseError, Spot, Symbol, Token, Tokens, beginning};
 use crate::field::expression_error::ExpressionErrorKind;
 
@@ -55,18 +55,18 @@ enum Waiting {
 }
 
 struct Parser<'n> {
-    names: &'n mut AxisNames,
+    names: &'n mut Axes,
     waiting: Vec<Waiting>,
-    program: StackProgram,
+    program: StackCode,
 }
 
 /// Parses a text.
-pub(super) fn parse(text: &str, names: &mut AxisNames) -> Result<StackProgram, ParseError> {
+pub(super) fn parse(text: &str, names: &mut Axes) -> Result<StackCode, ParseError> {
     check_length(text)?;
     let mut parser = Parser {
         names,
         waiting: Vec::new(),
-        program: StackProgram::default(),
+        program: StackCode::default(),
     };
     let mut tokens = Tokens::new(text);
     let mut is_empty = true;
@@ -306,7 +306,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<StackProgram, ParseError> {
+    fn finish(mut self) -> Result<StackCode, ParseError> {
         self.complete(Binding::Or);
         match self.waiting.last() {
             Some(

@@ -27,7 +27,7 @@ pub(super) enum Op {
 
 /// Instructions that leave one number on the stack.
 #[derive(Clone, Debug, Default)]
-pub(super) struct StackProgram {
+pub(super) struct StackCode {
     ops: Vec<Op>,
     /// The end of the instructions that a jump leads over. Operations are not merged across it.
     met: usize,
@@ -37,7 +37,7 @@ pub(super) struct StackProgram {
     deepest: usize,
 }
 
-impl StackProgram {
+impl StackCode {
     /// Adds an instruction that puts a number on the stack.
     pub(super) fn push(&mut self, op: Op) {
         self.ops.push(op);
@@ -164,14 +164,14 @@ fn run<T: Number<Plain = f64>>(ops: &[Op], stack: &mut [T], axis: impl Fn(usize)
 
 #[cfg(test)]
 mod tests {
-    use super::super::names::AxisNames;
+    use super::super::names::Axes;
     use super::super::parse::parse;
     use super::*;
 
     #[test]
     fn constants_are_computed_once_and_not_across_the_ends_of_if() {
         let ops = |text: &str| {
-            let program = parse(text, &mut AxisNames::default());
+            let program = parse(text, &mut Axes::default());
             program.expect("a good text").ops
         };
         let constant = ops("-(2*3)^2/max(1, 2, 3) + sqrt(4)");

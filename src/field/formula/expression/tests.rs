@@ -2,15 +2,15 @@
 
 mod random;
 
-use super::names::AxisNames;
+use super::names::Axes;
 use super::parse::parse;
-use super::program::StackProgram;
+use super::program::StackCode;
 use super::token::ParseError;
 use super::*;
 use crate::field::number::{Dual, Number};
 
-fn read(text: &str) -> Result<(StackProgram, Vec<Axis>), ParseError> {
-    let mut names = AxisNames::default();
+fn read(text: &str) -> Result<(StackCode, Vec<Axis>), ParseError> {
+    let mut names = Axes::default();
     let program = parse(text, &mut names)?;
     Ok((program, names.into_axes()))
 }
@@ -243,7 +243,7 @@ fn faults_are_told_with_their_character() {
         ),
     ] {
         let texts = ["0", text, "1"];
-        let error = programs(texts, &mut AxisNames::default()).expect_err("a bad text");
+        let error = programs(texts, &mut Axes::default()).expect_err("a bad text");
         let told = error.to_string();
         assert_eq!((error.component, error.position), (1, position), "{told}");
         let place = format!("`{text}`, character {position}: {message}");
@@ -255,8 +255,7 @@ fn faults_are_told_with_their_character() {
 fn long_texts_are_told_of_in_part() {
     let long = |length: usize| "x+".repeat(length / 2 - 1) + "xx";
     assert!(read(&long(65_536)).is_ok());
-    let fault =
-        |text: &str| *programs([text, "0", "0"], &mut AxisNames::default()).expect_err("bad");
+    let fault = |text: &str| *programs([text, "0", "0"], &mut Axes::default()).expect_err("bad");
     let told = fault(&long(65_538)).to_string();
     let end = "character 65537: the text has 65538 characters; at most 65536 are read";
     assert!(told.ends_with(end), "{told}");

@@ -132,10 +132,8 @@ impl<'a> Tokens<'a> {
             Ok(number) if f64::is_finite(number) => Ok(Token::Number(number)),
             _ => {
                 let number = beginning(text);
-                Err(ParseError::new(
-                    at,
-                    ExpressionErrorKind::TooLarge { number },
-                ))
+                let kind = ExpressionErrorKind::TooLarge { number };
+                Err(ParseError::new(at, kind))
             }
         }
     }

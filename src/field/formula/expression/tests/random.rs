@@ -7,19 +7,19 @@ use super::*;
 
 /// An expression as a tree, which can be written as text and evaluated.
 #[derive(Clone, Debug)]
-enum RandomTree {
+enum Expr {
     Number(f64),
     Axis(&'static str),
-    Negate(Box<RandomTree>),
-    Not(Box<RandomTree>),
-    Binary(&'static OperatorText, Box<[RandomTree; 2]>),
-    Call(&'static str, Vec<RandomTree>),
-    If(Box<[RandomTree; 3]>),
+    Negate(Box<Expr>),
+    Not(Box<Expr>),
+    Binary(&'static Infix, Box<[Expr; 2]>),
+    Call(&'static str, Vec<Expr>),
+    If(Box<[Expr; 3]>),
 }
 
 /// An operator: its text, its precedence and its function.
 #[derive(Debug)]
-struct OperatorText {
+struct Infix {
     mark: &'static str,
     binding: u8,
     does: Does,
@@ -41,11 +41,11 @@ const POWER: u8 = 8;
 /// Precedence of operands that need no brackets anywhere.
 const WORD: u8 = 9;
 
-static OPERATORS: [OperatorText; 15] = {
+static OPERATORS: [Infix; 15] = {
     use Does::Function as Does_;
     use function::Function;
-    const fn operator(mark: &'static str, binding: u8, does: Does) -> OperatorText {
-        OperatorText {
+    const fn operator(mark: &'static str, binding: u8, does: Does) -> Infix {
+        Infix {
             mark,
             binding,
             does,
@@ -87,39 +87,39 @@ const FUNCTIONS: [(&str, usize); 14] = [
     ("clamp", 3),
 ];
 
-fn tree() -> impl Strategy<Value = RandomTree> {
+fn tree() -> impl Strategy<Value = Expr> {
     let leaf = prop_oneof![
-        (0_u8..5).prop_map(|n| RandomTree::Number(n.into())),
-        (0.0..10.0).prop_map(RandomTree::Number),
-        Just(RandomTree::Number(1e-3)),
-        Just(RandomTree::Axis("x")),
-        Just(RandomTree::Axis("y")),
+        (0_u8..5).prop_map(|n| Expr::Number(n.into())),
+        (0.0..10.0).prop_map(Expr::Number),
+        Just(Expr::Number(1e-3)),
+        Just(Expr::Axis("x")),
+        Just(Expr::Axis("y")),
     ];
     leaf.prop_recursive(6, 64, 3, |inner| {
         let operator = (0..OPERATORS.len()).prop_map(|k| &OPERATORS[k]);
         let function = proptest::sample::select(&FUNCTIONS[..]);
         let three = proptest::array::uniform3(inner.clone());
         prop_oneof![
-            inner.clone().prop_map(|a| RandomTree::Negate(a.into())),
-            inner.clone().prop_map(|a| RandomTree::Not(a.into())),
+            inner.clone().prop_map(|a| Expr::Negate(a.into())),
+            inner.clone().prop_map(|a| Expr::Not(a.into())),
             (operator, inner.clone(), inner)
-                .prop_map(|(operator, a, b)| RandomTree::Binary(operator, [a, b].into())),
+                .prop_map(|(operator, a, b)| Expr::Binary(operator, [a, b].into())),
             (function, three.clone())
-                .prop_map(|((name, count), all)| RandomTree::Call(name, all[..count].to_vec())),
-            three.prop_map(|all| RandomTree::If(all.into())),
+                .prop_map(|((name, count), all)| Expr::Call(name, all[..count].to_vec())),
+            three.prop_map(|all| Expr::If(all.into())),
         ]
     })
 }
 
-impl RandomTree {
+impl Expr {
     /// Returns true if it has neither axes nor conditions.
     fn is_constant(&self) -> bool {
         match self {
-            RandomTree::Number(_) => true,
-            RandomTree::Axis(_) | RandomTree::If(_) => false,
-            RandomTree::Negate(a) | RandomTree::Not(a) => a.is_constant(),
-            RandomTree::Binary(_, both) => both.iter().all(RandomTree::is_constant),
-            RandomTree::Call(_, arguments) => arguments.iter().all(RandomTree::is_constant),
+            Expr::Number(_) => true,
+            Expr::Axis(_) | Expr::If(_) => false,
+            Expr::Negate(a) | Expr::Not(a) => a.is_constant(),
+            Expr::Binary(_, both) => both.iter().all(Expr::is_constant),
+            Expr::Call(_, arguments) => arguments.iter().all(Expr::is_constant),
         }
     }
 
@@ -127,14 +127,14 @@ impl RandomTree {
         if T::HAS_SLOPES && self.is_constant() {
             return self.value([f64::NAN; 2]).into();
         }
-        let at = |tree: &RandomTree| tree.value([x, y]);
+        let at = |tree: &Expr| tree.value([x, y]);
         match self {
-            RandomTree::Number(number) => (*number).into(),
-            RandomTree::Axis("x") => x,
-            RandomTree::Axis(_) => y,
-            RandomTree::Negate(a) => -at(a),
-            RandomTree::Not(a) => function::Function::Not.of(&[at(a)]),
-            RandomTree::Binary(operator, both) => {
+            Expr::Number(number) => (*number).into(),
+            Expr::Axis("x") => x,
+            Expr::Axis(_) => y,
+            Expr::Negate(a) => -at(a),
+            Expr::Not(a) => function::Function::Not.of(&[at(a)]),
+            Expr::Binary(operator, both) => {
                 let [a, b] = [at(&both[0]), at(&both[1])];
                 match operator.does {
                     Does::Add => a + b,
@@ -144,12 +144,12 @@ impl RandomTree {
                     Does::Function(function) => function.of(&[a, b]),
                 }
             }
-            RandomTree::Call(name, arguments) => {
+            Expr::Call(name, arguments) => {
                 let arguments: Vec<T> = arguments.iter().map(at).collect();
                 let named = function::named(name).expect("a function");
                 named.function.of(&arguments)
             }
-            RandomTree::If(all) => match at(&all[0]).re() {
+            Expr::If(all) => match at(&all[0]).re() {
                 0.0 => at(&all[2]),
                 _ => at(&all[1]),
             },
@@ -158,13 +158,10 @@ impl RandomTree {
 
     fn binding(&self) -> u8 {
         match self {
-            RandomTree::Number(_)
-            | RandomTree::Axis(_)
-            | RandomTree::Call(..)
-            | RandomTree::If(_) => WORD,
-            RandomTree::Negate(_) => SIGN,
-            RandomTree::Not(_) => NOT,
-            RandomTree::Binary(operator, _) => operator.binding,
+            Expr::Number(_) | Expr::Axis(_) | Expr::Call(..) | Expr::If(_) => WORD,
+            Expr::Negate(_) => SIGN,
+            Expr::Not(_) => NOT,
+            Expr::Binary(operator, _) => operator.binding,
         }
     }
 
@@ -179,8 +176,8 @@ impl RandomTree {
     }
 
     /// `brackets` decides whether an operand gets brackets, given the precedence below which it needs them.
-    fn written(&self, brackets: &impl Fn(&RandomTree, u8) -> bool) -> String {
-        let within = |tree: &RandomTree, least: u8| {
+    fn written(&self, brackets: &impl Fn(&Expr, u8) -> bool) -> String {
+        let within = |tree: &Expr, least: u8| {
             let text = tree.written(brackets);
             if tree.binding() < WORD && brackets(tree, least) {
                 format!("({text})")
@@ -188,18 +185,18 @@ impl RandomTree {
                 text
             }
         };
-        let list = |all: &[RandomTree]| {
+        let list = |all: &[Expr]| {
             let all: Vec<String> = all.iter().map(|tree| within(tree, 0)).collect();
             all.join(", ")
         };
         match self {
-            RandomTree::Number(number) => format!("{number:?}"),
-            RandomTree::Axis(name) => (*name).to_owned(),
-            RandomTree::Negate(a) => format!("-{}", within(a, SIGN)),
-            RandomTree::Not(a) => format!("not {}", within(a, NOT)),
-            RandomTree::Call(name, arguments) => format!("{name}({})", list(arguments)),
-            RandomTree::If(all) => format!("if({})", list(&all[..])),
-            RandomTree::Binary(operator, both) => {
+            Expr::Number(number) => format!("{number:?}"),
+            Expr::Axis(name) => (*name).to_owned(),
+            Expr::Negate(a) => format!("-{}", within(a, SIGN)),
+            Expr::Not(a) => format!("not {}", within(a, NOT)),
+            Expr::Call(name, arguments) => format!("{name}({})", list(arguments)),
+            Expr::If(all) => format!("if({})", list(&all[..])),
+            Expr::Binary(operator, both) => {
                 let (left, right) = match operator.binding {
                     POWER => (WORD, SIGN),
                     COMPARISON => (COMPARISON + 1, COMPARISON + 1),

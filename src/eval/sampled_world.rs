@@ -1,0 +1,28 @@
+//! Samples in a world, as evaluators see them.
+
+use crate::compile::Compiled;
+use crate::sample::{Moment, Samples};
+
+/// What is evaluated on: samples at one moment, and a world in which anchors are found.
+pub(crate) struct SampledWorld<'a, F> {
+    pub compiled: &'a Compiled,
+    pub world: &'a F,
+    pub samples: &'a Samples,
+    pub moment: Moment,
+}
+
+impl<'a, F> SampledWorld<'a, F> {
+    pub(crate) fn new(
+        compiled: &'a Compiled,
+        world: &'a F,
+        samples: &'a Samples,
+        moment: Moment,
+    ) -> Self {
+        SampledWorld {
+            compiled,
+            world,
+            samples,
+            moment,
+        }
+    }
+}
