@@ -27,7 +27,9 @@ use crate::bridge::{
     Push, Reader, Rollback, SoftBodies, StepError, Stepped, Undo, WakePolicy, WorldMut,
 };
 use crate::compile::Compiled;
-use crate::contact::{Calm, Claims, ContactEvent, Detection, Detector, FieldContact, ResponderRules};
+use crate::contact::{
+    Calm, Claims, ContactEvent, Detection, Detector, FieldContact, ResponderRules,
+};
 use crate::cross_check::Watched;
 use crate::eval::CentreEvaluator;
 use crate::field::FieldSet;
@@ -155,7 +157,6 @@ impl Default for FieldPipeline {
             detectors_revision: None,
             compiled,
             properties: Properties::default(),
-
             reader: Reader::default(),
             gatherer: Gatherer::default(),
             bodies: Vec::new(),

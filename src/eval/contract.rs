@@ -17,7 +17,7 @@ pub(super) struct Sums<'a> {
     pub slowings: Option<&'a mut BodySlowings>,
 }
 
-/// An evaluation in progress: what is read, and what is added to.
+/// The inputs of an evaluation in progress, and the sums that it adds to.
 pub(super) struct Summing<'a, F> {
     pub scene: &'a SampledWorld<'a, F>,
     pub frames: &'a mut FrameCache,

@@ -43,7 +43,7 @@ pub(super) fn is_far(batch: &RadialBatch) -> bool {
 }
 
 impl FarRadials {
-    /// Adds the forces of a batch on all samples. Returns false, and adds nothing, where [`Walk::new`] gives
+    /// Adds the forces of a batch on all samples. Returns false, and adds nothing, where [`CellWalk::new`] gives
     /// `None`.
     pub(super) fn add(
         &mut self,
@@ -86,7 +86,7 @@ impl FarRadials {
     }
 
     /// Adds the force of a sorted batch on a sample, with derivatives. Returns false, and adds nothing, where
-    /// [`Walk::new`] gives `None`.
+    /// [`CellWalk::new`] gives `None`.
     pub(super) fn linearise(
         &self,
         number: u32,
@@ -104,7 +104,7 @@ impl FarRadials {
     }
 }
 
-/// Adds what acts on the sites that are coupled; `order` and `blocks` are buffers.
+/// Adds the forces on the sites that the batch acts on; `order` and `blocks` are buffers.
 fn add_to_sites(
     walk: &CellWalk<'_>,
     task: &Task<'_>,

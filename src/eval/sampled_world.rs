@@ -3,7 +3,7 @@
 use crate::compile::Compiled;
 use crate::sample::{Moment, Samples};
 
-/// What is evaluated on: samples at one moment, and a world in which anchors are found.
+/// The samples at one moment on which fields are evaluated, and a world in which anchors are found.
 pub(crate) struct SampledWorld<'a, F> {
     pub compiled: &'a Compiled,
     pub world: &'a F,

@@ -253,7 +253,7 @@ impl Field {
     /// use rapier3d_fields::prelude::*;
     /// # let mut world = PhysicsWorld::new();
     /// # let (_, ball) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
-    /// // What touches the ball is pushed sideways: across its vertical.
+    /// // Bodies that touch the ball are pushed sideways: across its vertical.
     /// let push = Field::contact(ContactLaw::Paper).at(ball);
     /// let fields = Fields::new(push.cross_union(Field::uniform(Vector::Y)));
     /// # fields?;

@@ -24,7 +24,7 @@ pub(crate) struct BegunStep<'a> {
     /// The evaluation that it began with, if that was of the same bodies.
     pub last: Option<&'a Evaluation>,
     pub motions: &'a Motions,
-    /// Who was put on another path since.
+    /// The bodies that were put on another path since.
     pub redirected: Redirected<'a>,
 }
 
@@ -81,8 +81,8 @@ impl Integrator {
         Self::couple_candidates(evaluation);
     }
 
-    /// After the evaluation that follows Rapier's step: the same, by how the wrenches changed since
-    /// the last one, and by what the first half of the step has found out.
+    /// After the evaluation that follows Rapier's step: the same, by the change of the wrenches since the last
+    /// evaluation, and by the results of the first half of the step.
     pub(crate) fn update(
         &mut self,
         context: &StepContext<'_, impl Lookup>,

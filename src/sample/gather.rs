@@ -20,7 +20,7 @@ use crate::rigid::{Body, Lookup, to_dquat};
 #[derive(Debug, Default)]
 pub(crate) struct Gatherer {
     shapes: Shapes,
-    /// The requirements, and how often properties had changed.
+    /// The requirements, and the number of changes of the properties.
     made_for: Option<(SamplingRequirements, u64)>,
     bodies: Vec<BodyStamp>,
     parts: Vec<PartStamp>,
@@ -83,9 +83,9 @@ fn is_sampled(collider: &Collider) -> bool {
 }
 
 impl Gatherer {
-    /// Brings `samples` up to date with some bodies, in the order of their handles. `known`: that the
-    /// parts of the bodies are as they were when it gathered before. Whether anything but places and
-    /// velocities changed since.
+    /// Brings `samples` up to date with some bodies, in the order of their handles. With `known`, the parts of the
+    /// bodies are taken to be unchanged since the last call. Returns true if anything but places and velocities has
+    /// changed since then.
     pub(crate) fn gather(
         &mut self,
         samples: &mut Samples,

@@ -17,7 +17,7 @@ const DENSE: u32 = 1 << 20;
 pub(crate) struct Properties {
     /// The revision of the set that it was made from.
     revision: u64,
-    /// How often anything has changed.
+    /// The number of changes.
     pub(super) changes: u64,
     world: UserValues,
     entries: ByHandle<Entry>,
@@ -34,7 +34,7 @@ pub(crate) struct Entry {
 }
 
 impl Properties {
-    /// Takes up what has changed in the set since the last call.
+    /// Takes the changes of the set since the last call.
     pub(crate) fn update(&mut self, set: &FieldSet) {
         if self.revision == set.revision() {
             return;

@@ -167,7 +167,7 @@ impl<'a> CellWalk<'a> {
         }
     }
 
-    /// The force of the first and second moments of a cell, at a way d from its centre; see
+    /// The force of the first and second moments of a cell, at the offset d from its centre; see
     /// [`CellWalk::add_cell`].
     fn moments(&self, cell: &SourceCell, d: DVec3, [g, slope]: [f64; 2]) -> DVec3 {
         let bend = slope * (self.exponent - 1.0) / (d.length_squared() + self.softening2);
