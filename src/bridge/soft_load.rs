@@ -1,6 +1,6 @@
 //! Forces on particles for the duration of Rapier's step.
 
-use crate::integrate::Coupling;
+use crate::integrate::LinearisedWrench;
 use crate::math::Vector;
 use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
 
@@ -19,7 +19,7 @@ pub(super) struct Sampled {
 pub(crate) struct SoftFlight {
     pub(super) bodies: Vec<Sampled>,
     /// By place: the linearised dependence of the force on the velocity, for particles that were loaded.
-    pub(super) loaded: Vec<Option<Coupling>>,
+    pub(super) loaded: Vec<Option<LinearisedWrench>>,
 }
 
 impl SoftFlight {
@@ -30,7 +30,7 @@ impl SoftFlight {
 
     /// The couplings of a body's particles; empty if nothing was loaded at all. `None` if the body is new or was torn
     /// in the meantime: it gets no second half of this step.
-    pub(super) fn of(&self, body: Sampled) -> Option<&[Option<Coupling>]> {
+    pub(super) fn of(&self, body: Sampled) -> Option<&[Option<LinearisedWrench>]> {
         if self.loaded.is_empty() {
             return Some(&[]);
         }

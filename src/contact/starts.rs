@@ -290,7 +290,7 @@ impl Starts {
     }
 
     /// Clears the lag of bodies whose velocities do not lag behind any more.
-    pub(crate) fn catch_up(&mut self, bodies: &[RigidBodyHandle]) {
+    pub(crate) fn catch_up(&mut self, bodies: impl Iterator<Item = RigidBodyHandle>) {
         for handle in bodies {
             let start = self.list.get_mut(handle.into_raw_parts().0 as usize);
             if let Some(Some(start)) = start {

@@ -99,8 +99,8 @@ pub(crate) fn each_trace(
                 cutter.body(samples, body, &borders)
             };
             for piece in pieces {
-                let (query, weight, arm) = samples.of_piece(how, (body, piece), moment);
-                let sample = samples.in_piece((body, piece), &query, arm);
+                let (query, weight, arm) = samples.of_piece(how, body, piece, moment);
+                let sample = samples.in_piece(body, piece, &query, arm);
                 visit(&sample, term, reference.trace(frames, &query).times(weight));
             }
             if !whole {

@@ -13,6 +13,14 @@ pub(super) enum Asked<'a> {
     Piece(&'a Query, f64, DVec3),
 }
 
+/// A body that borders may cut, among the samples of a moment.
+#[derive(Clone, Copy)]
+pub(super) struct CutBody<'a> {
+    pub samples: &'a Samples,
+    pub moment: Moment,
+    pub number: u32,
+}
+
 /// Finds the borders near bodies, and cuts bodies there. Keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(super) struct BodyCuts {
@@ -25,12 +33,17 @@ impl BodyCuts {
     /// for the whole body, or once for each of its pieces.
     pub(super) fn each(
         &mut self,
-        (program, frames): (&Program, &[Option<Frame>]),
+        program: &Program,
+        frames: &[Option<Frame>],
         instances: impl Iterator<Item = usize>,
-        (samples, moment): (&Samples, Moment),
-        body: u32,
+        body: CutBody<'_>,
         mut ask: impl FnMut(usize, Asked<'_>),
     ) {
+        let CutBody {
+            samples,
+            moment,
+            number: body,
+        } = body;
         let how = program.how;
         let Some(bulk) = samples.cut(how, body) else {
             return;
@@ -53,7 +66,7 @@ impl BodyCuts {
                 continue;
             }
             for piece in self.cutter.body(samples, body, &self.borders) {
-                let (query, weight, arm) = samples.of_piece(how, (body, piece), moment);
+                let (query, weight, arm) = samples.of_piece(how, body, piece, moment);
                 ask(instance, Asked::Piece(&query, weight, arm));
             }
         }

@@ -1,6 +1,6 @@
 //! The potential energy of bodies in the fields of programs.
 
-use super::cut::{Asked, BodyCuts};
+use super::cut::{Asked, BodyCuts, CutBody};
 use crate::compile::{Instruction, Program};
 use crate::field::{Field, Frame, LocalQuery, Open, Operator, Query};
 use crate::sample::{Moment, Samples};
@@ -41,14 +41,24 @@ pub(super) fn program_energy(
             .sum::<f64>();
     }
     let mut cuts = BodyCuts::default();
-    for body in 0..samples.bodies.len() as u32 {
-        let (field, at) = ((program, frames), (samples, moment));
-        cuts.each(field, instances.clone(), at, body, |instance, asked| {
-            total += match asked {
-                Asked::Whole(query) => energy(instance, query),
-                Asked::Piece(query, weight, _) => energy(instance, query) * weight,
-            };
-        });
+    for number in 0..samples.bodies.len() as u32 {
+        let body = CutBody {
+            samples,
+            moment,
+            number,
+        };
+        cuts.each(
+            program,
+            frames,
+            instances.clone(),
+            body,
+            |instance, asked| {
+                total += match asked {
+                    Asked::Whole(query) => energy(instance, query),
+                    Asked::Piece(query, weight, _) => energy(instance, query) * weight,
+                };
+            },
+        );
     }
     (total, all)
 }

@@ -3,7 +3,7 @@
 use fearless_simd::dispatch;
 
 use super::contract::{BatchEvaluator, Summing, Sums};
-use super::cut::{Asked, BodyCuts};
+use super::cut::{Asked, BodyCuts, CutBody};
 use super::drags::DragOn;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
@@ -312,9 +312,14 @@ impl Programs {
         let mut whole = Vector::ZERO;
         let (mut sum, mut turn) = (DVec3::ZERO, DVec3::ZERO);
         let near = self.near.iter().map(|instance| *instance as usize);
-        let (frames, samples) = (on.frames.all(), (scene.samples, scene.moment));
+        let frames = on.frames.all();
+        let cut = CutBody {
+            samples: scene.samples,
+            moment: scene.moment,
+            number: body,
+        };
         self.cuts
-            .each((program, frames), near, samples, body, |instance, asked| {
+            .each(program, frames, near, cut, |instance, asked| {
                 let mut force = |query| {
                     let motion = Motion::of(query);
                     let outcome = machine.run(program, instance, frames, query, &motion);

@@ -15,7 +15,7 @@ const SAME: f64 = 1e-5;
     feature = "serde-serialize",
     derive(serde::Serialize, serde::Deserialize)
 )]
-pub(crate) struct Coupling {
+pub(crate) struct LinearisedWrench {
     /// The wrench at those velocities.
     wrench: Vector6<f64>,
     pub slope: Slope,
@@ -44,12 +44,10 @@ impl Slope {
             let block = slope.fixed_view::<3, 3>(row, column);
             block.iter().all(|entry| *entry == 0.0)
         };
-        match [(0, 3), (3, 0), (3, 3)]
-            .into_iter()
-            .all(|(row, column)| is_zero(row, column))
-        {
-            true => Slope::OfPoint(slope.fixed_view::<3, 3>(0, 0).into_owned()),
-            false => Slope::OfBody(*slope),
+        if is_zero(0, 3) && is_zero(3, 0) && is_zero(3, 3) {
+            Slope::OfPoint(slope.fixed_view::<3, 3>(0, 0).into_owned())
+        } else {
+            Slope::OfBody(*slope)
         }
     }
 
@@ -166,17 +164,18 @@ impl Besides {
     }
 }
 
-impl Coupling {
-    /// A coupling about the velocities at which a wrench was `evaluated`. The wrench in full precision is used if both
+impl LinearisedWrench {
+    /// Linear about the velocities at which a wrench was `evaluated`. The wrench in full precision is used if both
     /// agree, because the speed that remains after a strong drag is the difference of two almost equal numbers.
     pub(super) fn new(
-        (wrench, slope): (&Vector6<f64>, Slope),
+        wrench: &Vector6<f64>,
+        slope: Slope,
         evaluated: &Vector6<f64>,
         sampled_at: Vector6<f64>,
     ) -> Self {
         let off = (wrench - evaluated).norm();
         let same = off <= SAME * evaluated.norm();
-        Coupling {
+        LinearisedWrench {
             wrench: if same { *wrench } else { *evaluated },
             slope,
             sampled_at,

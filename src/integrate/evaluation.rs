@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::coupling::Coupling;
+use super::coupling::LinearisedWrench;
 use super::fault::Fault;
 use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Treatment};
@@ -29,7 +29,7 @@ pub(crate) struct Evaluation {
     /// The velocities that the fields saw; empty if no field reads them.
     pub sampled_at: Vec<Vector6<f64>>,
     /// By place; empty if no field reads velocities, or the scheme samples them as they are.
-    pub couplings: Vec<Option<Coupling>>,
+    pub couplings: Vec<Option<LinearisedWrench>>,
     /// True if the last kick changed forces that read velocities so much that the next step has to evaluate them again.
     pub outdated: bool,
     /// Of bodies that were linearised, in the order of their places.

@@ -1,31 +1,25 @@
 //! The kicks before and after Rapier's step.
 
-use super::coupling::{Besides, Coupling};
+use super::begun::BegunStep;
+use super::coupling::{Besides, LinearisedWrench};
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
-use super::motion::{FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked};
+use super::motion::{FASTEST, Load, MeanVelocity, Motions, Rest, Start, VelocityUpdate, kicked};
 use super::plan::StepPlan;
 use super::stiffness::Treatment;
 use super::{Integrator, Scheme, StepContext, Substeps};
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{
-    Body, Lookup, Mobility, Wrench, find, find_by, of_wrench, pair, rounded, six, stopped,
-    to_dquat, velocities,
+    Body, Lookup, Mobility, Wrench, find, of_wrench, pair, rounded, six, stopped, to_dquat,
+    velocities,
 };
 
 /// A force that a kick has changed by more than this share is evaluated again in the next step: for one that grows with
 /// the square of the speed, the slope alone would be off by a quarter of the share's square, 2.5e-3.
 const OUTDATED: f64 = 0.1;
-
-/// A half of a step: before or after Rapier's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Half {
-    First,
-    Second,
-}
 
 /// The error of a speed after a hit within a step from which on schemes without a tolerance warn.
 const HIT: f64 = 0.01;
@@ -39,82 +33,6 @@ enum Duty {
     Inner(StepPlan),
     /// To be pushed by Rapier's own forces.
     ByForce,
-}
-
-/// A body that was put on another path within the step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Deflection {
-    pub body: RigidBodyHandle,
-    /// The share of the step before that.
-    pub share: Real,
-    /// The acceleration and torque by fields with which it goes on, if it is moved within the step.
-    pub presumed: Option<[Vector; 2]>,
-}
-
-/// The bodies that were put on another path within the step.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Redirected<'a> {
-    /// The wrenches on all bodies when the step began, and the couplings of those that read velocities.
-    pub before: &'a [Wrench],
-    pub coupled: &'a [Option<Coupling>],
-    /// Those bodies, in the order of their handles.
-    pub hits: &'a [Deflection],
-    /// True if there are no detection fields, so that no contact depends on paths and these may still be changed.
-    pub may_redo: bool,
-}
-
-impl Redirected<'_> {
-    pub(super) fn has(&self, body: RigidBodyHandle) -> bool {
-        self.hit(body).is_some()
-    }
-
-    fn hit(&self, body: RigidBodyHandle) -> Option<&Deflection> {
-        let place = find_by(self.hits, body, |hit| hit.body)?;
-        Some(&self.hits[place])
-    }
-
-    /// The correction of the wrench for the second half of a kick: up to a hit the first wrench should act, and the
-    /// second from then on. The map of a step is the same backwards, so hits in a field that does not change neither
-    /// add nor take energy on average.
-    fn correction(&self, place: usize, body: RigidBodyHandle, wrench: Wrench) -> Option<Wrench> {
-        let (hit, before) = (self.hit(body)?, self.before.get(place)?);
-        let later = 1.0 - 2.0 * hit.share;
-        Some(wrench.plus(before.times(-1.0)).times(later))
-    }
-
-    /// The correction for a body that was moved within the step and hit: after the hit it moved under the presumed
-    /// acceleration and torque, and should have moved under the mean of these and of those at its end. The second value
-    /// is the relative error of its speed that remains.
-    fn rest(&self, body: &Body, wrench: Wrench, dt: Real) -> Option<(VelocityUpdate, f64)> {
-        let hit = self.hit(body.handle)?;
-        let [acceleration, torque] = hit.presumed?;
-        let duration = 0.5 * (1.0 - hit.share) * dt;
-        let change = Wrench {
-            force: wrench.force,
-            torque: wrench.torque - torque,
-        };
-        let mut update = kicked(body, change, duration);
-        update.linvel -= acceleration * duration;
-        Some((update, error_of_rest(body, &update)))
-    }
-}
-
-/// The relative error of a body's speed after a correction of its velocities for a force that changes along its path.
-/// On a spring the trapezoidal rule is off by (ω t)³/12 of the speed over a time t, and the correction itself is (ω
-/// t)²/2 of the speed.
-fn error_of_rest(body: &Body, update: &VelocityUpdate) -> f64 {
-    let inertia = body.inertia();
-    let energy = |linvel: Vector, angvel: Vector| {
-        let (attitude, angvel) = (to_dquat(body.pose.rotation), to_dvec3(angvel));
-        let momentum = inertia.map_or(DVec3::ZERO, |it| it.angular_momentum(attitude, angvel));
-        to_f64(body.mass) * to_dvec3(linvel).length_squared() + angvel.dot(momentum)
-    };
-    let whole = energy(update.linvel, update.angvel);
-    let change = energy(update.linvel - body.linvel, update.angvel - body.angvel);
-    if change == 0.0 {
-        return 0.0;
-    }
-    (2.0 * (change / whole).sqrt()).powf(1.5) / 12.0
 }
 
 /// Returns whether a wrench acts on a body, and whether the body is to be woken or kept from falling asleep.
@@ -131,26 +49,24 @@ impl Integrator {
     ) -> Result<(), Fault> {
         motions.clear();
         self.fastest = None;
-        let all = (Half::First, None, Redirected::default());
-        self.kick((context, evaluation), all, acts, motions)?;
+        self.kick(context, evaluation, None, acts, motions)?;
         self.move_within(context, evaluation, motions)?;
         motions.sort();
         Ok(())
     }
 
     /// Computes the motions to write after Rapier's step: the second half of a kick, for all bodies that were not
-    /// settled in the `first` one.
+    /// settled in the first one.
     pub(crate) fn second_half(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
-        (first, redirected): (&Motions, Redirected<'_>),
+        begun: &BegunStep<'_>,
         acts: Acts<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         motions.clear();
-        let rest = (Half::Second, Some(first), redirected);
-        self.kick((context, evaluation), rest, acts, motions)?;
+        self.kick(context, evaluation, Some(begun), acts, motions)?;
         let told = context.choice().map_or(HIT, |choice| choice.tolerance);
         if let Some((_, error)) = motions.worst_hit {
             self.reached = self.reached.max(error);
@@ -159,32 +75,31 @@ impl Integrator {
         Ok(())
     }
 
-    /// Computes the action on each body, and collects the bodies to be moved within the step.
+    /// Computes the action on each body, and collects the bodies to be moved within the step. `begun` is the first half
+    /// in the second one.
     fn kick(
         &self,
-        (context, evaluation): (&StepContext<'_, impl Lookup>, &Evaluation),
-        (half, first, redirected): (Half, Option<&Motions>, Redirected<'_>),
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        begun: Option<&BegunStep<'_>>,
         acts: Acts<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
-        let done = first.map_or((&[][..], &[][..]), |it| (&it.settled, &it.bounced));
-        let together = match half {
-            Half::First => together(context, evaluation),
-            Half::Second => None,
+        let together = match begun {
+            None => together(context, evaluation),
+            Some(_) => None,
         };
+        let mut at = 0;
         let policy = context.rules.on_fault;
         let mut too_fast = TooFast::default();
         for (place, body) in context.bodies.iter().enumerate() {
-            let Some(duty) = duty(context, evaluation, half, done, place) else {
-                if let Some(first) = first.filter(|first| first.has_slope(body.handle)) {
-                    let update = end_of_load(context, evaluation, (place, redirected), first);
-                    motions.updates.extend(update);
-                } else {
-                    let wrench = evaluation.wrenches[place];
-                    if let Some((update, error)) = redirected.rest(body, wrench, context.dt) {
-                        motions.updates.push(update);
-                        motions.note_hit(body.handle, error);
-                    }
+            let begun = begun.map(|begun| Begun {
+                step: begun,
+                rest: begun.motions.next_rest(&mut at, body.handle),
+            });
+            let Some(duty) = duty(context, evaluation, begun, place) else {
+                if let Some(begun) = begun {
+                    begun.complete(context, evaluation, place, motions);
                 }
                 continue;
             };
@@ -200,21 +115,22 @@ impl Integrator {
             let kick = Kick {
                 context,
                 evaluation,
+                begun,
                 place,
                 body,
                 wrench,
                 wake,
                 felt: true,
             };
-            let (mark, whole) = (motions.mark(), (first, redirected));
-            let mut done = kick.done(duty, whole, motions);
+            let mark = motions.mark();
+            let mut done = kick.done(duty, motions);
             if let Err(Faster(speed)) = done {
                 motions.back_to(mark);
                 too_fast.note(place, speed);
                 match policy {
                     FaultPolicy::Refuse => break,
                     FaultPolicy::Quarantine => continue,
-                    FaultPolicy::LeaveOut => done = kick.unfelt().done(duty, whole, motions),
+                    FaultPolicy::LeaveOut => done = kick.unfelt().done(duty, motions),
                 }
             }
             let Ok(Some((update, twist))) = done else {
@@ -225,9 +141,9 @@ impl Integrator {
                 continue;
             };
             let (iterations, exact) = (context.rules.iterations, context.rules.exact_turns);
-            let update = match half {
-                Half::First => motions.turned(body, update, twist, context.dt, iterations, exact),
-                Half::Second => update,
+            let update = match begun {
+                None => motions.turned(body, update, twist, context.dt, iterations, exact),
+                Some(_) => update,
             };
             motions.updates.push(update);
         }
@@ -274,18 +190,17 @@ impl TooFast {
 fn duty(
     context: &StepContext<'_, impl Lookup>,
     evaluation: &Evaluation,
-    half: Half,
-    (settled, bounced): (&[RigidBodyHandle], &[RigidBodyHandle]),
+    begun: Option<Begun<'_>>,
     place: usize,
 ) -> Option<Duty> {
     let (dt, body) = (context.dt, context.bodies[place].handle);
-    if half == Half::Second {
-        if find(bounced, body).is_some() {
+    if let Some(begun) = begun {
+        if begun.rest == Some(Rest::Bounced) {
             return Some(Duty::Kick(dt * 0.5));
         }
+        let settled = begun.rest.is_some_and(Rest::is_settled);
         let redone = || evaluation.missed.binary_search(&place).is_ok();
-        let once = !context.rules.scheme.kicks_twice();
-        if once || (!settled.is_empty() && find(settled, body).is_some()) || redone() {
+        if !context.rules.scheme.kicks_twice() || settled || redone() {
             return None;
         }
         return Some(match evaluation.treatment(place) {
@@ -343,31 +258,61 @@ fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> 
     context.is_coupled().then_some(finest)
 }
 
-/// The second half for a body that was loaded with the mean of a force that reads velocities: the effect of the force's
-/// change over the step, as [`FreeMotion::second`] for one that reads none. The change is taken at one velocity, and
-/// its own effect on the velocity is solved for, so it stays bounded.
-fn end_of_load(
-    context: &StepContext<'_, impl Lookup>,
-    evaluation: &Evaluation,
-    (place, redirected): (usize, Redirected<'_>),
-    first: &Motions,
-) -> Option<VelocityUpdate> {
-    let body = &context.bodies[place];
-    if evaluation.missed.binary_search(&place).is_ok() {
-        return None;
+/// The first half of a step, for one body in the second.
+#[derive(Clone, Copy)]
+struct Begun<'a> {
+    step: &'a BegunStep<'a>,
+    /// The part of its motion that is left for the second half, if it is not a plain one.
+    rest: Option<Rest>,
+}
+
+impl Begun<'_> {
+    /// The second half for a body that gets no kick.
+    fn complete(
+        self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        place: usize,
+        motions: &mut Motions,
+    ) {
+        if self.rest == Some(Rest::Sloped) {
+            let update = self.end_of_load(context, evaluation, place);
+            motions.updates.extend(update);
+            return;
+        }
+        let (body, wrench) = (&context.bodies[place], evaluation.wrenches[place]);
+        if let Some((update, error)) = self.step.after_hit(body, wrench, context.dt) {
+            motions.updates.push(update);
+            motions.note_hit(body.handle, error);
+        }
     }
-    let now = velocities(body);
-    let at = |coupling: &Option<Coupling>| coupling.as_ref().map(|it| it.at(&now));
-    let is = evaluation.couplings.get(place)?;
-    let was = at(redirected.coupled.get(place)?)?;
-    let (change, coupling) = (at(is)? - was, is.as_ref()?);
-    let duration = 0.5 * to_f64(context.dt);
-    let mobility = Mobility::of(body);
-    let mean = coupling.mean(&mobility, &change, &Besides::default(), duration)?;
-    let motion = context.free_motion(body);
-    let (force, torque) = rounded(&mean);
-    let felt = motion.completes(Wrench { force, torque }, first.load(body.handle).is_some());
-    (felt != Wrench::ZERO).then(|| kicked(body, felt, from_f64(duration)))
+
+    /// The second half for a body that was loaded with the mean of a force that reads velocities: the effect of the
+    /// force's change over the step, as [`FreeMotion::second`] for one that reads none. The change is taken at one
+    /// velocity, and its own effect on the velocity is solved for, so it stays bounded.
+    fn end_of_load(
+        self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        place: usize,
+    ) -> Option<VelocityUpdate> {
+        let body = &context.bodies[place];
+        if evaluation.missed.binary_search(&place).is_ok() {
+            return None;
+        }
+        let now = velocities(body);
+        let coupling = evaluation.couplings.get(place)?.as_ref()?;
+        let was = self.step.last?.couplings.get(place)?.as_ref()?.at(&now);
+        let change = coupling.at(&now) - was;
+        let duration = 0.5 * to_f64(context.dt);
+        let mobility = Mobility::of(body);
+        let mean = coupling.mean(&mobility, &change, &Besides::default(), duration)?;
+        let motion = context.free_motion(body);
+        let (force, torque) = rounded(&mean);
+        let loaded = self.step.motions.load(body.handle).is_some();
+        let felt = motion.completes(Wrench { force, torque }, loaded);
+        (felt != Wrench::ZERO).then(|| kicked(body, felt, from_f64(duration)))
+    }
 }
 
 /// New velocities of a body, and the angular impulse that is part of them.
@@ -377,6 +322,8 @@ type Kicked = (VelocityUpdate, DVec3);
 struct Kick<'a, W> {
     context: &'a StepContext<'a, W>,
     evaluation: &'a Evaluation,
+    /// Set in the second half.
+    begun: Option<Begun<'a>>,
     place: usize,
     body: &'a Body,
     wrench: Wrench,
@@ -396,16 +343,11 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// Carries out the action; `None` if there is nothing more to write.
-    fn done(
-        &self,
-        duty: Duty,
-        (first, redirected): (Option<&Motions>, Redirected<'_>),
-        motions: &mut Motions,
-    ) -> Result<Option<Kicked>, Faster> {
-        let kicked = match (first, duty) {
-            (Some(first), duty) => self.second(duty, (first, redirected), motions),
+    fn done(&self, duty: Duty, motions: &mut Motions) -> Result<Option<Kicked>, Faster> {
+        let kicked = match (self.begun, duty) {
+            (Some(begun), duty) => self.second(duty, begun, motions),
             (None, Duty::Inner(plan)) => {
-                motions.settled.push(self.body.handle);
+                motions.leave(self.body.handle, Rest::Settled);
                 motions.inner.push(Start::new(self.place, plan, self.wake));
                 None
             }
@@ -451,12 +393,13 @@ impl<W: Lookup> Kick<'_, W> {
             _ => return None,
         };
         if implicit {
-            motions.settled.push(body.handle);
+            motions.leave(body.handle, Rest::Settled);
         }
         let free = context.free_motion(body);
-        let solved = match implicit {
-            true => self.implicit(&free.pull(body), duration),
-            false => self.solved(Some(&free), duration),
+        let solved = if implicit {
+            self.implicit(&free.pull(body), duration)
+        } else {
+            self.solved(Some(&free), duration)
         };
         let felt = solved.is_some() || self.wrench != Wrench::ZERO;
         let spins = context.turns() && body.angvel != Vector::ZERO;
@@ -472,7 +415,7 @@ impl<W: Lookup> Kick<'_, W> {
         let linvel = update.linvel;
         update.linvel = free.given(linvel);
         if twice && !implicit {
-            motions.free.push(body.handle);
+            motions.leave(body.handle, Rest::Free);
         } else {
             motions.means.push(MeanVelocity {
                 body: body.handle,
@@ -487,13 +430,8 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The second half; `None` if there is nothing to write.
-    fn second(
-        &self,
-        duty: Duty,
-        (first, redirected): (&Motions, Redirected<'_>),
-        motions: &mut Motions,
-    ) -> Option<Kicked> {
-        let (context, body) = (self.context, self.body);
+    fn second(&self, duty: Duty, begun: Begun<'_>, motions: &mut Motions) -> Option<Kicked> {
+        let (context, body, first) = (self.context, self.body, begun.step.motions);
         let load = first.load(body.handle);
         let (duration, implicit) = match duty {
             Duty::Implicit(duration) => (duration, true),
@@ -501,17 +439,16 @@ impl<W: Lookup> Kick<'_, W> {
             _ => return None,
         };
         let motion = context.free_motion(body);
-        let free = find(&first.free, body.handle).map(|_| &motion);
-        let solved = match implicit {
-            true => {
-                let pull = free.map_or(Besides::default(), |free| free.pull(body));
-                self.implicit(&pull, duration)
-            }
-            false => self.solved(free, duration),
+        let free = begun.rest.is_some_and(Rest::is_free).then_some(&motion);
+        let solved = if implicit {
+            let pull = free.map_or(Besides::default(), |free| free.pull(body));
+            self.implicit(&pull, duration)
+        } else {
+            self.solved(free, duration)
         };
         let held = context.is_held(body);
         let felt = motion.second(self.wrench, load, held);
-        let correction = redirected.correction(self.place, body.handle, self.wrench);
+        let correction = begun.step.correction(self.place, body.handle, self.wrench);
         let correction = correction.filter(|_| self.felt);
         let felt = match correction {
             Some(correction) if load.is_none() => felt.plus(correction),
@@ -527,7 +464,7 @@ impl<W: Lookup> Kick<'_, W> {
             .as_ref()
             .is_some_and(|(update, _)| self.outdates(update));
         if true_after && !motion.is_none() {
-            motions.ahead.push(body.handle);
+            motions.leave(body.handle, Rest::Ahead);
         }
         let still = felt == Wrench::ZERO && lag == Vector::ZERO && free.is_none();
         if still && solved.is_none() && !self.wake {
@@ -563,11 +500,12 @@ impl<W: Lookup> Kick<'_, W> {
             _ => self.solved(None, dt),
         };
         // Only a plain load is completed by a second half.
-        if solved.is_some() || !matches!(duty, Duty::Kick(_)) {
-            motions.settled.push(body.handle);
-        }
-        if solved.is_some() && context.rules.scheme.kicks_twice() && matches!(duty, Duty::Kick(_)) {
-            motions.sloped.push(body.handle);
+        if !matches!(duty, Duty::Kick(_)) {
+            motions.leave(body.handle, Rest::Settled);
+        } else if solved.is_some() {
+            let twice = context.rules.scheme.kicks_twice();
+            let rest = if twice { Rest::Sloped } else { Rest::Settled };
+            motions.leave(body.handle, rest);
         }
         let all = match solved {
             Some((update, _)) if matches!(duty, Duty::Implicit(_)) => {
@@ -592,7 +530,7 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The derivative of its force by its velocities, if fields that read them act on it.
-    fn coupling(&self) -> Option<&Coupling> {
+    fn coupling(&self) -> Option<&LinearisedWrench> {
         let coupling = self.evaluation.couplings.get(self.place)?.as_ref();
         coupling.filter(|_| self.felt)
     }

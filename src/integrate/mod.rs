@@ -1,6 +1,7 @@
 //! Integration: turns the wrenches on bodies into new velocities and loads, by the scheme. It works on copies of bodies
 //! and on none of Rapier's sets.
 
+mod begun;
 mod context;
 mod coupling;
 mod evaluation;
@@ -33,15 +34,14 @@ pub use fault::FaultPolicy;
 pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
 
+pub(crate) use begun::{BegunStep, Deflection};
 pub(crate) use context::{MotionRules, StepContext};
-pub(crate) use coupling::Coupling;
+pub(crate) use coupling::LinearisedWrench;
 pub(crate) use evaluation::Evaluation;
 pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
-pub(crate) use kick::{Deflection, Redirected};
 pub(crate) use load::{Before, complete, complete_slowed};
-pub(crate) use monitor::BegunStep;
-pub(crate) use motion::{Arrived, FASTEST, Load, Motions, TurnAfter, VelocityUpdate, kicked};
+pub(crate) use motion::{Arrived, FASTEST, Load, Motions, Rest, TurnAfter, VelocityUpdate, kicked};
 pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
 pub(crate) use reaction::Reactions;
 pub(crate) use redo::Redone;

@@ -1,9 +1,9 @@
 //! The stiffness monitor: finds bodies in stiff fields by how wrenches change along the path, and linearises those.
 
-use super::coupling::{Coupling, Slope};
+use super::begun::BegunStep;
+use super::coupling::{LinearisedWrench, Slope};
 use super::evaluation::Evaluation;
 use super::jacobian::{self, Jacobian};
-use super::kick::Redirected;
 use super::motion::{Motions, Resolved};
 use super::plan::{CAUTION, Choice, StepPlan};
 use super::secant::fourth_power;
@@ -17,16 +17,6 @@ use crate::rigid::{Lookup, Mobility, Wrench, find, of_wrench, pair};
 
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and the body is damped.
 const BROKEN: f64 = 1.0;
-
-/// The part of a step before Rapier's own, as the part after it sees it.
-#[derive(Clone, Copy)]
-pub(crate) struct BegunStep<'a> {
-    /// The evaluation that it began with, if that was of the same bodies.
-    pub last: Option<&'a Evaluation>,
-    pub motions: &'a Motions,
-    /// The bodies that were put on another path since.
-    pub redirected: Redirected<'a>,
-}
 
 impl Integrator {
     /// After an evaluation that the previous step did not make: chooses treatments under schemes that choose, warns
@@ -87,7 +77,7 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        begun: BegunStep<'_>,
+        begun: &BegunStep<'_>,
         stiff: &mut Vec<RigidBodyHandle>,
         warnings: &mut Vec<StepWarning>,
     ) {
@@ -107,7 +97,7 @@ impl Integrator {
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
                     let known = first.resolved(body).is_some();
-                    let new = last.is_none() || begun.redirected.has(body);
+                    let new = last.is_none() || begun.is_hit(body);
                     match (known, new) {
                         (true, _) => (!together).then_some(0.0),
                         (false, true) => Some(Real::INFINITY),
@@ -165,7 +155,7 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
-        begun: BegunStep<'_>,
+        begun: &BegunStep<'_>,
         together: bool,
         stiff: &mut Vec<RigidBodyHandle>,
         warnings: &mut Vec<StepWarning>,
@@ -173,7 +163,7 @@ impl Integrator {
         let Some(choice) = context.choice() else {
             return;
         };
-        let (last, first, redirected) = (begun.last, begun.motions, begun.redirected);
+        let (last, first) = (begun.last, begun.motions);
         let dt = to_f64(context.dt);
         let before = |place| last.and_then(|last| last.treatment(place));
         let kicked =
@@ -206,16 +196,16 @@ impl Integrator {
                 let body = &context.bodies[*place];
                 before(*place) != Some(Treatment::Damp)
                     && !context.compiled.reads_velocity
-                    && !redirected.has(body.handle)
+                    && !begun.is_hit(body.handle)
                     && !context.is_held(body)
                     && first.load(body.handle).is_none()
             };
             let all = || (0..evaluation.bodies.len()).filter(|it| !context.bodies[*it].sleeping);
-            if redirected.may_redo && coupled && all().all(|place| free(&place) && kicked(place)) {
+            if begun.may_redo && coupled && all().all(|place| free(&place) && kicked(place)) {
                 evaluation.missed.extend(all());
             } else {
                 let again = wrong.iter().copied();
-                let again = again.filter(|place| redirected.may_redo && !coupled && free(place));
+                let again = again.filter(|place| begun.may_redo && !coupled && free(place));
                 evaluation.missed.extend(again);
                 for (place, treatment) in &mut evaluation.treatments {
                     let listed = |list: &[usize]| list.binary_search(place).is_ok();
@@ -285,7 +275,7 @@ impl Integrator {
         let bound = (CAUTION * 4.0 * choice.tolerance).powi(2);
         let quiet = choice.quiet_rate(to_f64(context.dt));
         let is_candidate = |place: &usize| {
-            if let Some(Some(Coupling { slope, .. })) = evaluation.couplings.get(*place) {
+            if let Some(Some(LinearisedWrench { slope, .. })) = evaluation.couplings.get(*place) {
                 let rate = slope.fastest(&Mobility::of(&context.bodies[*place]));
                 if !slope.is_finite() || rate > quiet {
                     return true;
@@ -432,8 +422,9 @@ impl Integrator {
                 let (part, slope) = self.by_velocity(context, place);
                 if felt || !slope.is_zero() {
                     let sampled_at = evaluation.sampled_at[place];
-                    coupling = Some(Coupling::new(
-                        (&part, slope),
+                    coupling = Some(LinearisedWrench::new(
+                        &part,
+                        slope,
                         &of_wrench(wrench),
                         sampled_at,
                     ));
@@ -459,11 +450,11 @@ impl Integrator {
             };
             let slope = Slope::of_body(&jacobian.by_velocity);
             let evaluated = of_wrench(evaluation.wrenches[*place]);
-            let part = (&jacobian.wrench, slope);
-            *coupling = Coupling::new(part, &evaluated, coupling.sampled_at);
+            let sampled_at = coupling.sampled_at;
+            *coupling = LinearisedWrench::new(&jacobian.wrench, slope, &evaluated, sampled_at);
         }
         for coupling in couplings {
-            let finite = |it: &mut Coupling| it.slope.is_finite();
+            let finite = |it: &mut LinearisedWrench| it.slope.is_finite();
             if !coupling.as_mut().is_some_and(finite) {
                 *coupling = None;
             }

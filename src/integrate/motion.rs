@@ -6,7 +6,7 @@ use super::pace::Pace;
 use super::plan::StepPlan;
 use super::reaction::Reactions;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
-use crate::rigid::{Body, Inertia, Lookup, Wrench, find, find_by, steady_angvel, to_dquat};
+use crate::rigid::{Body, Inertia, Lookup, Wrench, find_by, find_next, steady_angvel, to_dquat};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -23,16 +23,10 @@ pub(crate) struct Motions {
     pub turns: Vec<SteadyTurn>,
     pub means: Vec<MeanVelocity>,
     pub loads: Vec<Load>,
-    /// Bodies that get no second half of a kick, in the order of their handles.
-    pub settled: Vec<RigidBodyHandle>,
-    /// Free bodies that were moved within the step, and whose velocity Rapier changed in the meantime, in the order of
-    /// their handles. They have the velocity of the middle of the step, and get the second half of a kick at their
-    /// present place.
-    pub bounced: Vec<RigidBodyHandle>,
-    /// Bodies whose second half is completed with [`FreeMotion`](super::FreeMotion), in the order of their handles.
-    pub free: Vec<RigidBodyHandle>,
-    /// Bodies that end the second half with their true velocity, where Rapier's lags.
-    pub ahead: Vec<RigidBodyHandle>,
+    /// Bodies whose motion is not completed by a plain kick, in the order of their handles.
+    pub rests: Vec<BodyRest>,
+    /// True if any of them bounced.
+    pub bounced: bool,
     /// The record of loaded bodies whose forces read velocities, for the next step.
     pub reactions: Reactions,
     /// True if a force that reads velocities has changed much by the kicks.
@@ -44,9 +38,6 @@ pub(crate) struct Motions {
     pub faults: Vec<Fault>,
     /// Bodies that are to be moved within the step.
     pub(super) inner: Vec<Start>,
-    /// Bodies that are loaded with the mean of a force that reads velocities, in the order of their
-    /// handles.
-    pub(super) sloped: Vec<RigidBodyHandle>,
     /// In the order of the handles of their bodies.
     pub(super) resolved: Vec<Resolved>,
 }
@@ -58,11 +49,43 @@ pub(super) struct Mark {
     turns: usize,
     means: usize,
     loads: usize,
-    settled: usize,
-    sloped: usize,
-    free: usize,
-    ahead: usize,
+    rests: usize,
     resolved: usize,
+}
+
+/// The part of a body's motion that is left after a half of a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyRest {
+    pub body: RigidBodyHandle,
+    pub rest: Rest,
+}
+
+/// See [`BodyRest`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rest {
+    /// It gets no second half of a kick.
+    Settled,
+    /// It is loaded with the mean of a force that reads velocities, and gets only the effect of the change of that force.
+    Sloped,
+    /// Its second half is completed with [`FreeMotion`](super::FreeMotion).
+    Free,
+    /// It was moved within the step, and Rapier changed its velocity in the meantime. It has the velocity of the middle
+    /// of the step, and gets the second half of a kick at its present place, as a free body.
+    Bounced,
+    /// It ends the second half with its true velocity, where Rapier's lags.
+    Ahead,
+}
+
+impl Rest {
+    /// Returns true if the body is completed with [`FreeMotion`](super::FreeMotion).
+    pub(crate) fn is_free(self) -> bool {
+        matches!(self, Rest::Free | Rest::Bounced)
+    }
+
+    /// Returns true if the body gets no second half of a kick.
+    pub(crate) fn is_settled(self) -> bool {
+        matches!(self, Rest::Settled | Rest::Sloped)
+    }
 }
 
 /// A body that is to be moved within the step.
@@ -237,11 +260,8 @@ impl Motions {
         self.turns.clear();
         self.means.clear();
         self.loads.clear();
-        self.settled.clear();
-        self.bounced.clear();
-        self.sloped.clear();
-        self.free.clear();
-        self.ahead.clear();
+        self.rests.clear();
+        self.bounced = false;
         self.reactions.clear();
         self.outdated = false;
         self.worst_hit = None;
@@ -250,9 +270,20 @@ impl Motions {
         self.resolved.clear();
     }
 
-    /// Returns true if a body was loaded with the mean of a force that reads velocities.
-    pub(super) fn has_slope(&self, body: RigidBodyHandle) -> bool {
-        !self.sloped.is_empty() && find(&self.sloped, body).is_some()
+    /// Records the part of a body's motion that is left; bodies come in the order of their handles.
+    pub(crate) fn leave(&mut self, body: RigidBodyHandle, rest: Rest) {
+        self.rests.push(BodyRest { body, rest });
+    }
+
+    /// The part of a body's motion that is left, if it is recorded.
+    pub(crate) fn rest(&self, body: RigidBodyHandle) -> Option<Rest> {
+        let place = find_by(&self.rests, body, |it| it.body)?;
+        Some(self.rests[place].rest)
+    }
+
+    /// [`Self::rest`] for callers that ask in the order of handles: `at` is the place that their walk has reached.
+    pub(crate) fn next_rest(&self, at: &mut usize, body: RigidBodyHandle) -> Option<Rest> {
+        find_next(&self.rests, at, body, |it| it.body).map(|it| it.rest)
     }
 
     /// The present lengths of the lists.
@@ -262,10 +293,7 @@ impl Motions {
             turns: self.turns.len(),
             means: self.means.len(),
             loads: self.loads.len(),
-            settled: self.settled.len(),
-            sloped: self.sloped.len(),
-            free: self.free.len(),
-            ahead: self.ahead.len(),
+            rests: self.rests.len(),
             resolved: self.resolved.len(),
         }
     }
@@ -276,10 +304,7 @@ impl Motions {
         self.turns.truncate(mark.turns);
         self.means.truncate(mark.means);
         self.loads.truncate(mark.loads);
-        self.settled.truncate(mark.settled);
-        self.sloped.truncate(mark.sloped);
-        self.free.truncate(mark.free);
-        self.ahead.truncate(mark.ahead);
+        self.rests.truncate(mark.rests);
         self.resolved.truncate(mark.resolved);
     }
 
@@ -346,22 +371,11 @@ impl Motions {
     /// Sorts the lists that are searched by handle.
     pub(super) fn sort(&mut self) {
         self.reactions.sort();
-        let index = |body: RigidBodyHandle| body.into_raw_parts().0;
-        if !self.loads.is_sorted_by_key(|load| index(load.body)) {
-            self.loads.sort_unstable_by_key(|load| index(load.body));
-        }
-        if !self.updates.is_sorted_by_key(|update| index(update.body)) {
-            self.updates
-                .sort_unstable_by_key(|update| index(update.body));
-        }
-        if !self.turns.is_sorted_by_key(|turn| index(turn.body)) {
-            self.turns.sort_unstable_by_key(|turn| index(turn.body));
-        }
-        if !self.means.is_sorted_by_key(|mean| index(mean.body)) {
-            self.means.sort_unstable_by_key(|mean| index(mean.body));
-        }
-        self.resolved
-            .sort_unstable_by_key(|known| index(known.body));
+        sort_by_body(&mut self.loads, |load| load.body);
+        sort_by_body(&mut self.updates, |update| update.body);
+        sort_by_body(&mut self.turns, |turn| turn.body);
+        sort_by_body(&mut self.means, |mean| mean.body);
+        sort_by_body(&mut self.resolved, |known| known.body);
     }
 
     /// Finds the free bodies that were moved within the step and whose velocities Rapier changed. `arrives` returns the
@@ -371,34 +385,29 @@ impl Motions {
     /// of the step, as in kick-drift-kick. Adding the change to the velocity at the end instead takes energy in or out
     /// at each bounce, by the work of half a step.
     pub(crate) fn note_bounces(&mut self, arrives: impl Fn(RigidBodyHandle) -> Option<Arrived>) {
-        let mut bounced = std::mem::take(&mut self.bounced);
-        bounced.clear();
-        let bounces = |mean: &&MeanVelocity| {
-            let within = mean.given.is_some() && self.load(mean.body).is_none();
-            let Some(now) = arrives(mean.body).filter(|_| within) else {
-                return false;
-            };
-            let turn = find_by(&self.turns, mean.body, |turn| turn.body);
-            let turn = turn.map(|place| &self.turns[place]);
-            mean.is_changed(now.linvel, now.kept[0])
-                || turn.is_some_and(|turn| turn.is_changed(now.angvel, now.kept[1]))
-        };
-        bounced.extend(self.means.iter().filter(bounces).map(|mean| mean.body));
-        self.bounced = bounced;
-        if self.bounced.is_empty() {
-            return;
+        for mean in self.means.iter().filter(|mean| mean.given.is_some()) {
+            if self.load(mean.body).is_none()
+                && let Some(now) = arrives(mean.body)
+                && self.is_changed(mean, &now)
+                && let Some(place) = find_by(&self.rests, mean.body, |it| it.body)
+            {
+                self.rests[place].rest = Rest::Bounced;
+                self.bounced = true;
+            }
         }
-        self.settled
-            .retain(|body| find(&self.bounced, *body).is_none());
-        let mut free = std::mem::take(&mut self.free);
-        free.extend(&self.bounced);
-        free.sort_unstable_by_key(|body| body.into_raw_parts().0);
-        self.free = free;
+    }
+
+    /// Returns true if Rapier has changed the velocities of a body apart from damping.
+    fn is_changed(&self, mean: &MeanVelocity, now: &Arrived) -> bool {
+        let turn = find_by(&self.turns, mean.body, |turn| turn.body);
+        let turn = turn.map(|place| &self.turns[place]);
+        mean.is_changed(now.linvel, now.kept[0])
+            || turn.is_some_and(|turn| turn.is_changed(now.angvel, now.kept[1]))
     }
 
     /// Returns true if Rapier has changed the velocity of a body that was moved within the step.
     pub(crate) fn has_bounced(&self, body: RigidBodyHandle) -> bool {
-        find(&self.bounced, body).is_some()
+        self.bounced && self.rest(body) == Some(Rest::Bounced)
     }
 
     /// The result for a body that was moved within the step.
@@ -486,5 +495,13 @@ pub(crate) fn kicked(body: &Body, wrench: Wrench, duration: Real) -> VelocityUpd
         angvel: body.angvel + twist,
         spins: false,
         wake: false,
+    }
+}
+
+/// Sorts a list by the handles of its bodies; mostly it is sorted already.
+fn sort_by_body<T>(list: &mut [T], body: impl Fn(&T) -> RigidBodyHandle) {
+    let index = |it: &T| body(it).into_raw_parts().0;
+    if !list.is_sorted_by_key(index) {
+        list.sort_unstable_by_key(index);
     }
 }

@@ -6,7 +6,7 @@
 //! into.
 //! into however many iterations Rapier divides its step.
 
-use super::coupling::{Besides, Coupling};
+use super::coupling::{Besides, LinearisedWrench};
 use super::jacobian::by_velocity;
 use super::scheme::Scheme;
 use crate::eval::{Lineariser, SampledWorld, Terms};
@@ -78,7 +78,7 @@ impl Durations {
 pub(crate) struct Particles {
     lineariser: Lineariser,
     /// By place; empty if no field reads velocities.
-    pub couplings: Vec<Option<Coupling>>,
+    pub couplings: Vec<Option<LinearisedWrench>>,
 }
 
 impl Particles {
@@ -101,13 +101,13 @@ impl Particles {
                 let (part, slope) = by_velocity(&mut self.lineariser, scene, place, terms);
                 let at = six(to_dvec3(centres[place].velocity), DVec3::ZERO);
                 let felt = slope.is_finite() && !slope.is_zero();
-                felt.then(|| Coupling::new((&part, slope), &of_wrench(*force), at))
+                felt.then(|| LinearisedWrench::new(&part, slope, &of_wrench(*force), at))
             });
             self.couplings.push(coupling.flatten());
         }
     }
 
-    fn coupling(&self, place: usize) -> Option<&Coupling> {
+    fn coupling(&self, place: usize) -> Option<&LinearisedWrench> {
         self.couplings.get(place)?.as_ref()
     }
 
@@ -136,7 +136,7 @@ impl Particles {
         place: usize,
         state: &ParticleState,
         force: Vector,
-        was: Option<&Coupling>,
+        was: Option<&LinearisedWrench>,
         durations: Durations,
     ) -> ParticleMotion {
         if state.inv_mass == 0.0 || durations.after == 0.0 {
@@ -166,7 +166,7 @@ impl ParticleState {
 
     /// The load with which Rapier arrives at the velocity to which the forces lead, with its damping at the end of the
     /// step.
-    fn load(&self, coupling: &Coupling, dt: f64) -> Option<ParticleMotion> {
+    fn load(&self, coupling: &LinearisedWrench, dt: f64) -> Option<ParticleMotion> {
         let mass = to_f64(self.inv_mass).recip();
         let (velocity, own) = (to_dvec3(self.velocity), to_dvec3(self.own));
         let damping = to_f64(self.damping);

@@ -6,7 +6,7 @@
 mod bisection;
 
 use super::context::StepContext;
-use super::coupling::{Besides, Coupling, Slope};
+use super::coupling::{Besides, LinearisedWrench, Slope};
 use super::fault::{Fault, FaultKind, Sift};
 use super::jacobian::{self, Jacobian};
 use super::motion::{FASTEST, Start};
@@ -48,7 +48,7 @@ struct Group {
 /// A kick of a body by the implicit midpoint rule.
 struct Solution {
     /// About the velocities at the start of the kick.
-    coupling: Coupling,
+    coupling: LinearisedWrench,
     mobility: Mobility,
     /// The other causes of motion, at the start.
     besides: Besides,
@@ -247,8 +247,9 @@ impl<W: Lookup> Run<'_, W> {
             let evaluated = of_wrench(group.wrenches[body]);
             // Samples have velocities in the precision of the world.
             let seen = six(to_dvec3(from_dvec3(state.linvel)), state.angvel);
-            let coupling = Coupling::new(
-                (&jacobian.wrench, Slope::of_body(&jacobian.by_velocity)),
+            let coupling = LinearisedWrench::new(
+                &jacobian.wrench,
+                Slope::of_body(&jacobian.by_velocity),
                 &evaluated,
                 seen,
             );

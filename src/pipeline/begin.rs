@@ -6,16 +6,18 @@ use super::faults::answering;
 use super::stages::{NONE, Now, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepStage};
-use crate::bridge::{self, Balance, Constraints, StepError, WakePolicy, WorldMut, WorldRef};
+use crate::bridge::{
+    self, Balance, Constraints, StepError, WakePolicy, Wanted, WorldMut, WorldRef,
+};
 use crate::contact::{Arrival, Heard, KickShare, Pairs, to_ask};
 use crate::diagnose::{Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames, Span};
 use crate::integrate::{
-    Evaluation, Fault, FaultPolicy, MotionRules, Scheme, StepWarning, TurnAfter, warn_of_caps,
+    Evaluation, Fault, FaultPolicy, MotionRules, Rest, Scheme, StepWarning, TurnAfter, warn_of_caps,
 };
 use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Lookup, Wrench, find, find_near};
+use crate::rigid::{Body, Lookup, Wrench, find_near};
 
 impl FieldPipeline {
     /// Makes the first half of a step. `alone` if Rapier's step follows at once. After an error nothing has been
@@ -288,7 +290,12 @@ impl FieldPipeline {
             }
         }
         self.keep_copies(fields, world);
-        self.read(world, (sleepers, first || self.other_bodies), &[]);
+        let wanted = Wanted {
+            sleepers,
+            all: first || self.other_bodies,
+            besides: &[],
+        };
+        self.read(world, wanted);
         self.weigh(state, world);
         self.see();
         let remade = self.gather(&world.view(), false);
@@ -400,8 +407,14 @@ impl FieldPipeline {
         }
         let (view, exact) = (world.view(), self.exact_turns(fields));
         let rules = Self::rules(&self.links, &self.held, exact, fields, world);
-        let read = (&self.compiled, &self.samples, &self.bodies[..]);
-        let context = Self::context(&view, read, now, rules);
+        let context = Self::context(
+            &view,
+            &self.compiled,
+            &self.samples,
+            &self.bodies,
+            now,
+            rules,
+        );
         let (integrator, warnings) = (&mut self.integrator, &mut self.warnings);
         if outcome.is_ok() {
             let stiff = &mut state.stiff;
@@ -438,8 +451,14 @@ impl FieldPipeline {
         };
         let (view, dt) = (world.view(), world.integration_parameters.dt);
         let rules = Self::rules(&[], &NONE, false, fields, world);
-        let read = (&self.compiled, &self.samples, &self.bodies[..]);
-        let context = Self::context(&view, read, Now::first(state.time, dt), rules);
+        let context = Self::context(
+            &view,
+            &self.compiled,
+            &self.samples,
+            &self.bodies,
+            Now::first(state.time, dt),
+            rules,
+        );
         self.integrator.look_again(
             &context,
             &mut evaluation,
@@ -495,8 +514,14 @@ impl FieldPipeline {
             reactions: Some(&state.reactions),
             ..answering(rules, self.on_fault, &sift)
         };
-        let read = (&self.compiled, &self.samples, &self.bodies[..]);
-        let context = Self::context(&view, read, Now::first(state.time, dt), rules);
+        let context = Self::context(
+            &view,
+            &self.compiled,
+            &self.samples,
+            &self.bodies,
+            Now::first(state.time, dt),
+            rules,
+        );
         let (integrator, motions) = (&mut self.integrator, &mut self.motions);
         let outcome = {
             let acts = super::acts(policy, &self.acting);
@@ -583,11 +608,11 @@ impl FieldPipeline {
                 first: evaluation?.wrench(body)?,
             })
         };
-        let share = |body| match find(&motions.settled, body) {
-            Some(_) => KickShare::Within(arrival(body)),
-            None if whole => KickShare::Whole,
-            None => KickShare::Half {
-                free: find(&motions.free, body).is_some(),
+        let share = |body| match motions.rest(body) {
+            Some(rest) if rest.is_settled() => KickShare::Within(arrival(body)),
+            _ if whole => KickShare::Whole,
+            rest => KickShare::Half {
+                free: rest.is_some_and(Rest::is_free),
             },
         };
         Arc::make_mut(&mut self.detector.starts).after(&world.view(), share, momenta);
@@ -620,14 +645,14 @@ impl FieldPipeline {
         self.calm
             .find(&self.claims, starts, &view, world.integration_parameters);
         let wanted = |collider| {
-            let bits = match self.calm.is_quiet(collider) {
-                true => ActiveHooks::empty(),
-                false => self.claims.bits(collider),
-            };
-            match fresh && self.watched.contains_key(&collider) {
-                true => bits | ActiveHooks::FILTER_CONTACT_PAIRS,
-                false => bits,
+            let mut bits = ActiveHooks::empty();
+            if !self.calm.is_quiet(collider) {
+                bits |= self.claims.bits(collider);
             }
+            if fresh && self.watched.contains_key(&collider) {
+                bits |= ActiveHooks::FILTER_CONTACT_PAIRS;
+            }
+            bits
         };
         let listening = &mut state.listening;
         if listening.any_free(wanted) {

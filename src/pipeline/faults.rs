@@ -21,8 +21,14 @@ impl FieldPipeline {
         let (view, exact) = (world.view(), self.exact_turns(fields));
         loop {
             let rules = Self::rules(&self.links, &self.held, exact, fields, world);
-            let read = (&self.compiled, &self.samples, &self.bodies[..]);
-            let context = Self::context(&view, read, now, rules);
+            let context = Self::context(
+                &view,
+                &self.compiled,
+                &self.samples,
+                &self.bodies,
+                now,
+                rules,
+            );
             let outcome = self.integrator.evaluate(&context, &self.seen, evaluation);
             let Err(fault) = outcome else {
                 return Ok(());
@@ -128,9 +134,10 @@ impl FieldPipeline {
     /// poses.
     pub(super) fn keep_copies(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) {
         let refuses = self.on_fault == FaultPolicy::Refuse;
-        match refuses || self.cross_checks(fields) {
-            true => self.rollback.take(world),
-            false => self.rollback.clear(),
+        if refuses || self.cross_checks(fields) {
+            self.rollback.take(world);
+        } else {
+            self.rollback.clear();
         }
     }
 }

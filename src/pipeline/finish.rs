@@ -8,7 +8,7 @@ use super::faults::answering;
 use super::stages::{Now, iterations, moment};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
-use crate::bridge::{self, Made, Push, StepError, WakePolicy, WorldMut, WorldRef};
+use crate::bridge::{self, Made, Push, StepError, WakePolicy, Wanted, WorldMut, WorldRef};
 use crate::contact::{
     FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, SweptStep, Verdicts, is_dominated,
     report, was_to_ask,
@@ -16,11 +16,10 @@ use crate::contact::{
 use crate::cross_check::AfterStep;
 use crate::diagnose::{blame, sifted};
 use crate::integrate::{
-    BegunStep, Deflection, FASTEST, Fault, FreeMotion, Motions, Redirected, StepWarning,
-    warn_of_springs,
+    BegunStep, Deflection, FASTEST, Fault, FreeMotion, Motions, Rest, StepWarning, warn_of_springs,
 };
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
-use crate::rigid::{Body, Lookup, Wrench, find};
+use crate::rigid::{Body, Lookup, Wrench};
 
 impl FieldPipeline {
     /// Makes the second half of a step. After an error the world is as it was before the step began.
@@ -43,7 +42,7 @@ impl FieldPipeline {
         self.condemned.clear();
         (self.held_is_known, self.pushed_is_known) = (false, false);
         self.on_fault = open.on_fault;
-        let outcome = self.finish_all(fields, state, (&mut open, &record), &mut world);
+        let outcome = self.finish_all(fields, state, &mut open, &record, &mut world);
         if outcome.is_err() {
             open.rollback.restore(&mut world);
             if open.soft.is_some() {
@@ -79,7 +78,8 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
-        (open, record): (&mut OpenStep, &OpenRecord),
+        open: &mut OpenStep,
+        record: &OpenRecord,
         world: &mut WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
         let dt = open.dt;
@@ -132,7 +132,7 @@ impl FieldPipeline {
             let (claims, released) = (&*open.claims, &open.released);
             verdicts.add_unasked(claims, released, world.narrow_phase, &world.view());
         }
-        self.sweep(fields, (began, dt), (&verdicts, &open.given), world);
+        self.sweep(fields, open, &verdicts, began, world);
         let detects = !self.compiled.detectors.is_empty();
         self.stopwatch.lap_if(detects, StepStage::Contacts);
         let check = &fields.settings.cross_check;
@@ -149,7 +149,7 @@ impl FieldPipeline {
         state.time = now;
         state.steps += 1;
         self.stopwatch.lap_if(checks, StepStage::CrossCheck);
-        written += self.touch(fields, state, (&*open, &verdicts), world);
+        written += self.touch(fields, state, open, &verdicts, world);
         self.stopwatch.lap_if(detects, StepStage::Contacts);
         if checks {
             let (contacts, pairs) = (&self.detector.contacts, world.narrow_phase);
@@ -201,8 +201,9 @@ impl FieldPipeline {
     fn sweep(
         &mut self,
         fields: &Definition<'_>,
-        (began, dt): (f64, Real),
-        (verdicts, given): (&Verdicts, &Pairs),
+        open: &OpenStep,
+        verdicts: &Verdicts,
+        began: f64,
         world: &WorldMut<'_>,
     ) {
         let rules = &fields.settings.rules;
@@ -214,11 +215,11 @@ impl FieldPipeline {
             &self.compiled,
             &view,
             SweptStep {
-                moment: moment(began, dt),
-                dt,
+                moment: moment(began, open.dt),
+                dt: open.dt,
                 answers: |contact: &FieldContact| {
                     rules.answers(contact, &verdicts.vetoed)
-                        && !is_rapiers(contact, (joints, given), &view)
+                        && !is_rapiers(contact, joints, &open.given, &view)
                 },
                 verdicts,
             },
@@ -263,8 +264,7 @@ impl FieldPipeline {
             }
         }
         let deflected = |push: &Push| push.hit.is_some_and(|hit| hit.presumed.is_some());
-        let bounced = !open.motions.bounced.is_empty();
-        let kicks = fields.settings.scheme.kicks_twice() || bounced;
+        let kicks = fields.settings.scheme.kicks_twice() || open.motions.bounced;
         if !kicks && !self.pushes.iter().any(deflected) {
             self.note_sleepers(fields, state, &open.bodies, world);
             // Kept because the change of wrenches from step to step is monitored.
@@ -275,16 +275,22 @@ impl FieldPipeline {
             return Ok(0);
         }
         let now = Now::last(state.time, open.dt);
-        let settled = &open.motions.settled;
         if let Some(last) = &mut state.evaluation {
             // These get no second half, so their velocities are true as they are.
+            let mut at = 0;
             for (body, wrench) in last.bodies.iter().zip(&mut last.wrenches) {
-                if !settled.is_empty() && find(settled, *body).is_some() {
+                let rest = open.motions.next_rest(&mut at, *body);
+                if rest.is_some_and(Rest::is_settled) {
                     *wrench = Wrench::ZERO;
                 }
             }
         }
-        self.read(world, (open.sleepers, false), &open.bodies);
+        let wanted = Wanted {
+            sleepers: open.sleepers,
+            all: false,
+            besides: &open.bodies,
+        };
+        self.read(world, wanted);
         self.complete(&open.motions, world);
         self.see();
         self.gather(&world.view(), open.alone);
@@ -302,29 +308,26 @@ impl FieldPipeline {
         }
         let (view, exact) = (world.view(), self.exact_turns(fields));
         let hits = &self.redirected();
-        let may_redo = self.compiled.detectors.is_empty();
         let sift = |fault: &Fault| sifted(fields.set, fault);
         let rules = Self::rules(&self.links, &self.held, exact, fields, world);
         let rules = answering(rules, self.on_fault, &sift);
-        let read = (&self.compiled, &self.samples, &self.bodies[..]);
-        let context = Self::context(&view, read, now, rules);
+        let context = Self::context(
+            &view,
+            &self.compiled,
+            &self.samples,
+            &self.bodies,
+            now,
+            rules,
+        );
         let integrator = &mut self.integrator;
         let known = last
             .as_ref()
             .filter(|last| last.bodies == evaluation.bodies);
-        let before = known.map_or(&[][..], |last| &last.wrenches);
-        let coupled = known.map_or(&[][..], |last| &last.couplings);
-        let redirected = Redirected {
-            before,
-            coupled,
-            hits,
-            may_redo,
-        };
-        let done = (&open.motions, redirected);
-        let begun = BegunStep {
+        let begun = &BegunStep {
             last: known,
             motions: &open.motions,
-            redirected,
+            hits,
+            may_redo: self.compiled.detectors.is_empty(),
         };
         let (stiff, warnings) = (&mut state.stiff, &mut self.warnings);
         integrator.update(&context, &mut evaluation, begun, stiff, warnings);
@@ -339,7 +342,7 @@ impl FieldPipeline {
             .decide(&self.bodies, &evaluation.wrenches, policy, &mut self.acting);
         let outcome = {
             let acts = acts(policy, &self.acting);
-            integrator.second_half(&context, &evaluation, done, &acts, &mut self.late)
+            integrator.second_half(&context, &evaluation, begun, &acts, &mut self.late)
         };
         self.spare = last.unwrap_or_default();
         outcome.map_err(|fault| blame(fields.set, &fault))?;
@@ -366,8 +369,10 @@ impl FieldPipeline {
         self.note_carriers(state, &view);
         let mut written = bridge::write(world.bodies, &self.late.updates);
         written += bridge::place(world.bodies, world.colliders, &self.redone);
-        if !self.late.ahead.is_empty() && !self.compiled.detectors.is_empty() {
-            Arc::make_mut(&mut self.detector.starts).catch_up(&self.late.ahead);
+        let ahead = &self.late.rests;
+        if !ahead.is_empty() && !self.compiled.detectors.is_empty() {
+            let starts = Arc::make_mut(&mut self.detector.starts);
+            starts.catch_up(ahead.iter().map(|it| it.body));
         }
         self.record(state);
         self.stopwatch.lap(StepStage::Motion);
@@ -376,13 +381,15 @@ impl FieldPipeline {
 
     /// Replaces the velocities of free bodies by those at which they have moved.
     fn complete(&mut self, first: &Motions, world: &WorldMut<'_>) {
-        if first.free.is_empty() {
+        if first.rests.is_empty() {
             return;
         }
         let (gravity, parameters) = (world.gravity, world.integration_parameters);
         let (iterations, dt) = (iterations(parameters), parameters.dt);
+        let mut at = 0;
         for body in &mut self.bodies {
-            if !body.sleeping && find(&first.free, body.handle).is_some() {
+            let rest = first.next_rest(&mut at, body.handle);
+            if !body.sleeping && rest.is_some_and(Rest::is_free) {
                 let free = FreeMotion::new(body, gravity, iterations, dt);
                 [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
             }
@@ -466,7 +473,8 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
-        (open, verdicts): (&OpenStep, &Verdicts),
+        open: &OpenStep,
+        verdicts: &Verdicts,
         world: &mut WorldMut<'_>,
     ) -> usize {
         let dt = open.dt;
@@ -492,7 +500,7 @@ impl FieldPipeline {
             let joints = joints(world);
             let answers = |contact: &FieldContact| {
                 rules.answers(contact, &verdicts.vetoed)
-                    && !is_rapiers(contact, (joints, &open.given), &view)
+                    && !is_rapiers(contact, joints, &open.given, &view)
             };
             let (detector, compiled) = (&mut self.detector, &self.compiled);
             let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
@@ -515,7 +523,8 @@ impl FieldPipeline {
 /// Returns true if fields leave a contact to Rapier's solver, whatever the rules say.
 fn is_rapiers(
     contact: &FieldContact,
-    (joints, given): (Joints<'_>, &Pairs),
+    joints: Joints<'_>,
+    given: &Pairs,
     view: &WorldRef<'_>,
 ) -> bool {
     let bodies = contact.bodies.map(|body| view.body(body?));

@@ -142,20 +142,10 @@ impl FieldPipeline {
         }
     }
 
-    /// Copies the sampled bodies: the awake ones, `besides`, and all sleepers if `sleepers`.
-    pub(super) fn read(
-        &mut self,
-        world: &WorldMut<'_>,
-        (sleepers, all): (bool, bool),
-        besides: &[Body],
-    ) {
+    /// Copies the sampled bodies: the awake ones, and others that are wanted.
+    pub(super) fn read(&mut self, world: &WorldMut<'_>, wanted: Wanted<'_>) {
         let (bodies, warnings) = (&mut self.bodies, &mut self.warnings);
         bodies.clear();
-        let wanted = Wanted {
-            sleepers,
-            all,
-            besides,
-        };
         let mut walk = self.reader.walk(world.bodies, world.islands, wanted);
         while let Some((handle, body)) = walk.next(world.bodies) {
             if is_sound(body) {
@@ -196,7 +186,9 @@ impl FieldPipeline {
     /// The inputs of the integrator for a step; without `self`, so that other fields of it can be borrowed.
     pub(super) fn context<'a>(
         view: &'a WorldRef<'a>,
-        (compiled, samples, bodies): (&'a Compiled, &'a Samples, &'a [Body]),
+        compiled: &'a Compiled,
+        samples: &'a Samples,
+        bodies: &'a [Body],
         now: Now,
         rules: MotionRules<'a>,
     ) -> StepContext<'a, WorldRef<'a>> {

@@ -107,10 +107,7 @@ impl FieldState {
 
     /// Returns an error if it cannot have been left behind by a step.
     pub(crate) fn check(&mut self) -> Result<(), StepError> {
-        let amiss = match self.checked {
-            true => None,
-            false => self.amiss(),
-        };
+        let amiss = if self.checked { None } else { self.amiss() };
         let time = (!self.time.is_finite()).then(|| format!("time is {}", self.time));
         match amiss.or(time) {
             Some(value) => Err(StepError::State { value }),

@@ -58,7 +58,8 @@ impl Samples {
     pub(crate) fn of_piece(
         &self,
         how: SamplingRule,
-        (body, piece): (u32, &Piece),
+        body: u32,
+        piece: &Piece,
         moment: Moment,
     ) -> (Query, f64, DVec3) {
         let (centre, site) = (&self.centres[body as usize], &self.list[piece.site]);
@@ -85,7 +86,8 @@ impl Samples {
     /// A piece as a sample, for explanations; `query` and `arm` are those of [`Samples::of_piece`].
     pub(crate) fn in_piece(
         &self,
-        (body, piece): (u32, &Piece),
+        body: u32,
+        piece: &Piece,
         query: &Query,
         arm: DVec3,
     ) -> SamplePoint {
@@ -117,6 +119,13 @@ struct Cutting<'a> {
     extent: f64,
 }
 
+/// The place of a face: the number of its border, and its own number there.
+#[derive(Clone, Copy, Default)]
+struct FacePlace {
+    border: usize,
+    face: usize,
+}
+
 impl Cutter {
     /// The pieces into which borders cut a body, given by its number.
     pub(crate) fn body(&mut self, samples: &Samples, body: u32, borders: &[Border]) -> &[Piece] {
@@ -146,10 +155,12 @@ impl Cutter {
     fn part(&mut self, cutting: Cutting<'_>, solid: &PartSolid) {
         let (mesh, scale) = match solid {
             PartSolid::Mesh(mesh) => (mesh, 1.0),
-            PartSolid::Ball(radius, mesh) => match self.ball(&cutting, *radius) {
-                true => return,
-                false => (mesh, *radius),
-            },
+            PartSolid::Ball(radius, mesh) => {
+                if self.ball(&cutting, *radius) {
+                    return;
+                }
+                (mesh, *radius)
+            }
             PartSolid::Point => {
                 self.pieces.push(cutting.piece(1.0, DVec3::ZERO));
                 return;
@@ -171,7 +182,7 @@ impl Cutter {
         let volume = mesh.volume * scale.powi(3);
         let cutting = Cutting { volume, ..cutting };
         let most = self.pieces.len() + MOST_PIECES;
-        self.cell(&cutting, (0, 0), (0, MOST_CUTS), most);
+        self.cell(&cutting, FacePlace::default(), 0, MOST_CUTS, most);
     }
 
     /// Cuts a ball in closed form, if at most one face passes through it. Returns true if it did.
@@ -220,17 +231,19 @@ impl Cutter {
     fn cell(
         &mut self,
         cutting: &Cutting<'_>,
-        from: (usize, usize),
-        (start, left): (usize, u32),
+        from: FacePlace,
+        start: usize,
+        left: u32,
         most: usize,
     ) {
         let cell = &self.triangles[start..];
         let (volume, centre) = content(cell);
         let share = volume / cutting.volume;
         let stop = left == 0 || self.pieces.len() >= most;
-        let next = match stop || share.is_nan() || share <= LEAST {
-            true => None,
-            false => cutting.next(cell, (volume, centre), from),
+        let next = if stop || share.is_nan() || share <= LEAST {
+            None
+        } else {
+            cutting.next(cell, volume, centre, from)
         };
         match next {
             None if share > LEAST => self.pieces.push(cutting.piece(share, centre)),
@@ -239,7 +252,7 @@ impl Cutter {
                 let end = self.triangles.len();
                 for plane in [plane, plane.flipped()] {
                     plane.keep_below(&mut self.triangles, start..end, centre);
-                    self.cell(cutting, from, (end, left - 1), most);
+                    self.cell(cutting, from, end, left - 1, most);
                 }
             }
         }
@@ -280,33 +293,40 @@ impl Cutting<'_> {
     fn next(
         &self,
         cell: &[Triangle],
-        (volume, centre): (f64, DVec3),
-        (first, first_face): (usize, usize),
-    ) -> Option<(Plane, (usize, usize))> {
+        volume: f64,
+        centre: DVec3,
+        from: FacePlace,
+    ) -> Option<(Plane, FacePlace)> {
         let world_point = self.pose.transform_point(centre);
         let radius = extent(cell, centre);
         let thickness = (volume / (radius * radius)).abs();
         let most = (BEND * self.extent).min(BEND_OF_THICKNESS * thickness);
-        let borders = self.borders.iter().enumerate().skip(first);
-        for (number, border) in borders {
+        let borders = self.borders.iter().enumerate().skip(from.border);
+        for (border_number, border) in borders {
             if !border.passes(world_point, radius) {
                 continue;
             }
-            let from = if number == first { first_face } else { 0 };
+            let is_begun = border_number == from.border;
+            let first = if is_begun { from.face } else { 0 };
             let faces =
-                (from..).map_while(|face| Some((face, border.face(face, world_point, radius)?)));
-            for (place, face) in faces {
+                (first..).map_while(|face| Some((face, border.face(face, world_point, radius)?)));
+            for (number, face) in faces {
+                let here = FacePlace {
+                    border: border_number,
+                    face: number,
+                };
                 // A tangent plane may reach where its face does not.
                 if face.distance.is_nan() || face.distance.abs() >= radius {
                     continue;
                 }
                 let straight = most >= face.curvature * radius * radius;
                 if !straight && radius > FINEST * self.extent {
-                    return Some((halving(cell), (number, place)));
+                    return Some((halving(cell), here));
                 }
                 let plane = self.plane(&face, cell, centre);
                 if plane.parts(cell, LEAST * self.extent) {
-                    return Some((plane, (number, place + 1)));
+                    let face = number + 1;
+                    return Some((plane, FacePlace { face, ..here }));
                 }
             }
         }

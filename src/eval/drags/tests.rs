@@ -37,10 +37,11 @@ proptest! {
 
     #[test]
     fn drags_in_closed_form_are_as_numbers_that_carry_derivatives(
-        (field, carried) in drags(),
+        case in drags(),
         numbers in prop::array::uniform8(-2.0..2.0_f64),
         all in any::<bool>(),
     ) {
+        let (field, carried) = case;
         let mut set = FieldSet::new();
         let handle = RigidBodyHandle::from_raw_parts(7, 0);
         let by_body = carried[0] > 0.0;

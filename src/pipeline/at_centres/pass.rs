@@ -4,7 +4,7 @@ use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{CentreEvaluator, CentreForce, TOGETHER};
 use crate::integrate::{
-    Before, Caps, Evaluation, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning,
+    Before, Caps, Evaluation, FASTEST, FreeMotion, Load, Motions, Rest, Scheme, StepWarning,
     VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
 };
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
@@ -42,7 +42,7 @@ impl HalfStep<'_> {
 /// The position of a walk in the lists of the first half.
 #[derive(Default)]
 struct Places {
-    free: usize,
+    rests: usize,
     loads: usize,
     given: usize,
 }
@@ -356,7 +356,7 @@ impl Pass<'_> {
         }
         let linvel = free.given(update.linvel);
         let given = VelocityUpdate { linvel, ..update };
-        self.motions.free.push(body.handle);
+        self.motions.leave(body.handle, Rest::Free);
         self.motions.updates.push(given);
         Ok(Some(given))
     }
@@ -398,11 +398,11 @@ impl Member {
 impl Places {
     /// The first half of a body; bodies are looked up in the order of their handles.
     fn before(&mut self, first: &Motions, handle: RigidBodyHandle) -> Before {
-        let free = find_next(&first.free, &mut self.free, handle, |it| *it).is_some();
+        let rest = first.next_rest(&mut self.rests, handle);
         let load = find_next(&first.loads, &mut self.loads, handle, |it| it.body);
         let given = find_next(&first.updates, &mut self.given, handle, |it| it.body);
         Before {
-            free,
+            free: rest.is_some_and(Rest::is_free),
             load: load.map(|load| load.wrench),
             given: given.map(|update| update.linvel),
         }

@@ -1,0 +1,93 @@
+//! The first half of a step as the second one sees it, and the bodies that were hit in between.
+
+use super::evaluation::Evaluation;
+use super::motion::{Motions, VelocityUpdate, kicked};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
+use crate::rigid::{Body, Wrench, find_by, to_dquat};
+
+/// A body that was put on another path within the step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Deflection {
+    pub body: RigidBodyHandle,
+    /// The share of the step before that.
+    pub share: Real,
+    /// The acceleration and torque by fields with which it goes on, if it is moved within the step.
+    pub presumed: Option<[Vector; 2]>,
+}
+
+/// The part of a step before Rapier's own, as the part after it sees it.
+#[derive(Clone, Copy)]
+pub(crate) struct BegunStep<'a> {
+    /// The evaluation that it began with, if that was of the same bodies.
+    pub last: Option<&'a Evaluation>,
+    pub motions: &'a Motions,
+    /// The bodies that were put on another path since, in the order of their handles.
+    pub hits: &'a [Deflection],
+    /// True if there are no detection fields, so that no contact depends on paths and these may still be changed.
+    pub may_redo: bool,
+}
+
+impl BegunStep<'_> {
+    /// Returns true if a body was put on another path.
+    pub(super) fn is_hit(&self, body: RigidBodyHandle) -> bool {
+        self.hit(body).is_some()
+    }
+
+    fn hit(&self, body: RigidBodyHandle) -> Option<&Deflection> {
+        let place = find_by(self.hits, body, |hit| hit.body)?;
+        Some(&self.hits[place])
+    }
+
+    /// The correction of the wrench for the second half of a kick: up to a hit the first wrench should act, and the
+    /// second from then on. The map of a step is the same backwards, so hits in a field that does not change neither
+    /// add nor take energy on average.
+    pub(super) fn correction(
+        &self,
+        place: usize,
+        body: RigidBodyHandle,
+        wrench: Wrench,
+    ) -> Option<Wrench> {
+        let (hit, before) = (self.hit(body)?, self.last?.wrenches.get(place)?);
+        let later = 1.0 - 2.0 * hit.share;
+        Some(wrench.plus(before.times(-1.0)).times(later))
+    }
+
+    /// The correction for a body that was moved within the step and hit: after the hit it moved under the presumed
+    /// acceleration and torque, and should have moved under the mean of these and of those at its end. The second value
+    /// is the relative error of its speed that remains.
+    pub(super) fn after_hit(
+        &self,
+        body: &Body,
+        wrench: Wrench,
+        dt: Real,
+    ) -> Option<(VelocityUpdate, f64)> {
+        let hit = self.hit(body.handle)?;
+        let [acceleration, torque] = hit.presumed?;
+        let duration = 0.5 * (1.0 - hit.share) * dt;
+        let change = Wrench {
+            force: wrench.force,
+            torque: wrench.torque - torque,
+        };
+        let mut update = kicked(body, change, duration);
+        update.linvel -= acceleration * duration;
+        Some((update, error_after_hit(body, &update)))
+    }
+}
+
+/// The relative error of a body's speed after a correction of its velocities for a force that changes along its path.
+/// On a spring the trapezoidal rule is off by (ω t)³/12 of the speed over a time t, and the correction itself is (ω
+/// t)²/2 of the speed.
+fn error_after_hit(body: &Body, update: &VelocityUpdate) -> f64 {
+    let inertia = body.inertia();
+    let energy = |linvel: Vector, angvel: Vector| {
+        let (attitude, angvel) = (to_dquat(body.pose.rotation), to_dvec3(angvel));
+        let momentum = inertia.map_or(DVec3::ZERO, |it| it.angular_momentum(attitude, angvel));
+        to_f64(body.mass) * to_dvec3(linvel).length_squared() + angvel.dot(momentum)
+    };
+    let whole = energy(update.linvel, update.angvel);
+    let change = energy(update.linvel - body.linvel, update.angvel - body.angvel);
+    if change == 0.0 {
+        return 0.0;
+    }
+    (2.0 * (change / whole).sqrt()).powf(1.5) / 12.0
+}
