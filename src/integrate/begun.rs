@@ -1,9 +1,11 @@
 //! The first half of a step as the second one sees it, and the bodies that were hit in between.
 
+use super::StepContext;
+use super::coupling::Besides;
 use super::evaluation::Evaluation;
-use super::motion::{Motions, VelocityUpdate, kicked};
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
-use crate::rigid::{Body, Wrench, find_by, to_dquat};
+use super::motion::{Motions, Rest, VelocityUpdate, kicked};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
+use crate::rigid::{Body, Lookup, Mobility, Wrench, find_by, rounded, to_dquat, velocities};
 
 /// A body that was put on another path within the step.
 #[derive(Clone, Copy, Debug)]
@@ -55,12 +57,7 @@ impl BegunStep<'_> {
     /// The correction for a body that was moved within the step and hit: after the hit it moved under the presumed
     /// acceleration and torque, and should have moved under the mean of these and of those at its end. The second value
     /// is the relative error of its speed that remains.
-    pub(super) fn after_hit(
-        &self,
-        body: &Body,
-        wrench: Wrench,
-        dt: Real,
-    ) -> Option<(VelocityUpdate, f64)> {
+    fn after_hit(&self, body: &Body, wrench: Wrench, dt: Real) -> Option<(VelocityUpdate, f64)> {
         let hit = self.hit(body.handle)?;
         let [acceleration, torque] = hit.presumed?;
         let duration = 0.5 * (1.0 - hit.share) * dt;
@@ -90,4 +87,61 @@ fn error_after_hit(body: &Body, update: &VelocityUpdate) -> f64 {
         return 0.0;
     }
     (2.0 * (change / whole).sqrt()).powf(1.5) / 12.0
+}
+
+/// The first half of a step, for one body in the second.
+#[derive(Clone, Copy)]
+pub(super) struct BegunBody<'a> {
+    pub step: &'a BegunStep<'a>,
+    /// The part of its motion that is left for the second half, if it is not a plain one.
+    pub rest: Option<Rest>,
+}
+
+impl BegunBody<'_> {
+    /// The second half for a body that gets no kick.
+    pub(super) fn complete(
+        self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        place: usize,
+        motions: &mut Motions,
+    ) {
+        if self.rest == Some(Rest::Sloped) {
+            let update = self.end_of_load(context, evaluation, place);
+            motions.updates.extend(update);
+            return;
+        }
+        let (body, wrench) = (&context.bodies[place], evaluation.wrenches[place]);
+        if let Some((update, error)) = self.step.after_hit(body, wrench, context.dt) {
+            motions.updates.push(update);
+            motions.note_hit(body.handle, error);
+        }
+    }
+
+    /// The second half for a body that was loaded with the mean of a force that reads velocities: the effect of the
+    /// force's change over the step, as [`FreeMotion::second`](super::FreeMotion::second) for one that reads none. The change is taken at one
+    /// velocity, and its own effect on the velocity is solved for, so it stays bounded.
+    fn end_of_load(
+        self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        place: usize,
+    ) -> Option<VelocityUpdate> {
+        let body = &context.bodies[place];
+        if evaluation.missed.binary_search(&place).is_ok() {
+            return None;
+        }
+        let now = velocities(body);
+        let coupling = evaluation.couplings.get(place)?.as_ref()?;
+        let was = self.step.last?.couplings.get(place)?.as_ref()?.at(&now);
+        let change = coupling.at(&now) - was;
+        let duration = 0.5 * to_f64(context.dt);
+        let mobility = Mobility::of(body);
+        let mean = coupling.mean(&mobility, &change, &Besides::default(), duration)?;
+        let motion = context.free_motion(body);
+        let (force, torque) = rounded(&mean);
+        let loaded = self.step.motions.load(body.handle).is_some();
+        let felt = motion.completes(Wrench { force, torque }, loaded);
+        (felt != Wrench::ZERO).then(|| kicked(body, felt, from_f64(duration)))
+    }
 }

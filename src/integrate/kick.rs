@@ -1,20 +1,18 @@
 //! The kicks before and after Rapier's step.
 
-use super::begun::BegunStep;
+use super::begun::{BegunBody, BegunStep};
 use super::coupling::{Besides, LinearisedWrench};
+use super::duty::{Duty, duty, together};
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
 use super::motion::{FASTEST, Load, MeanVelocity, Motions, Rest, Start, VelocityUpdate, kicked};
-use super::plan::StepPlan;
-use super::stiffness::Treatment;
-use super::{Integrator, Scheme, StepContext, Substeps};
-use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
+use super::{Integrator, StepContext};
+use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{
-    Body, Lookup, Mobility, Wrench, find, of_wrench, pair, rounded, six, stopped, to_dquat,
-    velocities,
+    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, six, stopped, to_dquat, velocities,
 };
 
 /// A force that a kick has changed by more than this share is evaluated again in the next step: for one that grows with
@@ -23,17 +21,6 @@ const OUTDATED: f64 = 0.1;
 
 /// The error of a speed after a hit within a step from which on schemes without a tolerance warn.
 const HIT: f64 = 0.01;
-
-/// The action on a body in one half of a step; kicks have their duration.
-#[derive(Clone, Copy)]
-enum Duty {
-    Kick(Real),
-    Implicit(Real),
-    /// To be moved within the step.
-    Inner(StepPlan),
-    /// To be pushed by Rapier's own forces.
-    ByForce,
-}
 
 /// Returns whether a wrench acts on a body, and whether the body is to be woken or kept from falling asleep.
 pub(crate) type Acts<'a> = &'a dyn Fn(usize, &Body, Wrench) -> (bool, bool);
@@ -93,7 +80,7 @@ impl Integrator {
         let policy = context.rules.on_fault;
         let mut too_fast = TooFast::default();
         for (place, body) in context.bodies.iter().enumerate() {
-            let begun = begun.map(|begun| Begun {
+            let begun = begun.map(|begun| BegunBody {
                 step: begun,
                 rest: begun.motions.next_rest(&mut at, body.handle),
             });
@@ -186,135 +173,6 @@ impl TooFast {
     }
 }
 
-/// The action on a body; `None` if there is nothing more to do.
-fn duty(
-    context: &StepContext<'_, impl Lookup>,
-    evaluation: &Evaluation,
-    begun: Option<Begun<'_>>,
-    place: usize,
-) -> Option<Duty> {
-    let (dt, body) = (context.dt, context.bodies[place].handle);
-    if let Some(begun) = begun {
-        if begun.rest == Some(Rest::Bounced) {
-            return Some(Duty::Kick(dt * 0.5));
-        }
-        let settled = begun.rest.is_some_and(Rest::is_settled);
-        let redone = || evaluation.missed.binary_search(&place).is_ok();
-        if !context.rules.scheme.kicks_twice() || settled || redone() {
-            return None;
-        }
-        return Some(match evaluation.treatment(place) {
-            Some(Treatment::Damp) => Duty::Implicit(dt * 0.5),
-            _ => Duty::Kick(dt * 0.5),
-        });
-    }
-    if !context.rules.links.is_empty() && find(context.rules.links, body).is_some() {
-        return Some(Duty::ByForce);
-    }
-    Some(match context.rules.scheme {
-        Scheme::ExternalForce => Duty::ByForce,
-        Scheme::Kick => Duty::Kick(dt),
-        Scheme::LinearlyImplicit => Duty::Implicit(dt),
-        Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(StepPlan {
-            count,
-            composed: false,
-        }),
-        Scheme::Suzuki4 => Duty::Inner(StepPlan::COMPOSED),
-        Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
-            match (evaluation.treatment(place), context.choice()) {
-                (Some(Treatment::Damp), _) => Duty::Implicit(dt),
-                (Some(Treatment::Resolve(pace)), Some(choice))
-                    if !stands(context, evaluation, place) =>
-                {
-                    Duty::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
-                }
-                _ => Duty::Kick(dt * 0.5),
-            }
-        }
-    })
-}
-
-/// Returns true if a body is at rest and nothing accelerates it.
-fn stands(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation, place: usize) -> bool {
-    let body = &context.bodies[place];
-    evaluation.wrenches[place] == Wrench::ZERO
-        && body.linvel == Vector::ZERO
-        && body.angvel == Vector::ZERO
-        && context.free_motion(body).is_none()
-}
-
-/// The plan for all bodies, if one of them has to be moved within the step and bodies act on each other: momentum is
-/// kept only if all are moved alike.
-fn together(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation) -> Option<StepPlan> {
-    let choice = context.choice()?;
-    let paces = evaluation.treatments.iter();
-    let paces = paces.filter_map(|(place, treatment)| match treatment {
-        Treatment::Resolve(pace) if !stands(context, evaluation, *place) => Some(*pace),
-        _ => None,
-    });
-    let plans =
-        paces.map(|pace| choice.first(pace, to_f64(context.dt), context.compiled.reads_velocity));
-    let finest = plans.min_by(|a, b| a.length().total_cmp(&b.length()))?;
-    context.is_coupled().then_some(finest)
-}
-
-/// The first half of a step, for one body in the second.
-#[derive(Clone, Copy)]
-struct Begun<'a> {
-    step: &'a BegunStep<'a>,
-    /// The part of its motion that is left for the second half, if it is not a plain one.
-    rest: Option<Rest>,
-}
-
-impl Begun<'_> {
-    /// The second half for a body that gets no kick.
-    fn complete(
-        self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        place: usize,
-        motions: &mut Motions,
-    ) {
-        if self.rest == Some(Rest::Sloped) {
-            let update = self.end_of_load(context, evaluation, place);
-            motions.updates.extend(update);
-            return;
-        }
-        let (body, wrench) = (&context.bodies[place], evaluation.wrenches[place]);
-        if let Some((update, error)) = self.step.after_hit(body, wrench, context.dt) {
-            motions.updates.push(update);
-            motions.note_hit(body.handle, error);
-        }
-    }
-
-    /// The second half for a body that was loaded with the mean of a force that reads velocities: the effect of the
-    /// force's change over the step, as [`FreeMotion::second`] for one that reads none. The change is taken at one
-    /// velocity, and its own effect on the velocity is solved for, so it stays bounded.
-    fn end_of_load(
-        self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        place: usize,
-    ) -> Option<VelocityUpdate> {
-        let body = &context.bodies[place];
-        if evaluation.missed.binary_search(&place).is_ok() {
-            return None;
-        }
-        let now = velocities(body);
-        let coupling = evaluation.couplings.get(place)?.as_ref()?;
-        let was = self.step.last?.couplings.get(place)?.as_ref()?.at(&now);
-        let change = coupling.at(&now) - was;
-        let duration = 0.5 * to_f64(context.dt);
-        let mobility = Mobility::of(body);
-        let mean = coupling.mean(&mobility, &change, &Besides::default(), duration)?;
-        let motion = context.free_motion(body);
-        let (force, torque) = rounded(&mean);
-        let loaded = self.step.motions.load(body.handle).is_some();
-        let felt = motion.completes(Wrench { force, torque }, loaded);
-        (felt != Wrench::ZERO).then(|| kicked(body, felt, from_f64(duration)))
-    }
-}
-
 /// New velocities of a body, and the angular impulse that is part of them.
 type Kicked = (VelocityUpdate, DVec3);
 
@@ -323,7 +181,7 @@ struct Kick<'a, W> {
     context: &'a StepContext<'a, W>,
     evaluation: &'a Evaluation,
     /// Set in the second half.
-    begun: Option<Begun<'a>>,
+    begun: Option<BegunBody<'a>>,
     place: usize,
     body: &'a Body,
     wrench: Wrench,
@@ -430,7 +288,7 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The second half; `None` if there is nothing to write.
-    fn second(&self, duty: Duty, begun: Begun<'_>, motions: &mut Motions) -> Option<Kicked> {
+    fn second(&self, duty: Duty, begun: BegunBody<'_>, motions: &mut Motions) -> Option<Kicked> {
         let (context, body, first) = (self.context, self.body, begun.step.motions);
         let load = first.load(body.handle);
         let (duration, implicit) = match duty {

@@ -3,7 +3,9 @@
 
 mod begun;
 mod context;
+mod couple;
 mod coupling;
+mod duty;
 mod evaluation;
 mod exponential;
 mod fault;

@@ -1,0 +1,101 @@
+//! The derivatives by velocity of the wrenches on bodies, for which kicks are solved.
+
+use super::coupling::{LinearisedWrench, Slope};
+use super::evaluation::Evaluation;
+use super::jacobian;
+use super::stiffness::Estimate;
+use super::{Integrator, StepContext};
+use crate::eval::Terms;
+use crate::math::Vector;
+use crate::rapier::na::{Matrix3, Vector6};
+use crate::rigid::{Lookup, Wrench, of_wrench};
+
+impl Integrator {
+    /// The part of a body's wrench that reads velocities, and its slope: for drag and wind from the last evaluation,
+    /// for other fields from the lineariser.
+    fn by_velocity(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        place: usize,
+    ) -> (Vector6<f64>, Slope) {
+        let drags = self.slowings.on(place);
+        let terms = match drags {
+            Some(_) => Terms::ThatReadVelocitiesOtherwise,
+            None => Terms::ThatReadVelocities,
+        };
+        let mut sum = drags.map(|it| (it.wrench, Slope::of_drags(&it)));
+        if sum.is_none() || context.compiled.reads_velocity_otherwise {
+            let frames = self.motions.frames(context, &[], 0.0);
+            let scene = context.sampled(&frames);
+            let other = jacobian::by_velocity(&mut self.lineariser, &scene, place, terms);
+            sum = Some(match sum {
+                Some((wrench, slope)) => (wrench + other.0, slope.plus(&other.1)),
+                None => other,
+            });
+        }
+        sum.unwrap_or_else(|| (Vector6::zeros(), Slope::OfPoint(Matrix3::zeros())))
+    }
+
+    /// Sets the couplings: the derivatives by velocity, for which kicks are solved.
+    pub(super) fn couple(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &mut Evaluation,
+    ) {
+        if !context.compiled.reads_velocity {
+            return;
+        }
+        let closed = self.slowings.of_any() && !context.compiled.reads_velocity_otherwise;
+        if !closed {
+            self.prepare(context);
+        }
+        evaluation.couplings.clear();
+        for place in 0..evaluation.bodies.len() {
+            let (wrench, body) = (evaluation.wrenches[place], &context.bodies[place]);
+            let felt = wrench != Wrench::ZERO;
+            // Drag acts on a body that begins at rest, too, once it moves.
+            let still = !body.sleeping && [body.linvel, body.angvel] == [Vector::ZERO; 2];
+            let mut coupling = None;
+            if (felt || still) && !evaluation.is_left_out(place) {
+                let (part, slope) = self.by_velocity(context, place);
+                if felt || !slope.is_zero() {
+                    let sampled_at = evaluation.sampled_at[place];
+                    coupling = Some(LinearisedWrench::new(
+                        &part,
+                        slope,
+                        &of_wrench(wrench),
+                        sampled_at,
+                    ));
+                }
+            }
+            evaluation.couplings.push(coupling);
+        }
+    }
+
+    /// Takes the couplings of linearised bodies from their Jacobians, and drops those that are not finite.
+    pub(super) fn couple_candidates(evaluation: &mut Evaluation) {
+        let Evaluation {
+            couplings,
+            estimates,
+            ..
+        } = evaluation;
+        for Estimate {
+            place, jacobian, ..
+        } in estimates
+        {
+            let Some(Some(coupling)) = couplings.get_mut(*place) else {
+                continue;
+            };
+            let slope = Slope::of_body(&jacobian.by_velocity);
+            let evaluated = of_wrench(evaluation.wrenches[*place]);
+            let sampled_at = coupling.sampled_at;
+            *coupling = LinearisedWrench::new(&jacobian.wrench, slope, &evaluated, sampled_at);
+        }
+        for coupling in couplings {
+            let finite = |it: &mut LinearisedWrench| it.slope.is_finite();
+            if !coupling.as_mut().is_some_and(finite) {
+                *coupling = None;
+            }
+        }
+    }
+}

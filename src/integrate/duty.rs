@@ -1,0 +1,96 @@
+//! The action on each body in one half of a step.
+
+use super::begun::BegunBody;
+use super::evaluation::Evaluation;
+use super::motion::Rest;
+use super::plan::StepPlan;
+use super::stiffness::Treatment;
+use super::{Scheme, StepContext, Substeps};
+use crate::math::{Real, Vector, to_f64};
+use crate::rigid::{Lookup, Wrench, find};
+
+/// The action on a body in one half of a step; kicks have their duration.
+#[derive(Clone, Copy)]
+pub(super) enum Duty {
+    Kick(Real),
+    Implicit(Real),
+    /// To be moved within the step.
+    Inner(StepPlan),
+    /// To be pushed by Rapier's own forces.
+    ByForce,
+}
+
+/// The action on a body; `None` if there is nothing more to do.
+pub(super) fn duty(
+    context: &StepContext<'_, impl Lookup>,
+    evaluation: &Evaluation,
+    begun: Option<BegunBody<'_>>,
+    place: usize,
+) -> Option<Duty> {
+    let (dt, body) = (context.dt, context.bodies[place].handle);
+    if let Some(begun) = begun {
+        if begun.rest == Some(Rest::Bounced) {
+            return Some(Duty::Kick(dt * 0.5));
+        }
+        let settled = begun.rest.is_some_and(Rest::is_settled);
+        let redone = || evaluation.missed.binary_search(&place).is_ok();
+        if !context.rules.scheme.kicks_twice() || settled || redone() {
+            return None;
+        }
+        return Some(match evaluation.treatment(place) {
+            Some(Treatment::Damp) => Duty::Implicit(dt * 0.5),
+            _ => Duty::Kick(dt * 0.5),
+        });
+    }
+    if !context.rules.links.is_empty() && find(context.rules.links, body).is_some() {
+        return Some(Duty::ByForce);
+    }
+    Some(match context.rules.scheme {
+        Scheme::ExternalForce => Duty::ByForce,
+        Scheme::Kick => Duty::Kick(dt),
+        Scheme::LinearlyImplicit => Duty::Implicit(dt),
+        Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(StepPlan {
+            count,
+            composed: false,
+        }),
+        Scheme::Suzuki4 => Duty::Inner(StepPlan::COMPOSED),
+        Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
+            match (evaluation.treatment(place), context.choice()) {
+                (Some(Treatment::Damp), _) => Duty::Implicit(dt),
+                (Some(Treatment::Resolve(pace)), Some(choice))
+                    if !stands(context, evaluation, place) =>
+                {
+                    Duty::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
+                }
+                _ => Duty::Kick(dt * 0.5),
+            }
+        }
+    })
+}
+
+/// Returns true if a body is at rest and nothing accelerates it.
+fn stands(context: &StepContext<'_, impl Lookup>, evaluation: &Evaluation, place: usize) -> bool {
+    let body = &context.bodies[place];
+    evaluation.wrenches[place] == Wrench::ZERO
+        && body.linvel == Vector::ZERO
+        && body.angvel == Vector::ZERO
+        && context.free_motion(body).is_none()
+}
+
+/// The plan for all bodies, if one of them has to be moved within the step and bodies act on each other: momentum is
+/// kept only if all are moved alike.
+pub(super) fn together(
+    context: &StepContext<'_, impl Lookup>,
+    evaluation: &Evaluation,
+) -> Option<StepPlan> {
+    let choice = context.choice()?;
+    let paces = evaluation.treatments.iter();
+    let paces = paces.filter_map(|(place, treatment)| match treatment {
+        Treatment::Resolve(pace) if !stands(context, evaluation, *place) => Some(*pace),
+        _ => None,
+    });
+    let plans =
+        paces.map(|pace| choice.first(pace, to_f64(context.dt), context.compiled.reads_velocity));
+    let finest = plans.min_by(|a, b| a.length().total_cmp(&b.length()))?;
+    context.is_coupled().then_some(finest)
+}
