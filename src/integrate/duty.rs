@@ -20,6 +20,17 @@ pub(super) enum Duty {
     ByForce,
 }
 
+impl Duty {
+    /// The duration of a kick, and whether it is a linearly implicit one; `None` for any other action.
+    pub(super) fn kick(self) -> Option<(Real, bool)> {
+        match self {
+            Duty::Kick(duration) => Some((duration, false)),
+            Duty::Implicit(duration) => Some((duration, true)),
+            Duty::Inner(_) | Duty::ByForce => None,
+        }
+    }
+}
+
 /// The action on a body; `None` if there is nothing more to do.
 pub(super) fn duty(
     context: &StepContext<'_, impl Lookup>,

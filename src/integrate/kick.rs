@@ -245,11 +245,7 @@ impl<W: Lookup> Kick<'_, W> {
     fn first(&self, duty: Duty, motions: &mut Motions) -> Option<Kicked> {
         let (context, body) = (self.context, self.body);
         let twice = context.rules.scheme.kicks_twice();
-        let (duration, implicit) = match duty {
-            Duty::Implicit(duration) => (duration, true),
-            Duty::Kick(duration) => (duration, false),
-            _ => return None,
-        };
+        let (duration, implicit) = duty.kick()?;
         if implicit {
             motions.leave(body.handle, Rest::Settled);
         }
@@ -291,11 +287,7 @@ impl<W: Lookup> Kick<'_, W> {
     fn second(&self, duty: Duty, begun: BegunBody<'_>, motions: &mut Motions) -> Option<Kicked> {
         let (context, body, first) = (self.context, self.body, begun.step.motions);
         let load = first.load(body.handle);
-        let (duration, implicit) = match duty {
-            Duty::Implicit(duration) => (duration, true),
-            Duty::Kick(duration) => (duration, false),
-            _ => return None,
-        };
+        let (duration, implicit) = duty.kick()?;
         let motion = context.free_motion(body);
         let free = begun.rest.is_some_and(Rest::is_free).then_some(&motion);
         let solved = if implicit {
