@@ -40,6 +40,21 @@ pub fn to_dpose3(pose: &Pose) -> DPose3 {
     DPose3::from_parts(to_dvec3(pose.translation), quat.normalize())
 }
 
+/// `pose` rounded to [`Real`], its rotation renormalised.
+pub(crate) fn from_dpose3(pose: &DPose3) -> Pose {
+    let [x, y, z, w] = pose.rotation.to_array().map(from_f64);
+    let rotation = Rotation::from_xyzw(x, y, z, w).normalize();
+    Pose::from_parts(from_dvec3(pose.translation), rotation)
+}
+
+/// The pose of `two` relative to `one`. It is computed in 64 bits, so that a large distance from the origin costs no
+/// precision, and then rounded.
+pub(crate) fn relative_pose(one: &DPose3, two: &DPose3) -> Pose {
+    let to_first = one.rotation.inverse();
+    let place = to_first * (two.translation - one.translation);
+    from_dpose3(&DPose3::from_parts(place, to_first * two.rotation))
+}
+
 /// `x` in 64-bit precision; exact.
 #[allow(
     clippy::unnecessary_cast,

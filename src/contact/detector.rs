@@ -15,7 +15,7 @@ use super::resting::HeldPairs;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
 use super::sweep::{Sweep, SweepScene};
-use super::touch_record::{TouchLog, TouchRecord};
+use super::touch_record::TouchRecord;
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::field::{ContactLaw, Frames};
@@ -78,14 +78,14 @@ impl Detector {
         if let Some(sweep) = &mut self.sweep
             && sweep.log.is_some() != on
         {
-            sweep.log = on.then(TouchLog::default);
+            sweep.log = on.then(Vec::new);
         }
     }
 
     /// The logged touches of the last step; empty if logging is off.
     pub(crate) fn touch_log(&self) -> &[TouchRecord] {
         let log = self.sweep.as_ref().and_then(|sweep| sweep.log.as_ref());
-        log.map_or(&[], |log| &log.records)
+        log.map_or(&[], Vec::as_slice)
     }
 
     /// With swept detection, finds and answers all touches during Rapier's step, and appends the end state of the

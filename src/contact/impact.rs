@@ -7,6 +7,7 @@ use super::paper_push::PaperPushes;
 use super::solve::{ContactBody, Meeting, resolve};
 use super::sweep::{Event, Sweep, SweepScene};
 use super::time_of_impact::{ContactPoint, spots};
+use super::touch_record::TouchRecord;
 use crate::field::ContactLaw;
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_f64};
 use crate::rigid::Lookup;
@@ -32,8 +33,8 @@ impl Sweep {
         let mut found = Vec::new();
         let mut known = HashMap::new();
         for event in batch {
-            let [a, b] = self.carried(event.tracks, event.parts);
-            let spots = spots(a, b, time);
+            let carried = self.carried(event.tracks, event.parts);
+            let spots = spots(carried, time);
             let contact = spots.first().filter(|spot| spot.point.is_finite());
             let contact = contact.and_then(|spot| self.contact(event, spot, time, scene));
             let Some(mut contact) = contact else {
@@ -67,7 +68,7 @@ impl Sweep {
             contact.approach_speed = from_f64(approach);
             if let Some(mut log) = self.log.take() {
                 let carried = self.carried(event.tracks, event.parts);
-                log.note(carried, &contact, time);
+                log.push(TouchRecord::of(carried, &contact, time));
                 self.log = Some(log);
             }
             let law = own[0].law;

@@ -4,7 +4,6 @@
 //! them. Touches are predicted and queued. The earliest is taken: its bodies are put where they were then, pushed by
 //! the law, and move on freely for the rest of the step; earlier predictions for them are discarded and made anew.
 //! Touches at the same moment are answered together.
-//! moment is answered together.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -19,10 +18,10 @@ use super::separation::Separations;
 use super::starts::Starts;
 use super::swept_body::{SweptBodies, SweptBody, near_each_other};
 use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
-use super::touch_record::TouchLog;
+use super::touch_record::TouchRecord;
 use crate::bridge::{Hit, Push};
 use crate::compile::Compiled;
-use crate::math::{ColliderHandle, DPose3, Pose, Rotation, from_dvec3, from_f64};
+use crate::math::{ColliderHandle, from_dpose3, from_dvec3, from_f64};
 use crate::rapier::geometry::Aabb;
 use crate::rigid::Lookup;
 use crate::sample::Moment;
@@ -61,7 +60,7 @@ pub(super) struct Sweep {
     /// Pairs whose impulses were not finite, and were left out.
     pub(super) not_finite: Vec<[ColliderHandle; 2]>,
     /// The touches of the step; `None` unless the cross-check needs them.
-    pub(super) log: Option<TouchLog>,
+    pub(super) log: Option<Vec<TouchRecord>>,
 }
 
 /// A predicted touch. Tracks and parts are indices into [`SweptBodies`]; it is void once a generation has changed.
@@ -213,8 +212,8 @@ impl Sweep {
             if from <= end
                 && !one.stands_clear_of(&bounds[1])
                 && !two.stands_clear_of(&bounds[0])
-                && may_touch(one, two, [from, end], &mut separations)
-                && let Some(time) = time_of_impact(one, two, [from, end])
+                && may_touch([one, two], [from, end], &mut separations)
+                && let Some(time) = time_of_impact([one, two], [from, end])
                 && first.is_none_or(|(earliest, _)| time < earliest)
             {
                 first = Some((time, parts));
@@ -260,7 +259,7 @@ impl Sweep {
         for (parts, [one, two]) in self.pairs_of(event.tracks) {
             let span = [event.time, event.time + AT_ONCE * dt];
             let due = self.left_alone_until(parts) <= event.time;
-            if due && parts != event.parts && time_of_impact(one, two, span).is_some() {
+            if due && parts != event.parts && time_of_impact([one, two], span).is_some() {
                 batch.push(Event { parts, ..event });
             }
         }
@@ -338,7 +337,7 @@ impl Sweep {
             if let Some(body) = track.body {
                 pushes.push(Push {
                     body,
-                    pose: Some(rounded(&pose)),
+                    pose: Some(from_dpose3(&pose)),
                     linvel: from_dvec3(linvel),
                     angvel: from_dvec3(angvel),
                     hit: track.hit_at.map(|time| Hit {
@@ -349,10 +348,4 @@ impl Sweep {
             }
         }
     }
-}
-
-fn rounded(pose: &DPose3) -> Pose {
-    let [x, y, z, w] = pose.rotation.to_array().map(from_f64);
-    let rotation = Rotation::from_xyzw(x, y, z, w).normalize();
-    Pose::from_parts(from_dvec3(pose.translation), rotation)
 }

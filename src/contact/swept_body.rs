@@ -60,7 +60,12 @@ pub(super) struct SweptPart {
     pub part: ContactPart,
     /// From the centre of mass to the collider's frame, in the body's axes.
     pub arm: DVec3,
-    pub shape: Form,
+    /// The rotation of that frame relative to the body; none for a ball.
+    pub rotation: DQuat,
+    pub shape: SharedShape,
+    pub form: Form,
+    /// An upper bound of the distance of its points from its frame, with the skin; infinite for a half-space.
+    pub reach: f64,
     /// Its `contact_skin`: it touches at that distance from its surface.
     pub skin: f64,
     /// Its bounds, if its body stood still during Rapier's step.
@@ -68,22 +73,14 @@ pub(super) struct SweptPart {
 }
 
 /// The shape of a part, by the method that finds its touches.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Form {
     /// Exact against balls and half-spaces. The radius includes the skin.
-    Ball { radius: f64, shape: SharedShape },
+    Ball { radius: f64 },
     /// Exact against balls while it does not rotate. The normal is in the body's axes.
-    Plane { normal: DVec3, shape: SweptSolid },
+    Plane { normal: DVec3 },
     /// By Parry.
-    Other(SweptSolid),
-}
-
-/// A shape with its rotation relative to the body.
-#[derive(Clone, Debug)]
-pub(super) struct SweptSolid {
-    pub shape: SharedShape,
-    pub rotation: DQuat,
-    pub reach: f64,
+    Other,
 }
 
 /// All bodies and colliders that may touch in a step.
@@ -152,31 +149,29 @@ impl SweptBodies {
         let pose = to_dpose3(local);
         // Parry panics at a negative margin.
         let skin = to_f64(collider.contact_skin().max(0.0));
-        let solid = || {
-            let bounds = collider.shape().compute_local_bounding_sphere();
-            SweptSolid {
-                shape: collider.shared_shape().clone(),
-                rotation: pose.rotation,
-                reach: to_f64(bounds.center.length() + bounds.radius) + skin,
-            }
-        };
-        let shape = if let Some(ball) = collider.shape().as_ball() {
-            Form::Ball {
-                radius: to_f64(ball.radius) + skin,
-                shape: collider.shared_shape().clone(),
-            }
-        } else if let Some(plane) = collider.shape().as_halfspace() {
-            Form::Plane {
-                normal: pose.rotation * to_dvec3(plane.normal),
-                shape: solid(),
-            }
+        let shape = collider.shared_shape().clone();
+        let (mut rotation, reach, form);
+        rotation = pose.rotation;
+        if let Some(ball) = shape.as_ball() {
+            rotation = DQuat::IDENTITY;
+            reach = to_f64(ball.radius) + skin;
+            form = Form::Ball { radius: reach };
+        } else if let Some(plane) = shape.as_halfspace() {
+            let normal = rotation * to_dvec3(plane.normal);
+            reach = f64::INFINITY;
+            form = Form::Plane { normal };
         } else {
-            Form::Other(solid())
-        };
+            let bounds = shape.compute_local_bounding_sphere();
+            reach = to_f64(bounds.center.length() + bounds.radius) + skin;
+            form = Form::Other;
+        }
         self.parts.push(SweptPart {
             part,
             arm: pose.translation - local_com,
+            rotation,
             shape,
+            form,
+            reach,
             skin,
             bounds,
         });
@@ -190,7 +185,7 @@ impl SweptBodies {
         track.detects = parts.iter().any(|member| member.part.law.is_some());
         track.reach = parts
             .iter()
-            .map(|member| member.arm.length() + member.shape.reach())
+            .map(|member| member.arm.length() + member.reach)
             .fold(0.0, f64::max);
         self.list.push(track);
     }
@@ -203,12 +198,12 @@ fn bounds_of(collider: &Collider, pose: &Pose) -> Aabb {
     own.loosened(64.0 * Real::EPSILON * far + collider.contact_skin().max(0.0))
 }
 
-impl Form {
-    pub(super) fn reach(&self) -> f64 {
-        match self {
-            Form::Ball { radius, .. } => *radius,
-            Form::Plane { .. } => f64::INFINITY,
-            Form::Other(solid) => solid.reach,
+impl SweptPart {
+    /// Its reach; zero for a half-space.
+    pub(super) fn finite_reach(&self) -> f64 {
+        match self.form {
+            Form::Plane { .. } => 0.0,
+            Form::Ball { .. } | Form::Other => self.reach,
         }
     }
 }
@@ -218,58 +213,30 @@ impl SweptBody {
         let (begin, end) = (to_dpose3(&start.pose), to_dpose3(body.position()));
         let [from, to] = [begin, end].map(|pose| pose.transform_point(local_com));
         let [linvel, acceleration, jerk, ahead] = way([from, to], &start, body, dt);
-        let turn = Turn::Steady {
-            attitude: begin.rotation,
-            angvel: DVec3::ZERO,
-        };
         SweptBody {
             body: Some(start.body),
             dynamic: body.is_dynamic(),
             path: BodyPath {
-                from: 0.0,
-                com: from,
                 linvel,
                 acceleration,
                 jerk,
-                turn,
-                bend: None,
+                ..BodyPath::still(0.0, from, begin.rotation)
             },
-            parts: 0..0,
-            reach: 0.0,
-            detects: false,
-            resistance: None,
             start,
             end,
             end_linvel: to_dvec3(body.linvel()),
-            end_momentum: None,
             local_com,
-            hit_at: None,
-            presumed: None,
             ahead,
-            stopped: None,
-            still: None,
-            generation: 0,
+            ..SweptBody::free()
         }
     }
 
     /// The path of a collider without a body, which does not move.
     fn free() -> Self {
-        let turn = Turn::Steady {
-            attitude: DQuat::IDENTITY,
-            angvel: DVec3::ZERO,
-        };
         SweptBody {
             body: None,
             dynamic: false,
-            path: BodyPath {
-                from: 0.0,
-                com: DVec3::ZERO,
-                linvel: DVec3::ZERO,
-                acceleration: DVec3::ZERO,
-                jerk: DVec3::ZERO,
-                turn,
-                bend: None,
-            },
+            path: BodyPath::still(0.0, DVec3::ZERO, DQuat::IDENTITY),
             parts: 0..0,
             reach: 0.0,
             detects: false,
@@ -401,18 +368,7 @@ impl SweptBody {
         let attitude = self.path.attitude(time);
         let angvel = self.path.angvel(time, attitude);
         self.stopped = self.stopped.or(Some(angvel));
-        self.path = BodyPath {
-            from: time,
-            com: self.path.com(time),
-            linvel: DVec3::ZERO,
-            acceleration: DVec3::ZERO,
-            jerk: DVec3::ZERO,
-            turn: Turn::Steady {
-                attitude,
-                angvel: DVec3::ZERO,
-            },
-            bend: None,
-        };
+        self.path = BodyPath::still(time, self.path.com(time), attitude);
         self.generation += 1;
     }
 

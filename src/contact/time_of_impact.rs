@@ -3,10 +3,8 @@
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
 use super::overlap::{distance, manifold_points, nearest};
 use super::separation::Separations;
-use super::swept_body::{Form, SweptBody, SweptPart, SweptSolid};
-use crate::math::{
-    DPose3, DQuat, DVec3, Pose, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dvec3, to_f64,
-};
+use super::swept_body::{Form, SweptBody, SweptPart};
+use crate::math::{DPose3, DVec3, Pose, Real, from_f64, relative_pose, to_dvec3, to_f64};
 use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::parry::query::{Contact, Unsupported};
@@ -21,6 +19,9 @@ pub(super) struct MovingShape<'a> {
     pub member: &'a SweptPart,
 }
 
+/// Two parts that may touch.
+type Parts<'a> = [MovingShape<'a>; 2];
+
 /// A point at which two parts touch, in world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactPoint {
@@ -31,10 +32,10 @@ pub(super) struct ContactPoint {
 }
 
 impl MovingShape<'_> {
-    fn pose(&self, time: f64) -> DPose3 {
-        let attitude = self.track.path.attitude(time);
-        let place = self.track.path.com(time) + attitude * self.member.arm;
-        DPose3::from_parts(place, attitude)
+    /// The pose of the collider's frame, in world space.
+    fn frame(&self, time: f64) -> DPose3 {
+        let (arm, own) = (self.member.arm, self.member.rotation);
+        self.track.path.frame(time, arm, own)
     }
 
     /// The vector from the centre of mass to the collider's frame, and its velocity relative to the centre.
@@ -56,29 +57,39 @@ impl MovingShape<'_> {
     pub(super) fn stands_clear_of(&self, bounds: &Aabb) -> bool {
         let own = self.member.bounds.filter(|_| self.track.is_still());
         // A half-space has no bounds.
-        own.is_some_and(|own| self.member.shape.reach().is_finite() && !own.intersects(bounds))
+        own.is_some_and(|own| self.member.reach.is_finite() && !own.intersects(bounds))
     }
 
     fn turns(&self) -> bool {
         self.track.path.bounds().angvel > 0.0
     }
+
+    fn is_plane(&self) -> bool {
+        matches!(self.member.form, Form::Plane { .. })
+    }
+
+    fn is_solid(&self) -> bool {
+        matches!(self.member.form, Form::Other)
+    }
+
+    /// An upper bound of the distance of its points from the centre of mass; of the distance of its frame for a
+    /// half-space.
+    fn size(&self) -> f64 {
+        self.member.arm.length() + self.member.finite_reach()
+    }
 }
 
 /// The first moment in `span` at which two parts touch and approach.
-pub(super) fn time_of_impact(
-    a: MovingShape<'_>,
-    b: MovingShape<'_>,
-    span: [f64; 2],
-) -> Option<f64> {
-    match (&a.member.shape, &b.member.shape) {
-        (Form::Ball { radius: r, .. }, Form::Ball { radius: s, .. }) => balls(a, b, r + s, span),
-        (Form::Plane { normal, .. }, Form::Ball { radius, .. }) if !a.turns() => {
-            plane(a, b, *normal, *radius, span)
+pub(super) fn time_of_impact([a, b]: Parts<'_>, span: [f64; 2]) -> Option<f64> {
+    match [a.member.form, b.member.form] {
+        [Form::Ball { radius: r }, Form::Ball { radius: s }] => balls([a, b], r + s, span),
+        [Form::Plane { normal }, Form::Ball { radius }] if !a.turns() => {
+            plane([a, b], normal, radius, span)
         }
-        (Form::Ball { radius, .. }, Form::Plane { normal, .. }) if !b.turns() => {
-            plane(b, a, *normal, *radius, span)
+        [Form::Ball { radius }, Form::Plane { normal }] if !b.turns() => {
+            plane([b, a], normal, radius, span)
         }
-        _ => shapes(a, b, span),
+        _ => shapes([a, b], span),
     }
 }
 
@@ -93,7 +104,7 @@ struct Approach {
 }
 
 impl Approach {
-    fn new(a: &MovingShape<'_>, b: &MovingShape<'_>, [from, to]: [f64; 2]) -> Self {
+    fn new([a, b]: Parts<'_>, [from, to]: [f64; 2]) -> Self {
         let (one, two) = (&a.track.path, &b.track.path);
         let acceleration = two.acceleration(from) - one.acceleration(from);
         let jerk = two.jerk - one.jerk;
@@ -119,9 +130,9 @@ impl Approach {
 }
 
 /// Two balls. The value is the difference of the squares, which is smooth even at equal centres.
-fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
+fn balls([a, b]: Parts<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
     let (one, two) = (&a.track.path, &b.track.path);
-    let approach = Approach::new(&a, &b, span);
+    let approach = Approach::new([a, b], span);
     let (turn_a, turn_b) = (one.bounds(), two.bounds());
     let [arm_a, arm_b] = [a, b].map(|part| part.member.arm.length());
     let swing = turn_a.angvel * arm_a + turn_b.angvel * arm_b;
@@ -153,17 +164,11 @@ fn balls(a: MovingShape<'_>, b: MovingShape<'_>, reach: f64, span: [f64; 2]) -> 
 }
 
 /// A half-space that does not rotate, and a ball.
-fn plane(
-    a: MovingShape<'_>,
-    b: MovingShape<'_>,
-    normal: DVec3,
-    radius: f64,
-    span: [f64; 2],
-) -> Option<f64> {
+fn plane([a, b]: Parts<'_>, normal: DVec3, radius: f64, span: [f64; 2]) -> Option<f64> {
     let normal = a.track.path.attitude(span[0]) * normal;
     let radius = radius + a.member.skin;
     let path = &b.track.path;
-    let approach = Approach::new(&a, &b, span);
+    let approach = Approach::new([a, b], span);
     let arm = b.member.arm.length();
     let bend = path.bounds().acceleration * arm + approach.pull;
     // An early exit for balls that cannot reach the half-space in the span, which are most.
@@ -185,31 +190,22 @@ fn plane(
 
 /// Returns true if two parts may touch in `span`, by the distance kept for the pair. Distances are kept only for pairs
 /// of which [`time_of_impact`] would have to ask Parry.
-pub(super) fn may_touch(
-    a: MovingShape<'_>,
-    b: MovingShape<'_>,
-    span: [f64; 2],
-    known: &mut Separations,
-) -> bool {
-    let is_solid = |part: MovingShape<'_>| matches!(part.member.shape, Form::Other(_));
-    if !is_solid(a) && !is_solid(b) {
+pub(super) fn may_touch([a, b]: Parts<'_>, span: [f64; 2], known: &mut Separations) -> bool {
+    if !a.is_solid() && !b.is_solid() {
         return true;
     }
     // A shape without bounds goes first, because even a small rotation moves some of its points far.
-    let [a, b] = match b.member.shape {
-        Form::Plane { .. } => [b, a],
-        _ => [a, b],
-    };
+    let [a, b] = if b.is_plane() { [b, a] } else { [a, b] };
     let pair = [a, b].map(|part| part.member.part.collider);
-    let shapes = [&a.member.shape, &b.member.shape].map(Form::parry);
-    let relative = relative_pose(a, b, span[0], DVec3::ZERO);
-    let near = within_reach(a, b, span).near;
+    let shapes = [&a.member.shape, &b.member.shape];
+    let relative = relative([a, b], span[0], DVec3::ZERO);
+    let near = within_reach([a, b], span).near;
     let measure = |reach: Real| {
         let far = near + 0.25 * to_f64(reach);
-        if is_solid(a) && is_solid(b) {
+        if a.is_solid() && b.is_solid() {
             return distance(shapes, &relative, from_f64(far));
         }
-        let found = contact(a, b, span[0], far, DVec3::ZERO);
+        let found = contact([a, b], span[0], far, DVec3::ZERO);
         Some(found.map_or(from_f64(far), |contact| contact.dist))
     };
     !known.are_apart(pair, shapes, &relative, from_f64(near), measure)
@@ -224,92 +220,59 @@ struct WithinReach {
     near: f64,
 }
 
-fn within_reach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> WithinReach {
-    let speed = most_approach(a, b, span);
-    let size = [a, b].map(|part| part.member.arm.length() + finite_reach(&part.member.shape));
-    let tolerance = 32.0 * to_f64(Real::EPSILON) * (size[0] + size[1]);
+fn within_reach([a, b]: Parts<'_>, span: [f64; 2]) -> WithinReach {
+    let swing = |part: MovingShape<'_>| part.track.path.bounds().angvel * part.size();
+    let approach = Approach::new([a, b], span);
+    let speed = approach.fastest(span[1] - span[0]) + swing(a) + swing(b);
+    let tolerance = 32.0 * to_f64(Real::EPSILON) * (a.size() + b.size());
     WithinReach {
         speed,
         tolerance,
-        near: speed * (span[1] - span[0]) * 1.01 + tolerance + skins(a, b),
+        near: speed * (span[1] - span[0]) * 1.01 + tolerance + skins([a, b]),
     }
 }
 
 /// Any two shapes, by Parry's distance in [`Real`].
-fn shapes(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> Option<f64> {
+fn shapes(parts: Parts<'_>, span: [f64; 2]) -> Option<f64> {
     let WithinReach {
         speed,
         tolerance,
         near,
-    } = within_reach(a, b, span);
+    } = within_reach(parts, span);
     first_touch_of_distance(span, tolerance, speed, |time| {
-        let dist = contact(a, b, time, near, DVec3::ZERO)?.dist;
-        Some(to_f64(dist) - skins(a, b))
+        let dist = contact(parts, time, near, DVec3::ZERO)?.dist;
+        Some(to_f64(dist) - skins(parts))
     })
 }
 
 /// The sum of the skins of two parts.
-fn skins(a: MovingShape<'_>, b: MovingShape<'_>) -> f64 {
+fn skins([a, b]: Parts<'_>) -> f64 {
     a.member.skin + b.member.skin
 }
 
 /// The offset, along the normal, from the middle between two surfaces to that between their skins.
-fn between_skins(a: MovingShape<'_>, b: MovingShape<'_>) -> f64 {
+fn between_skins([a, b]: Parts<'_>) -> f64 {
     0.5 * (a.member.skin - b.member.skin)
 }
 
-fn finite_reach(shape: &Form) -> f64 {
-    match shape {
-        Form::Plane { .. } => 0.0,
-        other => other.reach(),
-    }
-}
-
-/// An upper bound of the speed at which any two points of the parts approach.
-fn most_approach(a: MovingShape<'_>, b: MovingShape<'_>, span: [f64; 2]) -> f64 {
-    let swing = |part: MovingShape<'_>| {
-        let reach = part.member.arm.length() + finite_reach(&part.member.shape);
-        part.track.path.bounds().angvel * reach
-    };
-    let approach = Approach::new(&a, &b, span);
-    approach.fastest(span[1] - span[0]) + swing(a) + swing(b)
-}
-
 /// The pose of the second part relative to the first at a moment, with the second moved by `back`.
-fn relative_pose(a: MovingShape<'_>, b: MovingShape<'_>, time: f64, back: DVec3) -> Pose {
-    let frame = |part: MovingShape<'_>| {
-        let pose = part.pose(time);
-        DPose3::from_parts(
-            pose.translation,
-            pose.rotation * own_rotation(&part.member.shape),
-        )
-    };
-    let (one, two) = (frame(a), frame(b));
-    // In 64 bits up to here, so that a large distance from the origin costs no precision.
-    let to_first = one.rotation.inverse();
-    let place = from_dvec3(to_first * (two.translation + back - one.translation));
-    let [x, y, z, w] = (to_first * two.rotation).to_array().map(from_f64);
-    Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize())
+fn relative(parts: Parts<'_>, time: f64, back: DVec3) -> Pose {
+    let [one, mut two] = parts.map(|part| part.frame(time));
+    two.translation += back;
+    relative_pose(&one, &two)
 }
 
 /// Parry's contact at a moment, in the frame of the first part, with the second moved by `back`; `None` if they are
 /// farther apart than `near`.
-fn contact(
-    a: MovingShape<'_>,
-    b: MovingShape<'_>,
-    time: f64,
-    near: f64,
-    back: DVec3,
-) -> Option<Contact> {
-    let relative = relative_pose(a, b, time, back);
+fn contact([a, b]: Parts<'_>, time: f64, near: f64, back: DVec3) -> Option<Contact> {
+    let relative = relative([a, b], time, back);
     let near = from_f64(near);
     if !(near >= 0.0 && near.is_finite()) {
         return None;
     }
-    let is_plane = |part: MovingShape<'_>| matches!(part.member.shape, Form::Plane { .. });
-    if is_plane(b) && !is_plane(a) {
+    if b.is_plane() && !a.is_plane() {
         // Parry applies the pose in the wrong direction if the half-space is second.
-        let found = contact(b, a, time, to_f64(near), -back)?;
+        let found = contact([b, a], time, to_f64(near), -back)?;
         return Some(Contact {
             point1: relative.transform_point(found.point2),
             point2: relative.transform_point(found.point1),
@@ -318,8 +281,8 @@ fn contact(
             ..found
         });
     }
-    let shapes = [&a.member.shape, &b.member.shape].map(Form::parry);
-    let found = if is_plane(a) && shapes[1].as_support_map().is_none() {
+    let shapes = [&a.member.shape, &b.member.shape];
+    let found = if a.is_plane() && shapes[1].as_support_map().is_none() {
         // The same happens for shapes made of pieces.
         Err(Unsupported)
     } else {
@@ -342,47 +305,34 @@ fn contact(
     })
 }
 
-impl Form {
-    fn parry(&self) -> &SharedShape {
-        match self {
-            Form::Ball { shape, .. } => shape,
-            Form::Plane { shape, .. } | Form::Other(shape) => &shape.shape,
-        }
-    }
-}
-
 /// Corners whose gaps differ by less than this share of the size of the parts touch at once, so that a box that falls
 /// flat does not roll from corner to corner.
 const FLAT: f64 = 1e-3;
 
 /// All points at which two touching parts touch at a moment; the first one is the deepest.
-pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<ContactPoint> {
-    let first: Vec<_> = spot(a, b, time).into_iter().collect();
-    let forms = [a, b].map(|part| &part.member.shape);
-    let is_ball = |form: &Form| matches!(form, Form::Ball { .. });
+pub(super) fn spots(parts: Parts<'_>, time: f64) -> Vec<ContactPoint> {
+    let first: Vec<_> = spot(parts, time).into_iter().collect();
+    let is_ball = |part: &MovingShape<'_>| matches!(part.member.form, Form::Ball { .. });
     let Some(depth) = first.first().map(|spot| spot.depth) else {
         return first;
     };
-    if forms.into_iter().any(is_ball) {
+    if parts.iter().any(is_ball) {
         return first;
     }
-    let flat = FLAT * (finite_reach(forms[0]) + finite_reach(forms[1]));
-    let shapes = forms.map(Form::parry);
-    let relative = relative_pose(a, b, time, DVec3::ZERO);
-    let (origin, rotation) = (
-        a.place(time),
-        a.pose(time).rotation * own_rotation(forms[0]),
-    );
-    let margin = from_f64((flat - depth).max(0.0) + skins(a, b));
-    let all = manifold_points(shapes, &relative, margin);
+    let [a, b] = parts;
+    let flat = FLAT * (a.member.finite_reach() + b.member.finite_reach());
+    let relative = relative(parts, time, DVec3::ZERO);
+    let (origin, rotation) = (a.place(time), a.frame(time).rotation);
+    let margin = from_f64((flat - depth).max(0.0) + skins(parts));
+    let all = manifold_points([&a.member.shape, &b.member.shape], &relative, margin);
     let all = all.iter().filter_map(|point| {
         let point = point.placed(&relative);
         let normal = (rotation * to_dvec3(point.world_normal)).try_normalize()?;
         let middle = origin + rotation * to_dvec3(point.world_point);
         Some(ContactPoint {
-            point: middle + normal * between_skins(a, b),
+            point: middle + normal * between_skins(parts),
             normal,
-            depth: to_f64(point.depth) + skins(a, b),
+            depth: to_f64(point.depth) + skins(parts),
         })
     });
     let mut all: Vec<_> = all.filter(|point| point.point.is_finite()).collect();
@@ -394,9 +344,9 @@ pub(super) fn spots(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Vec<Co
 }
 
 /// The point at which two touching parts touch at a moment.
-fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoint> {
-    match (&a.member.shape, &b.member.shape) {
-        (Form::Ball { radius, .. }, Form::Ball { radius: other, .. }) => {
+fn spot([a, b]: Parts<'_>, time: f64) -> Option<ContactPoint> {
+    match [a.member.form, b.member.form] {
+        [Form::Ball { radius }, Form::Ball { radius: other }] => {
             let (from, to) = (a.place(time), b.place(time));
             // With equal centres every direction is as good; Rapier takes +y too.
             let normal = (to - from).try_normalize().unwrap_or(DVec3::Y);
@@ -407,57 +357,43 @@ fn spot(a: MovingShape<'_>, b: MovingShape<'_>, time: f64) -> Option<ContactPoin
                 depth,
             })
         }
-        (Form::Plane { normal, .. }, Form::Ball { radius, .. }) if !a.turns() => {
-            Some(on_plane(a, b, *normal, *radius, time))
+        [Form::Plane { normal }, Form::Ball { radius }] if !a.turns() => {
+            Some(on_plane([a, b], normal, radius, time))
         }
-        (Form::Ball { radius, .. }, Form::Plane { normal, .. }) if !b.turns() => {
-            let spot = on_plane(b, a, *normal, *radius, time);
+        [Form::Ball { radius }, Form::Plane { normal }] if !b.turns() => {
+            let spot = on_plane([b, a], normal, radius, time);
             Some(ContactPoint {
                 normal: -spot.normal,
                 ..spot
             })
         }
-        (first, _) => {
-            let size = finite_reach(first) + finite_reach(&b.member.shape);
-            let apart = to_f64(Real::EPSILON).sqrt() * size;
-            let near = 16.0 * apart + skins(a, b);
-            let found = contact(a, b, time, near, DVec3::ZERO)?;
-            // For parts that touch, the normal is dominated by rounding. A little way back it is precise to the square
-            // root of a rounding, which is about the best possible.
-            let closing = b.track.path.velocity(time) - a.track.path.velocity(time);
-            let back = closing.normalize_or_zero() * -apart;
-            let before = contact(a, b, time, near, back).filter(|c| c.dist > 0.0);
-            let normal = before.map_or(found.normal1, |before| before.normal1);
-            let rotation = a.pose(time).rotation * own_rotation(first);
-            let origin = a.place(time);
-            let middle = (to_dvec3(found.point1) + to_dvec3(found.point2)) * 0.5;
-            let normal = (rotation * to_dvec3(normal)).try_normalize()?;
-            Some(ContactPoint {
-                point: origin + rotation * middle + normal * between_skins(a, b),
-                normal,
-                depth: skins(a, b) - to_f64(found.dist),
-            })
-        }
+        _ => of_shapes([a, b], time),
     }
 }
 
-fn own_rotation(shape: &Form) -> DQuat {
-    match shape {
-        Form::Ball { .. } => DQuat::IDENTITY,
-        Form::Plane { shape, .. } | Form::Other(shape) => {
-            let SweptSolid { rotation, .. } = shape;
-            *rotation
-        }
-    }
+/// The point at which any two shapes touch, by Parry.
+fn of_shapes([a, b]: Parts<'_>, time: f64) -> Option<ContactPoint> {
+    let size = a.member.finite_reach() + b.member.finite_reach();
+    let apart = to_f64(Real::EPSILON).sqrt() * size;
+    let near = 16.0 * apart + skins([a, b]);
+    let found = contact([a, b], time, near, DVec3::ZERO)?;
+    // For parts that touch, the normal is dominated by rounding. A little way back it is precise to the square root of
+    // a rounding, which is about the best possible.
+    let closing = b.track.path.velocity(time) - a.track.path.velocity(time);
+    let back = closing.normalize_or_zero() * -apart;
+    let before = contact([a, b], time, near, back).filter(|c| c.dist > 0.0);
+    let normal = before.map_or(found.normal1, |before| before.normal1);
+    let rotation = a.frame(time).rotation;
+    let middle = (to_dvec3(found.point1) + to_dvec3(found.point2)) * 0.5;
+    let normal = (rotation * to_dvec3(normal)).try_normalize()?;
+    Some(ContactPoint {
+        point: a.place(time) + rotation * middle + normal * between_skins([a, b]),
+        normal,
+        depth: skins([a, b]) - to_f64(found.dist),
+    })
 }
 
-fn on_plane(
-    a: MovingShape<'_>,
-    b: MovingShape<'_>,
-    normal: DVec3,
-    radius: f64,
-    time: f64,
-) -> ContactPoint {
+fn on_plane([a, b]: Parts<'_>, normal: DVec3, radius: f64, time: f64) -> ContactPoint {
     let normal = a.track.path.attitude(time) * normal;
     let centre = b.place(time);
     let depth = radius + a.member.skin - (centre - a.place(time)).dot(normal);

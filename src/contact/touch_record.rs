@@ -1,7 +1,6 @@
 //! The touches of a step with the paths that led to them, for the cross-check.
 
 use super::field_contact::FieldContact;
-use super::swept_body::Form;
 use super::time_of_impact::MovingShape;
 use super::trajectory::BodyPath;
 use crate::math::{ColliderHandle, DPose3, DQuat, DVec3, RigidBodyHandle, Vector};
@@ -31,34 +30,22 @@ pub(crate) struct TouchWay {
     own: DQuat,
 }
 
-/// The touches of a step.
-#[derive(Debug, Default)]
-pub(super) struct TouchLog {
-    pub records: Vec<TouchRecord>,
-}
-
-impl TouchLog {
-    pub(super) fn clear(&mut self) {
-        self.records.clear();
-    }
-
-    /// Records that two parts touch at a moment.
-    pub(super) fn note(&mut self, parts: [MovingShape<'_>; 2], contact: &FieldContact, time: f64) {
+impl TouchRecord {
+    /// The record that two parts touch at a moment.
+    pub(super) fn of(parts: [MovingShape<'_>; 2], contact: &FieldContact, time: f64) -> Self {
         let mut ways = parts.map(TouchWay::of);
         if contact.colliders[0] != parts[0].member.part.collider {
             ways.swap(0, 1);
         }
-        self.records.push(TouchRecord {
+        TouchRecord {
             colliders: contact.colliders,
             world_point: contact.world_point,
             world_normal: contact.world_normal,
             time,
             ways,
-        });
+        }
     }
-}
 
-impl TouchRecord {
     /// The time since which both paths hold.
     pub(crate) fn from(&self) -> f64 {
         let [one, two] = &self.ways;
@@ -68,16 +55,12 @@ impl TouchRecord {
 
 impl TouchWay {
     fn of(part: MovingShape<'_>) -> Self {
-        let own = match &part.member.shape {
-            Form::Ball { .. } => DQuat::IDENTITY,
-            Form::Plane { shape, .. } | Form::Other(shape) => shape.rotation,
-        };
         TouchWay {
             body: part.track.body,
             whole: part.track.generation == 0,
             path: part.track.path.clone(),
             arm: part.member.arm,
-            own,
+            own: part.member.rotation,
         }
     }
 
@@ -88,9 +71,7 @@ impl TouchWay {
 
     /// The pose of the collider's frame at a moment.
     pub(crate) fn frame(&self, time: f64) -> DPose3 {
-        let attitude = self.path.attitude(time);
-        let place = self.path.com(time) + attitude * self.arm;
-        DPose3::from_parts(place, attitude * self.own)
+        self.path.frame(time, self.arm, self.own)
     }
 
     /// The centre of mass and the attitude of the body at a moment.

@@ -1,6 +1,6 @@
 //! The motion of a body within a step, in 64 bits and world axes.
 
-use crate::math::{DQuat, DVec3};
+use crate::math::{DPose3, DQuat, DVec3};
 use crate::rigid::{Rotor, Top};
 
 /// The motion of a body from some moment of a step to its end: its centre of mass on a parabola, or on a cubic where
@@ -115,6 +115,29 @@ impl Turn {
 }
 
 impl BodyPath {
+    /// The path of a body that stands still from a moment on.
+    pub(super) fn still(from: f64, com: DVec3, attitude: DQuat) -> Self {
+        BodyPath {
+            from,
+            com,
+            linvel: DVec3::ZERO,
+            acceleration: DVec3::ZERO,
+            jerk: DVec3::ZERO,
+            turn: Turn::Steady {
+                attitude,
+                angvel: DVec3::ZERO,
+            },
+            bend: None,
+        }
+    }
+
+    /// The pose of a frame on the body; `arm` is the vector from the centre of mass to it, and `own` its rotation, in
+    /// the body's axes.
+    pub(super) fn frame(&self, time: f64, arm: DVec3, own: DQuat) -> DPose3 {
+        let attitude = self.attitude(time);
+        DPose3::from_parts(self.com(time) + attitude * arm, attitude * own)
+    }
+
     pub(super) fn com(&self, time: f64) -> DVec3 {
         let since = time - self.from;
         let bent = self.acceleration * 0.5 + self.jerk * (since / 6.0);

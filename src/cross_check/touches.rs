@@ -25,8 +25,8 @@ use super::report::CrossCheckReport;
 use super::sighting::angle;
 use crate::contact::{TouchRecord, TouchWay};
 use crate::math::{
-    ColliderHandle, DPose3, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, from_dvec3,
-    from_f64, to_dpose3, to_dvec3, to_f64,
+    ColliderHandle, DPose3, DVec3, Pose, Real, RigidBodyHandle, Vector, from_dvec3, from_f64,
+    relative_pose, to_dpose3, to_dvec3, to_f64,
 };
 use crate::rapier::geometry::{Collider, Shape};
 use crate::rapier::parry::query::{
@@ -229,12 +229,9 @@ impl<'a> Parts<'a> {
 
     /// The pose of the second part relative to the first at a moment, with the second moved by `away` along the normal.
     fn relative(&self, time: f64, away: f64) -> Pose {
-        let [one, two] = [0, 1].map(|which: usize| self.record.ways[which].frame(time));
-        let moved = to_dvec3(self.record.world_normal) * away;
-        let to_first = one.rotation.inverse();
-        let place = from_dvec3(to_first * (two.translation + moved - one.translation));
-        let [x, y, z, w] = (to_first * two.rotation).to_array().map(from_f64);
-        Pose::from_parts(place, Rotation::from_xyzw(x, y, z, w).normalize())
+        let [one, mut two] = [0, 1].map(|which: usize| self.record.ways[which].frame(time));
+        two.translation += to_dvec3(self.record.world_normal) * away;
+        relative_pose(&one, &two)
     }
 
     /// Returns true if the parts overlap at a moment on their paths to the touch, as if it had not been answered.
