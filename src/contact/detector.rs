@@ -3,7 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use super::discrete::{Discrete, FoundContacts, approach_speed};
+use super::approach::approach_speed;
+use super::discrete::{Discrete, FoundContacts};
 use super::field_contact::FieldContact;
 use super::field_mask::FieldMasks;
 use super::hooks::Verdicts;

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::approach::{PointMotion, approach_speed};
 use super::field_contact::{ContactPart, FieldContact};
 use super::laws::LawTable;
 use super::near_pairs::{NearPairs, Place};
@@ -10,8 +11,8 @@ use super::overlap::{ManifoldPoint, OverlapPoint, PlacedBall, PlacedShape};
 use super::resting::{HeldPairs, StillPoints};
 use super::rules::in_order;
 use super::separation::Separations;
-use super::starts::{Starts, pivot};
-use crate::compile::Compiled;
+use super::starts::Starts;
+use crate::compile::{Compiled, DetectionField};
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 use crate::neighbors::{Cluster, VerletList};
@@ -92,9 +93,7 @@ impl FoundContacts {
     pub(super) fn is_hit(&self, world: &impl Lookup, starts: &Starts) -> bool {
         self.contacts.iter().any(|(contact, points)| {
             let law = contact.law;
-            let motions = contact
-                .bodies
-                .map(|body| PointMotion::of(body, world, starts));
+            let motions = PointMotion::of_sides(contact, world, starts);
             if law == ContactLaw::Observe || motions.iter().all(PointMotion::is_still) {
                 return false;
             }
@@ -106,37 +105,6 @@ impl FoundContacts {
             };
             self.points[points.clone()].iter().any(fast)
         })
-    }
-}
-
-/// The motion of the points of a body, in world axes; zero for a collider without a body.
-#[derive(Clone, Copy, Default)]
-struct PointMotion {
-    pivot: Vector,
-    linvel: Vector,
-    angvel: Vector,
-}
-
-impl PointMotion {
-    fn of(body: Option<RigidBodyHandle>, world: &impl Lookup, starts: &Starts) -> Self {
-        let body = body.and_then(|handle| Some((handle, world.body(handle)?)));
-        body.map_or(PointMotion::default(), |(handle, body)| PointMotion {
-            pivot: if body.is_dynamic() {
-                body.center_of_mass()
-            } else {
-                body.position().transform_point(pivot(body))
-            },
-            linvel: starts.pivot_velocity(handle, body),
-            angvel: body.angvel(),
-        })
-    }
-
-    fn is_still(&self) -> bool {
-        self.linvel == Vector::ZERO && self.angvel == Vector::ZERO
-    }
-
-    fn at(&self, world_point: Vector) -> Vector {
-        self.linvel + self.angvel.cross(world_point - self.pivot)
     }
 }
 
@@ -164,9 +132,15 @@ impl Discrete {
         }
     }
 
-    /// Indices into `Compiled::detectors` of the detection fields of a collider.
-    pub(super) fn detectors_of(&self, collider: ColliderHandle) -> &[u32] {
-        self.detectors.get(&collider).map_or(&[], Vec::as_slice)
+    /// The detection fields of a collider.
+    pub(super) fn detectors_of<'a>(
+        &'a self,
+        compiled: &'a Compiled,
+        collider: ColliderHandle,
+    ) -> impl Iterator<Item = &'a DetectionField> {
+        let numbers = self.detectors.get(&collider).map_or(&[][..], Vec::as_slice);
+        let numbers = numbers.iter();
+        numbers.map(|number| &compiled.detectors[*number as usize])
     }
 
     /// A collider as a contact part, with its law.
@@ -457,13 +431,4 @@ impl<W: Lookup> Finder<'_, W> {
         let range = start..self.found.points.len();
         self.found.contacts.push((contact, range));
     }
-}
-
-/// The speed at which the parts of a contact approach along its normal, at its point.
-pub(super) fn approach_speed(contact: &FieldContact, world: &impl Lookup, starts: &Starts) -> Real {
-    let motions = contact
-        .bodies
-        .map(|body| PointMotion::of(body, world, starts));
-    let [one, two] = motions.map(|motion| motion.at(contact.world_point));
-    (one - two).dot(contact.world_normal)
 }

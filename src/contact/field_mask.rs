@@ -20,7 +20,7 @@ pub(super) struct FieldMasks {
 
 /// The place at which a field is evaluated for a collider.
 #[derive(Clone, Copy)]
-enum At<'a> {
+pub(super) enum At<'a> {
     Now,
     /// At a given world point instead of the collider's own sample.
     Point(DVec3),
@@ -74,16 +74,25 @@ impl FieldMasks {
         &mut self,
         touch: &Discrete,
         compiled: &Compiled,
-        [first, second]: [ColliderHandle; 2],
+        pair: [ColliderHandle; 2],
         moment: Moment,
     ) -> bool {
-        [(first, second), (second, first)]
-            .into_iter()
-            .any(|(owner, other)| {
-                let numbers = touch.detectors_of(owner).iter();
-                let mut detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
-                detectors.any(|it| self.asks(compiled, it, other, moment, At::Now))
-            })
+        self.any_acts(touch, compiled, pair, moment, At::Now)
+    }
+
+    fn any_acts(
+        &mut self,
+        touch: &Discrete,
+        compiled: &Compiled,
+        [first, second]: [ColliderHandle; 2],
+        moment: Moment,
+        at: At<'_>,
+    ) -> bool {
+        let mut sides = [[first, second], [second, first]].into_iter();
+        sides.any(|[owner, other]| {
+            let mut detectors = touch.detectors_of(compiled, owner);
+            detectors.any(|it| self.acts_on(compiled, it, other, moment, at))
+        })
     }
 
     /// As [`Self::let_touch`], with both colliders and all anchors moved on to a predicted touch, so that the borders
@@ -103,33 +112,15 @@ impl FieldMasks {
             let turn = Rotation::from_scaled_axis(frame.angvel * meeting.time);
             frame.pose.rotation = (turn * frame.pose.rotation).normalize();
         }
-        let [first, second] = meeting.pair;
-        let lets = [(first, second), (second, first)]
-            .into_iter()
-            .any(|(owner, other)| {
-                let numbers = touch.detectors_of(owner).iter();
-                let mut detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
-                detectors.any(|it| self.asks(compiled, it, other, moment, At::Touch(meeting)))
-            });
+        let lets = self.any_acts(touch, compiled, meeting.pair, moment, At::Touch(meeting));
         self.frames = now;
         lets
     }
 
-    /// Returns true if a detection field acts on `other` at a world point, after its operators: it is not replaced or
-    /// cut out there, and the point is in its region. A collider that is no sample (fixed or kinematic) is judged at
-    /// the sample of the field's owner.
-    pub(super) fn lets_through_at(
-        &mut self,
-        compiled: &Compiled,
-        detector: &DetectionField,
-        other: ColliderHandle,
-        moment: Moment,
-        world_point: DVec3,
-    ) -> bool {
-        self.asks(compiled, detector, other, moment, At::Point(world_point))
-    }
-
-    fn asks(
+    /// Returns true if a detection field acts on `other` at a place, after its operators: it is not replaced or cut out
+    /// there, and the place is in its region. A collider that is no sample (fixed or kinematic) is judged at the sample
+    /// of the field's owner.
+    pub(super) fn acts_on(
         &mut self,
         compiled: &Compiled,
         detector: &DetectionField,

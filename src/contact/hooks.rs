@@ -21,50 +21,44 @@ use crate::rigid::Lookup;
 pub(crate) struct Heard {
     /// True once Rapier has called a hook for a claimed pair.
     pub asked: AtomicBool,
-    /// Claimed pairs whose contact the user's hooks removed; neither side answers them.
-    vetoed: Mutex<Pairs>,
-    /// Pairs of which contact points were lifted off Rapier's solver, and pairs whose points were all left to it.
-    lifted: Mutex<Pairs>,
-    held: Mutex<Pairs>,
-    /// Pairs that the user's hooks hide from Rapier; recorded only for the cross-check.
-    hidden: Option<Mutex<Pairs>>,
+    verdicts: Mutex<Verdicts>,
+    /// True if hidden pairs are recorded.
+    notes_hidden: bool,
 }
 
 impl Heard {
-    /// An empty record; `hidden` turns on the record of hidden pairs.
-    pub(crate) fn new(hidden: bool) -> Self {
+    /// An empty record; `notes_hidden` turns on the record of hidden pairs.
+    pub(crate) fn new(notes_hidden: bool) -> Self {
         Heard {
-            hidden: hidden.then(Mutex::default),
+            notes_hidden,
             ..Heard::default()
         }
     }
 
-    /// Takes the pairs that the user's hooks hid from Rapier; empty if they were not recorded.
-    pub(crate) fn take_hidden(&mut self) -> Pairs {
-        let list = self.hidden.as_mut().map(Mutex::get_mut);
-        let list = list.map(|list| list.unwrap_or_else(PoisonError::into_inner));
-        list.map(std::mem::take).unwrap_or_default()
+    fn verdicts(&mut self) -> &mut Verdicts {
+        let verdicts = self.verdicts.get_mut();
+        verdicts.unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn note(list: &Mutex<Pairs>, pair: [ColliderHandle; 2]) {
-        let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);
-        list.insert(in_order(pair));
+    /// Takes the pairs that the user's hooks hid from Rapier; empty if they were not recorded.
+    pub(crate) fn take_hidden(&mut self) -> Pairs {
+        std::mem::take(&mut self.verdicts().hidden)
+    }
+
+    /// Adds a pair to one of the lists of verdicts.
+    fn note(&self, pair: [ColliderHandle; 2], list: impl FnOnce(&mut Verdicts) -> &mut Pairs) {
+        let verdicts = self.verdicts.lock();
+        let mut verdicts = verdicts.unwrap_or_else(PoisonError::into_inner);
+        list(&mut verdicts).insert(in_order(pair));
     }
 
     /// Takes the decisions on claimed pairs out of the record.
     pub(crate) fn take(&mut self) -> Verdicts {
-        let take = |list: &mut Mutex<Pairs>| {
-            std::mem::take(list.get_mut().unwrap_or_else(PoisonError::into_inner))
-        };
-        let lifted = take(&mut self.lifted);
-        let mut held = take(&mut self.held);
+        let mut verdicts = std::mem::take(self.verdicts());
         // A shape of several pieces may have several manifolds; a pair with any lifted point counts as lifted.
+        let Verdicts { lifted, held, .. } = &mut verdicts;
         held.retain(|pair| !lifted.contains(pair));
-        Verdicts {
-            vetoed: take(&mut self.vetoed),
-            lifted,
-            held,
-        }
+        verdicts
     }
 }
 
@@ -107,6 +101,8 @@ pub(crate) struct Verdicts {
     pub lifted: Pairs,
     /// All contact points were left to Rapier's solver.
     pub held: Pairs,
+    /// The user's hooks hide the pair from Rapier, whether fields claim it or not; recorded only for the cross-check.
+    hidden: Pairs,
 }
 
 /// The hooks of an [open step](crate::OpenStep): hand them to `PhysicsPipeline::step`.
@@ -197,12 +193,13 @@ impl StepHooks<'_> {
             contact.dist += lift;
             lifted = true;
         }
-        let list = if lifted {
-            &self.heard.lifted
-        } else {
-            &self.heard.held
-        };
-        Heard::note(list, pair);
+        self.heard.note(pair, |verdicts| {
+            if lifted {
+                &mut verdicts.lifted
+            } else {
+                &mut verdicts.held
+            }
+        });
         let [restitution, friction] = match law {
             ContactLaw::Impulse {
                 restitution,
@@ -266,13 +263,13 @@ impl PhysicsHooks for StepHooks<'_> {
         } else {
             Some(SolverFlags::COMPUTE_RIGID_IMPULSES)
         };
-        if let (None, Some(hidden)) = (flags, &self.heard.hidden) {
-            Heard::note(hidden, pair);
+        if flags.is_none() && self.heard.notes_hidden {
+            self.heard.note(pair, |verdicts| &mut verdicts.hidden);
         }
         if claimed {
             self.heard.asked.store(true, Ordering::Relaxed);
             if flags.is_none_or(|flags| flags.is_empty()) {
-                Heard::note(&self.heard.vetoed, pair);
+                self.heard.note(pair, |verdicts| &mut verdicts.vetoed);
             }
         }
         // Rapier calls this once more after bodies have moved, for its own continuous collision detection.
@@ -309,7 +306,7 @@ impl PhysicsHooks for StepHooks<'_> {
             return;
         };
         if found > 0 && count(context) == 0 {
-            Heard::note(&self.heard.vetoed, pair);
+            self.heard.note(pair, |verdicts| &mut verdicts.vetoed);
         }
         self.lift_impacts(law, context);
     }

@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 
 use super::FieldContact;
+use super::contact_body::ContactBody;
+use super::field_mask::At;
 use super::paper_push::PaperPushes;
-use super::solve::{ContactBody, Meeting, resolve};
+use super::solve::{ContactPoint, Meeting, resolve};
 use super::sweep::{Event, Sweep, SweepScene};
-use super::time_of_impact::{ContactPoint, spots};
+use super::time_of_impact::spots;
 use super::touch_record::TouchRecord;
 use crate::field::ContactLaw;
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_f64};
@@ -131,14 +133,12 @@ impl Sweep {
                 let place = carried[other].place(time);
                 let track = carried[owner].track;
                 let points = [place, place + into].map(|it| track.carried_to_end(it, time));
-                let numbers = scene.touch.detectors_of(parts[owner].collider).iter();
-                numbers.copied().any(|number| {
-                    let detector = &scene.compiled.detectors[number as usize];
-                    let collider = parts[other].collider;
-                    points.into_iter().any(|point| {
-                        let (compiled, moment) = (scene.compiled, scene.moment);
-                        masks.lets_through_at(compiled, detector, collider, moment, point)
-                    })
+                let (compiled, moment) = (scene.compiled, scene.moment);
+                let (owner, other) = (parts[owner].collider, parts[other].collider);
+                let mut detectors = scene.touch.detectors_of(compiled, owner);
+                detectors.any(|detector| {
+                    let mut places = points.into_iter().map(At::Point);
+                    places.any(|at| masks.acts_on(compiled, detector, other, moment, at))
                 })
             });
             if !lets {
@@ -193,17 +193,8 @@ impl Sweep {
         } else {
             contact.law
         };
-        Meeting {
-            places,
-            point: spot.point,
-            normal,
-            depth: spot.depth,
-            law,
-            pushes: [DVec3::ZERO; 2],
-            slow: to_f64(scene.starts.slow(contact.law, contact.bodies)),
-            impulses: [DVec3::ZERO; 2],
-            failed: false,
-        }
+        let slow = to_f64(scene.starts.slow(contact.law, contact.bodies));
+        Meeting::new(law, slow, places, ContactPoint { normal, ..*spot })
     }
 
     /// Returns true if two parts approach so slowly that a whole step takes them no deeper than rounding.

@@ -4,10 +4,12 @@
 //! `solve.rs` answers contacts by their laws. `hooks.rs` keeps Rapier's solver from answering the same contacts, and
 //! `hand_over.rs` returns those that do not separate to it.
 
+mod approach;
 mod calm;
 mod capability;
 mod claims;
 mod conservative_advancement;
+mod contact_body;
 mod detector;
 mod discrete;
 mod event;

@@ -4,9 +4,10 @@
 use std::collections::HashMap;
 
 use super::FieldContact;
+use super::contact_body::ContactBody;
 use super::discrete::Discrete;
 use super::field_mask::FieldMasks;
-use super::solve::{ContactBody, Meeting};
+use super::solve::Meeting;
 use crate::compile::{Compiled, FieldMask};
 use crate::field::{ContactLaw, Query, Touch};
 use crate::math::{ColliderHandle, DVec3};
@@ -77,8 +78,7 @@ impl PaperPushes<'_> {
 /// The push of the fields on a touched collider that stand under no operator: one push for each field with the paper's
 /// law. A pair has one law, so if only the other side has the paper's, a field that observes pushes once.
 fn plain(touch: &Discrete, compiled: &Compiled, law: ContactLaw, touched: &Touch) -> DVec3 {
-    let numbers = touch.detectors_of(touched.collider).iter();
-    let detectors = numbers.map(|number| &compiled.detectors[*number as usize]);
+    let detectors = touch.detectors_of(compiled, touched.collider);
     let [mut pushing, mut observing] = [0.0_f64; 2];
     for detector in detectors.filter(|it| it.mask.is_none()) {
         if detector.law.is_vector() {
@@ -102,9 +102,8 @@ fn given(
     let mut composites: Vec<FieldMask> = Vec::new();
     for touched in &touching.touches {
         sum += plain(touch, compiled, law, touched);
-        let numbers = touch.detectors_of(touched.collider).iter();
-        let masks = numbers.filter_map(|number| compiled.detectors[*number as usize].mask);
-        for mask in masks {
+        let detectors = touch.detectors_of(compiled, touched.collider);
+        for mask in detectors.filter_map(|detector| detector.mask) {
             if !composites.iter().any(|it| it.is_beside(&mask)) {
                 composites.push(mask);
             }

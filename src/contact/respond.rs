@@ -1,9 +1,10 @@
 //! Answers to the overlaps found at the end of a step.
 
 use super::FieldContact;
+use super::contact_body::ContactBody;
 use super::discrete::FoundContacts;
 use super::paper_push::PaperPushes;
-use super::solve::{ContactBody, Meeting, resolve};
+use super::solve::{ContactPoint, Meeting, resolve};
 use super::starts::Starts;
 use crate::bridge::Push;
 use crate::field::ContactLaw;
@@ -31,15 +32,7 @@ impl<W: Lookup> Response<'_, W> {
         found: &FoundContacts,
         answers: impl Fn(&FieldContact) -> bool,
     ) -> Option<(RigidBodyHandle, f64)> {
-        let Response {
-            world,
-            starts,
-            dt,
-            mut paper,
-            pushes,
-            not_finite,
-        } = self;
-        let slow = |contact: &FieldContact| to_f64(starts.slow(contact.law, contact.bodies));
+        let (world, starts, mut paper) = (self.world, self.starts, self.paper);
         let mut handles: Vec<RigidBodyHandle> =
             contacts.iter().flat_map(|c| c.bodies).flatten().collect();
         handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
@@ -64,7 +57,8 @@ impl<W: Lookup> Response<'_, W> {
             } else {
                 ContactLaw::Observe
             };
-            let (places, slow) = (contact.bodies.map(place), slow(contact));
+            let places = contact.bodies.map(place);
+            let slow = to_f64(starts.slow(contact.law, contact.bodies));
             // A spring pushes at the deepest point only, and the paper's law acts once.
             let points = &found.points[found.contacts[number].1.clone()];
             let deepest = contact.deepest();
@@ -74,27 +68,22 @@ impl<W: Lookup> Response<'_, W> {
             };
             for point in points {
                 owners.push(number);
-                meetings.push(Meeting {
-                    places,
+                let spot = ContactPoint {
                     point: to_dvec3(point.world_point),
                     normal: to_dvec3(point.world_normal),
                     depth: to_f64(point.depth),
-                    law,
-                    pushes: [DVec3::ZERO; 2],
-                    slow,
-                    impulses: [DVec3::ZERO; 2],
-                    failed: false,
-                });
+                };
+                meetings.push(Meeting::new(law, slow, places, spot));
             }
             if let Some(last) = meetings.last_mut() {
                 paper.note(last, contact, &movers, [None; 2]);
             }
         }
-        let stiffest = resolve(&mut movers, &mut meetings, to_f64(dt));
+        let stiffest = resolve(&mut movers, &mut meetings, to_f64(self.dt));
         let stiffest = stiffest.map(|it| (handles[it.place], it.omega2));
         for (number, meeting) in owners.into_iter().zip(&meetings) {
             if meeting.failed {
-                not_finite.push(contacts[number].colliders);
+                self.not_finite.push(contacts[number].colliders);
             }
             for (sum, impulse) in contacts[number].impulses.iter_mut().zip(meeting.impulses) {
                 *sum += from_dvec3(impulse);
@@ -109,7 +98,7 @@ impl<W: Lookup> Response<'_, W> {
             let behind = mover.resistance.rotor.angvel(mover.attitude, behind);
             let linvel = from_dvec3(mover.linvel) - start.behind;
             let angvel = from_dvec3(mover.angvel - behind);
-            pushes.push(Push {
+            self.pushes.push(Push {
                 body: *body,
                 pose: None,
                 linvel,

@@ -5,13 +5,10 @@
 //! restitution asks, and none is pulled (Moreau's law of impact, a linear complementarity problem). Rounds follow until
 //! no contact approaches. Each keeps momentum and adds no energy.
 
-use crate::field::ContactLaw;
-use crate::math::{DQuat, DVec3, Real, Vector, to_dpose3, to_dvec3, to_f64};
-use crate::rapier::dynamics::{LockedAxes, RigidBody};
-
+use super::contact_body::ContactBody;
 use super::lcp;
-use super::starts::{BodyStart, pivot};
-use crate::rigid::Rotor;
+use crate::field::ContactLaw;
+use crate::math::{DVec3, Real, to_f64};
 
 /// The limit of rounds; a chain of bodies needs about one for each body.
 const ROUNDS: usize = 64;
@@ -23,28 +20,13 @@ const AT_REST: f64 = 16.0 * Real::EPSILON as f64;
 /// Further ones are solved one after the other.
 const MOST_AT_ONCE: usize = 48;
 
-/// The response of a body to impulses, without its place.
+/// A point at which two parts touch, in world space.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Resistance {
-    /// Per world axis; zero along locked axes, and for bodies that no impulse moves.
-    pub inverse_mass: DVec3,
-    pub rotor: Rotor,
-    /// Per world axis: one if the body may rotate about it, else zero.
-    pub may_turn: DVec3,
-}
-
-/// A body in a response, in world axes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ContactBody {
-    pub resistance: Resistance,
-    /// Its centre of mass; for a body that is not dynamic, its [pivot].
-    pub com: DVec3,
-    pub attitude: DQuat,
-    pub linvel: DVec3,
-    pub angvel: DVec3,
-    /// Its acceleration within the step, by which a resting contact is loaded.
-    pub acceleration: DVec3,
-    pub pushed: bool,
+pub(super) struct ContactPoint {
+    pub point: DVec3,
+    /// Unit vector from the first part to the second.
+    pub normal: DVec3,
+    pub depth: f64,
 }
 
 /// A contact point to be answered.
@@ -67,104 +49,27 @@ pub(super) struct Meeting {
     pub failed: bool,
 }
 
-impl Resistance {
-    pub(super) fn of(body: &RigidBody) -> Self {
-        let properties = body.mass_properties();
-        let local = &properties.local_mprops;
-        let locked = body.locked_axes();
-        let free = |axis: LockedAxes| f64::from(u8::from(!locked.contains(axis)));
-        let free_axes = |x, y, z| DVec3::new(free(x), free(y), free(z));
-        let may_turn = free_axes(
-            LockedAxes::ROTATION_LOCKED_X,
-            LockedAxes::ROTATION_LOCKED_Y,
-            LockedAxes::ROTATION_LOCKED_Z,
-        );
-        let [x, y, z, w] = local.principal_inertia_local_frame.to_array().map(to_f64);
-        let rotor = if body.is_dynamic() {
-            Rotor {
-                inverse_moments: to_dvec3(local.inv_principal_inertia),
-                principal_to_body: DQuat::from_xyzw(x, y, z, w).normalize(),
-            }
-        } else {
-            // For an open mesh both may be NaN.
-            Rotor {
-                inverse_moments: DVec3::ZERO,
-                principal_to_body: DQuat::IDENTITY,
-            }
-        };
-        Resistance {
-            inverse_mass: to_dvec3(properties.effective_inv_mass),
-            rotor,
-            may_turn,
-        }
-    }
-}
-
-impl ContactBody {
-    /// A body on the parabola along which Rapier moves it; `linvel` is the velocity of its pivot.
-    pub(super) fn pressed(body: &RigidBody, start: &BodyStart, linvel: Vector) -> Self {
-        let pose = to_dpose3(body.position());
-        let resistance = Resistance::of(body);
-        let behind = start.turn.map_or(DVec3::ZERO, |turn| turn.behind);
-        ContactBody {
-            com: pose.transform_point(to_dvec3(pivot(body))),
-            attitude: pose.rotation,
-            linvel: to_dvec3(linvel) + to_dvec3(start.behind),
-            angvel: to_dvec3(body.angvel()) + resistance.rotor.angvel(pose.rotation, behind),
-            acceleration: to_dvec3(start.acceleration()),
-            pushed: false,
-            resistance,
-        }
-    }
-
-    pub(super) fn velocity_at(&self, point: DVec3) -> DVec3 {
-        self.linvel + self.angvel.cross(point - self.com)
-    }
-
-    /// The change of angular velocity by an angular impulse, in world axes.
-    fn twist(&self, angular_impulse: DVec3) -> DVec3 {
-        let Resistance {
-            rotor, may_turn, ..
-        } = &self.resistance;
-        rotor.angvel(self.attitude, angular_impulse * *may_turn) * *may_turn
-    }
-
-    /// The velocity change that an impulse at `point` gives the body at `there`.
-    fn answer(&self, there: DVec3, point: DVec3, impulse: DVec3) -> DVec3 {
-        let twist = self.twist((point - self.com).cross(impulse));
-        impulse * self.resistance.inverse_mass + twist.cross(there - self.com)
-    }
-
-    /// Mass along the free axes; zero for a fixed body.
-    fn mass(&self) -> f64 {
-        let inverse = self.resistance.inverse_mass.max_element();
-        if inverse > 0.0 { inverse.recip() } else { 0.0 }
-    }
-
-    fn push(&mut self, point: DVec3, impulse: DVec3) {
-        let kick = impulse * self.resistance.inverse_mass;
-        let twist = self.twist((point - self.com).cross(impulse));
-        self.linvel = added(self.linvel, kick);
-        self.angvel = added(self.angvel, twist);
-        // A body whose centre cannot move may still rotate.
-        self.pushed |= kick != DVec3::ZERO || twist != DVec3::ZERO;
-    }
-}
-
-/// The sum of two vectors, where axes that cancel to rounding are set to zero, so that a stopped ball stands still.
-fn added(a: DVec3, b: DVec3) -> DVec3 {
-    let axis = |a: f64, b: f64| {
-        let sum = a + b;
-        if sum.abs() <= 2.0 * f64::EPSILON * a.abs() {
-            0.0
-        } else {
-            sum
-        }
-    };
-    DVec3::new(axis(a.x, b.x), axis(a.y, b.y), axis(a.z, b.z))
-}
-
 impl Meeting {
+    /// A contact point that has no impulse yet.
+    pub(super) fn new(
+        law: ContactLaw,
+        slow: f64,
+        places: [Option<usize>; 2],
+        spot: ContactPoint,
+    ) -> Self {
+        Meeting {
+            places,
+            point: spot.point,
+            normal: spot.normal,
+            depth: spot.depth,
+            law,
+            pushes: [DVec3::ZERO; 2],
+            slow,
+            impulses: [DVec3::ZERO; 2],
+            failed: false,
+        }
+    }
+
     pub(super) fn velocities(&self, movers: &[ContactBody]) -> [DVec3; 2] {
         let velocity = |place: usize| movers[place].velocity_at(self.point);
         self.places.map(|place| place.map_or(DVec3::ZERO, velocity))
@@ -189,13 +94,9 @@ impl Meeting {
         };
         self.law = ContactLaw::restitution(0.0).with_friction(friction);
         self.slow = 0.0;
-        let of = |place: Option<usize>| place.map(|place| &movers[place]);
-        let pull = |place| of(place).map_or(DVec3::ZERO, |mover: &ContactBody| mover.acceleration);
-        let yields =
-            |place| of(place).map_or(0.0, |mover| mover.resistance.inverse_mass.max_element());
-        let [first, second] = self.places.map(pull);
-        let shares = self.places.map(yields);
-        let pressing = (first - second).dot(self.normal);
+        let yields = |place: usize| movers[place].resistance.inverse_mass.max_element();
+        let shares = self.places.map(|it| it.map_or(0.0, yields));
+        let pressing = self.pressing(movers);
         let whole = shares[0] + shares[1];
         if pressing <= 0.0 || whole <= 0.0 {
             return;
@@ -273,26 +174,12 @@ struct Solver<'a> {
     meetings: &'a mut [Meeting],
 }
 
-/// The velocities of the two parts at a contact, and their speed of approach.
-struct Closing {
-    velocities: [DVec3; 2],
-    approach: f64,
-}
-
 impl Solver<'_> {
-    fn closing(&self, meeting: &Meeting) -> Closing {
-        Closing {
-            velocities: meeting.velocities(self.movers),
-            approach: meeting.approach(self.movers),
-        }
-    }
-
     /// Marks contacts with quantities that are not finite as failed; they are not answered.
     fn leave_out_unsound(&mut self) {
         for number in 0..self.meetings.len() {
             let meeting = &self.meetings[number];
-            let yields =
-                self.inverse_effective_mass(meeting, meeting.point, meeting.normal, meeting.normal);
+            let yields = self.inverse_effective_mass(meeting, meeting.normal);
             let sound = yields.is_finite()
                 && meeting.approach(self.movers).is_finite()
                 && meeting.pushes.iter().all(|push| push.is_finite());
@@ -326,11 +213,8 @@ impl Solver<'_> {
 
     /// Applies the laws that act once a step, all by the velocities from before.
     fn push_once(&mut self) {
-        let pushes: Vec<[DVec3; 2]> = self
-            .meetings
-            .iter()
-            .map(|meeting| self.push_of(meeting))
-            .collect();
+        let pushes = self.meetings.iter().map(|it| self.push_of(it));
+        let pushes: Vec<[DVec3; 2]> = pushes.collect();
         for (number, impulses) in pushes.into_iter().enumerate() {
             if impulses != [DVec3::ZERO; 2] {
                 self.apply(number, impulses);
@@ -339,14 +223,12 @@ impl Solver<'_> {
     }
 
     fn push_of(&self, meeting: &Meeting) -> [DVec3; 2] {
-        let approach = meeting.approach(self.movers);
-        match meeting.law {
-            law if law.is_vector() && approach > meeting.slow => {
-                let mass = |place: usize| self.movers[place].mass();
-                [0, 1].map(|part| meeting.pushes[part] * meeting.places[part].map_or(0.0, mass))
-            }
-            _ => [DVec3::ZERO; 2],
+        let pushes = meeting.law.is_vector() && meeting.approach(self.movers) > meeting.slow;
+        if !pushes {
+            return [DVec3::ZERO; 2];
         }
+        let mass = |place: usize| self.movers[place].mass();
+        [0, 1].map(|part| meeting.pushes[part] * meeting.places[part].map_or(0.0, mass))
     }
 
     /// Applies the penalty laws. Damping is solved for the approach speed that all springs together leave in the middle
@@ -392,13 +274,11 @@ impl Solver<'_> {
     /// The body between the stiffest springs. By Gershgorin's circles, a contact oscillates no faster than all contacts
     /// of its two bodies together.
     fn stiffest(&self) -> Option<Sprung> {
-        let springs = self
-            .meetings
-            .iter()
-            .filter_map(|meeting| match meeting.law {
-                ContactLaw::Penalty { stiffness, .. } => Some((meeting, to_f64(stiffness))),
-                _ => None,
-            });
+        let meetings = self.meetings.iter();
+        let springs = meetings.filter_map(|meeting| match meeting.law {
+            ContactLaw::Penalty { stiffness, .. } => Some((meeting, to_f64(stiffness))),
+            _ => None,
+        });
         let share = |meeting: &Meeting, place: usize| {
             let (point, normal) = (meeting.point, meeting.normal);
             self.movers[place].answer(point, point, normal).dot(normal)
@@ -433,8 +313,7 @@ impl Solver<'_> {
                 0 => meeting.slow,
                 _ => meeting.rounding(self.movers).max(meeting.slow),
             };
-            let yields =
-                self.inverse_effective_mass(meeting, meeting.point, meeting.normal, meeting.normal);
+            let yields = self.inverse_effective_mass(meeting, meeting.normal);
             meeting.approach(self.movers) > rounding && yields > 0.0
         };
         (0..self.meetings.len()).filter(approaches).collect()
@@ -477,21 +356,13 @@ impl Solver<'_> {
         clusters.into_iter().map(|(_, list)| list).collect()
     }
 
-    /// The relative velocity along `normal` at `there` that a unit impulse along `along`, at the contact's point, gives
-    /// the two sides.
-    fn inverse_effective_mass(
-        &self,
-        meeting: &Meeting,
-        there: DVec3,
-        along: DVec3,
-        normal: DVec3,
-    ) -> f64 {
-        let of = |place: Option<usize>| {
-            place.map_or(DVec3::ZERO, |place| {
-                self.movers[place].answer(there, meeting.point, along)
-            })
-        };
-        (of(meeting.places[0]) + of(meeting.places[1])).dot(normal)
+    /// The relative velocity along a direction, at a contact's point, that a unit impulse along it there gives the two
+    /// sides.
+    fn inverse_effective_mass(&self, meeting: &Meeting, direction: DVec3) -> f64 {
+        let point = meeting.point;
+        let answer = |place: usize| self.movers[place].answer(point, point, direction);
+        let [first, second] = meeting.places.map(|it| it.map_or(DVec3::ZERO, answer));
+        (first + second).dot(direction)
     }
 
     /// The change of the separation speed at contact `i` by a unit impulse at contact `j`.
@@ -538,7 +409,7 @@ impl Solver<'_> {
             let ContactLaw::Impulse { restitution, .. } = meeting.law else {
                 return 0.0;
             };
-            let approach = self.closing(meeting).approach;
+            let approach = meeting.approach(self.movers);
             approach + meeting.rebound(self.movers, to_f64(restitution), approach)
         };
         let wanted: Vec<f64> = cluster.iter().map(wanted).collect();
@@ -559,12 +430,12 @@ impl Solver<'_> {
         if most <= 0.0 {
             return;
         }
-        let [first, second] = self.closing(&meeting).velocities;
+        let [first, second] = meeting.velocities(self.movers);
         let slip = (second - first).reject_from_normalized(meeting.normal);
         let Some(direction) = slip.try_normalize() else {
             return;
         };
-        let yields = self.inverse_effective_mass(&meeting, meeting.point, direction, direction);
+        let yields = self.inverse_effective_mass(&meeting, direction);
         if yields > 0.0 {
             let impulse = direction * -(slip.length() / yields).min(most);
             self.apply(number, [-impulse, impulse]);
@@ -585,6 +456,9 @@ impl Solver<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::contact_body::Resistance;
+    use crate::math::DQuat;
+    use crate::rigid::Rotor;
 
     /// Once, an answer by mass properties that are not finite was left out without a warning.
     #[test]
@@ -608,17 +482,13 @@ mod tests {
         let nowhere = DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 1.0);
         for (frame, fails) in [(DQuat::IDENTITY, false), (nowhere, true)] {
             let mut movers = [body(frame)];
-            let mut meetings = [Meeting {
-                places: [Some(0), None],
+            let spot = ContactPoint {
                 point: DVec3::new(0.5, 0.1, 0.0),
                 normal: DVec3::X,
                 depth: 0.0,
-                law: ContactLaw::elastic(),
-                pushes: [DVec3::ZERO; 2],
-                slow: 0.0,
-                impulses: [DVec3::ZERO; 2],
-                failed: false,
-            }];
+            };
+            let places = [Some(0), None];
+            let mut meetings = [Meeting::new(ContactLaw::elastic(), 0.0, places, spot)];
             resolve(&mut movers, &mut meetings, 0.01);
             assert_eq!(meetings[0].failed, fails);
             assert_eq!(meetings[0].impulses == [DVec3::ZERO; 2], fails);

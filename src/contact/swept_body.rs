@@ -1,8 +1,8 @@
 //! The bodies and colliders of a step for swept detection: their start, their path, and their parts.
 
+use super::contact_body::{ContactBody, Resistance};
 use super::discrete::Discrete;
 use super::field_contact::ContactPart;
-use super::solve::{ContactBody, Resistance};
 use super::starts::{BodyStart, FreeTurn, Starts, pivot};
 use super::trajectory::{Bend, BodyPath, Turn};
 use crate::math::{

@@ -3,6 +3,7 @@
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
 use super::overlap::{distance, manifold_points, nearest};
 use super::separation::Separations;
+use super::solve::ContactPoint;
 use super::swept_body::{Form, SweptBody, SweptPart};
 use crate::math::{DPose3, DVec3, Pose, Real, from_f64, relative_pose, to_dvec3, to_f64};
 use crate::rapier::geometry::Aabb;
@@ -21,15 +22,6 @@ pub(super) struct MovingShape<'a> {
 
 /// Two parts that may touch.
 type Parts<'a> = [MovingShape<'a>; 2];
-
-/// A point at which two parts touch, in world space.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ContactPoint {
-    pub point: DVec3,
-    /// Unit vector from the first part to the second.
-    pub normal: DVec3,
-    pub depth: f64,
-}
 
 impl MovingShape<'_> {
     /// The pose of the collider's frame, in world space.

@@ -2,7 +2,7 @@
 //! first vanishes.
 
 use super::*;
-use crate::math::{ColliderHandle, DQuat};
+use crate::math::{ColliderHandle, DQuat, Rotation, from_dpose3};
 use crate::rapier::geometry::ColliderBuilder;
 use crate::rigid::Rotor;
 
@@ -61,12 +61,6 @@ fn way(which: u32, number: f64) -> TouchWay {
     )
 }
 
-fn rounded(pose: DPose3) -> Pose {
-    let [x, y, z, w] = pose.rotation.to_array().map(from_f64);
-    let rotation = Rotation::from_xyzw(x, y, z, w).normalize();
-    Pose::from_parts(from_dvec3(pose.translation), rotation)
-}
-
 impl Scene {
     /// `None` if the parts do not meet within the step.
     fn new(name: &'static str, collider: &Collider, number: f64) -> Option<Self> {
@@ -97,7 +91,7 @@ impl Scene {
         let found = found.expect("a contact").expect("a near one");
         let frame = record.ways[0].frame(time);
         let ends = [0, 1].map(|which: usize| {
-            [0.0, DT].map(|time| Some(rounded(record.ways[which].frame(time))))
+            [0.0, DT].map(|time| Some(from_dpose3(&record.ways[which].frame(time))))
         });
         let relative = parts.relative(time, 0.0);
         let contact = query::contact(&Pose::IDENTITY, one, &relative, two, 1.0);
