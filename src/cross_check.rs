@@ -29,11 +29,11 @@ use std::collections::BTreeMap;
 use bands::{Bands, Sizes};
 use comparable::{Judging, is_watched};
 use judge::{FoundBy, Placed, Verdict, judge};
-use sighting::{RapierPoint, Sighting, spots};
+use sighting::{RapierPoint, spots};
 use touches::TouchJudge;
 
 use crate::contact::{FieldContact, TouchRecord, in_order};
-use crate::math::{ColliderHandle, Pose, Real, to_f64};
+use crate::math::{ColliderHandle, Pose, Real, Vector, to_f64};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::NarrowPhase;
 use crate::rigid::Lookup;
@@ -48,7 +48,7 @@ pub(crate) fn expect(
     let watched = contacts.filter(|contact| settings.watches(contact.colliders));
     let asleep = world.bodies().filter(|(_, body)| body.is_sleeping());
     Expected {
-        contacts: watched.map(Sighting::of).collect(),
+        contacts: watched.copied().collect(),
         asleep: asleep.map(|(handle, _)| handle).collect(),
     }
 }
@@ -56,7 +56,8 @@ pub(crate) fn expect(
 /// A pair's contact as the fields found it, and all contact points that Rapier holds for it.
 #[derive(Default)]
 struct SeenPair {
-    ours: Option<Sighting>,
+    colliders: [ColliderHandle; 2],
+    ours: Option<FieldContact>,
     theirs: Vec<RapierPoint>,
 }
 
@@ -94,12 +95,10 @@ impl CrossCheckReport {
         self.last_step = ContactCounts::default();
         self.last_touches = TouchCounts::default();
         self.last_step.not_comparable.sensor = judging.sensors();
-        let mut pairs: BTreeMap<Key, ([ColliderHandle; 2], SeenPair)> = BTreeMap::new();
+        let mut pairs: BTreeMap<Key, SeenPair> = BTreeMap::new();
         for our in &expected.contacts {
-            let (_, seen) = pairs
-                .entry(key(our.colliders))
-                .or_insert((our.colliders, SeenPair::default()));
-            seen.ours = Some(*our);
+            let seen = pairs.entry(key(our.colliders)).or_default();
+            (seen.colliders, seen.ours) = (our.colliders, Some(*our));
         }
         for pair in after.narrow_phase.contact_pairs() {
             let handles = in_order([pair.collider1, pair.collider2]);
@@ -109,14 +108,12 @@ impl CrossCheckReport {
             let found = spots(pair, after.world, &pose_before).unwrap_or_default();
             let overlaps = found.iter().any(|spot| spot.depth > 0.0);
             if overlaps || pairs.contains_key(&key(handles)) {
-                let (_, seen) = pairs
-                    .entry(key(handles))
-                    .or_insert((handles, SeenPair::default()));
-                seen.theirs = found;
+                let seen = pairs.entry(key(handles)).or_default();
+                (seen.colliders, seen.theirs) = (handles, found);
             }
         }
-        for (handles, seen) in pairs.into_values() {
-            self.weigh(&judging, handles, &seen, &pose_before);
+        for seen in pairs.into_values() {
+            self.weigh(&judging, &seen, &pose_before);
         }
         self.total.add(self.last_step);
     }
@@ -146,11 +143,10 @@ impl CrossCheckReport {
     fn weigh(
         &mut self,
         judging: &Judging<'_, impl Lookup>,
-        pair: [ColliderHandle; 2],
         seen: &SeenPair,
         pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
     ) {
-        let world = judging.after.world;
+        let (world, pair) = (judging.after.world, seen.colliders);
         let [one, two] = pair.map(|handle| world.collider(handle).zip(pose_before(handle)));
         let (Some(one), Some(two)) = (one, two) else {
             self.last_step.not_comparable.removed += 1;
@@ -176,18 +172,7 @@ impl CrossCheckReport {
         }
         let verdict = judge(seen.ours.as_ref(), &seen.theirs, &bands, &placed);
         self.record(&verdict);
-        for (difference, band) in verdict.differences {
-            self.tell(
-                judging.settings,
-                Disagreement {
-                    step: self.steps,
-                    world_point,
-                    colliders: pair,
-                    difference,
-                    band,
-                },
-            );
-        }
+        self.tell(judging.settings, pair, world_point, verdict.differences);
     }
 
     fn record(&mut self, verdict: &Verdict) {
@@ -226,12 +211,27 @@ impl CrossCheckReport {
         self.worst = self.worst.max(verdict.worst);
     }
 
-    /// Lists a disagreement, and calls the listener.
-    fn tell(&mut self, settings: &CrossCheck, found: Disagreement) {
-        self.disagreements.push(found);
-        self.first = self.first.or(Some(found));
-        if let Some(tell) = &settings.listener {
-            tell(&found);
+    /// Lists the differences of a pair, each with its band, and calls the listener.
+    fn tell(
+        &mut self,
+        settings: &CrossCheck,
+        colliders: [ColliderHandle; 2],
+        world_point: Vector,
+        differences: Vec<(Difference, Real)>,
+    ) {
+        for (difference, band) in differences {
+            let found = Disagreement {
+                step: self.steps,
+                world_point,
+                colliders,
+                difference,
+                band,
+            };
+            self.disagreements.push(found);
+            self.first = self.first.or(Some(found));
+            if let Some(tell) = &settings.listener {
+                tell(&found);
+            }
         }
     }
 
@@ -256,16 +256,8 @@ impl CrossCheckReport {
                 .map(|it| [pose_before(it), pose_of(it, world)]);
             let outcome = judge.weigh(record, [one, two], ends);
             outcome.count(&mut self.last_touches);
-            for (difference, band) in outcome.differences {
-                let found = Disagreement {
-                    step: self.steps,
-                    world_point: record.world_point,
-                    colliders: record.colliders,
-                    difference,
-                    band,
-                };
-                self.tell(settings, found);
-            }
+            let (colliders, world_point) = (record.colliders, record.world_point);
+            self.tell(settings, colliders, world_point, outcome.differences);
         }
         self.touches.add(self.last_touches);
     }

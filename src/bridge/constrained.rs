@@ -1,7 +1,7 @@
 //! The bodies that Rapier's solver constrains by contacts or joints.
 
 use super::world::WorldMut;
-use crate::math::{ColliderSet, RigidBodyHandle, RigidBodySet};
+use crate::math::{ColliderHandle, ColliderSet, RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::{ImpulseJointSet, MultibodyJointSet, RigidBody};
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
 use crate::rigid::BodySet;
@@ -39,20 +39,18 @@ impl<'a> Constraints<'a> {
 
     /// Returns true if contacts pushed a body in Rapier's last step.
     fn push(&self, body: &RigidBody) -> bool {
+        self.any_pair(body, is_pushed)
+    }
+
+    fn any_pair(&self, body: &RigidBody, test: impl Fn(&ContactPair) -> bool) -> bool {
         let mut colliders = body.colliders().iter();
-        let pushes = |collider| self.pairs.contact_pairs_with(collider).any(is_pushed);
-        self.contacts && colliders.any(|it| pushes(*it))
+        self.contacts && colliders.any(|it| self.pairs.contact_pairs_with(*it).any(&test))
     }
 
     /// Returns true if a body touches anything or a joint holds it, so that Rapier may move it elsewhere than its
     /// velocity does.
     pub(super) fn concern(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
-        let touches = |collider| {
-            let mut pairs = self.pairs.contact_pairs_with(collider);
-            pairs.any(ContactPair::has_any_active_contact)
-        };
-        let mut colliders = body.colliders().iter();
-        (self.contacts && colliders.any(|it| touches(*it))) || self.join(handle)
+        self.any_pair(body, ContactPair::has_any_active_contact) || self.join(handle)
     }
 
     /// Returns true if an enabled impulse joint holds a body, or it is a link of a multibody.
@@ -60,6 +58,10 @@ impl<'a> Constraints<'a> {
         let mut joints = self.joints.attached_enabled_joints(handle);
         let articulated = || self.articulations.rigid_body_link(handle).is_some();
         (self.jointed && joints.next().is_some()) || articulated()
+    }
+
+    fn parent(&self, collider: ColliderHandle) -> Option<RigidBodyHandle> {
+        self.colliders.get(collider)?.parent()
     }
 
     /// Visits the other bodies of the joints, and of the contacts that pushed it, of a body.
@@ -80,9 +82,7 @@ impl<'a> Constraints<'a> {
             } else {
                 pair.collider1
             };
-            if let Some(body) = self.colliders.get(other).and_then(|it| it.parent()) {
-                visit(body);
-            }
+            self.parent(other).into_iter().for_each(&mut visit);
         }
     }
 
@@ -105,7 +105,7 @@ impl<'a> Constraints<'a> {
         pushed.clear();
         for pair in self.pairs.contact_pairs().filter(|pair| is_pushed(pair)) {
             for collider in [pair.collider1, pair.collider2] {
-                let body = self.colliders.get(collider).and_then(|it| it.parent());
+                let body = self.parent(collider);
                 body.into_iter().for_each(|body| pushed.insert(body));
             }
         }

@@ -167,13 +167,20 @@ fn is_held(world: &WorldMut<'_>, handle: RigidBodyHandle) -> bool {
 
 /// Stops and disables bodies, as Rapier does with bodies that are not finite.
 pub(crate) fn quarantine(bodies: &mut RigidBodySet, handles: &[RigidBodyHandle]) {
+    each(bodies, handles, |body| {
+        body.set_linvel(Vector::ZERO, false);
+        body.set_angvel(Vector::ZERO, false);
+        body.reset_forces(false);
+        body.reset_torques(false);
+        body.set_enabled(false);
+    });
+}
+
+/// Writes to those of some bodies that are still there.
+fn each(bodies: &mut RigidBodySet, handles: &[RigidBodyHandle], write: impl Fn(&mut RigidBody)) {
     for handle in handles {
         if let Some(body) = bodies.get_mut(*handle) {
-            body.set_linvel(Vector::ZERO, false);
-            body.set_angvel(Vector::ZERO, false);
-            body.reset_forces(false);
-            body.reset_torques(false);
-            body.set_enabled(false);
+            write(body);
         }
     }
 }
@@ -197,20 +204,12 @@ pub(crate) fn set_hooks(
 
 /// Restarts the sleep timers of bodies.
 pub(crate) fn rouse(bodies: &mut RigidBodySet, restless: &[RigidBodyHandle]) {
-    for body in restless {
-        if let Some(body) = bodies.get_mut(*body) {
-            body.wake_up(true);
-        }
-    }
+    each(bodies, restless, |body| body.wake_up(true));
 }
 
 /// Leaves the gyroscopic rotation of bodies to Rapier again.
 pub(crate) fn let_precess(bodies: &mut RigidBodySet, steady: &[RigidBodyHandle]) {
-    for body in steady {
-        if let Some(body) = bodies.get_mut(*body) {
-            body.enable_gyroscopic_forces(true);
-        }
-    }
+    each(bodies, steady, |body| body.enable_gyroscopic_forces(true));
 }
 
 /// Returns true if a body fell asleep or was quarantined: its velocity is final.

@@ -20,7 +20,7 @@ use super::touch_record::TouchRecord;
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::field::{ContactLaw, Frames};
-use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, to_f64};
+use crate::math::{ColliderHandle, Real, RigidBodyHandle, to_f64};
 use crate::rigid::Lookup;
 use crate::sample::{Moment, Samples};
 
@@ -135,9 +135,8 @@ impl Detector {
             return;
         }
         let touched: HashSet<_> = self.touched.iter().map(FieldContact::key).collect();
-        let pushes = |contact: &FieldContact| contact.impulses != [Vector::ZERO; 2];
         self.contacts
-            .retain(|contact| pushes(contact) || !touched.contains(&contact.key()));
+            .retain(|contact| contact.is_answered() || !touched.contains(&contact.key()));
         self.touched.append(&mut self.contacts);
         std::mem::swap(&mut self.touched, &mut self.contacts);
     }

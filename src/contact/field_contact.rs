@@ -3,7 +3,7 @@
 use super::laws::combined;
 use super::overlap::OverlapPoint;
 use crate::field::ContactLaw;
-use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
+use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::rapier::geometry::InteractionGroups;
 
 /// A contact found by detection fields.
@@ -61,6 +61,17 @@ impl FieldContact {
             impulses: [Vector::ZERO; 2],
             law,
             has_field: parts.map(|part| part.law.is_some()),
+        }
+    }
+
+    /// Returns true if the fields answered it with an impulse.
+    pub(super) fn is_answered(&self) -> bool {
+        self.impulses != [Vector::ZERO; 2]
+    }
+
+    pub(super) fn add_impulses(&mut self, impulses: [DVec3; 2]) {
+        for (sum, impulse) in self.impulses.iter_mut().zip(impulses) {
+            *sum += from_dvec3(impulse);
         }
     }
 

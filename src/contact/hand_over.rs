@@ -5,7 +5,7 @@ use super::hooks::Verdicts;
 use super::rules::{Pairs, in_order};
 use super::{Detector, FieldContact};
 use crate::field::ContactLaw;
-use crate::math::{ColliderHandle, Real, Vector};
+use crate::math::{ColliderHandle, Real};
 
 /// A pair is handed over once it was answered in this number of steps running and overlaps after each, or once its
 /// overlap grew in this number of steps running.
@@ -47,6 +47,16 @@ pub(crate) struct Given {
 }
 
 impl WatchedPair {
+    fn new(pair: [ColliderHandle; 2]) -> Self {
+        WatchedPair {
+            pair,
+            depth: Real::INFINITY,
+            answered: 0,
+            deeper: 0,
+            given: false,
+        }
+    }
+
     fn key(&self) -> [(u32, u32); 2] {
         self.pair.map(ColliderHandle::into_raw_parts)
     }
@@ -75,21 +85,22 @@ impl HandOver {
         let mut given = Given::default();
         let unsound = &detector.not_finite;
         let [overlaps, touches] = [&detector.contacts, detector.touches()];
-        let pushes = |contact: &FieldContact| contact.impulses != [Vector::ZERO; 2];
         let idle = self.0.is_empty() && verdicts.lifted.is_empty() && unsound.is_empty();
-        if idle && !overlaps.iter().chain(touches).any(pushes) {
+        if idle
+            && !overlaps
+                .iter()
+                .chain(touches)
+                .any(FieldContact::is_answered)
+        {
             return given;
         }
-        let touched: Pairs = touches
-            .iter()
-            .filter(|it| pushes(it))
-            .map(|it| it.colliders)
-            .collect();
+        let touched = touches.iter().filter(|it| it.is_answered());
+        let touched: Pairs = touched.map(|it| it.colliders).collect();
         let mut now = Vec::new();
         for contact in overlaps {
             let pair = contact.colliders;
             let was = self.of(pair);
-            let answered = pushes(contact) || touched.contains(&pair);
+            let answered = contact.is_answered() || touched.contains(&pair);
             let lifted = verdicts.lifted.contains(&pair);
             if !(answered || lifted || was.is_some_and(|it| it.given)) {
                 continue;
@@ -100,13 +111,7 @@ impl HandOver {
             else {
                 continue;
             };
-            let mut entry = was.copied().unwrap_or(WatchedPair {
-                pair,
-                depth: Real::INFINITY,
-                answered: 0,
-                deeper: 0,
-                given: false,
-            });
+            let mut entry = was.copied().unwrap_or(WatchedPair::new(pair));
             let count = |steps: u8, again: bool| if again { steps.saturating_add(1) } else { 0 };
             let grows = contact.depth > entry.depth * (1.0 + SAME_DEPTH);
             entry.answered = count(entry.answered, answered && !law.keeps_speed());
@@ -125,11 +130,9 @@ impl HandOver {
         for pair in unsound.iter().map(|pair| in_order(*pair)) {
             given.not_finite.push(pair);
             now.push(WatchedPair {
-                pair,
                 depth: 0.0,
-                answered: 0,
-                deeper: 0,
                 given: true,
+                ..WatchedPair::new(pair)
             });
         }
         now.sort_unstable_by_key(|entry| (entry.key(), !entry.given));

@@ -11,7 +11,7 @@ use super::sweep::{Event, Sweep, SweepScene};
 use super::time_of_impact::spots;
 use super::touch_record::TouchRecord;
 use crate::field::ContactLaw;
-use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_f64};
+use crate::math::{DVec3, Real, from_dvec3, from_f64, to_f64};
 use crate::rigid::Lookup;
 
 impl Sweep {
@@ -95,18 +95,14 @@ impl Sweep {
         resolve(&mut movers, &mut meetings, 0.0);
         for (contact, parts, own) in &mut found {
             let own = &meetings[own.clone()];
-            for meeting in own {
-                for (sum, impulse) in contact.impulses.iter_mut().zip(meeting.impulses) {
-                    *sum += from_dvec3(impulse);
-                }
-            }
+            own.iter()
+                .for_each(|meeting| contact.add_impulses(meeting.impulses));
             if own.iter().any(|meeting| meeting.failed) {
                 self.not_finite.push(contact.colliders);
             }
-            let unanswered = contact.impulses == [Vector::ZERO; 2];
             let approach =
                 |meeting: &Meeting| meeting.approach(&movers) > meeting.rounding(&movers);
-            if unanswered || own.iter().any(approach) {
+            if !contact.is_answered() || own.iter().any(approach) {
                 self.settled.insert(*parts);
             }
         }

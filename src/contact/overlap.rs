@@ -10,6 +10,7 @@ use crate::rapier::parry::query::gjk::{GJKResult, VoronoiSimplex};
 use crate::rapier::parry::query::{
     self, Contact, ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, Unsupported,
 };
+use crate::rapier::parry::shape::Shape;
 
 /// A point at which two shapes overlap, in world space unless a function says otherwise.
 #[derive(Clone, Copy, Debug)]
@@ -135,10 +136,10 @@ pub(super) fn nearest(
     far: Real,
 ) -> Result<Option<Contact>, Unsupported> {
     // Inside a compound, Parry treats shapes that it does not support as far away.
-    if shapes.into_iter().any(has_voxels) {
+    let [first, second] = shapes.map(|shape| &*shape.0);
+    if has_voxels(first) || has_voxels(second) {
         return Err(Unsupported);
     }
-    let [first, second] = shapes.map(|shape| &*shape.0);
     query::contact(&Pose::IDENTITY, first, relative, second, far)
 }
 
@@ -162,10 +163,11 @@ pub(super) fn distance(shapes: [&SharedShape; 2], relative: &Pose, far: Real) ->
     Some(found.map_or(far, |contact| contact.dist))
 }
 
-fn has_voxels(shape: &SharedShape) -> bool {
+/// Returns true if a shape is made of voxels, or has a piece that is.
+pub(crate) fn has_voxels(shape: &dyn Shape) -> bool {
     let pieces = shape.as_compound().map(|compound| compound.shapes());
     let mut pieces = pieces.into_iter().flatten();
-    shape.as_voxels().is_some() || pieces.any(|(_, piece)| has_voxels(piece))
+    shape.as_voxels().is_some() || pieces.any(|(_, piece)| has_voxels(&*piece.0))
 }
 
 /// The points of a manifold, in the frames of its shapes; `swapped` exchanges the two.

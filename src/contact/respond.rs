@@ -85,9 +85,7 @@ impl<W: Lookup> Response<'_, W> {
             if meeting.failed {
                 self.not_finite.push(contacts[number].colliders);
             }
-            for (sum, impulse) in contacts[number].impulses.iter_mut().zip(meeting.impulses) {
-                *sum += from_dvec3(impulse);
-            }
+            contacts[number].add_impulses(meeting.impulses);
         }
         for (body, mover) in handles.iter().zip(movers).filter(|(_, mover)| mover.pushed) {
             let Some(found) = world.body(*body) else {

@@ -29,7 +29,7 @@ pub(super) struct BodyStart {
 }
 
 /// The rotation over a step of a body that this crate rotates: angular momenta and torques, in world axes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FreeTurn {
     /// At the end of Rapier's step.
     pub momentum: DVec3,
@@ -102,9 +102,7 @@ impl FreeTurn {
         let free = FreeTurn {
             momentum,
             mean: momentum,
-            torque: DVec3::ZERO,
-            torque_rate: DVec3::ZERO,
-            behind: DVec3::ZERO,
+            ..FreeTurn::default()
         };
         match share {
             KickShare::Half { .. } => FreeTurn {
@@ -145,12 +143,9 @@ impl BodyStart {
             pose: *body.position(),
             linvel: body.linvel(),
             angvel: body.angvel(),
-            turn: None,
             spread,
-            kicked: Vector::ZERO,
-            jerk: Vector::ZERO,
-            share: KickShare::Whole,
             behind: spread * (setting.dt / (2.0 * iterations as Real)),
+            ..BodyStart::nowhere()
         }
     }
 

@@ -4,7 +4,8 @@ use super::conservative_advancement::{GapBound, first_touch, first_touch_of_dist
 use super::overlap::{distance, manifold_points, nearest};
 use super::separation::Separations;
 use super::solve::ContactPoint;
-use super::swept_body::{Form, SweptBody, SweptPart};
+use super::swept_body::SweptBody;
+use super::swept_parts::{Form, SweptPart};
 use crate::math::{DPose3, DVec3, Pose, Real, from_f64, relative_pose, to_dvec3, to_f64};
 use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::bounding_volume::BoundingVolume;

@@ -6,7 +6,7 @@ use super::bands::Bands;
 use super::counts::NotComparable;
 use super::settings::CrossCheck;
 use super::sighting::{Expected, RapierPoint};
-use crate::contact::{Joints, Pairs};
+use crate::contact::{Joints, Pairs, in_order};
 use crate::math::{ColliderHandle, RigidBodyHandle};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::{Collider, NarrowPhase};
@@ -76,30 +76,19 @@ impl<W: Lookup> Judging<'_, W> {
         if spots.iter().any(|spot| spot.stale > 2.0 * bands.rounding) {
             return Some(|it| &mut it.moved);
         }
-        let body = |handle: Option<RigidBodyHandle>| handle.and_then(|it| world.body(it));
-        if bodies
-            .into_iter()
-            .filter_map(body)
-            .any(|it| it.is_soft_frame())
-        {
+        let found = bodies.map(|handle| world.body(handle?));
+        let mut found = found.iter().flatten();
+        if found.clone().any(|it| it.is_soft_frame()) {
             return Some(|it| &mut it.soft);
         }
         if seen {
-            self.rapier_is_kept_away(pair, bodies)
-        } else {
-            let moves = bodies
-                .into_iter()
-                .filter_map(body)
-                .any(|it| it.is_dynamic());
-            let masked = |handle: &ColliderHandle| self.watched.get(handle) != Some(&true);
-            if !moves {
-                Some(|it| &mut it.immovable)
-            } else if pair.iter().all(masked) {
-                Some(|it| &mut it.masked)
-            } else {
-                None
-            }
+            return self.rapier_is_kept_away(pair, bodies);
         }
+        if !found.any(|it| it.is_dynamic()) {
+            return Some(|it| &mut it.immovable);
+        }
+        let masked = |handle: &ColliderHandle| self.watched.get(handle) != Some(&true);
+        pair.iter().all(masked).then_some(|it| &mut it.masked)
     }
 
     fn may_recycle(&self, colliders: [&Collider; 2]) -> bool {
@@ -133,11 +122,8 @@ impl<W: Lookup> Judging<'_, W> {
     /// The number of watched sensor pairs that overlap.
     pub(super) fn sensors(&self) -> u64 {
         let pairs = self.after.narrow_phase.intersection_pairs();
-        let overlapping = pairs.filter(|(one, two, overlaps)| {
-            let mut pair = [*one, *two];
-            pair.sort_unstable_by_key(|handle| handle.into_raw_parts());
-            *overlaps && self.watches(pair)
-        });
+        let overlapping =
+            pairs.filter(|(one, two, overlaps)| *overlaps && self.watches(in_order([*one, *two])));
         overlapping.count() as u64
     }
 }

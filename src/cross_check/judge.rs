@@ -5,7 +5,8 @@ mod mutants;
 
 use super::bands::Bands;
 use super::disagreement::Difference;
-use super::sighting::{RapierPoint, Sighting, angle};
+use super::sighting::{RapierPoint, angle};
+use crate::contact::FieldContact;
 use crate::math::{Pose, Real, Vector};
 use crate::rapier::geometry::Collider;
 
@@ -78,7 +79,7 @@ impl Verdict {
 
 /// Compares the fields' contact, if they found one, with the contact points that Rapier holds.
 pub(super) fn judge(
-    our: Option<&Sighting>,
+    our: Option<&FieldContact>,
     spots: &[RapierPoint],
     bands: &Bands,
     placed: &Placed<'_>,
@@ -101,7 +102,7 @@ pub(super) fn judge(
 }
 
 fn both(
-    our: &Sighting,
+    our: &FieldContact,
     spots: &[RapierPoint],
     depth: Real,
     bands: &Bands,
@@ -155,7 +156,7 @@ fn both(
 
 impl Placed<'_> {
     /// The distance of the two ends of the overlap from the surfaces on which they should lie.
-    fn off_surfaces(&self, our: &Sighting) -> Real {
+    fn off_surfaces(&self, our: &FieldContact) -> Real {
         let off = |which: usize, outward: Vector| {
             let collider = self.colliders[which];
             let above = our.depth * 0.5 - collider.contact_skin();

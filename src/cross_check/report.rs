@@ -86,16 +86,14 @@ impl CrossCheckReport {
 
     fn write_touches(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let touches = &self.touches;
-        writeln!(
-            f,
-            "touches within steps, by Parry's distance at their times"
-        )?;
-        writeln!(f, "  hold                  {}", touches.agreed)?;
-        writeln!(f, "  do not                {}", touches.disagreed)?;
         let missing = &touches.not_comparable;
-        writeln!(f, "  not comparable        {}", missing.total())?;
+        let title = "touches within steps, by Parry's distance at their times";
+        writeln!(f, "{title}")?;
+        write_count(f, "hold", touches.agreed, "")?;
+        write_count(f, "do not", touches.disagreed, "")?;
+        write_count(f, "not comparable", missing.total(), "")?;
         write_reasons(f, &missing.reasons())?;
-        writeln!(f, "  missed by sampling    {}", touches.missed_by_sampling)?;
+        write_count(f, "missed by sampling", touches.missed_by_sampling, "")?;
         let TouchCounts {
             gap_error,
             normal_error,
@@ -112,6 +110,10 @@ impl CrossCheckReport {
     }
 }
 
+fn write_count(f: &mut fmt::Formatter<'_>, name: &str, count: u64, remark: &str) -> fmt::Result {
+    writeln!(f, "  {name:<22}{count}{remark}")
+}
+
 fn write_reasons(f: &mut fmt::Formatter<'_>, reasons: &[(&str, u64)]) -> fmt::Result {
     let mut some = reasons.iter().filter(|(_, count)| *count > 0);
     some.try_for_each(|(reason, count)| writeln!(f, "    {reason:<20}{count}"))
@@ -121,27 +123,17 @@ impl fmt::Display for CrossCheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let total = &self.total;
         writeln!(f, "fields beside Rapier, same poses, {} steps", self.steps)?;
-        writeln!(f, "  found by both         {}", total.both)?;
-        writeln!(f, "  only by the fields    {}", total.only_field)?;
-        writeln!(f, "  only by Rapier        {}", total.only_rapier)?;
-        writeln!(f, "  other depth           {}", total.depth)?;
-        writeln!(f, "  other normal          {}", total.normal)?;
-        writeln!(f, "  other point           {}", total.point)?;
-        writeln!(
-            f,
-            "  within rounding       {}   (by one side only, too shallow to tell)",
-            total.within_band
-        )?;
-        writeln!(
-            f,
-            "  ambiguous             {}   (as deep in another direction: only depths compared)",
-            total.ambiguous
-        )?;
-        writeln!(
-            f,
-            "  not comparable        {}",
-            total.not_comparable.total()
-        )?;
+        write_count(f, "found by both", total.both, "")?;
+        write_count(f, "only by the fields", total.only_field, "")?;
+        write_count(f, "only by Rapier", total.only_rapier, "")?;
+        write_count(f, "other depth", total.depth, "")?;
+        write_count(f, "other normal", total.normal, "")?;
+        write_count(f, "other point", total.point, "")?;
+        let remark = "   (by one side only, too shallow to tell)";
+        write_count(f, "within rounding", total.within_band, remark)?;
+        let remark = "   (as deep in another direction: only depths compared)";
+        write_count(f, "ambiguous", total.ambiguous, remark)?;
+        write_count(f, "not comparable", total.not_comparable.total(), "")?;
         write_reasons(f, &total.not_comparable.reasons())?;
         let CrossCheckReport {
             depth_error,
@@ -163,13 +155,13 @@ impl fmt::Display for CrossCheckReport {
             by_rapier,
         } = self.answers;
         if by_fields.contacts > 0 && by_rapier.contacts > 0 {
-            for (who, answered) in [("fields", by_fields), ("Rapier", by_rapier)] {
-                let title = format!("answered by {who}");
-                writeln!(
-                    f,
-                    "  {title:<22}{}   (velocity changed by {:.3e} in all)",
-                    answered.contacts, answered.velocity_change
-                )?;
+            for (name, answered) in [
+                ("answered by fields", by_fields),
+                ("answered by Rapier", by_rapier),
+            ] {
+                let change = answered.velocity_change;
+                let remark = format!("   (velocity changed by {change:.3e} in all)");
+                write_count(f, name, answered.contacts, &remark)?;
             }
         }
         match &self.first {

@@ -5,6 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::disagreement::Disagreement;
+use crate::contact::in_order;
 use crate::math::ColliderHandle;
 
 type Listener = dyn Fn(&Disagreement) + Send + Sync;
@@ -56,13 +57,9 @@ impl CrossCheck {
 
     /// Watches some pairs of colliders only.
     pub fn pairs(pairs: impl IntoIterator<Item = (ColliderHandle, ColliderHandle)>) -> Self {
-        let sorted = |(a, b): (ColliderHandle, ColliderHandle)| {
-            let mut pair = [a, b];
-            pair.sort_unstable_by_key(|handle| handle.into_raw_parts());
-            pair
-        };
+        let pairs = pairs.into_iter().map(|(a, b)| in_order([a, b]));
         CrossCheck {
-            pairs: Some(pairs.into_iter().map(sorted).collect()),
+            pairs: Some(pairs.collect()),
             ..CrossCheck::all()
         }
     }

@@ -8,32 +8,11 @@ use crate::rapier::geometry::{ContactManifold, ContactPair};
 use crate::rapier::parry::utils::PoseOpt;
 use crate::rigid::Lookup;
 
-/// A contact as the fields found it before the step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sighting {
-    /// The pair, in the order of its handles.
-    pub colliders: [ColliderHandle; 2],
-    pub world_point: Vector,
-    /// Unit vector from the first collider to the second.
-    pub world_normal: Vector,
-    pub depth: Real,
-}
-
-impl Sighting {
-    pub(super) fn of(contact: &FieldContact) -> Self {
-        Sighting {
-            colliders: contact.colliders,
-            world_point: contact.world_point,
-            world_normal: contact.world_normal,
-            depth: contact.depth,
-        }
-    }
-}
-
 /// The state before Rapier's step, with which its contacts are compared after it.
 #[derive(Debug, Default)]
 pub(crate) struct Expected {
-    pub contacts: Vec<Sighting>,
+    /// The contacts as the fields found them.
+    pub contacts: Vec<FieldContact>,
     /// Bodies that slept when the step began.
     pub asleep: HashSet<RigidBodyHandle>,
 }

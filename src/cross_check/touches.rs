@@ -23,7 +23,7 @@ use super::counts::{TouchCounts, TouchesNotComparable};
 use super::disagreement::Difference;
 use super::report::CrossCheckReport;
 use super::sighting::angle;
-use crate::contact::{TouchRecord, TouchWay};
+use crate::contact::{TouchRecord, TouchWay, has_voxels};
 use crate::math::{
     ColliderHandle, DPose3, DVec3, Pose, Real, RigidBodyHandle, Vector, from_dvec3, from_f64,
     relative_pose, to_dpose3, to_dvec3, to_f64,
@@ -389,10 +389,4 @@ fn manifolds(
         })
     });
     Ok(all.filter(|point| point.dist <= near).collect())
-}
-
-fn has_voxels(shape: &dyn Shape) -> bool {
-    let pieces = shape.as_compound().map(|compound| compound.shapes());
-    let mut pieces = pieces.into_iter().flatten();
-    shape.as_voxels().is_some() || pieces.any(|(_, piece)| has_voxels(&*piece.0))
 }

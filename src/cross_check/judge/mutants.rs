@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::cross_check::bands::Sizes;
+use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Rotation};
 use crate::rapier::geometry::ColliderBuilder;
 use crate::rapier::parry::query::{
@@ -16,7 +17,7 @@ struct Scene {
     poses: [Pose; 2],
     spots: Vec<RapierPoint>,
     /// The contact that a correct detection finds.
-    sound: Sighting,
+    sound: FieldContact,
 }
 
 fn colliders() -> [(&'static str, Collider); 3] {
@@ -83,11 +84,17 @@ impl Scene {
             })
             .collect();
         let deepest = spots.iter().max_by(|a, b| a.depth.total_cmp(&b.depth))?;
-        let sound = Sighting {
+        let sound = FieldContact {
             colliders: [0, 1].map(|index| ColliderHandle::from_raw_parts(index, 0)),
+            bodies: [None; 2],
             world_point: deepest.world_point,
             world_normal: deepest.world_normal,
             depth: deepest.depth,
+            time_of_impact: None,
+            approach_speed: 0.0,
+            impulses: [Vector::ZERO; 2],
+            law: ContactLaw::Observe,
+            has_field: [true; 2],
         };
         (sound.depth > 0.02).then_some(Scene {
             name,
@@ -98,7 +105,7 @@ impl Scene {
         })
     }
 
-    fn judge(&self, ours: Option<Sighting>) -> Verdict {
+    fn judge(&self, ours: Option<FieldContact>) -> Verdict {
         let colliders = [&self.colliders[0], &self.colliders[1]];
         let sizes = Sizes::of_colliders(colliders);
         let bands = Bands::at(
@@ -138,7 +145,7 @@ fn kinds(verdict: &Verdict) -> Vec<&'static str> {
 
 /// A correct contact, altered.
 #[track_caller]
-fn assert_reported(kind: &str, alter: impl Fn(&Scene, Sighting) -> Option<Sighting>) {
+fn assert_reported(kind: &str, alter: impl Fn(&Scene, FieldContact) -> Option<FieldContact>) {
     let scenes = scenes();
     for name in ["balls", "cuboids", "hulls"] {
         let own: Vec<_> = scenes.iter().filter(|it| it.name == name).collect();
@@ -164,7 +171,7 @@ fn a_sound_detection_agrees() {
 #[test]
 fn a_normal_that_points_the_other_way() {
     assert_reported("normal", |_, sound| {
-        Some(Sighting {
+        Some(FieldContact {
             world_normal: -sound.world_normal,
             ..sound
         })
@@ -176,7 +183,7 @@ fn a_normal_that_is_turned_by_five_degrees() {
     assert_reported("normal", |_, sound| {
         let across = sound.world_normal.any_orthonormal_vector();
         let turn = Rotation::from_axis_angle(across, (5.0 as Real).to_radians());
-        Some(Sighting {
+        Some(FieldContact {
             world_normal: turn * sound.world_normal,
             ..sound
         })
@@ -186,7 +193,7 @@ fn a_normal_that_is_turned_by_five_degrees() {
 #[test]
 fn a_depth_that_is_a_tenth_too_large() {
     assert_reported("depth", |_, sound| {
-        Some(Sighting {
+        Some(FieldContact {
             depth: sound.depth * 1.1,
             ..sound
         })
@@ -199,7 +206,7 @@ fn a_point_that_is_moved_by_a_radius() {
     assert_reported("point", |scene, sound| {
         let across = sound.world_normal.any_orthonormal_vector();
         let moved = sound.world_point + across * scene.radius();
-        Some(Sighting {
+        Some(FieldContact {
             world_point: moved,
             ..sound
         })
@@ -224,15 +231,15 @@ fn a_contact_that_is_made_up() {
 fn numbers_that_are_none_do_not_agree() {
     for scene in scenes() {
         for broken in [
-            Sighting {
+            FieldContact {
                 depth: Real::NAN,
                 ..scene.sound
             },
-            Sighting {
+            FieldContact {
                 world_normal: Vector::NAN,
                 ..scene.sound
             },
-            Sighting {
+            FieldContact {
                 world_point: Vector::NAN,
                 ..scene.sound
             },
@@ -251,7 +258,7 @@ fn numbers_that_are_none_do_not_agree() {
 #[test]
 fn what_parry_keeps_widens_the_band_up_to_its_limits() {
     for mut scene in scenes().into_iter().filter(|it| it.name != "balls") {
-        let altered = Sighting {
+        let altered = FieldContact {
             depth: scene.sound.depth + 0.004,
             ..scene.sound
         };
@@ -263,7 +270,7 @@ fn what_parry_keeps_widens_the_band_up_to_its_limits() {
         for spot in &mut scene.spots {
             (spot.turn, spot.shift) = (1.0, 1.0);
         }
-        let beyond = Sighting {
+        let beyond = FieldContact {
             depth: scene.sound.depth + 0.1,
             ..scene.sound
         };
