@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::approach::approach_speed;
 use super::discrete::{Discrete, FoundContacts};
 use super::field_contact::FieldContact;
-use super::field_mask::FieldMasks;
+use super::field_mask::{DetectionFields, FieldMasks};
 use super::hooks::Verdicts;
 use super::meet::next_touch;
 use super::modes::Detection;
@@ -110,10 +110,8 @@ impl Detector {
             self.masks.refresh(compiled, world, samples);
         }
         let scene = SweepScene {
-            compiled,
-            touch: &self.touch,
+            fields: DetectionFields::new(&self.touch, compiled, step.moment),
             masks: guarded.then_some(&mut self.masks),
-            moment: step.moment,
             starts: &self.starts,
             answers: &step.answers,
             verdicts: step.verdicts,
@@ -169,9 +167,10 @@ impl Detector {
         if masked {
             self.masks.refresh(compiled, world, samples);
             let (touch, masks) = (&self.touch, &mut self.masks);
+            let fields = DetectionFields::new(touch, compiled, moment);
             found
                 .contacts
-                .retain(|(contact, _)| masks.let_touch(touch, compiled, contact.colliders, moment));
+                .retain(|(contact, _)| masks.let_touch(fields, contact.colliders));
         }
         found
             .contacts
@@ -197,11 +196,12 @@ impl Detector {
         }
         self.masks.refresh(compiled, world, samples);
         let (touch, masks, starts) = (&self.touch, &mut self.masks, &self.starts);
+        let fields = DetectionFields::new(touch, compiled, moment);
         let mut acts = |pair: &[ColliderHandle; 2]| {
-            masks.let_touch(touch, compiled, *pair, moment)
+            masks.let_touch(fields, *pair)
                 || next_touch(starts, *pair, world).is_some_and(|meeting| {
                     let gained = |body| starts.gained(body);
-                    masks.let_meet(touch, compiled, &meeting, moment, gained)
+                    masks.let_meet(fields, &meeting, gained)
                 })
         };
         let pairs = pairs.filter(|pair| !acts(pair));
@@ -235,9 +235,7 @@ impl Detector {
             dt,
             paper: PaperPushes {
                 masks: is_masked(compiled).then_some(&mut self.masks),
-                touch: &self.touch,
-                compiled,
-                moment,
+                fields: DetectionFields::new(&self.touch, compiled, moment),
                 known: HashMap::new(),
             },
             pushes,

@@ -12,7 +12,7 @@ use super::resting::{HeldPairs, StillPoints};
 use super::rules::in_order;
 use super::separation::Separations;
 use super::starts::Starts;
-use crate::compile::{Compiled, DetectionField};
+use crate::compile::Compiled;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 use crate::neighbors::{Cluster, VerletList};
@@ -132,15 +132,9 @@ impl Discrete {
         }
     }
 
-    /// The detection fields of a collider.
-    pub(super) fn detectors_of<'a>(
-        &'a self,
-        compiled: &'a Compiled,
-        collider: ColliderHandle,
-    ) -> impl Iterator<Item = &'a DetectionField> {
-        let numbers = self.detectors.get(&collider).map_or(&[][..], Vec::as_slice);
-        let numbers = numbers.iter();
-        numbers.map(|number| &compiled.detectors[*number as usize])
+    /// Indices into `Compiled::detectors` of the detection fields of a collider.
+    pub(super) fn detectors_of(&self, collider: ColliderHandle) -> &[u32] {
+        self.detectors.get(&collider).map_or(&[], Vec::as_slice)
     }
 
     /// A collider as a contact part, with its law.

@@ -9,6 +9,30 @@ use crate::field::{Frame, Frames, Motion, Query, real};
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};
 use crate::sample::{Moment, Samples};
 
+/// All detection fields, and the moment at which they are evaluated.
+#[derive(Clone, Copy)]
+pub(super) struct DetectionFields<'a> {
+    pub touch: &'a Discrete,
+    pub compiled: &'a Compiled,
+    pub moment: Moment,
+}
+
+impl<'a> DetectionFields<'a> {
+    pub(super) fn new(touch: &'a Discrete, compiled: &'a Compiled, moment: Moment) -> Self {
+        DetectionFields {
+            touch,
+            compiled,
+            moment,
+        }
+    }
+
+    /// The detection fields of a collider.
+    pub(super) fn of(self, collider: ColliderHandle) -> impl Iterator<Item = &'a DetectionField> {
+        let numbers = self.touch.detectors_of(collider).iter();
+        numbers.map(move |number| &self.compiled.detectors[*number as usize])
+    }
+}
+
 /// The samples and anchor frames at which masked detection fields are evaluated.
 #[derive(Debug, Default)]
 pub(super) struct FieldMasks {
@@ -72,26 +96,22 @@ impl FieldMasks {
     /// Returns true if a detection field of either collider acts on the other at their present poses.
     pub(super) fn let_touch(
         &mut self,
-        touch: &Discrete,
-        compiled: &Compiled,
+        fields: DetectionFields<'_>,
         pair: [ColliderHandle; 2],
-        moment: Moment,
     ) -> bool {
-        self.any_acts(touch, compiled, pair, moment, At::Now)
+        self.any_acts(fields, pair, At::Now)
     }
 
     fn any_acts(
         &mut self,
-        touch: &Discrete,
-        compiled: &Compiled,
+        fields: DetectionFields<'_>,
         [first, second]: [ColliderHandle; 2],
-        moment: Moment,
         at: At<'_>,
     ) -> bool {
         let mut sides = [[first, second], [second, first]].into_iter();
         sides.any(|[owner, other]| {
-            let mut detectors = touch.detectors_of(compiled, owner);
-            detectors.any(|it| self.acts_on(compiled, it, other, moment, at))
+            let mut detectors = fields.of(owner);
+            detectors.any(|detector| self.acts_on(fields, detector, other, at))
         })
     }
 
@@ -99,10 +119,8 @@ impl FieldMasks {
     /// of regions stand where they will be then. `gained` is the velocity that a body gains within Rapier's step.
     pub(super) fn let_meet(
         &mut self,
-        touch: &Discrete,
-        compiled: &Compiled,
+        fields: DetectionFields<'_>,
         meeting: &NextTouch,
-        moment: Moment,
         gained: impl Fn(RigidBodyHandle) -> Vector,
     ) -> bool {
         let now = self.frames.clone();
@@ -112,7 +130,7 @@ impl FieldMasks {
             let turn = Rotation::from_scaled_axis(frame.angvel * meeting.time);
             frame.pose.rotation = (turn * frame.pose.rotation).normalize();
         }
-        let lets = self.any_acts(touch, compiled, meeting.pair, moment, At::Touch(meeting));
+        let lets = self.any_acts(fields, meeting.pair, At::Touch(meeting));
         self.frames = now;
         lets
     }
@@ -122,19 +140,18 @@ impl FieldMasks {
     /// of the field's owner.
     pub(super) fn acts_on(
         &mut self,
-        compiled: &Compiled,
+        fields: DetectionFields<'_>,
         detector: &DetectionField,
         other: ColliderHandle,
-        moment: Moment,
         at: At<'_>,
     ) -> bool {
         let Some(mask) = detector.mask else {
             return true;
         };
-        let Some(query) = self.query(detector, other, moment, at) else {
+        let Some(query) = self.query(detector, other, fields.moment, at) else {
             return false;
         };
-        let Some(program) = compiled.programs.get(mask.program) else {
+        let Some(program) = fields.compiled.programs.get(mask.program) else {
             return false;
         };
         let instance = mask.instance as usize;

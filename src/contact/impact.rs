@@ -56,9 +56,7 @@ impl Sweep {
             let sampled = self.sampled(event, &contact, time).map(Some);
             let mut paper = PaperPushes {
                 masks: scene.masks.as_deref_mut(),
-                touch: scene.touch,
-                compiled: scene.compiled,
-                moment: scene.moment,
+                fields: scene.fields,
                 known,
             };
             paper.note(&mut own[0], &contact, &movers, sampled);
@@ -129,12 +127,10 @@ impl Sweep {
                 let place = carried[other].place(time);
                 let track = carried[owner].track;
                 let points = [place, place + into].map(|it| track.carried_to_end(it, time));
-                let (compiled, moment) = (scene.compiled, scene.moment);
                 let (owner, other) = (parts[owner].collider, parts[other].collider);
-                let mut detectors = scene.touch.detectors_of(compiled, owner);
-                detectors.any(|detector| {
+                scene.fields.of(owner).any(|detector| {
                     let mut places = points.into_iter().map(At::Point);
-                    places.any(|at| masks.acts_on(compiled, detector, other, moment, at))
+                    places.any(|at| masks.acts_on(scene.fields, detector, other, at))
                 })
             });
             if !lets {
@@ -148,7 +144,7 @@ impl Sweep {
             from_f64(spot.depth.max(0.0)),
         );
         Some(FieldContact {
-            time_of_impact: Some(scene.moment.time + time),
+            time_of_impact: Some(scene.fields.moment.time + time),
             ..contact
         })
     }

@@ -5,21 +5,17 @@ use std::collections::HashMap;
 
 use super::FieldContact;
 use super::contact_body::ContactBody;
-use super::discrete::Discrete;
-use super::field_mask::FieldMasks;
+use super::field_mask::{DetectionFields, FieldMasks};
 use super::solve::Meeting;
-use crate::compile::{Compiled, FieldMask};
+use crate::compile::FieldMask;
 use crate::field::{ContactLaw, Query, Touch};
 use crate::math::{ColliderHandle, DVec3};
-use crate::sample::Moment;
 
 /// The touches so far at one moment, and the velocity that each part got from them. All touches of a part are evaluated
 /// together, like fields that overlap, so a push is the difference that one more touch makes.
 pub(super) struct PaperPushes<'a> {
     pub masks: Option<&'a mut FieldMasks>,
-    pub touch: &'a Discrete,
-    pub compiled: &'a Compiled,
-    pub moment: Moment,
+    pub fields: DetectionFields<'a>,
     pub known: HashMap<ColliderHandle, (Vec<Touch>, DVec3)>,
 }
 
@@ -61,24 +57,24 @@ impl PaperPushes<'_> {
         place: Option<DVec3>,
     ) -> DVec3 {
         let Some(masks) = self.masks.as_deref_mut() else {
-            return plain(self.touch, self.compiled, law, &touch);
+            return plain(self.fields, law, &touch);
         };
-        let Some(mut query) = masks.sample(part, self.moment) else {
+        let Some(mut query) = masks.sample(part, self.fields.moment) else {
             return DVec3::ZERO;
         };
         query.world_point = place.unwrap_or(query.world_point);
         let (touches, before) = self.known.entry(part).or_default();
         touches.push(touch);
         query.touches.clone_from(touches);
-        let after = given(self.touch, self.compiled, law, masks, query);
+        let after = given(self.fields, law, masks, query);
         after - std::mem::replace(before, after)
     }
 }
 
 /// The push of the fields on a touched collider that stand under no operator: one push for each field with the paper's
 /// law. A pair has one law, so if only the other side has the paper's, a field that observes pushes once.
-fn plain(touch: &Discrete, compiled: &Compiled, law: ContactLaw, touched: &Touch) -> DVec3 {
-    let detectors = touch.detectors_of(compiled, touched.collider);
+fn plain(fields: DetectionFields<'_>, law: ContactLaw, touched: &Touch) -> DVec3 {
+    let detectors = fields.of(touched.collider);
     let [mut pushing, mut observing] = [0.0_f64; 2];
     for detector in detectors.filter(|it| it.mask.is_none()) {
         if detector.law.is_vector() {
@@ -92,8 +88,7 @@ fn plain(touch: &Discrete, compiled: &Compiled, law: ContactLaw, touched: &Touch
 
 /// The velocity change of a part by everything that touches it.
 fn given(
-    touch: &Discrete,
-    compiled: &Compiled,
+    fields: DetectionFields<'_>,
     law: ContactLaw,
     masks: &mut FieldMasks,
     touching: Query,
@@ -101,9 +96,9 @@ fn given(
     let mut sum = DVec3::ZERO;
     let mut composites: Vec<FieldMask> = Vec::new();
     for touched in &touching.touches {
-        sum += plain(touch, compiled, law, touched);
-        let detectors = touch.detectors_of(compiled, touched.collider);
-        for mask in detectors.filter_map(|detector| detector.mask) {
+        sum += plain(fields, law, touched);
+        let masks = fields.of(touched.collider).filter_map(|field| field.mask);
+        for mask in masks {
             if !composites.iter().any(|it| it.is_beside(&mask)) {
                 composites.push(mask);
             }
@@ -122,7 +117,7 @@ fn given(
     };
     let weight = touching.dt / mass;
     for mask in composites {
-        let mut force = |query: &Query| masks.force(compiled, mask, query);
+        let mut force = |query: &Query| masks.force(fields.compiled, mask, query);
         let difference = (force(&touching) - force(&alone)) * weight;
         if difference.is_finite() {
             sum += difference;

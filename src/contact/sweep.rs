@@ -9,8 +9,7 @@ use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 
 use super::FieldContact;
-use super::discrete::Discrete;
-use super::field_mask::FieldMasks;
+use super::field_mask::{DetectionFields, FieldMasks};
 use super::hooks::Verdicts;
 use super::near_pairs::{NearPairs, Place};
 use super::rules::{Pairs, in_order};
@@ -21,11 +20,9 @@ use super::swept_parts::SweptBodies;
 use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
 use super::touch_record::TouchRecord;
 use crate::bridge::{Hit, Push};
-use crate::compile::Compiled;
 use crate::math::{ColliderHandle, from_dpose3, from_dvec3, from_f64};
 use crate::rapier::geometry::Aabb;
 use crate::rigid::Lookup;
-use crate::sample::Moment;
 
 /// The limit of impacts in one step: a constant, and an allowance for each body. A billiard of mass ratio 10⁴ has 314
 /// impacts; a step that reaches the limit has bodies that cannot come to rest.
@@ -97,11 +94,9 @@ impl Eq for Event {}
 
 /// The inputs of a sweep.
 pub(super) struct SweepScene<'a> {
-    pub compiled: &'a Compiled,
-    pub touch: &'a Discrete,
+    /// The detection fields, and the moment at which the step began.
+    pub fields: DetectionFields<'a>,
     pub masks: Option<&'a mut FieldMasks>,
-    /// The moment at which the step began.
-    pub moment: Moment,
     pub starts: &'a Starts,
     /// Returns true if the fields answer a contact.
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
@@ -125,7 +120,8 @@ impl Sweep {
             self.clear();
             return false;
         }
-        self.tracks.gather(scene.touch, scene.starts, world, dt);
+        self.tracks
+            .gather(scene.fields.touch, scene.starts, world, dt);
         self.held.clone_from(&scene.verdicts.held);
         self.separations.turn();
         self.foresee_all(world, dt);

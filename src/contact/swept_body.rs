@@ -20,7 +20,7 @@ pub(super) struct SweptBody {
     pub body: Option<RigidBodyHandle>,
     pub dynamic: bool,
     pub path: BodyPath,
-    /// The range of its parts in [`SweptBodies::parts`](super::swept_parts::SweptBodies).
+    /// The range of its parts in `SweptBodies::parts`.
     pub parts: std::ops::Range<usize>,
     /// An upper bound of the distance of its parts' points from the centre of mass.
     pub reach: f64,

@@ -22,7 +22,7 @@ pub(super) struct MovingShape<'a> {
 }
 
 /// Two parts that may touch.
-type Parts<'a> = [MovingShape<'a>; 2];
+type SweptPair<'a> = [MovingShape<'a>; 2];
 
 impl MovingShape<'_> {
     /// The pose of the collider's frame, in world space.
@@ -73,7 +73,7 @@ impl MovingShape<'_> {
 }
 
 /// The first moment in `span` at which two parts touch and approach.
-pub(super) fn time_of_impact([a, b]: Parts<'_>, span: [f64; 2]) -> Option<f64> {
+pub(super) fn time_of_impact([a, b]: SweptPair<'_>, span: [f64; 2]) -> Option<f64> {
     match [a.member.form, b.member.form] {
         [Form::Ball { radius: r }, Form::Ball { radius: s }] => balls([a, b], r + s, span),
         [Form::Plane { normal }, Form::Ball { radius }] if !a.turns() => {
@@ -97,7 +97,7 @@ struct Approach {
 }
 
 impl Approach {
-    fn new([a, b]: Parts<'_>, [from, to]: [f64; 2]) -> Self {
+    fn new([a, b]: SweptPair<'_>, [from, to]: [f64; 2]) -> Self {
         let (one, two) = (&a.track.path, &b.track.path);
         let acceleration = two.acceleration(from) - one.acceleration(from);
         let jerk = two.jerk - one.jerk;
@@ -123,7 +123,7 @@ impl Approach {
 }
 
 /// Two balls. The value is the difference of the squares, which is smooth even at equal centres.
-fn balls([a, b]: Parts<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
+fn balls([a, b]: SweptPair<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
     let (one, two) = (&a.track.path, &b.track.path);
     let approach = Approach::new([a, b], span);
     let (turn_a, turn_b) = (one.bounds(), two.bounds());
@@ -157,7 +157,7 @@ fn balls([a, b]: Parts<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
 }
 
 /// A half-space that does not rotate, and a ball.
-fn plane([a, b]: Parts<'_>, normal: DVec3, radius: f64, span: [f64; 2]) -> Option<f64> {
+fn plane([a, b]: SweptPair<'_>, normal: DVec3, radius: f64, span: [f64; 2]) -> Option<f64> {
     let normal = a.track.path.attitude(span[0]) * normal;
     let radius = radius + a.member.skin;
     let path = &b.track.path;
@@ -183,7 +183,7 @@ fn plane([a, b]: Parts<'_>, normal: DVec3, radius: f64, span: [f64; 2]) -> Optio
 
 /// Returns true if two parts may touch in `span`, by the distance kept for the pair. Distances are kept only for pairs
 /// of which [`time_of_impact`] would have to ask Parry.
-pub(super) fn may_touch([a, b]: Parts<'_>, span: [f64; 2], known: &mut Separations) -> bool {
+pub(super) fn may_touch([a, b]: SweptPair<'_>, span: [f64; 2], known: &mut Separations) -> bool {
     if !a.is_solid() && !b.is_solid() {
         return true;
     }
@@ -213,7 +213,7 @@ struct WithinReach {
     near: f64,
 }
 
-fn within_reach([a, b]: Parts<'_>, span: [f64; 2]) -> WithinReach {
+fn within_reach([a, b]: SweptPair<'_>, span: [f64; 2]) -> WithinReach {
     let swing = |part: MovingShape<'_>| part.track.path.bounds().angvel * part.size();
     let approach = Approach::new([a, b], span);
     let speed = approach.fastest(span[1] - span[0]) + swing(a) + swing(b);
@@ -226,7 +226,7 @@ fn within_reach([a, b]: Parts<'_>, span: [f64; 2]) -> WithinReach {
 }
 
 /// Any two shapes, by Parry's distance in [`Real`].
-fn shapes(parts: Parts<'_>, span: [f64; 2]) -> Option<f64> {
+fn shapes(parts: SweptPair<'_>, span: [f64; 2]) -> Option<f64> {
     let WithinReach {
         speed,
         tolerance,
@@ -239,17 +239,17 @@ fn shapes(parts: Parts<'_>, span: [f64; 2]) -> Option<f64> {
 }
 
 /// The sum of the skins of two parts.
-fn skins([a, b]: Parts<'_>) -> f64 {
+fn skins([a, b]: SweptPair<'_>) -> f64 {
     a.member.skin + b.member.skin
 }
 
 /// The offset, along the normal, from the middle between two surfaces to that between their skins.
-fn between_skins([a, b]: Parts<'_>) -> f64 {
+fn between_skins([a, b]: SweptPair<'_>) -> f64 {
     0.5 * (a.member.skin - b.member.skin)
 }
 
 /// The pose of the second part relative to the first at a moment, with the second moved by `back`.
-fn relative(parts: Parts<'_>, time: f64, back: DVec3) -> Pose {
+fn relative(parts: SweptPair<'_>, time: f64, back: DVec3) -> Pose {
     let [one, mut two] = parts.map(|part| part.frame(time));
     two.translation += back;
     relative_pose(&one, &two)
@@ -257,7 +257,7 @@ fn relative(parts: Parts<'_>, time: f64, back: DVec3) -> Pose {
 
 /// Parry's contact at a moment, in the frame of the first part, with the second moved by `back`; `None` if they are
 /// farther apart than `near`.
-fn contact([a, b]: Parts<'_>, time: f64, near: f64, back: DVec3) -> Option<Contact> {
+fn contact([a, b]: SweptPair<'_>, time: f64, near: f64, back: DVec3) -> Option<Contact> {
     let relative = relative([a, b], time, back);
     let near = from_f64(near);
     if !(near >= 0.0 && near.is_finite()) {
@@ -303,7 +303,7 @@ fn contact([a, b]: Parts<'_>, time: f64, near: f64, back: DVec3) -> Option<Conta
 const FLAT: f64 = 1e-3;
 
 /// All points at which two touching parts touch at a moment; the first one is the deepest.
-pub(super) fn spots(parts: Parts<'_>, time: f64) -> Vec<ContactPoint> {
+pub(super) fn spots(parts: SweptPair<'_>, time: f64) -> Vec<ContactPoint> {
     let first: Vec<_> = spot(parts, time).into_iter().collect();
     let is_ball = |part: &MovingShape<'_>| matches!(part.member.form, Form::Ball { .. });
     let Some(depth) = first.first().map(|spot| spot.depth) else {
@@ -337,7 +337,7 @@ pub(super) fn spots(parts: Parts<'_>, time: f64) -> Vec<ContactPoint> {
 }
 
 /// The point at which two touching parts touch at a moment.
-fn spot([a, b]: Parts<'_>, time: f64) -> Option<ContactPoint> {
+fn spot([a, b]: SweptPair<'_>, time: f64) -> Option<ContactPoint> {
     match [a.member.form, b.member.form] {
         [Form::Ball { radius }, Form::Ball { radius: other }] => {
             let (from, to) = (a.place(time), b.place(time));
@@ -365,7 +365,7 @@ fn spot([a, b]: Parts<'_>, time: f64) -> Option<ContactPoint> {
 }
 
 /// The point at which any two shapes touch, by Parry.
-fn of_shapes([a, b]: Parts<'_>, time: f64) -> Option<ContactPoint> {
+fn of_shapes([a, b]: SweptPair<'_>, time: f64) -> Option<ContactPoint> {
     let size = a.member.finite_reach() + b.member.finite_reach();
     let apart = to_f64(Real::EPSILON).sqrt() * size;
     let near = 16.0 * apart + skins([a, b]);
@@ -386,7 +386,7 @@ fn of_shapes([a, b]: Parts<'_>, time: f64) -> Option<ContactPoint> {
     })
 }
 
-fn on_plane([a, b]: Parts<'_>, normal: DVec3, radius: f64, time: f64) -> ContactPoint {
+fn on_plane([a, b]: SweptPair<'_>, normal: DVec3, radius: f64, time: f64) -> ContactPoint {
     let normal = a.track.path.attitude(time) * normal;
     let centre = b.place(time);
     let depth = radius + a.member.skin - (centre - a.place(time)).dot(normal);

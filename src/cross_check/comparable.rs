@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::bands::Bands;
-use super::counts::NotComparable;
+use super::counts::Reason;
 use super::settings::CrossCheck;
 use super::sighting::{Expected, RapierPoint};
 use crate::contact::{Joints, Pairs, in_order};
@@ -33,9 +33,6 @@ pub(super) fn is_watched(
 ) -> bool {
     pair.iter().any(|it| watched.contains_key(it)) && settings.watches(pair)
 }
-
-/// The counter in [`NotComparable`] of the reason why a pair cannot be compared.
-pub(super) type Reason = fn(&mut NotComparable) -> &mut u64;
 
 /// The inputs of the comparison of a step.
 pub(super) struct Judging<'a, W> {

@@ -94,35 +94,36 @@ impl NotComparable {
     /// Each reason with its count.
     #[must_use]
     pub fn reasons(&self) -> [(&'static str, u64); 11] {
-        [
-            ("removed meanwhile", self.removed),
-            ("several passes of continuous detection", self.ccd_substeps),
-            ("recycled", self.recycled),
-            ("asleep", self.asleep),
-            ("moved meanwhile", self.moved),
-            ("hidden by hooks", self.hidden),
-            ("jointed", self.jointed),
-            ("field masked", self.masked),
-            ("immovable", self.immovable),
-            ("soft", self.soft),
-            ("sensor", self.sensor),
-        ]
+        let mut counts = *self;
+        REASONS.map(|(name, counter)| (name, *counter(&mut counts)))
     }
 
-    fn add(&mut self, other: NotComparable) {
-        self.removed += other.removed;
-        self.ccd_substeps += other.ccd_substeps;
-        self.recycled += other.recycled;
-        self.asleep += other.asleep;
-        self.moved += other.moved;
-        self.hidden += other.hidden;
-        self.jointed += other.jointed;
-        self.masked += other.masked;
-        self.immovable += other.immovable;
-        self.soft += other.soft;
-        self.sensor += other.sensor;
+    fn add(&mut self, mut other: NotComparable) {
+        for (_, counter) in REASONS {
+            *counter(self) += *counter(&mut other);
+        }
     }
 }
+
+/// The counter of a reason in [`NotComparable`].
+pub(super) type Reason = fn(&mut NotComparable) -> &mut u64;
+
+/// The name of each reason, and its counter.
+const REASONS: [(&str, Reason); 11] = [
+    ("removed meanwhile", |it| &mut it.removed),
+    ("several passes of continuous detection", |it| {
+        &mut it.ccd_substeps
+    }),
+    ("recycled", |it| &mut it.recycled),
+    ("asleep", |it| &mut it.asleep),
+    ("moved meanwhile", |it| &mut it.moved),
+    ("hidden by hooks", |it| &mut it.hidden),
+    ("jointed", |it| &mut it.jointed),
+    ("field masked", |it| &mut it.masked),
+    ("immovable", |it| &mut it.immovable),
+    ("soft", |it| &mut it.soft),
+    ("sensor", |it| &mut it.sensor),
+];
 
 /// Touches that swept detection found within steps, judged by Parry's distance between the parts at their poses at that
 /// time.
