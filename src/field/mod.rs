@@ -76,7 +76,7 @@ pub use scalar::Scalar;
 pub use set::{FieldKey, FieldSet};
 pub use tree::Tree;
 
-pub(crate) use border::{Border, Face};
+pub(crate) use border::Border;
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
 pub(crate) use likeness::Fingerprint;
 pub(crate) use modifier::Modifier;
@@ -90,3 +90,4 @@ pub(crate) use sampling::{Cuts, Points, SamplingRule};
 pub(crate) use set::{Change, Term};
 pub(crate) use sets::{Open, Sets};
 pub(crate) use stack::Stack;
+pub(crate) use surface::Face;

@@ -3,7 +3,7 @@
 use super::error::{BuildError, bad, positive, validate_interval};
 use super::number::{Number, Plain, Vec3, constant, direction, length, rotate};
 use super::solid_shape::SolidShape;
-use super::surface::Surface;
+use super::surface::{Face, Surface};
 use crate::math::{DPose3, DVec3, Pose, Real, Vector, to_dpose3, to_dvec3, to_f64};
 
 /// A closed solid, in a frame of its own.
@@ -149,6 +149,60 @@ impl Solid {
             _ => return None,
         };
         Some(Surface::seen(distance, outward))
+    }
+
+    /// A face by its number, as seen from a point of the solid's frame and in its axes, with a bound of its
+    /// curvature within a distance of that point; `None` after the last face.
+    pub(super) fn face(&self, number: usize, p: DVec3, within: f64) -> Option<Face> {
+        let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let plane = |axis: usize, end: f64| Face::plane(p, DVec3::AXES[axis] * side, end);
+        let curved = |surface: usize, radius: f64| {
+            let seen = self.surface(surface, constant(p))?;
+            Some(Face::curved(&seen, radius.recip()))
+        };
+        Some(match (self, number) {
+            (Solid::Ball { radius }, 0) => Face {
+                round: Some(DVec3::ZERO),
+                is_sphere: true,
+                ..curved(0, to_f64(*radius))?
+            },
+            (Solid::Cuboid { half_extents }, 0..6) => {
+                let axis = number / 2;
+                plane(axis, to_dvec3(*half_extents)[axis])
+            }
+            (Solid::Cylinder { half_height, .. }, 0 | 1) => plane(1, to_f64(*half_height)),
+            (Solid::Cylinder { radius, .. }, 2) => Face {
+                round: Some(DVec3::Y),
+                ..curved(1, to_f64(*radius))?
+            },
+            (Solid::Cone { half_height, .. }, 0) => Face::plane(p, -DVec3::Y, to_f64(*half_height)),
+            (Solid::Cone { .. }, 1) => {
+                let face = curved(1, p.x.hypot(p.z))?;
+                let straight = face.outward.cross(DVec3::Y).cross(face.outward);
+                let round = Some(straight.normalize_or_zero());
+                Face { round, ..face }
+            }
+            (
+                Solid::Capsule {
+                    half_height,
+                    radius,
+                },
+                0,
+            ) => {
+                let beside = p.y.abs() < to_f64(*half_height);
+                let round = Some(if beside { DVec3::Y } else { DVec3::ZERO });
+                let face = curved(0, to_f64(*radius))?;
+                Face { round, ..face }
+            }
+            (Solid::HalfSpace { outward }, 0) => {
+                // Stored with length one only to rounding.
+                Face::plane(p, to_dvec3(*outward).normalize(), 0.0)
+            }
+            (Solid::Slab { axis, max, .. }, 0) => plane(*axis, to_f64(*max)),
+            (Solid::Slab { axis, min, .. }, 1) => plane(*axis, -to_f64(*min)),
+            (Solid::Shape(shape), 0) => shape.face(p, within),
+            _ => return None,
+        })
     }
 
     /// Depth of a point of the field's frame inside the solid, negative outside; no more than the distance from

@@ -4,8 +4,8 @@ use super::any_shape::AnyShape;
 use super::closed_mesh::{MeshFault, oriented};
 use super::error::{BuildError, bad};
 use super::ground::Ground;
-use super::number::{Plain, Vec3};
-use super::surface::Surface;
+use super::number::{Plain, Vec3, constant, real};
+use super::surface::{Face, Surface};
 use crate::math::{DVec3, Real, SharedShape, from_dvec3, to_dvec3};
 
 /// A shape of Parry's together with its inside; see [`Region::shape`](crate::Region::shape).
@@ -91,6 +91,45 @@ impl SolidShape {
         }
     }
 
+    /// The surface as one face, as seen from a point of the solid's frame. Its curvature within a distance is
+    /// estimated from its deviation from the tangent plane; it is infinite if there seems to be another face
+    /// within that distance.
+    pub(super) fn face(&self, point: DVec3, within: f64) -> Face {
+        let seen = self.outermost(point);
+        let face = Face::curved(&seen, f64::INFINITY);
+        let Some(outward) = real(seen.outward).try_normalize() else {
+            return face;
+        };
+        let foot = point - outward * face.distance;
+        let (u, v) = outward.any_orthonormal_pair();
+        let off = [u, -u, v, -v].map(|way| self.outermost(foot + way * within).distance.abs());
+        let bend = 2.0 * off.into_iter().fold(0.0, f64::max) / (within * within);
+        let may_differ = (bend * within).max(SAME) * within;
+        let is_as_one_face = |way: DVec3| {
+            let one = face.distance + outward.dot(way);
+            let all = self.outermost(point + way).distance;
+            (one < 0.0) == (all < 0.0) || (one - all).abs() <= may_differ
+        };
+        if around().all(|way| is_as_one_face(way * within)) {
+            return Face {
+                curvature: bend,
+                ..face
+            };
+        }
+        face
+    }
+
+    /// The surface that a point of the solid's frame is farthest outside of.
+    fn outermost(&self, point: DVec3) -> Surface {
+        let mut found = Surface::new(f64::NEG_INFINITY, DVec3::ZERO);
+        self.for_each_surface(constant(point), |surface: Surface| {
+            if surface.distance > found.distance {
+                found = surface;
+            }
+        });
+        found
+    }
+
     /// A bound of the distance of the solid from its own origin; `None` if it is not bounded.
     pub(super) fn extent(&self) -> Option<Real> {
         if matches!(self.inside, Inside::Below(_)) {
@@ -133,6 +172,17 @@ impl SolidShape {
             )),
         }
     }
+}
+
+/// Distances that differ by less than this share of a body's size count as equal.
+const SAME: f64 = 1e-6;
+
+/// Directions all around: every direction is within 28° of one of them. What another face cuts off between them
+/// is less than 1/100 of a ball.
+fn around() -> impl Iterator<Item = DVec3> {
+    let signs = |n: u8| f64::from(n) - 1.0;
+    let cube = (0..27_u8).map(move |n| DVec3::new(signs(n % 3), signs(n / 3 % 3), signs(n / 9)));
+    cube.filter_map(DVec3::try_normalize)
 }
 
 /// The kind of a shape that has no points inside, if it is one.

@@ -1,6 +1,6 @@
 //! The surface of a solid as seen from a point.
 
-use super::number::{Plain, Vec3, constant};
+use super::number::{Plain, Vec3, constant, real};
 use crate::math::DVec3;
 
 /// Signed distance from a surface (negative inside), and the outward direction.
@@ -36,6 +36,46 @@ impl Surface {
             distance: self.distance.into(),
             outward: self.outward.map(P::from),
             slope: self.slope.into(),
+        }
+    }
+}
+
+/// One of the smooth faces of a solid, as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Face {
+    /// Distance of the point from the face; negative inside the solid.
+    pub distance: f64,
+    /// The outward normal, of length one.
+    pub outward: DVec3,
+    /// Bound of the curvature within the distance that was asked for; zero for a plane.
+    pub curvature: f64,
+    /// For a face that bends inwards by `curvature`: the tangent along which it is straight, or zero if it bends
+    /// alike in all directions. `None` if the face may have another form. Meaningless for a plane.
+    pub round: Option<DVec3>,
+    /// True if the face is a whole sphere.
+    pub is_sphere: bool,
+}
+
+impl Face {
+    /// A plane that is `offset` from the origin along its outward normal.
+    pub(super) fn plane(point: DVec3, outward: DVec3, offset: f64) -> Self {
+        Face {
+            distance: point.dot(outward) - offset,
+            outward,
+            curvature: 0.0,
+            round: None,
+            is_sphere: false,
+        }
+    }
+
+    /// A curved surface, of unknown form.
+    pub(super) fn curved(seen: &Surface, curvature: f64) -> Self {
+        Face {
+            distance: seen.distance / seen.slope,
+            outward: real(seen.outward).normalize_or_zero(),
+            curvature,
+            round: None,
+            is_sphere: false,
         }
     }
 }
