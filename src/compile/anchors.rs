@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 use std::ops::Deref;
 
+use super::ordered::set_member;
 use crate::field::{Anchor, Fingerprint};
 use crate::math::{Pose, to_f64};
 
@@ -59,11 +60,8 @@ impl Anchors {
             id
         });
         self.uses[id as usize] += 1;
-        if self.uses[id as usize] == 1
-            && !self.stands_still(id)
-            && let Err(place) = self.moving.binary_search(&id)
-        {
-            self.moving.insert(place, id);
+        if self.uses[id as usize] == 1 && !self.stands_still(id) {
+            set_member(&mut self.moving, id, true);
         }
         id
     }
@@ -77,9 +75,7 @@ impl Anchors {
         if *uses == 0 {
             let anchor = std::mem::replace(&mut self.list[id as usize], Anchor::WORLD);
             self.ids.remove(&anchor_key(&anchor));
-            if let Ok(place) = self.moving.binary_search(&id) {
-                self.moving.remove(place);
-            }
+            set_member(&mut self.moving, id, false);
             self.free.push(id);
         }
     }

@@ -9,7 +9,7 @@ use super::ordered::{Key, Keyed, places_of};
 use super::program::Program;
 
 impl Keyed for RadialBatch {
-    fn first(&self) -> Key {
+    fn key(&self) -> Key {
         self.serials.first().copied().unwrap_or(Key::MAX)
     }
 }
@@ -17,7 +17,7 @@ impl Keyed for RadialBatch {
 impl RadialBatch {
     /// The places of the sources of a term.
     pub(crate) fn places_of(&self, serial: Key) -> Range<usize> {
-        places_of(&self.serials, serial)
+        places_of(&self.serials, serial, Key::clone)
     }
 
     /// Replaces the sources of one term by those of `term`, which is a batch like this one. Returns the old
@@ -36,24 +36,19 @@ impl RadialBatch {
 }
 
 impl Keyed for Program {
-    fn first(&self) -> Key {
+    fn key(&self) -> Key {
         self.instances.serials.first().copied().unwrap_or(Key::MAX)
     }
 }
 
 impl Program {
-    /// The serial of the first term in it, by which programs are ordered.
-    pub(crate) fn key(&self) -> Key {
-        self.first()
-    }
-
     /// Replaces the instances of one term by those of `term`, which is a program like this one. Returns the old
     /// ones, which the caller has to take off the count.
     pub(super) fn put(&mut self, serial: Key, term: Option<Program>) -> Instances {
         let stride = self.stride();
         let known = &mut self.instances;
         let new = term.map(|term| term.instances).unwrap_or_default();
-        let places = places_of(&known.serials, serial);
+        let places = places_of(&known.serials, serial, Key::clone);
         let strided = places.start * stride..places.end * stride;
         // Composites have no strengths of their own.
         let none = known.strengths.is_empty();

@@ -90,15 +90,11 @@ impl Facts {
 pub(super) struct FactCounts([u32; Facts::COUNT]);
 
 impl FactCounts {
-    pub(super) fn add(&mut self, facts: Facts) {
-        for (fact, count) in self.0.iter_mut().enumerate() {
-            *count += u32::from(facts.holds(fact as u32));
-        }
-    }
-
-    pub(super) fn take(&mut self, facts: Facts) {
-        for (fact, count) in self.0.iter_mut().enumerate() {
-            *count -= u32::from(facts.holds(fact as u32));
+    /// Counts the new flags of a term in place of its old ones.
+    pub(super) fn replace(&mut self, old: Facts, new: Facts) {
+        for (fact, count) in (0..).zip(&mut self.0) {
+            *count += u32::from(new.holds(fact));
+            *count -= u32::from(old.holds(fact));
         }
     }
 

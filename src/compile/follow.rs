@@ -5,7 +5,7 @@ use super::compiled::{Compiled, TermRecord};
 use super::entries::{ConstantField, DetectionField, RadialBatch, RadialSource};
 use super::facts::Facts;
 use super::lower::{Lowered, Lowering};
-use super::ordered::Key;
+use super::ordered::{Key, places_of};
 use super::program::Program;
 use crate::field::{Change, FieldSet, Term};
 
@@ -92,8 +92,7 @@ impl Compiled {
         if before.detectors || after.detectors {
             self.put_detectors(serial, lowered.detectors, after.program);
         }
-        self.tally.take(before.facts);
-        self.tally.add(after.facts);
+        self.tally.replace(before.facts, after.facts);
         if term.is_some() {
             self.terms.insert(serial, after);
         }
@@ -110,25 +109,19 @@ impl Compiled {
     }
 
     fn put_constants(&mut self, serial: Key, constants: Vec<ConstantField>) {
-        let start = self
-            .constants
-            .partition_point(|known| known.serial < serial);
-        let count = self.constants[start..].partition_point(|known| known.serial == serial);
-        self.constants.splice(start..start + count, constants);
+        let places = places_of(&self.constants, serial, |known| known.serial);
+        self.constants.splice(places, constants);
     }
 
     fn put_detectors(&mut self, serial: Key, new: Vec<DetectionField>, program: Option<u32>) {
-        let start = self
-            .detectors
-            .partition_point(|known| known.serial < serial);
-        let count = self.detectors[start..].partition_point(|known| known.serial == serial);
+        let places = places_of(&self.detectors, serial, |known| known.serial);
         let new = new.into_iter().map(|mut detector| {
             if let (Some(mask), Some(program)) = (&mut detector.mask, program) {
                 mask.program = program;
             }
             detector
         });
-        let old: Vec<DetectionField> = self.detectors.splice(start..start + count, new).collect();
+        let old: Vec<DetectionField> = self.detectors.splice(places, new).collect();
         for detector in old {
             self.anchors.release(detector.anchor);
         }

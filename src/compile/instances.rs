@@ -34,12 +34,12 @@ impl Instances {
 
     /// The number of the first instance of a term.
     pub(crate) fn start_of(&self, serial: Key) -> u32 {
-        places_of(&self.serials, serial).start as u32
+        self.of_term(serial).start as u32
     }
 
     /// The numbers of the instances of a term.
     pub(crate) fn of_term(&self, serial: Key) -> Range<usize> {
-        places_of(&self.serials, serial)
+        places_of(&self.serials, serial, Key::clone)
     }
 
     /// All anchors in use, centres included. An anchor is repeated for each of its uses.

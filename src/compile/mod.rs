@@ -34,7 +34,7 @@ pub(crate) use entries::{
     ConstantField, DetectionField, FieldMask, RadialBatch, RadialSource, Weighting,
 };
 pub use index_kind::IndexKind;
-pub(crate) use ordered::{Key, Ordered, unique};
+pub(crate) use ordered::{Key, Keyed, Ordered, unique};
 pub use plan::{Plan, PlanEntry};
 pub(crate) use program::{Instruction, Program};
 pub(crate) use reach::FieldReach;

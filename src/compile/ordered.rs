@@ -12,20 +12,32 @@ pub(crate) fn unique() -> u64 {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// The places of the entries of a term.
-pub(super) fn places_of(serials: &[Key], serial: Key) -> Range<usize> {
-    // A new term is at the end.
-    if serials.last().is_none_or(|last| *last < serial) {
-        return serials.len()..serials.len();
+/// Adds a number to a sorted list, or removes it.
+pub(super) fn set_member(numbers: &mut Vec<u32>, number: u32, is_member: bool) {
+    match numbers.binary_search(&number) {
+        Err(place) if is_member => numbers.insert(place, number),
+        Ok(place) if !is_member => {
+            numbers.remove(place);
+        }
+        _ => {}
     }
-    let start = serials.partition_point(|known| *known < serial);
-    let count = serials[start..].partition_point(|known| *known == serial);
+}
+
+/// The places of the items of a term among items in the order of their terms.
+pub(super) fn places_of<T>(items: &[T], serial: Key, of: impl Fn(&T) -> Key) -> Range<usize> {
+    // A new term is at the end.
+    if items.last().is_none_or(|last| of(last) < serial) {
+        return items.len()..items.len();
+    }
+    let start = items.partition_point(|known| of(known) < serial);
+    let count = items[start..].partition_point(|known| of(known) == serial);
     start..start + count
 }
 
 /// A batch or program, which is ordered by the first of its terms.
 pub(crate) trait Keyed {
-    fn first(&self) -> Key;
+    /// The first of its terms.
+    fn key(&self) -> Key;
 }
 
 /// Items under numbers that stay as long as the item does; walked in the order of their keys.
@@ -72,7 +84,7 @@ impl<T: Keyed> Ordered<T> {
         if number as usize == self.things.len() {
             self.things.push(None);
         }
-        let key = thing.first();
+        let key = thing.key();
         self.things[number as usize] = Some(Box::new(thing));
         self.put_in_order(number, key);
         number
@@ -87,15 +99,15 @@ impl<T: Keyed> Ordered<T> {
     }
 
     fn key(&self, number: u32) -> Key {
-        self.get(number).map_or(Key::MAX, T::first)
+        self.get(number).map_or(Key::MAX, T::key)
     }
 
     /// Changes an item, and moves it in the order if its key has changed.
     pub(super) fn change<R>(&mut self, number: u32, change: impl FnOnce(&mut T) -> R) -> Option<R> {
         let thing = self.things.get_mut(number as usize)?.as_deref_mut()?;
-        let before = thing.first();
+        let before = thing.key();
         let result = change(thing);
-        let after = thing.first();
+        let after = thing.key();
         if before != after {
             self.take_from_order(number, before);
             self.put_in_order(number, after);

@@ -1,6 +1,6 @@
 //! A list of programs and of their changes, for caches that keep something for each program.
 
-use super::ordered::{Key, unique};
+use super::ordered::{Key, set_member, unique};
 use super::program::Program;
 
 /// A follower that is behind by more changes than this may have to start over.
@@ -46,8 +46,8 @@ impl Roster {
         let program = program.filter(|program| program.has_force);
         let unbounded = program.is_some_and(|program| program.reach.is_none());
         let moving = program.is_some_and(|program| program.instances.moving > 0);
-        list(&mut self.unbounded, number, unbounded);
-        list(&mut self.moving, number, moving);
+        set_member(&mut self.unbounded, number, unbounded);
+        set_member(&mut self.moving, number, moving);
         if self.changed.len() >= 2 * LONGEST {
             self.changed.drain(..LONGEST);
             self.forgotten += LONGEST as u64;
@@ -77,16 +77,5 @@ impl Roster {
             name: self.name,
             changes: self.forgotten + self.changed.len() as u64,
         }
-    }
-}
-
-/// Adds a number to a sorted list, or removes it.
-fn list(numbers: &mut Vec<u32>, number: u32, there: bool) {
-    match numbers.binary_search(&number) {
-        Err(place) if there => numbers.insert(place, number),
-        Ok(place) if !there => {
-            numbers.remove(place);
-        }
-        _ => {}
     }
 }

@@ -3,14 +3,14 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::constants::ConstantPull;
-use super::drags::DragOn;
 use super::frames::FrameCache;
 use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
 use super::sampled_world::SampledWorld;
+use super::slowings::DragOn;
 use super::wide::{LaneInput, LaneOutput, WIDTH};
 use crate::compile::{Compiled, RadialBatch};
-use crate::field::{Frames, Lanes, Motion, Number, Plain, Vec3, real};
+use crate::field::{Frames, Lanes, Number, Plain, Vec3};
 use crate::math::{DVec3, to_dvec3, to_f64};
 use crate::rigid::{Body, Slowing};
 use crate::sample::{Moment, SamplePoint, Samples, owner};
@@ -199,13 +199,5 @@ impl LaneInput<'_> {
     fn in_lanes(&self, samples: &[SamplePoint; WIDTH], count: usize) -> LaneOutput {
         let samples = samples.each_ref();
         dispatch!(level(), simd => self.on(simd, &samples[..count]))
-    }
-
-    /// The force on a body that lies at a border, or whose lane had a number that is not finite.
-    fn interpreted(&self, sample: &SamplePoint, machine: &mut Interpreter) -> Option<DVec3> {
-        let query = self.samples.query(sample, self.moment);
-        let motion = Motion::of(&query);
-        let outcome = machine.run(self.program, self.instance, self.frames, &query, &motion)?;
-        Some(real(outcome.force))
     }
 }

@@ -5,14 +5,14 @@ use std::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
-use super::kernel::{Kernel, KernelLaw};
+use super::kernel::{Kernel, KernelLaw, with_kernel};
 use super::lanes::{Eight, level, sum_of};
 use super::one_way::{Accumulator, Task};
 use super::quantity::Quantity;
 use super::sources::Sources;
 use crate::math::{DMat3, Real, Vector, from_dvec3};
 use crate::rigid::Wrench;
-use crate::sample::{CloudRun, Moment, SamplePoint, Samples};
+use crate::sample::{CloudRun, Moment, Samples};
 
 /// Samples that are evaluated together.
 const WIDTH: usize = 8;
@@ -51,30 +51,13 @@ impl Sources {
     /// Adds the wrenches of the gathered sources on the samples that are not sites. A potential is added in place
     /// of the first component of the force.
     pub(super) fn add_to_clouds(&self, task: &Task<'_>, moment: Moment, sums: &mut [Wrench]) {
-        let (samples, batch, level) = (task.samples, task.batch, level());
-        let law = KernelLaw::new(&batch.law);
-        for run in &samples.clouds.runs {
-            let sample = &samples.list[run.first as usize];
-            if !samples.takes(batch.how, sample) {
-                continue;
-            }
-            let whole = SamplePoint {
-                fraction: 1.0,
-                ..*sample
-            };
-            let weight = samples.weight(&whole, &batch.weighting, moment);
-            if weight == 0.0 {
-                continue;
-            }
-            let cloud = Cloud::new(samples, run, task);
-            let wrench = dispatch!(level, simd => match law {
-                KernelLaw::InverseSquare(law) => self.on_cloud(simd, law, &cloud),
-                KernelLaw::Softened(law) => self.on_cloud(simd, law, &cloud),
-                KernelLaw::LennardJones(law) => self.on_cloud(simd, law, &cloud),
-                KernelLaw::Other(law) => self.on_cloud(simd, law, &cloud),
-            });
-            let sum = &mut sums[sample.body as usize];
-            *sum = sum.plus(wrench.times(weight));
+        let (law, level) = (KernelLaw::new(&task.batch.law), level());
+        for (run, body, weight) in task.clouds(moment) {
+            let cloud = Cloud::new(task.samples, run, task);
+            let wrench = dispatch!(level, simd => with_kernel!(
+                law, law => self.on_cloud(simd, law, &cloud)
+            ));
+            sums[body] = sums[body].plus(wrench.times(weight));
         }
     }
 

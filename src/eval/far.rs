@@ -14,11 +14,12 @@ use std::ops::Range;
 use super::contract::Sums;
 use super::one_way::Task;
 use super::quantity::Quantity;
+use super::sources::present;
 use crate::compile::{AnchorId, IndexKind, RadialBatch};
 use crate::field::{Frame, Linearised};
-use crate::math::{DMat3, DVec3, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::math::{DMat3, DVec3, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::Wrench;
-use crate::sample::{CloudRun, Moment, SamplePoint, Samples, owner};
+use crate::sample::{CloudRun, Moment, SamplePoint, Samples};
 use crate::threads::each_chunk;
 use cells::{CellTree, Source};
 use walk::{Block, CellWalk, WIDTH};
@@ -79,7 +80,14 @@ impl FarRadials {
         // Sources that stand still are sorted once.
         let stamp = (batch.moving == 0).then_some(batch.log.stamp);
         if stamp.is_none() || cells.made_for != stamp {
-            gather(batch, frame, quantity, &mut self.sources);
+            let present = present(&batch.sources, frame, quantity);
+            let source = |(point, strength, owner)| Source {
+                point: to_dvec3(point),
+                strength: to_f64(strength),
+                owner: to_f64(owner),
+            };
+            self.sources.clear();
+            self.sources.extend(present.map(source));
             cells.made_for = stamp;
             cells.sort(&self.sources);
         }
@@ -136,28 +144,6 @@ fn add_to_sites(
     }
 }
 
-/// Lists the sources whose anchors exist.
-fn gather(
-    batch: &RadialBatch,
-    mut frame: impl FnMut(AnchorId) -> Option<Frame>,
-    quantity: Quantity,
-    sources: &mut Vec<Source>,
-) {
-    sources.clear();
-    for source in &batch.sources {
-        let Some(frame) = frame(source.anchor) else {
-            continue;
-        };
-        let shared = quantity == Quantity::Potential && frame.body.is_some();
-        let share = if shared { 0.5 } else { 1.0 };
-        sources.push(Source {
-            point: to_dvec3(frame.pose.translation),
-            strength: to_f64(source.strength) * share,
-            owner: to_f64(owner(frame.body)),
-        });
-    }
-}
-
 /// Adds the wrenches on the samples that are not sites.
 fn add_to_clouds(
     walk: &CellWalk<'_>,
@@ -166,21 +152,9 @@ fn add_to_clouds(
     blocks: &mut Vec<Block>,
     sums: &mut [Wrench],
 ) {
-    let (samples, batch) = (task.samples, task.batch);
-    for run in &samples.clouds.runs {
-        let sample = &samples.list[run.first as usize];
-        if !samples.takes(batch.how, sample) {
-            continue;
-        }
-        let whole = SamplePoint {
-            fraction: from_f64(1.0),
-            ..*sample
-        };
-        let weight = samples.weight(&whole, &batch.weighting, moment);
-        if weight != 0.0 {
-            let sum = &mut sums[sample.body as usize];
-            *sum = sum.plus(on_cloud(walk, samples, run, blocks).times(weight));
-        }
+    for (run, body, weight) in task.clouds(moment) {
+        let wrench = on_cloud(walk, task.samples, run, blocks);
+        sums[body] = sums[body].plus(wrench.times(weight));
     }
 }
 

@@ -3,7 +3,7 @@
 use super::frames::FrameCache;
 use super::instances::InstanceReach;
 use super::sampled_world::SampledWorld;
-use crate::compile::{Compiled, Followed, Key};
+use crate::compile::{Compiled, Followed, Key, Keyed};
 use crate::field::Frames;
 use crate::math::{Real, Vector};
 use crate::neighbors::Hierarchy;

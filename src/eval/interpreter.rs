@@ -3,8 +3,9 @@
 use crate::compile::{Instruction, Program};
 use crate::field::{
     Frame, LocalQuery, Mask, Motion, Neighbourhood, Normal, Number, Open, Operator, Override,
-    Query, QueryNumber, Sets, Single, Stack, Vec3,
+    Query, QueryNumber, Sets, Single, Stack, Vec3, real,
 };
+use crate::math::DVec3;
 
 /// The value of a composite at a sample.
 #[derive(Clone, Copy)]
@@ -66,6 +67,18 @@ impl Interpreter {
         self.run_at(&SampleContext::new(
             program, instance, frames, query, motion,
         ))
+    }
+
+    /// The force of an instance of a program on a sample; `None` where it is not defined.
+    pub(super) fn force(
+        &mut self,
+        program: &Program,
+        instance: usize,
+        frames: &[Option<Frame>],
+        query: &Query,
+    ) -> Option<DVec3> {
+        let outcome = self.run(program, instance, frames, query, &Motion::of(query))?;
+        Some(real(outcome.force))
     }
 
     /// Returns true if a leaf contributes to an instance of a program at a sample, even by zero.

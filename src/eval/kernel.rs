@@ -23,6 +23,19 @@ pub(super) enum KernelLaw {
     Other(Other),
 }
 
+/// Evaluates an expression for the kernel of any law.
+macro_rules! with_kernel {
+    ($law:expr, $kernel:ident => $result:expr) => {
+        match $law {
+            KernelLaw::InverseSquare($kernel) => $result,
+            KernelLaw::Softened($kernel) => $result,
+            KernelLaw::LennardJones($kernel) => $result,
+            KernelLaw::Other($kernel) => $result,
+        }
+    };
+}
+pub(super) use with_kernel;
+
 impl KernelLaw {
     pub(super) fn new(law: &Radial) -> Self {
         match law.profile {
@@ -58,22 +71,12 @@ impl KernelLaw {
 impl Kernel for KernelLaw {
     #[inline(always)]
     fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
-        match self {
-            KernelLaw::InverseSquare(law) => law.factor(r2, acts),
-            KernelLaw::Softened(law) => law.factor(r2, acts),
-            KernelLaw::LennardJones(law) => law.factor(r2, acts),
-            KernelLaw::Other(law) => law.factor(r2, acts),
-        }
+        with_kernel!(self, law => law.factor(r2, acts))
     }
 
     #[inline(always)]
     fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
-        match self {
-            KernelLaw::InverseSquare(law) => law.potential(r2, acts),
-            KernelLaw::Softened(law) => law.potential(r2, acts),
-            KernelLaw::LennardJones(law) => law.potential(r2, acts),
-            KernelLaw::Other(law) => law.potential(r2, acts),
-        }
+        with_kernel!(self, law => law.potential(r2, acts))
     }
 }
 
@@ -207,19 +210,31 @@ impl Other {
 impl Kernel for Other {
     #[inline(always)]
     fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
-        let mut lanes = V::splat(r2.token(), 0.0);
-        for lane in lanes_of(acts.to_bitmask()) {
-            lanes[lane] = self.factor_at(r2[lane]);
-        }
-        lanes
+        each(
+            r2,
+            acts,
+            #[inline(always)]
+            |r2| self.factor_at(r2),
+        )
     }
 
     #[inline(always)]
     fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V {
-        let mut lanes = V::splat(r2.token(), 0.0);
-        for lane in lanes_of(acts.to_bitmask()) {
-            lanes[lane] = self.potential_at(r2[lane]);
-        }
-        lanes
+        each(
+            r2,
+            acts,
+            #[inline(always)]
+            |r2| self.potential_at(r2),
+        )
     }
+}
+
+/// A function of the lanes that are set in `acts`; zero in the others.
+#[inline(always)]
+fn each<S: Simd, V: RealLanes<S>>(r2: V, acts: V::Mask, number: impl Fn(Real) -> Real) -> V {
+    let mut lanes = V::splat(r2.token(), 0.0);
+    for lane in lanes_of(acts.to_bitmask()) {
+        lanes[lane] = number(r2[lane]);
+    }
+    lanes
 }

@@ -1,9 +1,8 @@
 //! The forces on bodies with their derivatives by place and velocity.
 
-use std::cell::{LazyCell, OnceCell};
+use std::cell::LazyCell;
 use std::ops::Deref;
 
-use super::drags::drag_on;
 use super::far::{FarRadials, is_far};
 use super::frames::FrameCache;
 use super::index::ProgramIndex;
@@ -12,59 +11,9 @@ use super::quantity::{Quantity, Terms};
 use super::sampled_world::SampledWorld;
 use super::sources::Sources;
 use crate::compile::{Key, Program, RadialBatch};
-use crate::field::{Dual, Frames, Linearised, Motion, Query, SamplingRule, Vec3};
-use crate::math::{DMat3, DVec3, to_dvec3, to_f64};
-use crate::sample::{Kind, Moment, SamplePoint, Samples};
-
-/// A sample of a body: its query, and its motion as numbers that carry derivatives.
-struct Seeded {
-    query: Query,
-    motion: OnceCell<Motion<Dual<6>>>,
-}
-
-impl Seeded {
-    fn new(samples: &Samples, sample: &SamplePoint, moment: Moment) -> Self {
-        Seeded {
-            query: samples.query(sample, moment),
-            motion: OnceCell::new(),
-        }
-    }
-
-    fn motion(&self) -> &Motion<Dual<6>> {
-        self.motion.get_or_init(|| Motion::seeded(&self.query))
-    }
-}
-
-/// A force with its derivatives, in two parts.
-#[derive(Default)]
-struct ForceSum {
-    /// The sum of forces that carry derivatives.
-    varying: Option<Vec3<Dual<6>>>,
-    /// The sum of forces with derivatives in closed form.
-    closed: Linearised,
-}
-
-impl ForceSum {
-    fn add(&mut self, closed: &Linearised) {
-        self.closed.force += closed.force;
-        self.closed.by_position += closed.by_position;
-        self.closed.by_velocity += closed.by_velocity;
-    }
-
-    fn vary(&mut self, force: Vec3<Dual<6>>) {
-        match &mut self.varying {
-            Some(sum) => *sum += force,
-            none => *none = Some(force),
-        }
-    }
-
-    fn total(mut self) -> Linearised {
-        if let Some(varying) = self.varying {
-            self.add(&Linearised::new(varying));
-        }
-        self.closed
-    }
-}
+use crate::field::{Dual, Frame, Frames, Linearised, Motion, Query, SamplingRule};
+use crate::math::{to_dvec3, to_f64};
+use crate::sample::{Kind, SamplePoint};
 
 /// Evaluates forces with their derivatives; keeps its buffers between calls.
 #[derive(Debug, Default)]
@@ -108,14 +57,14 @@ impl Lineariser {
                 at_centre == whole && samples.takes(how, sample)
             };
             // Made when needed: most bodies are sampled in one way, and have no force at their other samples.
-            let seeded = LazyCell::new(|| Seeded::new(samples, sample, moment));
-            let mut force = None;
+            let query = LazyCell::new(|| samples.query(sample, moment));
+            let mut force: Option<Linearised> = None;
             let radials = scene.compiled.radials.iter();
             for (number, batch) in radials.filter(|it| all && wanted(it.1.how)) {
                 let weight = to_f64(samples.weight(sample, &batch.weighting, moment));
                 if weight != 0.0 && batch.prototype.is_on(moment.span) {
                     self.take_up(scene, number, batch);
-                    let sum = &mut force.get_or_insert_with(ForceSum::default).closed;
+                    let sum = force.get_or_insert_default();
                     if !is_far(batch) || !self.far.linearise(number, batch, sample, weight, sum) {
                         let (sources, _) = &self.sources[number as usize];
                         sources.linearise(batch, sample, weight, sum);
@@ -123,9 +72,9 @@ impl Lineariser {
                 }
             }
             let wanted = |program: &Program| wanted(program.how);
-            self.programs_on(scene, sample, &seeded, terms, wanted, &mut force);
+            self.programs_on(scene, sample, &query, terms, wanted, &mut force);
             if let Some(force) = force {
-                visit(sample, &force.total());
+                visit(sample, &force);
             }
         }
     }
@@ -152,10 +101,10 @@ impl Lineariser {
         &mut self,
         scene: &SampledWorld<'_, impl Frames>,
         sample: &SamplePoint,
-        seeded: &impl Deref<Target = Seeded>,
+        query: &impl Deref<Target = Query>,
         terms: Terms,
         wanted: impl Fn(&Program) -> bool,
-        force: &mut Option<ForceSum>,
+        force: &mut Option<Linearised>,
     ) {
         self.index
             .at(scene.compiled, sample.world_point, &mut self.found);
@@ -173,25 +122,41 @@ impl Lineariser {
             };
             for instance in self.index.reach(*number).at(program, sample.world_point) {
                 self.frames.fill_instance(scene, program, *instance);
-                let query = &seeded.query;
                 let (instance, frames) = (*instance as usize, self.frames.all());
-                let sum = force.get_or_insert_with(ForceSum::default);
-                if let Some(drag) = drag_on(program, instance, frames, query, terms) {
-                    sum.add(&drag);
-                    continue;
-                }
-                let (machine, motion) = (&mut self.machine, seeded.motion());
-                if let Some(outcome) = machine.run(program, instance, frames, query, motion) {
-                    sum.vary(outcome.force);
-                }
+                let (machine, sum) = (&mut self.machine, force.get_or_insert_default());
+                let found = match terms {
+                    Terms::All => {
+                        let motion = Motion::seeded(query);
+                        machine.linearise(program, instance, frames, query, &motion)
+                    }
+                    _ => {
+                        let motion = Motion::by_velocity(query);
+                        machine.linearise(program, instance, frames, query, &motion)
+                    }
+                };
+                found.iter().for_each(|found| sum.add(found));
             }
         }
     }
 }
 
+impl Interpreter {
+    /// The force of an instance of a program, with the derivatives that the motion carries.
+    fn linearise<const K: usize>(
+        &mut self,
+        program: &Program,
+        instance: usize,
+        frames: &[Option<Frame>],
+        query: &Query,
+        motion: &Motion<Dual<K>>,
+    ) -> Option<Linearised> {
+        let outcome = self.run(program, instance, frames, query, motion)?;
+        Some(Linearised::new(outcome.force))
+    }
+}
+
 impl Sources {
-    /// Adds the force s d of each source on a sample, and its derivative s + 2 s' d dᵀ, where s' is the
-    /// derivative of s by r².
+    /// Adds the force of each source on a sample, with its derivative by place.
     fn linearise(
         &self,
         batch: &RadialBatch,
@@ -205,15 +170,10 @@ impl Sources {
             for at in run.filter(|at| self.owner[*at] != sample.owner) {
                 let d = point - self.point(at);
                 let r2 = d.length_squared();
-                if r2 > range * range {
-                    continue;
+                if r2 <= range * range {
+                    let weight = weight * to_f64(self.strength[at]);
+                    sum.add_central(d, slope(r2), weight);
                 }
-                let (factor, by_r2) = slope(r2);
-                let weight = weight * to_f64(self.strength[at]);
-                let (factor, along) = (factor * weight, d * (2.0 * by_r2 * weight));
-                sum.force += d * factor;
-                sum.by_position += DMat3::from_cols(along * d.x, along * d.y, along * d.z);
-                sum.by_position += DMat3::from_diagonal(DVec3::splat(factor));
             }
         });
     }

@@ -5,7 +5,6 @@ mod clouds;
 mod constants;
 mod contract;
 mod cut;
-mod drags;
 mod energy;
 mod far;
 mod frames;

@@ -6,14 +6,14 @@ use std::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
 use super::contract::Sums;
-use super::kernel::{Kernel, KernelLaw};
+use super::kernel::{Kernel, KernelLaw, with_kernel};
 use super::lanes::{Four, WIDTH, level, load, total};
 use super::quantity::Quantity;
 use super::sources::Sources;
 use crate::compile::{AnchorId, RadialBatch};
 use crate::field::Frame;
 use crate::math::{Real, Vector};
-use crate::sample::{Moment, SamplePoint, Samples};
+use crate::sample::{CloudRun, Moment, SamplePoint, Samples};
 use crate::threads::each_chunk;
 
 /// Samples that one thread evaluates at a time: a multiple of the lanes.
@@ -35,6 +35,24 @@ pub(super) struct Task<'a> {
     /// For each site, the factor from the fields' vector to a force.
     pub weights: &'a [Real],
     pub quantity: Quantity,
+}
+
+impl<'a> Task<'a> {
+    /// The parts with several samples on which the batch acts: their samples, the body, and the factor from the
+    /// fields' vector to a force on the whole part.
+    pub(super) fn clouds(
+        &self,
+        moment: Moment,
+    ) -> impl Iterator<Item = (&'a CloudRun, usize, Real)> {
+        let (samples, batch) = (self.samples, self.batch);
+        samples.clouds.runs.iter().filter_map(move |run| {
+            let sample = Some(samples.list[run.first as usize]);
+            let mut whole = sample.filter(|sample| samples.takes(batch.how, sample))?;
+            whole.fraction = 1.0;
+            let weight = samples.weight(&whole, &batch.weighting, moment);
+            (weight != 0.0).then_some((run, whole.body as usize, weight))
+        })
+    }
 }
 
 /// The factor from the vector of a batch to a force on each site; zero at sites where it is not sampled.
@@ -87,12 +105,9 @@ impl Sources {
         let law = KernelLaw::new(&task.batch.law);
         each_chunk(sums, CHUNK, |first, sums| {
             let probes = probes.from(first);
-            dispatch!(level(), simd => match law {
-                KernelLaw::InverseSquare(law) => self.add(simd, law, &probes, sums),
-                KernelLaw::Softened(law) => self.add(simd, law, &probes, sums),
-                KernelLaw::LennardJones(law) => self.add(simd, law, &probes, sums),
-                KernelLaw::Other(law) => self.add(simd, law, &probes, sums),
-            });
+            dispatch!(level(), simd => with_kernel!(
+                law, law => self.add(simd, law, &probes, sums)
+            ));
         });
     }
 

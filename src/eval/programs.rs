@@ -4,15 +4,14 @@ use fearless_simd::dispatch;
 
 use super::contract::{BatchEvaluator, Summing, Sums};
 use super::cut::{Asked, BodyCuts, CutBody};
-use super::drags::DragOn;
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
 use super::lanes::{lanes_of, level};
+use super::slowings::DragOn;
 use super::wide::{LaneInput, LaneOutput, WIDTH};
-use crate::compile::{Compiled, Key, Program};
-use crate::field::{Cuts, Frames, Motion, real};
+use crate::compile::{Compiled, Key, Keyed, Program};
+use crate::field::{Cuts, Frames};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3};
-
 use crate::sample::{SamplePoint, Samples};
 use crate::threads::each_chunk;
 
@@ -244,15 +243,9 @@ impl Programs {
 
     /// Adds the force of an instance on one sample.
     fn add_one(&mut self, asked: &Asking<'_>, place: u32, sums: &mut Sums<'_>) {
-        let wide = &asked.wide;
-        let query = wide
-            .samples
-            .query(sample_at(wide.samples, place), wide.moment);
-        let motion = Motion::of(&query);
-        let machine = &mut self.machine;
-        let outcome = machine.run(wide.program, wide.instance, wide.frames, &query, &motion);
-        if let Some(outcome) = outcome {
-            self.add_force(asked, place, real(outcome.force), sums);
+        let sample = sample_at(asked.wide.samples, place);
+        if let Some(force) = asked.wide.interpreted(sample, &mut self.machine) {
+            self.add_force(asked, place, force, sums);
         }
     }
 
@@ -320,11 +313,7 @@ impl Programs {
         };
         self.cuts
             .each(program, frames, near, cut, |instance, asked| {
-                let mut force = |query| {
-                    let motion = Motion::of(query);
-                    let outcome = machine.run(program, instance, frames, query, &motion);
-                    outcome.map(|outcome| real(outcome.force))
-                };
+                let mut force = |query| machine.force(program, instance, frames, query);
                 match asked {
                     Asked::Whole(query) => {
                         let one = force(query).map(from_dvec3);

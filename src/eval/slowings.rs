@@ -1,8 +1,53 @@
-//! Derivatives by velocity of drag and wind on bodies, added up over samples together with the forces.
+//! Derivatives by velocity of drag and wind on bodies, from the forces, and added up together with them.
 
-use crate::math::DVec3;
+use crate::compile::Program;
+use crate::field::ForceMode;
+use crate::math::{DVec3, to_f64};
 use crate::rapier::na::{Matrix3, Matrix6, Vector3, Vector6};
 use crate::rigid::{Slowing, cross_matrix, six};
+use crate::sample::{Moment, SamplePoint};
+
+/// An instance of a program that [is one drag or wind](Program::as_drag), in a step.
+#[derive(Clone, Copy)]
+pub(super) struct DragOn {
+    rates: [f64; 2],
+    strength: f64,
+    /// The share of the step in which it acts.
+    share: f64,
+    mode: ForceMode,
+    dt: f64,
+}
+
+impl DragOn {
+    pub(super) fn new(program: &Program, instance: usize, moment: Moment) -> Option<Self> {
+        let drag = program.as_drag()?;
+        let field = &program.leaves[0];
+        Some(DragOn {
+            rates: [drag.linear, drag.quadratic].map(to_f64),
+            strength: to_f64(program.strength(instance, 0)),
+            share: field.lifetime.share_of(moment.span),
+            mode: field.mode,
+            dt: to_f64(moment.dt),
+        })
+    }
+
+    /// The derivative by velocity of its `force` on a sample.
+    pub(super) fn slowing(&self, sample: &SamplePoint, force: DVec3) -> Slowing {
+        let weight = self.weight(sample) * self.strength * self.share;
+        Slowing::of_drag(force, weight, self.rates)
+    }
+
+    /// The factor from the vector of a field that is shared out by mass to a force on a sample.
+    fn weight(&self, sample: &SamplePoint) -> f64 {
+        let mass = to_f64(sample.mass);
+        let whole = match self.mode {
+            ForceMode::Force => to_f64(sample.share),
+            ForceMode::Acceleration => mass,
+            ForceMode::VelocityChange => mass / self.dt,
+        };
+        whole * to_f64(sample.fraction)
+    }
+}
 
 /// The drag and wind on each of some bodies, with its derivative by the body's velocities.
 #[derive(Debug, Default)]

@@ -42,23 +42,14 @@ impl Sources {
         &mut self,
         batch: &RadialBatch,
         sources: &[RadialSource],
-        mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+        frame: impl FnMut(AnchorId) -> Option<Frame>,
         quantity: Quantity,
     ) {
         self.points.clear();
         self.kept.clear();
-        for source in sources {
-            let Some(frame) = frame(source.anchor) else {
-                continue;
-            };
-            let shared = quantity == Quantity::Potential && frame.body.is_some();
-            let strength = if shared {
-                source.strength * 0.5
-            } else {
-                source.strength
-            };
-            self.points.push(frame.pose.translation);
-            self.kept.push((strength, owner(frame.body)));
+        for (point, strength, owner) in present(sources, frame, quantity) {
+            self.points.push(point);
+            self.kept.push((strength, owner));
         }
         self.count = self.points.len();
         self.gridded = is_gridded(batch, self.count);
@@ -264,6 +255,21 @@ impl Sources {
         self.grid.move_row(cell, to);
         self.limits.insert(number, limit);
     }
+}
+
+/// The sources whose anchors exist: their points and strengths, and the [owners](owner) of their samples.
+pub(super) fn present(
+    sources: &[RadialSource],
+    mut frame: impl FnMut(AnchorId) -> Option<Frame>,
+    quantity: Quantity,
+) -> impl Iterator<Item = (Vector, Real, Real)> {
+    sources.iter().filter_map(move |source| {
+        let frame = frame(source.anchor)?;
+        let is_shared = quantity == Quantity::Potential && frame.body.is_some();
+        let share = if is_shared { 0.5 } else { 1.0 };
+        let strength = source.strength * share;
+        Some((frame.pose.translation, strength, owner(frame.body)))
+    })
 }
 
 fn is_gridded(batch: &RadialBatch, count: usize) -> bool {

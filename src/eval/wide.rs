@@ -6,7 +6,7 @@
 
 use fearless_simd::Simd;
 
-use super::interpreter::SampleContext;
+use super::interpreter::{Interpreter, SampleContext};
 use crate::compile::Program;
 use crate::field::{Frame, LANES, Lanes, Motion, Number, Numbers, Open, Plain, Queries, Vec3};
 use crate::math::{DVec3, to_dvec3, to_f64};
@@ -49,6 +49,16 @@ impl LaneInput<'_> {
             #[inline(always)]
             || self.run(samples),
         )
+    }
+
+    /// The force on a sample that is in doubt.
+    pub(super) fn interpreted(
+        &self,
+        sample: &SamplePoint,
+        machine: &mut Interpreter,
+    ) -> Option<DVec3> {
+        let query = self.samples.query(sample, self.moment);
+        machine.force(self.program, self.instance, self.frames, &query)
     }
 
     #[inline(always)]

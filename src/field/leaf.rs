@@ -8,13 +8,12 @@ use super::axis::Axis;
 use super::error::{BuildError, finite, not_negative, rigid};
 use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
 use super::lifetime::{Lifetime, Span};
-use super::linearised::Linearised;
-use super::number::{Number, Vec3, constant, limited, real, rotate};
+use super::number::{Number, Vec3, limited, rotate};
 use super::query::{LocalQuery, Query, QueryNumber, QueryProperties, Single};
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
-use crate::math::{DMat3, DVec3, InteractionGroups, Pose, Real, SharedShape, to_f64};
+use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.
 ///
@@ -419,27 +418,6 @@ impl Field {
             && self.formula.knows_several()
             && self.region.knows_several()
             && self.scale.as_ref().is_none_or(Scalar::knows_several)
-    }
-
-    /// [`Self::force_of`] with its derivative by velocity in closed form, if the field is a drag, given the
-    /// `flow` of a wind. The derivative by place is left at zero.
-    pub(crate) fn drag_of(
-        &self,
-        strength: Real,
-        local: &LocalQuery<'_>,
-        flow: impl FnOnce(&Formula) -> Option<DVec3>,
-    ) -> Option<Linearised> {
-        let plain = self.limit.is_none() && self.coupling == Coupling::Share;
-        let (drag, past) = self.formula.as_drag(local, flow).filter(|_| plain)?;
-        let scale = self.scale.as_ref().map_or(1.0, |scale| scale.at(local));
-        let (turn, weight) = (local.rotation, self.weight(local) * scale);
-        let weight = weight * to_f64(strength);
-        let matrix = DMat3::from_quat(turn);
-        Some(Linearised {
-            force: turn * (real(drag.force::<f64>(constant(past))) * weight),
-            by_position: DMat3::ZERO,
-            by_velocity: matrix * (drag.slope(past) * weight) * matrix.transpose(),
-        })
     }
 
     /// The potential energy of a sample (J); `None` if the field has no potential.

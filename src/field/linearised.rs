@@ -26,16 +26,29 @@ impl Default for Linearised {
 }
 
 impl Linearised {
-    /// From a force that carries its derivatives.
-    pub(crate) fn new(force: Vec3<Dual<6>>) -> Self {
-        let column = |k: usize| {
-            let Vec3 { x, y, z } = force;
-            DVec3::new(x.slopes[k], y.slopes[k], z.slopes[k])
-        };
+    /// From a force that carries its derivatives: by velocity, after those by place if there are six.
+    pub(crate) fn new<const K: usize>(force: Vec3<Dual<K>>) -> Self {
+        let column = |k: usize| real(force.map(|component| component.slopes[k]));
+        let matrix = |k: usize| DMat3::from_cols(column(k), column(k + 1), column(k + 2));
         Linearised {
             force: real(force),
-            by_position: DMat3::from_cols(column(0), column(1), column(2)),
-            by_velocity: DMat3::from_cols(column(3), column(4), column(5)),
+            by_position: if K > 3 { matrix(0) } else { DMat3::ZERO },
+            by_velocity: matrix(K - 3),
         }
+    }
+
+    pub(crate) fn add(&mut self, other: &Linearised) {
+        self.force += other.force;
+        self.by_position += other.by_position;
+        self.by_velocity += other.by_velocity;
+    }
+
+    /// Adds the force w s d, and its derivative by place w (s + 2 s' d dᵀ), given s and its derivative s' by r².
+    pub(crate) fn add_central(&mut self, d: DVec3, factor: Dual<1>, weight: f64) {
+        let whole = factor.re * weight;
+        let along = d * (2.0 * factor.slopes[0] * weight);
+        self.force += d * whole;
+        self.by_position += DMat3::from_cols(along * d.x, along * d.y, along * d.z);
+        self.by_position += DMat3::from_diagonal(DVec3::splat(whole));
     }
 }

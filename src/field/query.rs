@@ -296,15 +296,27 @@ impl Motion<f64> {
 impl Motion<Dual<6>> {
     /// With derivatives by the point itself (the first three) and by the velocity (the last three).
     pub(crate) fn seeded(query: &Query) -> Self {
-        let seed = |v: DVec3, first: usize| {
-            let component = |k: usize| Dual::input(v[k], first + k);
-            Vec3::new(component(0), component(1), component(2))
-        };
         Motion {
-            point: seed(query.world_point, 0),
-            velocity: seed(query.world_velocity, 3),
+            point: inputs(query.world_point, 0),
+            velocity: inputs(query.world_velocity, 3),
         }
     }
+}
+
+impl Motion<Dual<3>> {
+    /// With derivatives by the velocity alone.
+    pub(crate) fn by_velocity(query: &Query) -> Self {
+        Motion {
+            point: constant(query.world_point),
+            velocity: inputs(query.world_velocity, 0),
+        }
+    }
+}
+
+/// A vector whose components are inputs, from number `first` on.
+fn inputs<const K: usize>(vector: DVec3, first: usize) -> Vec3<Dual<K>> {
+    let component = |k: usize| Dual::input(vector[k], first + k);
+    Vec3::new(component(0), component(1), component(2))
 }
 
 /// A query in the frame of a field: point and velocity relative to that frame, in its axes.

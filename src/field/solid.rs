@@ -156,31 +156,26 @@ impl Solid {
     pub(super) fn face(&self, number: usize, p: DVec3, within: f64) -> Option<Face> {
         let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
         let plane = |axis: usize, end: f64| Face::plane(p, DVec3::AXES[axis] * side, end);
-        let curved = |surface: usize, radius: f64| {
+        let round = |surface: usize, radius: f64, straight: DVec3| {
             let seen = self.surface(surface, constant(p))?;
-            Some(Face::curved(&seen, radius.recip()))
+            Some(Face::curved(&seen, radius.recip(), Some(straight)))
         };
         Some(match (self, number) {
             (Solid::Ball { radius }, 0) => Face {
-                round: Some(DVec3::ZERO),
                 is_sphere: true,
-                ..curved(0, to_f64(*radius))?
+                ..round(0, to_f64(*radius), DVec3::ZERO)?
             },
             (Solid::Cuboid { half_extents }, 0..6) => {
-                let axis = number / 2;
-                plane(axis, to_dvec3(*half_extents)[axis])
+                plane(number / 2, to_dvec3(*half_extents)[number / 2])
             }
             (Solid::Cylinder { half_height, .. }, 0 | 1) => plane(1, to_f64(*half_height)),
-            (Solid::Cylinder { radius, .. }, 2) => Face {
-                round: Some(DVec3::Y),
-                ..curved(1, to_f64(*radius))?
-            },
+            (Solid::Cylinder { radius, .. }, 2) => round(1, to_f64(*radius), DVec3::Y)?,
             (Solid::Cone { half_height, .. }, 0) => Face::plane(p, -DVec3::Y, to_f64(*half_height)),
             (Solid::Cone { .. }, 1) => {
-                let face = curved(1, p.x.hypot(p.z))?;
-                let straight = face.outward.cross(DVec3::Y).cross(face.outward);
-                let round = Some(straight.normalize_or_zero());
-                Face { round, ..face }
+                let mut mantle = round(1, p.x.hypot(p.z), DVec3::ZERO)?;
+                let straight = mantle.outward.cross(DVec3::Y).cross(mantle.outward);
+                mantle.round = Some(straight.normalize_or_zero());
+                mantle
             }
             (
                 Solid::Capsule {
@@ -189,10 +184,9 @@ impl Solid {
                 },
                 0,
             ) => {
-                let beside = p.y.abs() < to_f64(*half_height);
-                let round = Some(if beside { DVec3::Y } else { DVec3::ZERO });
-                let face = curved(0, to_f64(*radius))?;
-                Face { round, ..face }
+                let is_beside = p.y.abs() < to_f64(*half_height);
+                let straight = if is_beside { DVec3::Y } else { DVec3::ZERO };
+                round(0, to_f64(*radius), straight)?
             }
             (Solid::HalfSpace { outward }, 0) => {
                 // Stored with length one only to rounding.

@@ -96,7 +96,7 @@ impl SolidShape {
     /// within that distance.
     pub(super) fn face(&self, point: DVec3, within: f64) -> Face {
         let seen = self.outermost(point);
-        let face = Face::curved(&seen, f64::INFINITY);
+        let mut face = Face::curved(&seen, f64::INFINITY, None);
         let Some(outward) = real(seen.outward).try_normalize() else {
             return face;
         };
@@ -111,10 +111,7 @@ impl SolidShape {
             (one < 0.0) == (all < 0.0) || (one - all).abs() <= may_differ
         };
         if around().all(|way| is_as_one_face(way * within)) {
-            return Face {
-                curvature: bend,
-                ..face
-            };
+            face.curvature = bend;
         }
         face
     }

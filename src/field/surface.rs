@@ -68,13 +68,13 @@ impl Face {
         }
     }
 
-    /// A curved surface, of unknown form.
-    pub(super) fn curved(seen: &Surface, curvature: f64) -> Self {
+    /// A curved surface.
+    pub(super) fn curved(seen: &Surface, curvature: f64, round: Option<DVec3>) -> Self {
         Face {
             distance: seen.distance / seen.slope,
             outward: real(seen.outward).normalize_or_zero(),
             curvature,
-            round: None,
+            round,
             is_sphere: false,
         }
     }

@@ -5,8 +5,8 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f64x8};
 use super::super::lanes::level;
 use super::super::quantity::Quantity;
 use super::cells::{CellTree, SourceCell};
-use crate::field::{Linearised, Profile, Radial};
-use crate::math::{DMat3, DVec3, to_dvec3, to_f64};
+use crate::field::{Dual, Linearised, Profile, Radial};
+use crate::math::{DVec3, to_dvec3, to_f64};
 use crate::sample::SamplePoint;
 
 /// Samples that are evaluated together.
@@ -137,16 +137,10 @@ impl<'a> CellWalk<'a> {
         };
         let slope_at = self.law.slope();
         let mut add = |d: DVec3, strength: f64, cell: Option<&SourceCell>| {
-            let (factor, by_r2) = slope_at(d.length_squared());
-            let (whole, along) = (
-                factor * strength * weight,
-                d * (2.0 * by_r2 * strength * weight),
-            );
-            sum.by_position += DMat3::from_cols(along * d.x, along * d.y, along * d.z);
-            sum.by_position += DMat3::from_diagonal(DVec3::splat(whole));
-            sum.force += d * whole;
+            let factor = slope_at(d.length_squared());
+            sum.add_central(d, factor, strength * weight);
             if let Some(cell) = cell {
-                sum.force += self.moments(cell, d, [factor, by_r2]) * weight;
+                sum.force += self.moments(cell, d, factor) * weight;
             }
         };
         let mut number = 0;
@@ -169,7 +163,8 @@ impl<'a> CellWalk<'a> {
 
     /// The force of the first and second moments of a cell, at the offset d from its centre; see
     /// [`CellWalk::add_cell`].
-    fn moments(&self, cell: &SourceCell, d: DVec3, [g, slope]: [f64; 2]) -> DVec3 {
+    fn moments(&self, cell: &SourceCell, d: DVec3, factor: Dual<1>) -> DVec3 {
+        let (g, [slope]) = (factor.re, factor.slopes);
         let bend = slope * (self.exponent - 1.0) / (d.length_squared() + self.softening2);
         let (first, [square, mixed]) = (cell.first, cell.second);
         let turned = DVec3::new(

@@ -6,7 +6,7 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdMask, dispatch};
 
 use super::tiles::Tiles;
-use crate::eval::lanes::{Eight, Four, Row, level, spread, twice};
+use crate::eval::lanes::{Eight, Four, Row, lanes_of, level, spread, twice};
 use crate::math::{Real, Vector};
 use crate::neighbors::{FEWEST_FOR_GRID, PointGrid};
 use crate::threads::each_chunk;
@@ -213,9 +213,8 @@ impl Search {
                     for at in run.clone().step_by(8) {
                         let mut found = meets(simd, ball, sorted, at);
                         found &= u64::MAX >> (64 - (run.end - at).min(8));
-                        while found != 0 {
-                            let other = order[at + found.trailing_zeros() as usize];
-                            found &= found - 1;
+                        for lane in lanes_of(found) {
+                            let other = order[at + lane];
                             let there = &tiles.points[other as usize];
                             let apart = tiles.bodies[tile][0] != tiles.bodies[other as usize][0];
                             if apart && within(simd, &sites, there, reach) {

@@ -35,7 +35,7 @@ use super::axis::Axis;
 use super::closure::Closure;
 use super::contact::ContactLaw;
 use super::error::{BuildError, bad};
-use super::number::{Plain, Vec3, constant, length, real};
+use super::number::{Plain, Vec3, constant, length};
 use super::query::{Alone, LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Real, to_f64};
 
@@ -145,24 +145,6 @@ impl Formula {
     /// The potential at a sample, for a strength of one; `None` if the formula has none.
     pub(crate) fn potential<T: Single>(&self, local: &LocalQuery<'_, T>) -> Option<T> {
         with_law!(self, law => law.potential(local))
-    }
-
-    /// The drag, and the velocity past the medium, given the `flow` of a wind. `None` for other formulas, for
-    /// an unknown flow, and above the speed cap.
-    pub(crate) fn as_drag(
-        &self,
-        local: &LocalQuery<'_>,
-        flow: impl FnOnce(&Formula) -> Option<DVec3>,
-    ) -> Option<(&Drag, DVec3)> {
-        match self {
-            Formula::Drag(drag) => Some((drag, real(local.velocity))),
-            Formula::Wind(wind) => {
-                let past = real(local.velocity) - flow(&wind.flow)?;
-                let within = past.length() <= to_f64(wind.speed_cap);
-                within.then_some((&wind.drag, past))
-            }
-            _ => None,
-        }
     }
 
     pub(crate) fn reads_velocity(&self) -> bool {

@@ -132,13 +132,10 @@ impl Radial {
         self.factor_less(self.shift(), r2)
     }
 
-    /// The factor and its derivative by r², as a function of r².
-    pub(crate) fn slope(&self) -> impl Fn(f64) -> (f64, f64) {
+    /// The factor with its derivative by r², as a function of r².
+    pub(crate) fn slope(&self) -> impl Fn(f64) -> Dual<1> {
         let shift = self.shift();
-        move |r2| {
-            let factor = self.factor_less(shift, Dual::<1>::input(r2, 0));
-            (factor.re, factor.slopes[0])
-        }
+        move |r2| self.factor_less(shift, Dual::input(r2, 0))
     }
 
     /// The factor, given the shift that is subtracted from the force.

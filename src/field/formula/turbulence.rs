@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::Law;
 use super::random::Random;
 use crate::field::error::{BuildError, all_finite, bad, positive};
-use crate::field::number::{LANES, Lanes, Plain, Vec3, chain, constant, real, sin_cos};
+use crate::field::number::{LANES, Lanes, Plain, Vec3, chain, constant, sin_cos};
 use crate::field::query::{LocalQuery, QueryNumber, QueryProperties};
 use crate::math::{DVec3, Real, to_f64};
 
@@ -91,12 +91,6 @@ impl Turbulence {
     pub fn turnover(mut self, rate: Real) -> Self {
         self.turnover = rate;
         self.made()
-    }
-
-    /// The flow at a point.
-    #[inline(always)]
-    pub(crate) fn flow(&self, point: DVec3, time: f64) -> DVec3 {
-        real(self.waves.at_one(point, time)[0])
     }
 
     /// The flow at a point, and its derivatives, with the instructions of the build.

@@ -4,7 +4,7 @@ use super::law::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
 use crate::field::number::{Number, Vec3, constant, length};
 use crate::field::query::{LocalQuery, QueryNumber, Single};
-use crate::math::{DMat3, DVec3, Real, Vector, to_dvec3, to_f64};
+use crate::math::{Real, Vector, to_dvec3, to_f64};
 
 /// F = −(c₁ + c₂ |v|) v, with v relative to the field's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,18 +33,6 @@ impl Drag {
             return velocity * T::from(-linear);
         }
         velocity * -(length(velocity) * quadratic + linear)
-    }
-
-    /// The derivative of the force by the velocity: −(c₁ + c₂ |v|) − c₂ v vᵀ/|v|.
-    pub(crate) fn slope(&self, velocity: DVec3) -> DMat3 {
-        let (speed, quadratic) = (velocity.length(), to_f64(self.quadratic));
-        let mut slope =
-            DMat3::from_diagonal(DVec3::splat(-(quadratic * speed + to_f64(self.linear))));
-        if speed > 0.0 {
-            let along = velocity * (quadratic / speed);
-            slope -= DMat3::from_cols(along * velocity.x, along * velocity.y, along * velocity.z);
-        }
-        slope
     }
 }
 
