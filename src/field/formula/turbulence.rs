@@ -149,12 +149,9 @@ fn usual_detail() -> Real {
 impl From<TurbulenceSettings> for Turbulence {
     fn from(settings: TurbulenceSettings) -> Self {
         Turbulence {
-            seed: settings.seed,
-            speed: settings.speed,
-            size: settings.size,
             detail: settings.detail,
             turnover: settings.turnover,
-            waves: Box::default(),
+            ..Turbulence::new(settings.seed, settings.speed, settings.size)
         }
         .made()
     }
