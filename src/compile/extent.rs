@@ -5,10 +5,11 @@ use super::entries::RadialBatch;
 use super::ordered::Ordered;
 use super::program::Program;
 use crate::math::{Real, Vector};
+use crate::rapier::parry::bounding_volume::Aabb;
 
 /// A box; empty by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     pub low: Vector,
     pub high: Vector,
 }
@@ -24,9 +25,16 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    pub(super) fn add(&mut self, centre: Vector, radius: Real) {
+    /// Enlarges the box by one around a ball.
+    pub(crate) fn add(&mut self, centre: Vector, radius: Real) {
         self.low = self.low.min(centre - Vector::splat(radius));
         self.high = self.high.max(centre + Vector::splat(radius));
+    }
+
+    /// The box; `None` if it is empty.
+    pub(crate) fn filled(&self) -> Option<Aabb> {
+        let filled = self.low.cmple(self.high).all();
+        filled.then(|| Aabb::new(self.low, self.high))
     }
 }
 

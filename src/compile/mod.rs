@@ -33,6 +33,7 @@ pub(crate) use compiled::{Compiled, Prepared};
 pub(crate) use entries::{
     ConstantField, DetectionField, FieldMask, RadialBatch, RadialSource, Weighting,
 };
+pub(crate) use extent::Bounds;
 pub use index_kind::IndexKind;
 pub(crate) use ordered::{Key, Keyed, Ordered, unique};
 pub use plan::{Plan, PlanEntry};

@@ -64,24 +64,20 @@ impl Compiled {
             let moving = self.radials.iter().filter(|(_, batch)| batch.moving > 0);
             for (_, batch) in moving {
                 let range = batch.range.unwrap_or(Real::INFINITY);
-                batch
-                    .sources
-                    .iter()
-                    .for_each(|source| add(source.anchor, range));
+                for source in &batch.sources {
+                    add(source.anchor, range);
+                }
             }
             let programs = self.roster.moving().iter();
             for program in programs.filter_map(|number| self.programs.get(*number)) {
                 let reach = program.reach.unwrap_or(Real::INFINITY);
-                program
-                    .instances
-                    .centres
-                    .iter()
-                    .for_each(|centre| add(*centre, reach));
+                for centre in &program.instances.centres {
+                    add(*centre, reach);
+                }
             }
         }
-        if bounds.low.cmple(bounds.high).all() {
-            return FieldReach::Within(Aabb::new(bounds.low, bounds.high));
-        }
-        FieldReach::Nowhere
+        bounds
+            .filled()
+            .map_or(FieldReach::Nowhere, FieldReach::Within)
     }
 }

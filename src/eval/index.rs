@@ -144,22 +144,13 @@ impl ProgramIndex {
             Some((program.key(), number))
         };
         if !self.indexed {
-            found.extend(
-                compiled
-                    .programs
-                    .iter()
-                    .filter_map(|(number, _)| forces(number)),
-            );
+            let numbers = compiled.programs.iter().map(|(number, _)| number);
+            found.extend(numbers.filter_map(forces));
             return;
         }
         self.bounded_at(point, |number| found.extend(forces(number)));
-        found.extend(
-            compiled
-                .roster
-                .unbounded()
-                .iter()
-                .filter_map(|n| forces(*n)),
-        );
+        let unbounded = compiled.roster.unbounded().iter().copied();
+        found.extend(unbounded.filter_map(forces));
         found.sort_unstable();
     }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::frames::FrameCache;
 use super::sampled_world::SampledWorld;
-use crate::compile::{IndexKind, Key, Program};
+use crate::compile::{Bounds, IndexKind, Key, Program};
 use crate::field::Frames;
 use crate::math::{Real, Vector};
 use crate::neighbors::Hierarchy;
@@ -13,11 +13,10 @@ use crate::rapier::parry::bounding_volume::Aabb;
 type Ball = Option<(Vector, Real)>;
 
 /// Balls around the instances of a program, or a hierarchy of these balls if there are many.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct InstanceReach {
-    /// The corners of a box around all places at which any instance can act.
-    low: Vector,
-    high: Vector,
+    /// A box around all places at which any instance can act.
+    extent: Bounds,
     /// The ball of each instance at the last build; empty once single terms were changed.
     balls: Vec<Ball>,
     bvh: Option<Hierarchy>,
@@ -79,19 +78,6 @@ impl Leaves {
     }
 }
 
-impl Default for InstanceReach {
-    fn default() -> Self {
-        InstanceReach {
-            low: Vector::splat(Real::INFINITY),
-            high: Vector::splat(-Real::INFINITY),
-            balls: Vec::new(),
-            bvh: None,
-            leaves: Leaves::default(),
-            found: Vec::new(),
-        }
-    }
-}
-
 impl InstanceReach {
     /// Updates the balls to the present anchors. Returns true if any has changed.
     pub(super) fn refresh(
@@ -119,12 +105,9 @@ impl InstanceReach {
     }
 
     fn build(&mut self, program: &Program) {
-        let infinity = Vector::splat(Real::INFINITY);
-        (self.low, self.high) = (infinity, -infinity);
-        let boxes = self.balls.iter().map(bounds_of);
-        for bounds in boxes.clone().flatten() {
-            self.low = self.low.min(bounds.mins);
-            self.high = self.high.max(bounds.maxs);
+        self.extent = Bounds::default();
+        for (centre, radius) in self.balls.iter().flatten() {
+            self.extent.add(*centre, *radius);
         }
         self.leaves = Leaves::default();
         if program.index_kind() != IndexKind::Bvh {
@@ -132,6 +115,10 @@ impl InstanceReach {
             return;
         }
         let bvh = self.bvh.get_or_insert_default();
+        let boxes = self.balls.iter().map(|ball| {
+            let (centre, radius) = (*ball)?;
+            Some(box_of(centre, radius))
+        });
         bvh.build((0..).zip(boxes));
         if program.instances.moving == 0 {
             self.leaves = Leaves::of(&program.instances.serials);
@@ -160,10 +147,9 @@ impl InstanceReach {
             let centre = program.instances.centres[place];
             let ball = ball_at(program, frames.get(scene, centre));
             let leaf = self.leaves.add(serial);
-            if let Some(bounds) = bounds_of(&ball) {
-                self.low = self.low.min(bounds.mins);
-                self.high = self.high.max(bounds.maxs);
-                bvh.insert(bounds, leaf);
+            if let Some((centre, radius)) = ball {
+                self.extent.add(centre, radius);
+                bvh.insert(box_of(centre, radius), leaf);
             }
         }
         true
@@ -171,8 +157,7 @@ impl InstanceReach {
 
     /// A box around all places at which any instance can act; `None` if there are none.
     pub(super) fn bounds(&self) -> Option<Aabb> {
-        let filled = self.low.cmple(self.high).all();
-        filled.then(|| Aabb::new(self.low, self.high))
+        self.extent.filled()
     }
 
     /// Lists in `found` the instances that may act within a distance of a point, in their order.
@@ -215,7 +200,7 @@ impl InstanceReach {
         distance: Real,
         found: &mut Vec<u32>,
     ) {
-        let (low, high) = (self.low - distance, self.high + distance);
+        let (low, high) = (self.extent.low - distance, self.extent.high + distance);
         if point.cmplt(low).any() || point.cmpgt(high).any() {
             found.clear();
             return;
@@ -243,7 +228,6 @@ fn ball_at(program: &Program, centre: Option<crate::field::Frame>) -> Ball {
     }
 }
 
-fn bounds_of(ball: &Ball) -> Option<Aabb> {
-    let (centre, radius) = (*ball)?;
-    Some(Aabb::from_half_extents(centre, Vector::splat(radius)))
+fn box_of(centre: Vector, radius: Real) -> Aabb {
+    Aabb::from_half_extents(centre, Vector::splat(radius))
 }
