@@ -129,7 +129,7 @@
 //! - `expression`: formulas given as text: `field::Expression`.
 //! - `serde-serialize`: trees, settings and state are plain data for any of serde's formats. Scenes as
 //!   files are a crate of their own, `rapier3d-fields-scene`.
-//! - `parallel`: fields are evaluated on the threads of Rapier's pool, with the same results bit for bit.
+//! - `parallel`: fields are evaluated on the threads of Rapier's pool, with the same bits on any number of threads.
 //! - `simd8` (in `f32`), `enhanced-determinism`, `debug-render`: Rapier's own.
 
 #![forbid(unsafe_code)]

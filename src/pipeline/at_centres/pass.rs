@@ -342,9 +342,10 @@ impl Pass<'_> {
             return Ok(update.filter(|update| update.spins));
         }
         let is_alone = self.half.scheme == Scheme::Kick || free.is_none();
-        let (mut update, twist) = match is_alone {
-            true => (kicked(body, wrench, rules.duration), DVec3::ZERO),
-            false => free.along(body, wrench, rules.duration),
+        let (mut update, twist) = if is_alone {
+            (kicked(body, wrench, rules.duration), DVec3::ZERO)
+        } else {
+            free.along(body, wrench, rules.duration)
         };
         if !felt.slowing.is_none() {
             update.linvel = free.slowed(body.linvel, body.inv_mass.x, felt, rules.duration);
