@@ -49,6 +49,8 @@ pub(super) enum Function {
     And,
     Or,
     Not,
+    /// Evaluates one of two arguments only, so it is a matter of jumps.
+    If,
 }
 
 /// A function with its name and numbers of arguments.
@@ -84,8 +86,8 @@ const fn any(name: &'static str, function: Function, fewest: usize) -> Named {
     }
 }
 
-/// All functions with names, except `if`, which the parser handles.
-static NAMED: [Named; 33] = [
+/// All functions with names.
+static NAMED: [Named; 34] = [
     fixed("abs", Function::Abs, 1),
     fixed("sign", Function::Sign, 1),
     fixed("signum", Function::Signum, 1),
@@ -119,6 +121,7 @@ static NAMED: [Named; 33] = [
     fixed("round", Function::Round, 1),
     fixed("trunc", Function::Trunc, 1),
     fixed("fract", Function::Fract, 1),
+    fixed("if", Function::If, 3),
 ];
 
 /// The function of that name.
@@ -128,8 +131,8 @@ pub(super) fn named(name: &str) -> Option<&'static Named> {
 
 /// The names of all functions.
 pub(super) fn known() -> String {
-    let names = NAMED.iter().map(|each| each.name);
-    names.chain(["if"]).collect::<Vec<_>>().join(", ")
+    let names: Vec<&str> = NAMED.iter().map(|each| each.name).collect();
+    names.join(", ")
 }
 
 /// Returns true if a number stands for true.

@@ -6,7 +6,7 @@
 use super::function::{self, Function, Named};
 use super::names::{self, Axes};
 use super::program::{Op, StackCode};
-use super::token::{ParseError, Spot, Symbol, Token, Tokens, beginning};
+use super::token::{Binding, ParseError, Spot, Token, Tokens, beginning};
 use crate::field::expression_error::ExpressionErrorKind;
 
 /// The longest text in characters.
@@ -15,22 +15,7 @@ const LONGEST: usize = 65_536;
 const OPERAND: &str = "a number, a name or `(`";
 const OPERATOR: &str = "an operator";
 
-/// Precedence of operators, from loose to tight.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-enum Binding {
-    Or,
-    And,
-    Not,
-    Comparison,
-    Sum,
-    Product,
-    Sign,
-    Power,
-    /// Tighter than any operator.
-    Bracket,
-}
-
-/// An operator, a bracket or a call that waits for its last operand.
+/// An operator or a bracket that waits for its last operand.
 enum Waiting {
     Operator {
         op: Op,
@@ -39,17 +24,11 @@ enum Waiting {
     },
     Bracket {
         open: usize,
-    },
-    Call {
-        named: &'static Named,
-        open: usize,
+        /// The function whose arguments are in the bracket.
+        called: Option<&'static Named>,
         /// The number of complete arguments.
         complete: usize,
-    },
-    If {
-        open: usize,
-        complete: usize,
-        /// The jump whose target is still to be set.
+        /// The jump of an `if` whose target is still to be set.
         jump: usize,
     },
 }
@@ -115,15 +94,15 @@ impl Parser<'_> {
                 return Ok(true);
             }
             Token::Open => {
-                self.waiting.push(Waiting::Bracket { open: spot.at });
+                self.open(spot.at, None);
                 return Ok(true);
             }
-            Token::Symbol(Symbol::Plus) => return Ok(true),
-            Token::Symbol(Symbol::Minus) => {
+            Token::Binary(Op::Add, _) => return Ok(true),
+            Token::Binary(Op::Subtract, _) => {
                 self.wait(Op::Negate, 1, Binding::Sign);
                 return Ok(true);
             }
-            Token::Symbol(Symbol::Not) => {
+            Token::Not => {
                 self.check_not(spot)?;
                 self.wait(Op::Call(Function::Not, 1), 1, Binding::Not);
                 return Ok(true);
@@ -136,7 +115,7 @@ impl Parser<'_> {
     /// Takes a token where an operator is expected. Returns true if an operand is expected after it.
     fn operator(&mut self, spot: &Spot<'_>) -> Result<bool, ParseError> {
         match spot.token {
-            Token::Symbol(symbol) => self.binary(symbol, spot)?,
+            Token::Binary(op, binding) => self.binary(op, binding, spot)?,
             Token::Comma => self.comma(spot)?,
             Token::Close => {
                 self.close(spot)?;
@@ -148,11 +127,8 @@ impl Parser<'_> {
     }
 
     fn name(&mut self, name: &str, spot: &Spot<'_>) -> Result<(), ParseError> {
-        let function = match name {
-            "if" => Some("if"),
-            _ => function::named(name).map(|named| named.name),
-        };
-        if let Some(function) = function {
+        if let Some(named) = function::named(name) {
+            let function = named.name;
             let kind = ExpressionErrorKind::NotCalled { function };
             return Err(ParseError::new(spot.at + name.len(), kind));
         }
@@ -169,27 +145,24 @@ impl Parser<'_> {
     }
 
     fn call(&mut self, name: &str, open: usize, spot: &Spot<'_>) -> Result<(), ParseError> {
-        let complete = 0;
-        self.waiting.push(match (name, function::named(name)) {
-            ("if", _) => Waiting::If {
-                open,
-                complete,
-                jump: 0,
-            },
-            (_, Some(named)) => Waiting::Call {
-                named,
-                open,
-                complete,
-            },
-            (_, None) => {
-                let kind = ExpressionErrorKind::UnknownFunction {
-                    name: beginning(name),
-                    known: function::known(),
-                };
-                return Err(ParseError::new(spot.at, kind));
-            }
-        });
+        let Some(named) = function::named(name) else {
+            let kind = ExpressionErrorKind::UnknownFunction {
+                name: beginning(name),
+                known: function::known(),
+            };
+            return Err(ParseError::new(spot.at, kind));
+        };
+        self.open(open, Some(named));
         Ok(())
+    }
+
+    fn open(&mut self, open: usize, called: Option<&'static Named>) {
+        self.waiting.push(Waiting::Bracket {
+            open,
+            called,
+            complete: 0,
+            jump: 0,
+        });
     }
 
     fn wait(&mut self, op: Op, operands: usize, binding: Binding) {
@@ -200,42 +173,35 @@ impl Parser<'_> {
         });
     }
 
+    /// The precedence of the operator that waits, if it is not a bracket that does.
+    fn last_binding(&self) -> Option<Binding> {
+        match self.waiting.last()? {
+            Waiting::Operator { binding, .. } => Some(*binding),
+            Waiting::Bracket { .. } => None,
+        }
+    }
+
     /// Refuses `not` after an operator that binds more tightly, as in `-not x` and `a < not b`: its operand is
     /// unclear.
     fn check_not(&self, spot: &Spot<'_>) -> Result<(), ParseError> {
-        match self.waiting.last() {
-            Some(Waiting::Operator { binding, .. }) if *binding > Binding::Not => {
-                Err(ParseError::new(spot.at, ExpressionErrorKind::LooseNot))
-            }
-            _ => Ok(()),
+        if self.last_binding() > Some(Binding::Not) {
+            return Err(ParseError::new(spot.at, ExpressionErrorKind::LooseNot));
         }
-    }
-
-    fn binary(&mut self, symbol: Symbol, spot: &Spot<'_>) -> Result<(), ParseError> {
-        let Some((op, binding)) = binary(symbol) else {
-            return Err(unexpected(OPERATOR, spot));
-        };
-        match binding {
-            // Powers are taken from right to left.
-            Binding::Power => self.complete(Binding::Bracket),
-            Binding::Comparison => {
-                self.complete(Binding::Sum);
-                self.check_chain(spot)?;
-            }
-            _ => self.complete(binding),
-        }
-        self.wait(op, 2, binding);
         Ok(())
     }
 
-    fn check_chain(&self, spot: &Spot<'_>) -> Result<(), ParseError> {
-        match self.waiting.last() {
-            Some(Waiting::Operator {
-                binding: Binding::Comparison,
-                ..
-            }) => Err(ParseError::new(spot.at, ExpressionErrorKind::Chained)),
-            _ => Ok(()),
+    fn binary(&mut self, op: Op, binding: Binding, spot: &Spot<'_>) -> Result<(), ParseError> {
+        // Powers are taken from right to left, and comparisons do not chain.
+        self.complete(match binding {
+            Binding::Power => Binding::Bracket,
+            Binding::Comparison => Binding::Sum,
+            _ => binding,
+        });
+        if binding == Binding::Comparison && self.last_binding() == Some(binding) {
+            return Err(ParseError::new(spot.at, ExpressionErrorKind::Chained));
         }
+        self.wait(op, 2, binding);
+        Ok(())
     }
 
     /// Completes the waiting operators that bind at least as tightly as `least`.
@@ -254,54 +220,53 @@ impl Parser<'_> {
 
     fn comma(&mut self, spot: &Spot<'_>) -> Result<(), ParseError> {
         self.complete(Binding::Or);
-        match self.waiting.last_mut() {
-            Some(Waiting::Call {
-                named, complete, ..
-            }) => {
-                *complete += 1;
-                // One more argument follows.
-                if named.most.is_some_and(|most| *complete >= most) {
-                    return Err(wrong_number(named, spot));
-                }
-            }
-            Some(Waiting::If { complete, jump, .. }) => {
-                match *complete {
-                    0 => *jump = self.program.jump_unless(),
-                    1 => {
-                        let over = self.program.jump();
-                        self.program.land(*jump);
-                        *jump = over;
-                    }
-                    _ => return Err(wrong_if(spot)),
-                }
-                *complete += 1;
-            }
-            _ => return Err(ParseError::new(spot.at, ExpressionErrorKind::Comma)),
+        let Some(Waiting::Bracket {
+            called: Some(named),
+            complete,
+            jump,
+            ..
+        }) = self.waiting.last_mut()
+        else {
+            return Err(ParseError::new(spot.at, ExpressionErrorKind::Comma));
+        };
+        *complete += 1;
+        // One more argument follows.
+        if named.most.is_some_and(|most| *complete >= most) {
+            return Err(wrong_number(named, spot));
+        }
+        if named.function == Function::If && *complete == 1 {
+            *jump = self.program.jump(Op::JumpUnless(0));
+        } else if named.function == Function::If {
+            let over = self.program.jump(Op::Jump(0));
+            self.program.land(*jump);
+            *jump = over;
         }
         Ok(())
     }
 
     fn close(&mut self, spot: &Spot<'_>) -> Result<(), ParseError> {
         self.complete(Binding::Or);
-        match self.waiting.pop() {
-            Some(Waiting::Call {
-                named, complete, ..
-            }) => {
-                let arguments = complete + 1;
-                if !named.takes(arguments) {
-                    return Err(wrong_number(named, spot));
-                }
-                let op = Op::Call(named.function, arguments as u32);
-                self.program.apply(op, arguments);
-            }
-            Some(Waiting::If { complete, jump, .. }) => {
-                if complete != 2 {
-                    return Err(wrong_if(spot));
-                }
-                self.program.land(jump);
-            }
-            Some(_) => {}
-            None => return Err(ParseError::new(spot.at, ExpressionErrorKind::Unopened)),
+        let Some(Waiting::Bracket {
+            called,
+            complete,
+            jump,
+            ..
+        }) = self.waiting.pop()
+        else {
+            return Err(ParseError::new(spot.at, ExpressionErrorKind::Unopened));
+        };
+        let Some(named) = called else {
+            return Ok(());
+        };
+        let arguments = complete + 1;
+        if !named.takes(arguments) {
+            return Err(wrong_number(named, spot));
+        }
+        if named.function == Function::If {
+            self.program.land(jump);
+        } else {
+            let op = Op::Call(named.function, arguments as u32);
+            self.program.apply(op, arguments);
         }
         Ok(())
     }
@@ -309,33 +274,12 @@ impl Parser<'_> {
     fn finish(mut self) -> Result<StackCode, ParseError> {
         self.complete(Binding::Or);
         match self.waiting.last() {
-            Some(
-                Waiting::Bracket { open } | Waiting::Call { open, .. } | Waiting::If { open, .. },
-            ) => Err(ParseError::new(*open, ExpressionErrorKind::Unclosed)),
+            Some(Waiting::Bracket { open, .. }) => {
+                Err(ParseError::new(*open, ExpressionErrorKind::Unclosed))
+            }
             _ => Ok(self.program),
         }
     }
-}
-
-/// The operation of an operator between two operands, and its precedence.
-fn binary(symbol: Symbol) -> Option<(Op, Binding)> {
-    let function = |function| Op::Call(function, 2);
-    Some(match symbol {
-        Symbol::Or => (function(Function::Or), Binding::Or),
-        Symbol::And => (function(Function::And), Binding::And),
-        Symbol::Less => (function(Function::Less), Binding::Comparison),
-        Symbol::LessOrEqual => (function(Function::LessOrEqual), Binding::Comparison),
-        Symbol::Greater => (function(Function::Greater), Binding::Comparison),
-        Symbol::GreaterOrEqual => (function(Function::GreaterOrEqual), Binding::Comparison),
-        Symbol::Equal => (function(Function::Equal), Binding::Comparison),
-        Symbol::Unequal => (function(Function::Unequal), Binding::Comparison),
-        Symbol::Plus => (Op::Add, Binding::Sum),
-        Symbol::Minus => (Op::Subtract, Binding::Sum),
-        Symbol::Times => (Op::Multiply, Binding::Product),
-        Symbol::Divide => (Op::Divide, Binding::Product),
-        Symbol::Power => (function(Function::Power), Binding::Power),
-        Symbol::Not => return None,
-    })
 }
 
 fn unexpected(expected: &'static str, spot: &Spot<'_>) -> ParseError {
@@ -348,15 +292,6 @@ fn wrong_number(named: &Named, spot: &Spot<'_>) -> ParseError {
         function: named.name,
         fewest: named.fewest,
         most: named.most,
-    };
-    ParseError::new(spot.at, kind)
-}
-
-fn wrong_if(spot: &Spot<'_>) -> ParseError {
-    let kind = ExpressionErrorKind::Arguments {
-        function: "if",
-        fewest: 3,
-        most: Some(3),
     };
     ParseError::new(spot.at, kind)
 }

@@ -78,16 +78,9 @@ impl StackCode {
         op
     }
 
-    /// Adds a jump that takes a condition; its target is set later.
-    pub(super) fn jump_unless(&mut self) -> usize {
-        self.ops.push(Op::JumpUnless(0));
-        self.depth -= 1;
-        self.ops.len() - 1
-    }
-
-    /// Adds a jump over the instructions for the other result; its target is set later.
-    pub(super) fn jump(&mut self) -> usize {
-        self.ops.push(Op::Jump(0));
+    /// Adds a jump, whose target is set later.
+    pub(super) fn jump(&mut self, jump: Op) -> usize {
+        self.ops.push(jump);
         self.depth -= 1;
         self.ops.len() - 1
     }
@@ -128,22 +121,10 @@ fn run<T: Number<Plain = f64>>(ops: &[Op], stack: &mut [T], axis: impl Fn(usize)
                 depth += 1;
             }
             Op::Negate => stack[depth - 1] = -stack[depth - 1],
-            Op::Add => {
-                depth -= 1;
-                stack[depth - 1] = stack[depth - 1] + stack[depth];
-            }
-            Op::Subtract => {
-                depth -= 1;
-                stack[depth - 1] = stack[depth - 1] - stack[depth];
-            }
-            Op::Multiply => {
-                depth -= 1;
-                stack[depth - 1] = stack[depth - 1] * stack[depth];
-            }
-            Op::Divide => {
-                depth -= 1;
-                stack[depth - 1] = stack[depth - 1] / stack[depth];
-            }
+            Op::Add => combine(stack, &mut depth, |a, b| a + b),
+            Op::Subtract => combine(stack, &mut depth, |a, b| a - b),
+            Op::Multiply => combine(stack, &mut depth, |a, b| a * b),
+            Op::Divide => combine(stack, &mut depth, |a, b| a / b),
             Op::Whole(exponent) => stack[depth - 1] = exact::product(stack[depth - 1], exponent),
             Op::Call(function, arguments) => {
                 let first = depth - arguments as usize;
@@ -160,6 +141,13 @@ fn run<T: Number<Plain = f64>>(ops: &[Op], stack: &mut [T], axis: impl Fn(usize)
         }
     }
     stack[0]
+}
+
+/// Replaces the two numbers on top by one.
+#[inline(always)]
+fn combine<T: Copy>(stack: &mut [T], depth: &mut usize, operation: impl FnOnce(T, T) -> T) {
+    *depth -= 1;
+    stack[*depth - 1] = operation(stack[*depth - 1], stack[*depth]);
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Splits a text into tokens.
 
+use super::function::Function;
+use super::program::Op;
 use crate::field::expression_error::ExpressionErrorKind;
 
 /// A fault at a byte of a text.
@@ -25,50 +27,56 @@ pub(super) enum Token<'a> {
     Braced(&'a str),
     /// A name and the bracket after it, with the byte at which the bracket is.
     Call(&'a str, usize),
-    Symbol(Symbol),
+    /// An operator between two operands. `+` and `-` may stand before one operand, too.
+    Binary(Op, Binding),
+    Not,
     Open,
     Close,
     Comma,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Symbol {
-    Plus,
-    Minus,
-    Times,
-    Divide,
-    Power,
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-    Equal,
-    Unequal,
-    And,
+/// Precedence of operators, from loose to tight.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub(super) enum Binding {
     Or,
+    And,
     Not,
+    Comparison,
+    Sum,
+    Product,
+    Sign,
+    Power,
+    /// Tighter than any operator.
+    Bracket,
 }
+
+const OR: Token = binary(Function::Or, Binding::Or);
+const AND: Token = binary(Function::And, Binding::And);
 
 /// Longer marks come first, so that `<=` is not read as `<`.
 const MARKS: [(&str, Token); 17] = [
-    ("<=", Token::Symbol(Symbol::LessOrEqual)),
-    (">=", Token::Symbol(Symbol::GreaterOrEqual)),
-    ("==", Token::Symbol(Symbol::Equal)),
-    ("!=", Token::Symbol(Symbol::Unequal)),
-    ("&&", Token::Symbol(Symbol::And)),
-    ("||", Token::Symbol(Symbol::Or)),
-    ("+", Token::Symbol(Symbol::Plus)),
-    ("-", Token::Symbol(Symbol::Minus)),
-    ("*", Token::Symbol(Symbol::Times)),
-    ("/", Token::Symbol(Symbol::Divide)),
-    ("^", Token::Symbol(Symbol::Power)),
-    ("<", Token::Symbol(Symbol::Less)),
-    (">", Token::Symbol(Symbol::Greater)),
-    ("!", Token::Symbol(Symbol::Not)),
+    ("<=", binary(Function::LessOrEqual, Binding::Comparison)),
+    (">=", binary(Function::GreaterOrEqual, Binding::Comparison)),
+    ("==", binary(Function::Equal, Binding::Comparison)),
+    ("!=", binary(Function::Unequal, Binding::Comparison)),
+    ("&&", AND),
+    ("||", OR),
+    ("+", Token::Binary(Op::Add, Binding::Sum)),
+    ("-", Token::Binary(Op::Subtract, Binding::Sum)),
+    ("*", Token::Binary(Op::Multiply, Binding::Product)),
+    ("/", Token::Binary(Op::Divide, Binding::Product)),
+    ("^", binary(Function::Power, Binding::Power)),
+    ("<", binary(Function::Less, Binding::Comparison)),
+    (">", binary(Function::Greater, Binding::Comparison)),
+    ("!", Token::Not),
     ("(", Token::Open),
     (")", Token::Close),
     (",", Token::Comma),
 ];
+
+const fn binary(function: Function, binding: Binding) -> Token<'static> {
+    Token::Binary(Op::Call(function, 2), binding)
+}
 
 /// A token with its place.
 pub(super) struct Spot<'a> {
@@ -152,9 +160,9 @@ impl<'a> Tokens<'a> {
         let rest = self.rest();
         let text = self.take(rest.find(|c| !goes_on(c)).unwrap_or(rest.len()));
         let token = match text {
-            "and" => Token::Symbol(Symbol::And),
-            "or" => Token::Symbol(Symbol::Or),
-            "not" => Token::Symbol(Symbol::Not),
+            "and" => AND,
+            "or" => OR,
+            "not" => Token::Not,
             _ => self.call(text).unwrap_or(Token::Name(text)),
         };
         Spot { token, at, text }
