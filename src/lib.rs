@@ -148,6 +148,11 @@ pub extern crate rapier3d as rapier;
 #[cfg(feature = "f64")]
 pub extern crate rapier3d_f64 as rapier;
 
+// For the derives, as in Rapier's own crates.
+#[cfg(feature = "serde-serialize")]
+#[macro_use]
+extern crate serde;
+
 // In the order in which data flows. ARCHITECTURE.md says which module may use which.
 pub mod math;
 

@@ -17,10 +17,7 @@ use crate::sample::{Moment, Samples};
 /// it, by its lifetime) gives or takes the whole potential at once: that is its border work. The drift is the change
 /// that neither potentials nor work explain: the error of the scheme, and the work of everything else that moves bodies
 /// (contacts, joints, damping, Rapier's own gravity, the user). Its `Display` is a table.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct EnergyAudit {
@@ -40,10 +37,7 @@ pub struct EnergyAudit {
 }
 
 /// The effect of one field on the energy.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct FieldEnergy {

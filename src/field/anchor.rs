@@ -7,10 +7,7 @@ use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 /// The field's own frame is `local_pose` seen from the world, the body or the collider. A field
 /// anchored to a body, or to a collider of a body, never acts on that body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub enum Anchor {
     /// At rest in the world. Inside [`Tree::instances`](crate::Tree::instances), the frame of
     /// the instance takes the world's place.
@@ -116,10 +113,7 @@ impl From<Vector> for Anchor {
 
 /// The present pose and velocity of an anchor's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct Frame {
     /// The frame in the world.
     pub pose: Pose,

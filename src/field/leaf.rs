@@ -27,10 +27,7 @@ use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
 /// ```
 #[derive(Clone, Debug)]
 #[must_use = "setters and operators take the value and return the changed one"]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct Field {
     pub(crate) name: Option<Arc<str>>,
     /// The factor of the vector, before any limit: 1 by default.
@@ -63,7 +60,7 @@ pub struct Field {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
@@ -81,7 +78,7 @@ pub enum ForceMode {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]

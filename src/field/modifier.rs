@@ -11,10 +11,7 @@ use crate::math::{Real, to_f64};
 
 /// A change of a composite's vector, where the composite is defined.
 #[derive(Clone, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) enum Modifier {
     /// Multiplies by a number that depends on the sample in the frame of the anchor.
     Scale { scale: Arc<Scalar>, anchor: Anchor },

@@ -12,10 +12,7 @@ use super::sampling::SamplingRule;
 use super::scalar::Scalar;
 
 #[derive(Clone, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) enum Node {
     Leaf(Box<Field>),
     Operation {

@@ -9,10 +9,7 @@ use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
 
 /// A half-space or a ball over several axes. Its frame has a `pose` in that of the field.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct OverAxes {
     /// The axes.
     pub axes: Vec<Axis>,
@@ -24,10 +21,7 @@ pub struct OverAxes {
 
 /// A set over several axes, with as many numbers as there are axes.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Shape {
     /// The sum of coordinates times coefficients is at most the offset.

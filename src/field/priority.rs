@@ -2,10 +2,7 @@
 
 /// The effect of a layer on the others, where it is defined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct Override {
     /// Drops the forces of layers of higher priority.
     pub replaces: bool,

@@ -58,10 +58,7 @@ pub enum PropertyError {
 /// let nitrogen = ColliderProperties::new().charge(-1.02).mass(14.0067).axis("dispersion", 1.0);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct ColliderProperties {
     /// Electric charge, for [`Axis::Charge`]. Zero by default.
@@ -118,10 +115,7 @@ impl ColliderProperties {
 
 /// The user's axes with the world's values, the properties of colliders, and the samplings of bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct UserProperties {
     axes: Vec<(Arc<str>, f64)>,
     /// In the order of handles.

@@ -32,7 +32,7 @@ use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
 #[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(try_from = "super::saved::RegionSteps")
 )]
 pub struct Region {
@@ -42,10 +42,7 @@ pub struct Region {
 
 /// One step of a region: a set, or an operation on the sets before it.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum RegionStep {
     /// All of space.

@@ -31,7 +31,7 @@ use crate::math::{Real, to_f64};
 #[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(try_from = "super::saved::ScalarSteps")
 )]
 pub struct Scalar {
@@ -41,10 +41,7 @@ pub struct Scalar {
 
 /// One step of a scalar: a number, or an operation on the numbers before it.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum ScalarStep {
     /// A number.
@@ -71,10 +68,7 @@ pub enum ScalarStep {
 
 /// A function of one number.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Curve {
     /// From zero to one.

@@ -29,10 +29,7 @@ use unchecked::Unchecked;
 
 /// An operand of the outermost sum of union of a set. The forces of all terms add up, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Term {
     /// The number of the term in the order in which terms were inserted.
     pub serial: u64,
@@ -43,10 +40,7 @@ pub(crate) struct Term {
 
 /// A tree that was inserted into a set, with the serials of its terms.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 struct InsertedTree {
     generation: u32,
     terms: Vec<u64>,
@@ -80,7 +74,7 @@ struct InsertedTree {
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(try_from = "saved::SavedSet", into = "saved::SavedSet")
 )]
 pub struct FieldSet {

@@ -8,10 +8,7 @@ use crate::math::{DPose3, DVec3, Pose, Real, Vector, to_dpose3, to_dvec3, to_f64
 
 /// A closed solid, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Solid {
     /// A ball around the origin.

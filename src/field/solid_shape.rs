@@ -12,7 +12,7 @@ use crate::math::{DVec3, Real, SharedShape, from_dvec3, to_dvec3};
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(from = "AnyShape", into = "AnyShape")
 )]
 pub struct SolidShape {

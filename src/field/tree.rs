@@ -33,7 +33,7 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 #[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(try_from = "super::saved::SavedNodes")
 )]
 pub struct Tree {

@@ -62,7 +62,7 @@ use crate::math::DVec3;
 #[derive(Clone, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(from = "[String; 3]", into = "[String; 3]")
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]

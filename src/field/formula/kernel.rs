@@ -15,7 +15,7 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields, default)
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
@@ -54,7 +54,7 @@ pub struct LinearKernel {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]

@@ -44,10 +44,7 @@ use crate::math::{DVec3, Real, to_f64};
 /// Each formula maps the sample, seen in the field's own frame, to a vector in that frame.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub enum Formula {
     /// The same vector everywhere.
     Uniform(Uniform),
@@ -246,10 +243,7 @@ impl Formula {
 ///
 /// The flow is another formula's vector, read as a velocity in the field's frame.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct Wind {
     /// u.
     #[cfg_attr(feature = "serde-serialize", serde(with = "crate::field::saved::flow"))]

@@ -16,10 +16,7 @@ use crate::math::{DVec3, SharedShape, from_dvec3, to_dvec3, to_f64};
 /// The nearest point is Parry's, to the rounding of [`Real`](crate::math::Real). Where two points
 /// are equally near, the force jumps. Its derivatives are central differences.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct Nearest {
     pub(crate) shape: AnyShape,
     /// The force as a function of d.

@@ -15,7 +15,7 @@ use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 #[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(from = "PathSettings", into = "PathSettings")
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
@@ -123,7 +123,7 @@ impl Path {
 
 /// The settings of a path, as they are saved.
 #[cfg(feature = "serde-serialize")]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 struct PathSettings {

@@ -14,10 +14,7 @@ use crate::math::{Real, to_f64};
 ///
 /// At the very centre the direction is undefined: laws that are not singular there give zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct Radial {
     /// The profile f(r), positive outward.
     pub profile: Profile,
@@ -35,10 +32,7 @@ pub struct Radial {
 /// A force along the line as a function f of the distance r, positive outward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub enum Profile {
     /// f = k r ρⁿ⁻¹ with ρ² = r² + ε²; unsoftened, f = k rⁿ. Potential −k ρⁿ⁺¹/(n + 1), and
     /// −k ln ρ for n = −1. Singular at r = 0 for n < 0 without softening.

@@ -21,7 +21,7 @@ use crate::math::{DVec3, Real, to_f64};
 #[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(from = "TurbulenceSettings", into = "TurbulenceSettings")
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
@@ -127,7 +127,7 @@ impl Turbulence {
 
 /// The settings of the flow, as they are saved. The waves follow from them.
 #[cfg(feature = "serde-serialize")]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 struct TurbulenceSettings {
