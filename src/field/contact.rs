@@ -1,6 +1,6 @@
 //! The laws by which detection fields answer a touch (§3.3).
 
-use super::error::{BuildError, bad};
+use super::error::{BuildError, require};
 use super::query::Touch;
 use crate::math::{DVec3, Real, to_f64};
 
@@ -159,15 +159,9 @@ impl ContactLaw {
 
     pub(crate) fn validate(&self, field: &str) -> Result<(), BuildError> {
         let not_negative = |quantity: &'static str, value: Real| {
-            if value >= 0.0 && value.is_finite() {
-                return Ok(());
-            }
-            Err(bad(
-                field,
-                quantity,
-                "finite and not negative",
-                to_f64(value),
-            ))
+            let fits = value >= 0.0 && value.is_finite();
+            let not_negative = "finite and not negative";
+            require(fits, field, quantity, not_negative, to_f64(value))
         };
         match *self {
             Self::Observe | Self::Paper | Self::PaperRelative => Ok(()),
@@ -179,10 +173,9 @@ impl ContactLaw {
                 restitution,
                 friction,
             } => {
-                if !(0.0..=1.0).contains(&restitution) {
-                    let value = to_f64(restitution);
-                    return Err(bad(field, "the restitution", "from 0 to 1", value));
-                }
+                let fits = (0.0..=1.0).contains(&restitution);
+                let (quantity, value) = ("the restitution", to_f64(restitution));
+                require(fits, field, quantity, "from 0 to 1", value)?;
                 not_negative("the friction", friction)
             }
         }

@@ -194,71 +194,57 @@ impl BuildError {
     }
 }
 
-const POSITIVE: &str = "positive and finite";
+pub(super) const POSITIVE: &str = "positive and finite";
 pub(super) const FINITE: &str = "finite";
 
-/// The error for a parameter out of range.
-pub(crate) fn bad(
+/// The error for a parameter out of range, unless it `fits`.
+pub(crate) fn require(
+    fits: bool,
     field: &str,
     quantity: &'static str,
     requirement: &'static str,
     value: f64,
-) -> BuildError {
-    BuildError::Parameter {
+) -> Result<(), BuildError> {
+    if fits {
+        return Ok(());
+    }
+    Err(BuildError::Parameter {
         field: field.into(),
         quantity,
         requirement,
         value,
-    }
+    })
 }
 
 /// Checks that a parameter is positive and finite.
 pub(crate) fn positive(field: &str, quantity: &'static str, value: Real) -> Result<(), BuildError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(bad(field, quantity, POSITIVE, to_f64(value)))
+    let fits = value > 0.0 && value.is_finite();
+    require(fits, field, quantity, POSITIVE, to_f64(value))
 }
 
 /// Checks that a parameter is finite.
 pub(crate) fn finite(field: &str, quantity: &'static str, value: Real) -> Result<(), BuildError> {
-    if value.is_finite() {
-        return Ok(());
-    }
-    Err(bad(field, quantity, FINITE, to_f64(value)))
+    require(value.is_finite(), field, quantity, FINITE, to_f64(value))
 }
 
 /// Checks that a pose is finite and turns without stretching.
 pub(crate) fn rigid(field: &str, quantity: &'static str, pose: &Pose) -> Result<(), BuildError> {
-    if !pose.is_finite() {
-        return Err(bad(field, quantity, FINITE, f64::NAN));
-    }
+    require(pose.is_finite(), field, quantity, FINITE, f64::NAN)?;
     let length = pose.rotation.length();
-    if (length - 1.0).abs() <= 1e-3 {
-        return Ok(());
-    }
+    let fits = (length - 1.0).abs() <= 1e-3;
     let unit = "a rigid motion, its rotation of length one";
-    Err(bad(field, quantity, unit, to_f64(length)))
+    require(fits, field, quantity, unit, to_f64(length))
 }
 
 pub(crate) fn validate_interval(field: &str, min: Real, max: Real) -> Result<(), BuildError> {
-    if min < max {
-        return Ok(());
-    }
-    let below = "less than its upper end";
-    Err(bad(
-        field,
-        "the lower end of an interval",
-        below,
-        to_f64(min),
-    ))
+    let (quantity, below) = ("the lower end of an interval", "less than its upper end");
+    require(min < max, field, quantity, below, to_f64(min))
 }
 
 /// Checks that parameters are finite.
 pub(crate) fn all_finite(field: &str, values: &[(&'static str, Real)]) -> Result<(), BuildError> {
-    values
-        .iter()
-        .try_for_each(|(quantity, value)| finite(field, quantity, *value))
+    let mut values = values.iter();
+    values.try_for_each(|(quantity, value)| finite(field, quantity, *value))
 }
 
 /// Checks that a vector is finite.
@@ -277,13 +263,7 @@ pub(crate) fn not_negative(
     quantity: &'static str,
     value: Real,
 ) -> Result<(), BuildError> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(bad(
-        field,
-        quantity,
-        "zero or more, and finite",
-        to_f64(value),
-    ))
+    let fits = value >= 0.0 && value.is_finite();
+    let zero_or_more = "zero or more, and finite";
+    require(fits, field, quantity, zero_or_more, to_f64(value))
 }

@@ -2,7 +2,7 @@
 
 mod cells;
 
-use super::error::{BuildError, FINITE, bad};
+use super::error::{BuildError, FINITE, POSITIVE, require};
 use super::number::constant;
 use super::surface::Surface;
 use crate::math::{DVec2, DVec3, SharedShape, to_dvec3, to_f64};
@@ -93,22 +93,15 @@ impl Ground {
             (0, "the x scale of the region's height field"),
             (2, "the z scale of the region's height field"),
         ] {
-            if !(scale[axis] > 0.0 && scale[axis].is_finite()) {
-                return Err(bad(field, quantity, "positive and finite", scale[axis]));
-            }
+            let fits = scale[axis] > 0.0 && scale[axis].is_finite();
+            require(fits, field, quantity, POSITIVE, scale[axis])?;
         }
-        let mut heights = heights
-            .heights()
-            .data()
-            .iter()
-            .map(|h| to_f64(*h) * scale.y);
-        match heights.find(|height| !height.is_finite()) {
-            None => Ok(()),
-            Some(height) => {
-                let quantity = "a scaled height of the region's height field";
-                Err(bad(field, quantity, FINITE, height))
-            }
-        }
+        let quantity = "a scaled height of the region's height field";
+        let mut heights = heights.heights().data().iter();
+        heights.try_for_each(|height| {
+            let height = to_f64(*height) * scale.y;
+            require(height.is_finite(), field, quantity, FINITE, height)
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! The time at which a field acts.
 
 use super::BuildError;
-use super::error::bad;
+use super::error::require;
 use crate::math::{Real, to_f64};
 
 /// The time at which a field acts, in simulated time and in steps. At other times the field is defined nowhere.
@@ -98,11 +98,8 @@ impl Lifetime {
     }
 
     pub(super) fn validate(&self, field: &str) -> Result<(), BuildError> {
-        if self.from < self.until {
-            return Ok(());
-        }
-        let below = "less than its end";
-        Err(bad(field, "the start of the lifetime", below, self.from))
+        let (quantity, below) = ("the start of the lifetime", "less than its end");
+        require(self.from < self.until, field, quantity, below, self.from)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::boundary::Normal;
-use super::error::{BuildError, bad, finite, positive, rigid};
+use super::error::{BuildError, finite, positive, require, rigid};
 use super::number::{Vec3, rotate};
 use super::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
@@ -182,10 +182,8 @@ impl OverAxes {
                 positive(field, quantity, size)
             }
             Shape::Ball { centre, radii } => {
-                if radii.is_empty() {
-                    let quantity = "the number of axes of the ball";
-                    return Err(bad(field, quantity, "one or more", 0.0));
-                }
+                let quantity = "the number of axes of the ball";
+                require(!radii.is_empty(), field, quantity, "one or more", 0.0)?;
                 for (middle, radius) in centre.iter().zip(radii) {
                     finite(field, "the centre of the region", *middle)?;
                     positive(field, "the radius of the region", *radius)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::axis::Axis;
-use super::error::{BuildError, FINITE, bad};
+use super::error::{BuildError, finite};
 use super::sampling::Sampling;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, to_f64};
 
@@ -130,10 +130,7 @@ impl UserProperties {
             let axis = name.to_owned();
             return Err(BuildError::DuplicateAxis { axis });
         }
-        if !value.is_finite() {
-            let label = format!("axis `{name}`");
-            return Err(bad(&label, "its value", FINITE, to_f64(value)));
-        }
+        finite(&format!("axis `{name}`"), "its value", value)?;
         self.axes.push((name.into(), to_f64(value)));
         Ok(())
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::axis::Axis;
 use super::closure::Closure;
-use super::error::{BuildError, bad, finite, positive};
+use super::error::{BuildError, finite, positive, require};
 use super::number::{Number, Plain, length};
 use super::query::{LocalQuery, QueryNumber, Sample};
 use super::region::Region;
@@ -350,9 +350,7 @@ impl Curve {
             Curve::Gaussian(width) => positive(field, "the width of a scale", *width),
             Curve::Table(points) => {
                 let quantity = "the number of points of a table";
-                if points.is_empty() {
-                    return Err(bad(field, quantity, "one or more", 0.0));
-                }
+                require(!points.is_empty(), field, quantity, "one or more", 0.0)?;
                 for (x, y) in points.iter() {
                     finite(field, "a place of a table", *x)?;
                     finite(field, "a value of a table", *y)?;

@@ -1,6 +1,6 @@
 //! Closed solids in space. Each is the intersection of the inner sides of some surfaces.
 
-use super::error::{BuildError, bad, positive, validate_interval};
+use super::error::{BuildError, positive, require, validate_interval};
 use super::number::{Number, Plain, Vec3, constant, direction, length, rotate};
 use super::solid_shape::SolidShape;
 use super::surface::{Face, Surface};
@@ -270,11 +270,9 @@ impl Solid {
             }
             Solid::HalfSpace { outward } => {
                 let length = outward.length();
-                if (length - 1.0).abs() <= 1e-3 {
-                    return Ok(());
-                }
+                let fits = (length - 1.0).abs() <= 1e-3;
                 let quantity = "the length of the half-space's outward vector";
-                Err(bad(field, quantity, "one", to_f64(length)))
+                require(fits, field, quantity, "one", to_f64(length))
             }
             Solid::Slab { min, max, .. } => validate_interval(field, *min, *max),
             Solid::Shape(shape) => shape.validate(field),

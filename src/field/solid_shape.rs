@@ -2,11 +2,11 @@
 
 use super::any_shape::AnyShape;
 use super::closed_mesh::{MeshFault, oriented};
-use super::error::{BuildError, bad};
+use super::error::{BuildError, require};
 use super::ground::Ground;
 use super::number::{Plain, Vec3, constant, real};
 use super::surface::{Face, Surface};
-use crate::math::{DVec3, Real, SharedShape, from_dvec3, to_dvec3};
+use crate::math::{DVec3, Pose, Real, SharedShape, from_dvec3, to_dvec3};
 
 /// A shape of Parry's together with its inside; see [`Region::shape`](crate::Region::shape).
 #[derive(Clone, Debug, PartialEq)]
@@ -156,18 +156,11 @@ impl SolidShape {
     fn validate_parts(&self, field: &str) -> Result<(), BuildError> {
         let compound = self.shape.0.as_compound();
         let parts = compound.map_or(&[][..], |compound| compound.shapes());
-        let grounds = parts
-            .iter()
-            .filter(|(_, part)| part.as_heightfield().is_some());
-        match grounds.count() {
-            0 => Ok(()),
-            grounds => Err(bad(
-                field,
-                "the number of height fields in the compound of the region",
-                "zero (a height field can be a region of its own)",
-                grounds as f64,
-            )),
-        }
+        let is_ground = |(_, part): &&(Pose, SharedShape)| part.as_heightfield().is_some();
+        let grounds = parts.iter().filter(is_ground).count();
+        let quantity = "the number of height fields in the compound of the region";
+        let none = "zero (a height field can be a region of its own)";
+        require(grounds == 0, field, quantity, none, grounds as f64)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Vectors on a regular grid.
 
 use super::{Law, alone};
-use crate::field::error::{BuildError, bad, finite_vector, positive};
+use crate::field::error::{BuildError, finite_vector, positive, require};
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
@@ -115,21 +115,17 @@ impl Law for Grid {
     alone!();
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {
-        let cells = |n: &usize| *n >= 2;
-        if !self.counts.iter().all(cells) {
-            let fewest = self.counts.iter().min().copied().unwrap_or(0);
-            let quantity = "the number of nodes along an axis of the grid";
-            return Err(bad(field, quantity, "two or more", fewest as f64));
-        }
+        let fewest = self.counts.into_iter().min().unwrap_or(0);
+        let quantity = "the number of nodes along an axis of the grid";
+        require(fewest >= 2, field, quantity, "two or more", fewest as f64)?;
         let nodes = self
             .counts
             .iter()
             .try_fold(1, |n: usize, k| n.checked_mul(*k));
-        if nodes != Some(self.values.len()) {
-            let quantity = "the number of values of the grid";
-            let given = self.values.len() as f64;
-            return Err(bad(field, quantity, "the product of its counts", given));
-        }
+        let given = self.values.len();
+        let quantity = "the number of values of the grid";
+        let product = "the product of its counts";
+        require(nodes == Some(given), field, quantity, product, given as f64)?;
         for edge in (self.high - self.low).to_array() {
             positive(field, "an edge of the grid", edge)?;
         }

@@ -34,7 +34,7 @@ pub use velocity::{Drag, Magnetic};
 use super::axis::Axis;
 use super::closure::Closure;
 use super::contact::ContactLaw;
-use super::error::{BuildError, bad};
+use super::error::{BuildError, require};
 use super::number::{Plain, Vec3, constant, length};
 use super::query::{Alone, LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Real, to_f64};
@@ -296,10 +296,8 @@ impl Law for Wind {
     }
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {
-        if self.speed_cap.is_nan() || self.speed_cap < 0.0 {
-            let value = to_f64(self.speed_cap);
-            return Err(bad(field, "the speed cap", "zero or more", value));
-        }
+        let cap = to_f64(self.speed_cap);
+        require(cap >= 0.0, field, "the speed cap", "zero or more", cap)?;
         if !self.flow.is_flow() {
             return Err(BuildError::Misfit {
                 field: field.into(),

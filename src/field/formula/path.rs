@@ -1,7 +1,7 @@
 //! A formula that follows a path.
 
 use super::{Law, alone};
-use crate::field::error::{BuildError, all_finite, bad, finite_vector};
+use crate::field::error::{BuildError, POSITIVE, all_finite, finite_vector, require};
 use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
@@ -199,18 +199,15 @@ impl Law for Path {
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {
         let count = self.points.len();
-        if count < 2 {
-            let quantity = "the number of points of the path";
-            return Err(bad(field, quantity, "two or more", count as f64));
-        }
+        let quantity = "the number of points of the path";
+        require(count >= 2, field, quantity, "two or more", count as f64)?;
         for point in &self.points {
             let point = crate::math::from_dvec3(*point);
             finite_vector(field, "a coordinate of the path", point)?;
         }
-        if self.points.windows(2).any(|ends| ends[0] == ends[1]) {
-            let quantity = "the length of each piece of the path";
-            return Err(bad(field, quantity, "positive and finite", 0.0));
-        }
+        let distinct = self.points.windows(2).all(|ends| ends[0] != ends[1]);
+        let quantity = "the length of each piece of the path";
+        require(distinct, field, quantity, POSITIVE, 0.0)?;
         all_finite(
             field,
             &[

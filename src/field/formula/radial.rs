@@ -1,7 +1,7 @@
 //! Forces along the line through the field's origin, as functions of the distance.
 
 use super::Law;
-use crate::field::error::{BuildError, bad, finite, not_negative, positive};
+use crate::field::error::{BuildError, finite, not_negative, positive, require};
 use crate::field::number::{Dual, Number, Plain, Vec3, limited};
 use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{Real, to_f64};
@@ -178,11 +178,9 @@ impl Radial {
                 formula: "radial (other than a power law, or bounded, or cut off)",
             });
         }
-        if angle > 0.0 && angle <= 1.0 {
-            return Ok(());
-        }
-        let range = "above 0 and at most 1";
-        Err(bad(field, "the opening angle", range, to_f64(angle)))
+        let fits = angle > 0.0 && angle <= 1.0;
+        let (quantity, range) = ("the opening angle", "above 0 and at most 1");
+        require(fits, field, quantity, range, to_f64(angle))
     }
 
     /// The potential, from r²; `None` for a bounded force.

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::Law;
 use super::random::Random;
-use crate::field::error::{BuildError, all_finite, bad, positive};
+use crate::field::error::{BuildError, all_finite, positive, require};
 use crate::field::number::{LANES, Lanes, Plain, Vec3, chain, constant, sin_cos};
 use crate::field::query::{LocalQuery, QueryNumber, QueryProperties};
 use crate::math::{DVec3, Real, to_f64};
@@ -250,10 +250,8 @@ impl Law for Turbulence {
             ],
         )?;
         positive(field, "the size", self.size)?;
-        if self.detail >= 1.0 && self.detail.is_finite() {
-            return Ok(());
-        }
-        let value = to_f64(self.detail);
-        Err(bad(field, "the detail", "one or more, and finite", value))
+        let fits = self.detail >= 1.0 && self.detail.is_finite();
+        let (quantity, value) = ("the detail", to_f64(self.detail));
+        require(fits, field, quantity, "one or more, and finite", value)
     }
 }
