@@ -61,14 +61,14 @@ impl<R> Closure<R> {
         name: Option<&str>,
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> R + Send + Sync + 'static,
-    ) -> Self {
+    ) -> Arc<Self> {
         let axes: Vec<Axis> = reads.into_iter().collect();
-        Closure {
+        Arc::new(Closure {
             name: name.map(Arc::from),
             reads_velocity: axes.iter().any(Axis::reads_velocity),
             axes,
             function: Some(Box::new(function)),
-        }
+        })
     }
 
     /// A closure whose function is to be looked up by its name.

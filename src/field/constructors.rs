@@ -92,9 +92,7 @@ impl Field {
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> Vector + Send + Sync + 'static,
     ) -> Self {
-        Self::new(Formula::Closure(Arc::new(Closure::new(
-            None, reads, function,
-        ))))
+        Self::new(Formula::Closure(Closure::new(None, reads, function)))
     }
 
     /// Like [`closure`](Self::closure), with a name under which it can be saved; see
@@ -105,7 +103,7 @@ impl Field {
         function: impl Fn(&Sample<'_>) -> Vector + Send + Sync + 'static,
     ) -> Self {
         let closure = Closure::new(Some(name), reads, function);
-        Self::new(Formula::Closure(Arc::new(closure)))
+        Self::new(Formula::Closure(closure))
     }
 
     /// A screened charge, of potential `strength` exp(−r/`screening`)/r (Yukawa), on

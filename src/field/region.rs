@@ -72,9 +72,7 @@ pub enum RegionStep {
 impl Region {
     /// All of space, and all values of every other axis.
     pub fn everywhere() -> Self {
-        Region {
-            steps: vec![RegionStep::Everywhere],
-        }
+        Self::of(RegionStep::Everywhere)
     }
 
     /// A ball around the origin of the field's frame.
@@ -138,9 +136,7 @@ impl Region {
         let axis = axis.into();
         match axis.spatial() {
             Some(axis) => Self::solid(Solid::Slab { axis, min, max }),
-            None => Region {
-                steps: vec![RegionStep::Interval(axis, min, max)],
-            },
+            None => Self::of(RegionStep::Interval(axis, min, max)),
         }
     }
 
@@ -157,19 +153,14 @@ impl Region {
         coefficients: impl IntoIterator<Item = (Axis, Real)>,
         offset: Real,
     ) -> Self {
-        Self::over_axes(OverAxes::half_space(coefficients, offset))
+        let set = OverAxes::half_space(coefficients, offset);
+        Self::of(RegionStep::OverAxes(set))
     }
 
     /// The ball Σ ((a − cₐ)/rₐ)² ≤ 1 over any axes a with centres cₐ and radii rₐ: an ellipsoid
     /// in space, or one that grows and shrinks again in time.
     pub fn ball_over(axes: impl IntoIterator<Item = (Axis, Real, Real)>) -> Self {
-        Self::over_axes(OverAxes::ball(axes))
-    }
-
-    fn over_axes(set: OverAxes) -> Self {
-        Region {
-            steps: vec![RegionStep::OverAxes(set)],
-        }
+        Self::of(RegionStep::OverAxes(OverAxes::ball(axes)))
     }
 
     /// The set where a function of the user's is true. `reads` lists the axes it wants in [`Sample::axes`].
@@ -179,11 +170,7 @@ impl Region {
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
     ) -> Self {
-        Region {
-            steps: vec![RegionStep::Predicate(Arc::new(Closure::new(
-                None, reads, function,
-            )))],
-        }
+        Self::of(RegionStep::Predicate(Closure::new(None, reads, function)))
     }
 
     /// Like [`predicate`](Self::predicate), with a name under which it can be saved; see
@@ -194,15 +181,15 @@ impl Region {
         function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
     ) -> Self {
         let closure = Closure::new(Some(name), reads, function);
-        Region {
-            steps: vec![RegionStep::Predicate(Arc::new(closure))],
-        }
+        Self::of(RegionStep::Predicate(closure))
     }
 
     fn solid(solid: Solid) -> Self {
-        Region {
-            steps: vec![RegionStep::Solid(solid, Pose::IDENTITY)],
-        }
+        Self::of(RegionStep::Solid(solid, Pose::IDENTITY))
+    }
+
+    fn of(step: RegionStep) -> Self {
+        Region { steps: vec![step] }
     }
 
     /// The same region moved to `local_pose` (a pose, or a point) in the field's frame. Sets without a place
@@ -276,35 +263,27 @@ impl Region {
     /// A radius around the origin of the field's frame that encloses the whole region; `None` if the region is
     /// not known to be bounded in space.
     pub(crate) fn bounding_radius(&self) -> Option<Real> {
-        let mut stack: Vec<Option<Real>> = Vec::new();
+        let mut stack = Stack::<Option<Real>, 4>::new(None);
         for step in &self.steps {
-            let radius = match step {
+            match step {
+                RegionStep::Solid(solid, pose) => {
+                    let away = pose.translation.length();
+                    stack.push(solid.extent().map(|extent| extent + away));
+                }
+                RegionStep::OverAxes(set) => stack.push(set.extent()),
                 RegionStep::Everywhere | RegionStep::Interval(..) | RegionStep::Predicate(_) => {
-                    None
+                    stack.push(None);
                 }
-                RegionStep::OverAxes(set) => set.extent(),
-                RegionStep::Solid(solid, pose) => solid
-                    .extent()
-                    .map(|extent| extent + pose.translation.length()),
-                RegionStep::Complement => {
-                    stack.pop();
-                    None
-                }
-                RegionStep::Union | RegionStep::Intersection | RegionStep::Difference => {
-                    let (right, left) = (stack.pop().flatten(), stack.pop().flatten());
-                    match step {
-                        RegionStep::Union => left.zip(right).map(|(l, r)| l.max(r)),
-                        RegionStep::Intersection => match (left, right) {
-                            (Some(l), Some(r)) => Some(l.min(r)),
-                            (bounded, None) | (None, bounded) => bounded,
-                        },
-                        _ => left,
-                    }
-                }
-            };
-            stack.push(radius);
+                RegionStep::Complement => stack.replace(1, None),
+                RegionStep::Union => stack.combine(|left, right| Some(left?.max(right?))),
+                RegionStep::Intersection => stack.combine(|left, right| {
+                    let bounds = [left, right].into_iter().flatten();
+                    bounds.reduce(Real::min)
+                }),
+                RegionStep::Difference => stack.combine(|left, _| left),
+            }
         }
-        stack.pop().flatten()
+        stack.top()
     }
 
     /// Returns true if it depends on a function of the user's.

@@ -124,9 +124,7 @@ impl Scalar {
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
     ) -> Self {
-        Self::from(ScalarStep::Function(Arc::new(Closure::new(
-            None, reads, function,
-        ))))
+        Self::from(ScalarStep::Function(Closure::new(None, reads, function)))
     }
 
     /// Like [`closure`](Self::closure), with a name under which it can be saved; see
@@ -137,7 +135,7 @@ impl Scalar {
         function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
     ) -> Self {
         let closure = Closure::new(Some(name), reads, function);
-        Self::from(ScalarStep::Function(Arc::new(closure)))
+        Self::from(ScalarStep::Function(closure))
     }
 
     /// From 0 at `from` to 1 at `to`, in a straight line, constant beyond. `to` may be the
