@@ -32,10 +32,13 @@ use crate::math::{Real, to_f64};
 )]
 pub struct Lifetime {
     /// The first moment at which it acts; −∞ by default.
-    #[cfg_attr(feature = "serde-serialize", serde(with = "never_before"))]
+    #[cfg_attr(
+        feature = "serde-serialize",
+        serde(with = "super::saved::never_before")
+    )]
     pub from: f64,
     /// The moment from which on it does not act any more; ∞ by default.
-    #[cfg_attr(feature = "serde-serialize", serde(with = "never_after"))]
+    #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::never_after"))]
     pub until: f64,
     /// The number of steps in which it still acts; then it leaves its set. `None` by default: no limit.
     pub steps: Option<u32>,
@@ -131,29 +134,3 @@ impl Default for Lifetime {
         Lifetime::ALWAYS
     }
 }
-
-/// Saves an infinite bound as `None`, since JSON has no infinities.
-#[cfg(feature = "serde-serialize")]
-macro_rules! bound {
-    ($name:ident, $none:expr) => {
-        mod $name {
-            use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-            pub fn serialize<S: Serializer>(bound: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-                (*bound != $none).then_some(*bound).serialize(serializer)
-            }
-
-            pub fn deserialize<'de, D: Deserializer<'de>>(
-                deserializer: D,
-            ) -> Result<f64, D::Error> {
-                let bound: Option<f64> = Option::deserialize(deserializer)?;
-                Ok(bound.unwrap_or($none))
-            }
-        }
-    };
-}
-
-#[cfg(feature = "serde-serialize")]
-bound!(never_before, f64::NEG_INFINITY);
-#[cfg(feature = "serde-serialize")]
-bound!(never_after, f64::INFINITY);

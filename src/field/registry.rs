@@ -56,7 +56,7 @@ impl Registry {
         function: impl Fn(&Sample<'_>) -> Vector + Send + Sync + 'static,
     ) -> Self {
         let closure = Closure::new(Some(name), reads, function);
-        self.formulas.insert(name.into(), Arc::new(closure));
+        self.formulas.insert(name.into(), closure);
         self
     }
 
@@ -68,7 +68,7 @@ impl Registry {
         function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
     ) -> Self {
         let closure = Closure::new(Some(name), reads, function);
-        self.scalars.insert(name.into(), Arc::new(closure));
+        self.scalars.insert(name.into(), closure);
         self
     }
 
@@ -80,7 +80,7 @@ impl Registry {
         function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
     ) -> Self {
         let closure = Closure::new(Some(name), reads, function);
-        self.predicates.insert(name.into(), Arc::new(closure));
+        self.predicates.insert(name.into(), closure);
         self
     }
 }
@@ -114,14 +114,12 @@ impl Tree {
     pub fn resolve(&mut self, registry: &Registry) -> Result<(), BuildError> {
         for place in 0..self.nodes().0.len() {
             let label = self.nodes().label(place as u32);
-            match self.node_mut(place) {
+            match &mut self.nodes[place] {
                 Node::Leaf(field) => field.resolve(registry, &label)?,
                 Node::Modified {
                     modifier: Modifier::Scale { scale, .. },
                     ..
-                } if !scale.is_resolved() => {
-                    Arc::make_mut(scale).resolve(registry, &label)?;
-                }
+                } => Arc::make_mut(scale).resolve(registry, &label)?,
                 _ => {}
             }
         }
@@ -147,13 +145,6 @@ impl Field {
 }
 
 impl Region {
-    fn is_resolved(&self) -> bool {
-        self.steps.iter().all(|step| match step {
-            RegionStep::Predicate(predicate) => predicate.is_resolved(),
-            _ => true,
-        })
-    }
-
     fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
         self.steps.iter_mut().try_for_each(|step| match step {
             RegionStep::Predicate(predicate) => fill(predicate, &registry.predicates, label),
@@ -163,14 +154,6 @@ impl Region {
 }
 
 impl Scalar {
-    fn is_resolved(&self) -> bool {
-        self.steps.iter().all(|step| match step {
-            ScalarStep::Function(function) => function.is_resolved(),
-            ScalarStep::Depth(region) => region.is_resolved(),
-            _ => true,
-        })
-    }
-
     fn resolve(&mut self, registry: &Registry, label: &str) -> Result<(), BuildError> {
         self.steps.iter_mut().try_for_each(|step| match step {
             ScalarStep::Function(function) => fill(function, &registry.scalars, label),

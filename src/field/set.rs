@@ -101,7 +101,7 @@ impl FieldSet {
     /// Adds a tree. If its root is a sum of union, its operands become terms, as if they were inserted one by
     /// one.
     pub fn insert(&mut self, tree: impl Into<Tree>) -> TreeHandle {
-        let mut nodes = tree.into().into_nodes();
+        let mut nodes = tree.into().nodes;
         let roots = match nodes.pop() {
             Some(Node::Operation {
                 operator: Operator::SumUnion,

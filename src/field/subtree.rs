@@ -21,7 +21,7 @@ impl Nodes<'_> {
         }
         // Operands of operations that became empty may be left behind the root.
         match place_of[&root] {
-            Some(root) if root as usize + 1 == nodes.len() => Tree::of_nodes(nodes),
+            Some(root) if root as usize + 1 == nodes.len() => Tree { nodes },
             Some(root) => Nodes(&nodes).subtree(root),
             None => Tree::empty(),
         }

@@ -261,46 +261,16 @@ impl Tree {
     /// The number of levels of operators above the deepest field. Chains of one associative operator count as
     /// one level.
     pub fn depth(&self) -> usize {
-        let mut depths: Vec<usize> = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
-            let below = node.operands().iter().map(|o| depths[*o as usize]).max();
-            depths.push(below.map_or(0, |depth| depth + 1));
-        }
-        depths.last().copied().unwrap_or(0)
+        self.nodes().extent(&self.downwards()).depth
     }
 
-    /// The number of fields that are evaluated: those of a prototype count once for each instance.
-    pub(super) fn expanded_count(&self) -> usize {
-        let mut counts: Vec<usize> = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
-            let of = |operand: &u32| counts[*operand as usize];
-            let sum = node
-                .operands()
-                .iter()
-                .map(of)
-                .fold(0, usize::saturating_add);
-            let count = match node {
-                Node::Leaf(_) => 1,
-                Node::Instances { anchors, .. } => sum.saturating_mul(anchors.len()),
-                _ => sum,
-            };
-            counts.push(count);
-        }
-        counts.last().copied().unwrap_or(0)
+    /// All nodes, each before its operands.
+    pub(super) fn downwards(&self) -> Vec<u32> {
+        (0..self.nodes.len() as u32).rev().collect()
     }
 
     pub(crate) fn nodes(&self) -> Nodes<'_> {
         Nodes(&self.nodes)
-    }
-
-    /// A tree of nodes that are in order.
-    #[cfg(feature = "serde-serialize")]
-    pub(super) fn from_nodes(nodes: Vec<Node>) -> Self {
-        Tree { nodes }
-    }
-
-    pub(super) fn node_mut(&mut self, place: usize) -> &mut Node {
-        &mut self.nodes[place]
     }
 
     pub(crate) fn root(&self) -> u32 {
@@ -317,16 +287,6 @@ impl Tree {
             Some(_) => vec![self.root()],
             None => Vec::new(),
         }
-    }
-
-    /// The list itself, with operands before their users.
-    pub(super) fn into_nodes(self) -> Vec<Node> {
-        self.nodes
-    }
-
-    /// A tree of a list in which operands are before their users, and the root is last.
-    pub(super) fn of_nodes(nodes: Vec<Node>) -> Self {
-        Tree { nodes }
     }
 }
 

@@ -31,8 +31,7 @@ impl Tree {
         if self.nodes().0.is_empty() {
             return Err(BuildError::Empty);
         }
-        check_depth(self.depth())?;
-        check_size(self.expanded_count())?;
+        self.nodes().extent(&self.downwards()).check()?;
         for term in self.terms() {
             let checked = self.nodes().validate_term(term, declared);
             checked.map_err(|(error, _)| error)?;
@@ -41,20 +40,28 @@ impl Tree {
     }
 }
 
-fn check_depth(depth: usize) -> Result<(), BuildError> {
-    let limit = DEPTH_LIMIT;
-    if depth > limit {
-        return Err(BuildError::TooDeep { depth, limit });
-    }
-    Ok(())
+/// The size of a part of a tree.
+#[derive(Clone, Copy, Default)]
+pub(super) struct TreeExtent {
+    /// The number of levels of operators above the deepest field.
+    pub depth: usize,
+    /// The number of fields that are evaluated: those of a prototype count once for each instance.
+    fields: usize,
 }
 
-fn check_size(fields: usize) -> Result<(), BuildError> {
-    let limit = SIZE_LIMIT;
-    if fields > limit {
-        return Err(BuildError::TooLarge { fields, limit });
+impl TreeExtent {
+    fn check(self) -> Result<(), BuildError> {
+        let TreeExtent { depth, fields } = self;
+        if depth > DEPTH_LIMIT {
+            let limit = DEPTH_LIMIT;
+            return Err(BuildError::TooDeep { depth, limit });
+        }
+        if fields > SIZE_LIMIT {
+            let limit = SIZE_LIMIT;
+            return Err(BuildError::TooLarge { fields, limit });
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 impl Nodes<'_> {
@@ -64,9 +71,10 @@ impl Nodes<'_> {
             Node::Leaf(_) => vec![term],
             _ => self.below(term),
         };
-        let (depth, fields) = self.extent(&below);
-        check_depth(depth).map_err(|error| (error, term))?;
-        check_size(fields).map_err(|error| (error, term))?;
+        if below.len() > 1 {
+            let extent = self.extent(&below).check();
+            extent.map_err(|error| (error, term))?;
+        }
         for place in &below {
             let checked = match self.get(*place) {
                 Node::Leaf(field) => self.validate_field(*place, field, declared),
@@ -109,25 +117,24 @@ impl Nodes<'_> {
         Ok(())
     }
 
-    /// The number of levels of operators, and of fields that are evaluated: those of a prototype count once for
-    /// each instance. `below` lists operands after their users.
-    fn extent(self, below: &[u32]) -> (usize, usize) {
-        if below.len() == 1 {
-            return (0, 1);
-        }
-        let mut known: HashMap<u32, (usize, usize)> = HashMap::with_capacity(below.len());
-        let mut last = (0, 0);
+    /// The size of the part below the first of these nodes. Operands are listed after their users.
+    pub(super) fn extent(self, below: &[u32]) -> TreeExtent {
+        let mut known: HashMap<u32, TreeExtent> = HashMap::with_capacity(below.len());
+        let mut last = TreeExtent::default();
         for place in below.iter().rev() {
             let node = self.get(*place);
             let operands = node.operands().iter().map(|operand| known[operand]);
-            let depth = operands.clone().map(|(depth, _)| depth + 1).max();
-            let sum = operands.fold(0, |sum: usize, (_, fields)| sum.saturating_add(fields));
+            let depth = operands.clone().map(|operand| operand.depth + 1).max();
+            let sum = operands.fold(0, |sum: usize, operand| sum.saturating_add(operand.fields));
             let fields = match node {
                 Node::Leaf(_) => 1,
                 Node::Instances { anchors, .. } => sum.saturating_mul(anchors.len()),
                 _ => sum,
             };
-            last = (depth.unwrap_or(0), fields);
+            last = TreeExtent {
+                depth: depth.unwrap_or(0),
+                fields,
+            };
             known.insert(*place, last);
         }
         last

@@ -16,41 +16,33 @@ use super::solid::Solid;
 use super::tree::Tree;
 use crate::math::Real;
 
-/// Numbers for which +∞ means no end. JSON has no infinities.
-pub(super) mod upper {
-    use super::*;
+/// A module that saves numbers of which one, an infinity, means that there is no end. JSON has no infinities.
+macro_rules! end {
+    ($name:ident: $Number:ty, $none:expr) => {
+        pub(super) mod $name {
+            use super::*;
 
-    pub(crate) fn serialize<S: Serializer>(end: &Real, serializer: S) -> Result<S::Ok, S::Error> {
-        (*end != Real::INFINITY)
-            .then_some(*end)
-            .serialize(serializer)
-    }
+            pub(crate) fn serialize<S: Serializer>(
+                end: &$Number,
+                serializer: S,
+            ) -> Result<S::Ok, S::Error> {
+                (*end != $none).then_some(*end).serialize(serializer)
+            }
 
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Real, D::Error> {
-        let end = Option::<Real>::deserialize(deserializer)?;
-        Ok(end.unwrap_or(Real::INFINITY))
-    }
+            pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+                deserializer: D,
+            ) -> Result<$Number, D::Error> {
+                let end = Option::<$Number>::deserialize(deserializer)?;
+                Ok(end.unwrap_or($none))
+            }
+        }
+    };
 }
 
-/// Numbers for which −∞ means no end.
-pub(super) mod lower {
-    use super::*;
-
-    pub(crate) fn serialize<S: Serializer>(end: &Real, serializer: S) -> Result<S::Ok, S::Error> {
-        (*end != -Real::INFINITY)
-            .then_some(*end)
-            .serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Real, D::Error> {
-        let end = Option::<Real>::deserialize(deserializer)?;
-        Ok(end.unwrap_or(-Real::INFINITY))
-    }
-}
+end!(upper: Real, Real::INFINITY);
+end!(lower: Real, -Real::INFINITY);
+end!(never_before: f64, f64::NEG_INFINITY);
+end!(never_after: f64, f64::INFINITY);
 
 /// A setter that did not fit. Such a field is refused when it is built, and is not saved.
 pub(super) mod misfit {
@@ -161,7 +153,7 @@ impl TryFrom<SavedNodes> for Tree {
         let expected = nodes.len().saturating_sub(1);
         match used.iter().position(|used| !used) {
             Some(unused) if unused != expected => Err(format!("node {unused} is no operand")),
-            _ => Ok(Tree::from_nodes(nodes)),
+            _ => Ok(Tree { nodes }),
         }
     }
 }
