@@ -3,12 +3,11 @@
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use super::each_trace;
-use crate::field::{Anchor, Field, FieldSet, Frames};
+use super::sampled::SampledFields;
+use crate::field::{Anchor, Field, Frames};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::reference::Fate;
 use crate::rigid::Lookup;
-use crate::sample::{Moment, Samples};
 
 /// Potential and work of each field, and the drift of the total energy, since the audit began.
 ///
@@ -64,26 +63,17 @@ pub(crate) struct Tally {
 
 impl EnergyAudit {
     /// Records the state before a step; returns the power and potential of the fields at that moment.
-    pub(crate) fn begin(
-        &mut self,
-        set: &FieldSet,
-        world: &(impl Lookup + Frames),
-        samples: &Samples,
-        moment: Moment,
-    ) -> Tally {
-        let tally = tally(set, world, samples, moment);
+    pub(crate) fn begin(&mut self, fields: &SampledFields<'_, impl Lookup + Frames>) -> Tally {
+        let (set, world) = (fields.set, fields.frames);
+        let tally = tally(fields);
         if !self.began {
             self.began = true;
-            self.fields = set
-                .nodes()
-                .0
-                .iter()
-                .enumerate()
-                .map(|(place, _)| FieldEnergy {
-                    field: set.label(place as u32),
-                    ..FieldEnergy::default()
-                })
-                .collect();
+            let places = 0..set.nodes().0.len() as u32;
+            let energy = |place| FieldEnergy {
+                field: set.label(place),
+                ..FieldEnergy::default()
+            };
+            self.fields = places.map(energy).collect();
             self.take(world, &tally);
             self.initial = self.kinetic + self.potential;
         }
@@ -104,13 +94,10 @@ impl EnergyAudit {
     pub(crate) fn end(
         &mut self,
         before: &Tally,
-        set: &FieldSet,
-        world: &(impl Lookup + Frames),
-        samples: &Samples,
-        moment: Moment,
+        fields: &SampledFields<'_, impl Lookup + Frames>,
         dt: Real,
     ) {
-        let tally = tally(set, world, samples, moment);
+        let tally = tally(fields);
         let common = before.power.len().min(tally.power.len());
         for (place, field) in self.fields.iter_mut().enumerate().take(common) {
             let work = (before.power[place] + tally.power[place]) / 2.0 * to_f64(dt);
@@ -121,7 +108,7 @@ impl EnergyAudit {
                 field.border += after - before + work;
             }
         }
-        self.take(world, &tally);
+        self.take(fields.frames, &tally);
     }
 
     fn take(&mut self, world: &impl Lookup, tally: &Tally) {
@@ -154,7 +141,8 @@ fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector)
 }
 
 /// Power and potential of all fields on all sampled bodies in the present world.
-fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment) -> Tally {
+fn tally(fields: &SampledFields<'_, impl Frames>) -> Tally {
+    let (set, frames, samples) = (fields.set, fields.frames, fields.samples);
     let count = set.nodes().0.len();
     let mut tally = Tally {
         power: vec![0.0; count],
@@ -169,7 +157,7 @@ fn tally(set: &FieldSet, frames: &impl Frames, samples: &Samples, moment: Moment
     }
     for body in 0..samples.bodies.len() as u32 {
         let mut visit = 0_u32;
-        each_trace(set, frames, samples, moment, body, |sample, term, trace| {
+        fields.each_trace(body, |sample, term, trace| {
             visit += 1;
             let velocity = to_dvec3(sample.velocity);
             let mut rest = trace.force.unwrap_or_default().dot(velocity);

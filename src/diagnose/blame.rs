@@ -2,10 +2,11 @@
 
 use std::collections::HashSet;
 
-use super::{each_trace, is_contact, reaction};
+use super::is_contact;
+use super::sampled::SampledFields;
 use crate::bridge::StepError;
 use crate::compile::Prepared;
-use crate::field::{Anchor, FieldSet};
+use crate::field::{Anchor, FieldSet, Frames};
 use crate::integrate::{FASTEST, Fault, FaultKind, FaultPolicy, StepWarning};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
 use crate::reference::Fate;
@@ -91,8 +92,7 @@ pub(crate) fn warn_of(
 /// The wrenches on the bodies of a fault without the contributions that are not finite, decided for each term and
 /// sample.
 pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
-    let scene = &fault.scene;
-    let (samples, frames, moment) = (&scene.samples, &scene.frames, scene.moment);
+    let fields = fields_of(set, fault);
     let of = |place: &usize| {
         let body = *place as u32;
         let mut sum = Wrench::ZERO;
@@ -102,15 +102,8 @@ pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
                 sum = all;
             }
         };
-        add(reaction(
-            set,
-            frames,
-            samples,
-            moment,
-            body,
-            Vector::is_finite,
-        ));
-        each_trace(set, frames, samples, moment, body, |sample, _, trace| {
+        add(fields.reaction(body, Vector::is_finite));
+        fields.each_trace(body, |sample, _, trace| {
             if let Some(force) = trace.force {
                 let torque = from_dvec3(to_dvec3(sample.arm).cross(force));
                 let force = from_dvec3(force);
@@ -120,6 +113,11 @@ pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
         sum
     };
     fault.places.iter().map(of).collect()
+}
+
+fn fields_of<'a>(set: &'a FieldSet, fault: &'a Fault) -> SampledFields<'a, impl Frames> {
+    let scene = &fault.scene;
+    SampledFields::new(set, &scene.frames, &scene.samples, scene.moment)
 }
 
 /// The worst contribution of a single field to a body: the largest, or the first that is not finite.
@@ -133,35 +131,26 @@ struct Culprit {
 
 impl Culprit {
     fn of(set: &FieldSet, fault: &Fault, place: usize) -> Self {
-        let scene = &fault.scene;
-        let (samples, body) = (&scene.samples, place as u32);
         let mut culprit = Culprit::unknown(fault, place);
         let (mut worst, mut leaf) = (-1.0, None);
-        each_trace(
-            set,
-            &scene.frames,
-            samples,
-            scene.moment,
-            body,
-            |sample, _, trace| {
-                for given in &trace.contributions {
-                    let acts = given.fate != Fate::OutsideRegion && !is_contact(set, given.place);
-                    let force = given.force.map(from_dvec3);
-                    let size = force.unwrap_or(Vector::ZERO).length();
-                    let badness = if size.is_finite() {
-                        size
-                    } else {
-                        Real::INFINITY
-                    };
-                    if acts && badness > worst {
-                        (worst, leaf) = (badness, Some(given.place));
-                        culprit.collider = sample.collider;
-                        culprit.world_point = sample.world_point;
-                        culprit.force = force.unwrap_or(Vector::NAN);
-                    }
+        fields_of(set, fault).each_trace(place as u32, |sample, _, trace| {
+            for given in &trace.contributions {
+                let acts = given.fate != Fate::OutsideRegion && !is_contact(set, given.place);
+                let force = given.force.map(from_dvec3);
+                let size = force.unwrap_or(Vector::ZERO).length();
+                let badness = if size.is_finite() {
+                    size
+                } else {
+                    Real::INFINITY
+                };
+                if acts && badness > worst {
+                    (worst, leaf) = (badness, Some(given.place));
+                    culprit.collider = sample.collider;
+                    culprit.world_point = sample.world_point;
+                    culprit.force = force.unwrap_or(Vector::NAN);
                 }
-            },
-        );
+            }
+        });
         if let Some(leaf) = leaf {
             culprit.field = set.label(leaf);
         }

@@ -1,24 +1,18 @@
 //! The borders of a term's regions near a body, found from the tree.
 
-use crate::field::{Anchor, Border, FieldSet, Frames, Node, Nodes, Query, QueryProperties};
+use super::sampled::SampledFields;
+use crate::field::{Anchor, Border, Frames, Node, Nodes, Query, QueryProperties};
 use crate::math::{DVec3, to_dvec3};
-use crate::sample::{Moment, Samples};
 
 /// The borders of a term that may pass through a body, given by its index among the sampled ones.
-pub(super) fn near(
-    set: &FieldSet,
-    term: u32,
-    frames: &impl Frames,
-    samples: &Samples,
-    moment: Moment,
-    body: u32,
-) -> Vec<Border> {
+pub(super) fn near(fields: &SampledFields<'_, impl Frames>, term: u32, body: u32) -> Vec<Border> {
+    let samples = fields.samples;
     let centre = &samples.centres[body as usize];
     let bulk = samples.bulks.get(body as usize);
     let mut found = BorderSearch {
-        nodes: set.nodes(),
-        frames,
-        query: samples.query(centre, moment),
+        nodes: fields.set.nodes(),
+        frames: fields.frames,
+        query: samples.query(centre, fields.moment),
         world_point: to_dvec3(centre.world_point),
         extent: bulk.map_or(0.0, |bulk| bulk.extent),
         borders: Vec::new(),

@@ -4,6 +4,7 @@
 mod audit;
 mod blame;
 mod borders;
+mod sampled;
 
 use std::collections::HashMap;
 use std::fmt;
@@ -11,12 +12,13 @@ use std::fmt;
 pub(crate) use audit::Tally;
 pub use audit::{EnergyAudit, FieldEnergy};
 pub(crate) use blame::{blame, missing_anchor, sifted, warn_of};
+pub(crate) use sampled::SampledFields;
 
 use crate::field::{Cuts, FieldSet, Frames};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
 use crate::reference::{Contribution, Fate, Reference, Trace};
 use crate::rigid::Wrench;
-use crate::sample::{Cutter, Moment, SamplePoint, Samples};
+use crate::sample::{Cutter, SamplePoint};
 
 /// The reasons for the wrench of the fields on a body: the force of each field at each sample, and whether it counts.
 /// Its `Display` is a report.
@@ -73,119 +75,107 @@ pub struct ExplainedField {
     pub overruled_by: Vec<String>,
 }
 
-/// Visits all traces of one body: for each term of the tree, and each sample, or each piece where bodies are cut, the
-/// force and the contributions of the fields.
-pub(crate) fn each_trace(
-    set: &FieldSet,
-    frames: &impl Frames,
-    samples: &Samples,
-    moment: Moment,
-    body: u32,
-    mut visit: impl FnMut(&SamplePoint, u32, Trace),
-) {
-    let mut cutter = Cutter::default();
-    let centre = &samples.centres[body as usize];
-    let listed = samples.placed().iter();
-    let listed: Vec<_> = listed.filter(|sample| sample.body == body).collect();
-    for term in set.terms() {
-        let (term, how) = (term.root, set.nodes().how(term.root));
-        let reference = Reference::of_term(set, term);
-        if samples.cut(how, body).is_some() {
-            let borders = borders::near(set, term, frames, samples, moment, body);
-            let whole = borders.is_empty() && how.cuts == Cuts::Bodies;
-            let pieces = if whole {
-                &[]
-            } else {
-                cutter.body(samples, body, &borders)
-            };
-            for piece in pieces {
-                let (query, weight, arm) = samples.of_piece(how, body, piece, moment);
-                let sample = samples.in_piece(body, piece, &query, arm);
-                visit(&sample, term, reference.trace(frames, &query).times(weight));
+impl<F: Frames> SampledFields<'_, F> {
+    /// Visits all traces of one body: for each term of the tree, and each sample, or each piece where bodies are cut, the
+    /// force and the contributions of the fields.
+    fn each_trace(&self, body: u32, mut visit: impl FnMut(&SamplePoint, u32, Trace)) {
+        let (samples, moment) = (self.samples, self.moment);
+        let mut cutter = Cutter::default();
+        let centre = &samples.centres[body as usize];
+        let listed = samples.placed().iter();
+        let listed: Vec<_> = listed.filter(|sample| sample.body == body).collect();
+        for term in self.set.terms() {
+            let (term, how) = (term.root, self.set.nodes().how(term.root));
+            let reference = Reference::of_term(self.set, term);
+            if samples.cut(how, body).is_some() {
+                let borders = borders::near(self, term, body);
+                let whole = borders.is_empty() && how.cuts == Cuts::Bodies;
+                let pieces = if whole {
+                    &[]
+                } else {
+                    cutter.body(samples, body, &borders)
+                };
+                for piece in pieces {
+                    let (query, weight, arm) = samples.of_piece(how, body, piece, moment);
+                    let sample = samples.in_piece(body, piece, &query, arm);
+                    visit(
+                        &sample,
+                        term,
+                        reference.trace(self.frames, &query).times(weight),
+                    );
+                }
+                if !whole {
+                    continue;
+                }
             }
-            if !whole {
-                continue;
+            let at_centre = samples.asks_whole(how) && samples.takes(how, centre);
+            let own = listed.iter().copied();
+            let own = own.filter(|sample| samples.takes_of_list(how, sample));
+            for sample in at_centre.then_some(centre).into_iter().chain(own) {
+                let query = samples.query(sample, moment);
+                visit(sample, term, reference.trace(self.frames, &query));
             }
-        }
-        let at_centre = samples.asks_whole(how) && samples.takes(how, centre);
-        let own = listed.iter().copied();
-        let own = own.filter(|sample| samples.takes_of_list(how, sample));
-        for sample in at_centre.then_some(centre).into_iter().chain(own) {
-            let query = samples.query(sample, moment);
-            visit(sample, term, reference.trace(frames, &query));
         }
     }
-}
 
-/// Explains the wrench on a body, given by its index among the sampled ones.
-pub(crate) fn explain(
-    set: &FieldSet,
-    frames: &impl Frames,
-    samples: &Samples,
-    moment: Moment,
-    body: u32,
-) -> Explanation {
-    let mut explanation = Explanation {
-        body: samples.bodies[body as usize],
-        wrench: Wrench::ZERO,
-        contributions: Vec::new(),
-        totals: Vec::new(),
-        outside: 0,
-        reaction: reaction(set, frames, samples, moment, body, |_| true),
-    };
-    explanation.wrench = explanation.reaction;
-    let mut known = HashMap::new();
-    each_trace(set, frames, samples, moment, body, |sample, _, trace| {
-        if let Some(force) = trace.force {
-            explanation.wrench.force += from_dvec3(force);
-            explanation.wrench.torque += from_dvec3(to_dvec3(sample.arm).cross(force));
-        }
-        for contribution in trace.contributions {
-            if contribution.fate == Fate::OutsideRegion {
-                explanation.outside += 1;
-            } else if !is_contact(set, contribution.place) {
-                let place = contribution.place;
-                let explained = ExplainedField::new(set, sample, contribution);
-                explanation.add_to_totals(place, &mut known, &explained, sample);
-                explanation.contributions.push(explained);
+    /// Explains the wrench on a body, given by its index among the sampled ones.
+    pub(crate) fn explain(&self, body: u32) -> Explanation {
+        let mut explanation = Explanation {
+            body: self.samples.bodies[body as usize],
+            wrench: Wrench::ZERO,
+            contributions: Vec::new(),
+            totals: Vec::new(),
+            outside: 0,
+            reaction: self.reaction(body, |_| true),
+        };
+        explanation.wrench = explanation.reaction;
+        let mut known = HashMap::new();
+        self.each_trace(body, |sample, _, trace| {
+            if let Some(force) = trace.force {
+                explanation.wrench.force += from_dvec3(force);
+                explanation.wrench.torque += from_dvec3(to_dvec3(sample.arm).cross(force));
             }
-        }
-    });
-    explanation
-}
-
-/// The opposite of the forces of a body's reacting fields on all other bodies. Forces for which `felt` returns false
-/// are left out.
-fn reaction(
-    set: &FieldSet,
-    frames: &impl Frames,
-    samples: &Samples,
-    moment: Moment,
-    body: u32,
-    felt: impl Fn(Vector) -> bool,
-) -> Wrench {
-    let mut wrench = Wrench::ZERO;
-    let reacts = |place: u32| set.field(place).is_some_and(|field| field.reacts);
-    if !set.nodes().leaves().any(|(_, field)| field.reacts) {
-        return wrench;
-    }
-    let carrier = Some(samples.bodies[body as usize]);
-    let centre = samples.centres[body as usize].world_point;
-    for other in (0..samples.bodies.len() as u32).filter(|other| *other != body) {
-        each_trace(set, frames, samples, moment, other, |sample, _, trace| {
-            let counts = |c: &&Contribution| c.fate == Fate::Counts && c.carrier == carrier;
-            for contribution in trace.contributions.iter().filter(counts) {
-                if reacts(contribution.place) {
-                    let force = from_dvec3(contribution.force.unwrap_or_default());
-                    if felt(force) {
-                        wrench.force -= force;
-                        wrench.torque -= (sample.world_point - centre).cross(force);
-                    }
+            for contribution in trace.contributions {
+                if contribution.fate == Fate::OutsideRegion {
+                    explanation.outside += 1;
+                } else if !is_contact(self.set, contribution.place) {
+                    let place = contribution.place;
+                    let explained = ExplainedField::new(self.set, sample, contribution);
+                    explanation.add_to_totals(place, &mut known, &explained, sample);
+                    explanation.contributions.push(explained);
                 }
             }
         });
+        explanation
     }
-    wrench
+
+    /// The opposite of the forces of a body's reacting fields on all other bodies. Forces for which `felt` returns false
+    /// are left out.
+    fn reaction(&self, body: u32, felt: impl Fn(Vector) -> bool) -> Wrench {
+        let (set, samples) = (self.set, self.samples);
+        let mut wrench = Wrench::ZERO;
+        let reacts = |place: u32| set.field(place).is_some_and(|field| field.reacts);
+        if !set.nodes().leaves().any(|(_, field)| field.reacts) {
+            return wrench;
+        }
+        let carrier = Some(samples.bodies[body as usize]);
+        let centre = samples.centres[body as usize].world_point;
+        for other in (0..samples.bodies.len() as u32).filter(|other| *other != body) {
+            self.each_trace(other, |sample, _, trace| {
+                let counts = |c: &&Contribution| c.fate == Fate::Counts && c.carrier == carrier;
+                for contribution in trace.contributions.iter().filter(counts) {
+                    if reacts(contribution.place) {
+                        let force = from_dvec3(contribution.force.unwrap_or_default());
+                        if felt(force) {
+                            wrench.force -= force;
+                            wrench.torque -= (sample.world_point - centre).cross(force);
+                        }
+                    }
+                }
+            });
+        }
+        wrench
+    }
 }
 
 fn is_contact(set: &FieldSet, place: u32) -> bool {

@@ -10,7 +10,7 @@ use crate::bridge::{
     self, Balance, Constraints, StepError, WakePolicy, Wanted, WorldMut, WorldRef,
 };
 use crate::contact::{Arrival, Heard, KickShare, Pairs, to_ask};
-use crate::diagnose::{Tally, blame, missing_anchor, sifted};
+use crate::diagnose::{SampledFields, Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames, Span};
 use crate::integrate::{
     Evaluation, Fault, FaultPolicy, MotionRules, Rest, Scheme, StepWarning, TurnAfter, warn_of_caps,
@@ -243,7 +243,8 @@ impl FieldPipeline {
         let (_, samples) =
             Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
         let now = Now::first(state.time, world.integration_parameters.dt);
-        state.audit.begin(fields.set, &view, &samples, now.moment())
+        let fields = SampledFields::new(fields.set, &view, &samples, now.moment());
+        state.audit.begin(&fields)
     }
 
     fn begin_soft(

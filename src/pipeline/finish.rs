@@ -14,7 +14,7 @@ use crate::contact::{
     report, was_to_ask,
 };
 use crate::cross_check::AfterStep;
-use crate::diagnose::{blame, sifted};
+use crate::diagnose::{SampledFields, blame, sifted};
 use crate::integrate::{
     BegunStep, Deflection, FASTEST, Fault, FreeMotion, Motions, Rest, StepWarning, warn_of_springs,
 };
@@ -162,8 +162,8 @@ impl FieldPipeline {
             let (_, samples) =
                 Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
             let moment = Now::last(began, dt).moment();
-            let (audit, before) = (&mut state.audit, &open.tally);
-            audit.end(before, fields.set, &view, &samples, moment, dt);
+            let sampled = SampledFields::new(fields.set, &view, &samples, moment);
+            state.audit.end(&open.tally, &sampled, dt);
             self.stopwatch.lap(StepStage::Audit);
         }
         let mut particles = 0;

@@ -6,7 +6,7 @@ use super::stages::{NONE, moment};
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, WorldRef};
 use crate::compile::{Compiled, Plan, Prepared};
-use crate::diagnose::{Explanation, blame, explain, missing_anchor};
+use crate::diagnose::{Explanation, SampledFields, blame, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, SampledWorld};
 use crate::field::{FieldSet, Frames, Points, Query, Sampling, Span};
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
@@ -215,8 +215,8 @@ impl FieldPipeline {
         let scene = self.scene(fields, state, 1.0, view);
         let place = scene.samples.of_body(body)? as u32;
         let moment = moment(scene.time, scene.dt);
-        let samples = &scene.samples;
-        Some(explain(scene.set, &scene.view, samples, moment, place))
+        let fields = SampledFields::new(scene.set, &scene.view, &scene.samples, moment);
+        Some(fields.explain(place))
     }
 
     /// The composite field at some points.
