@@ -25,18 +25,12 @@ const YIELDS: Real = 0.9;
 
 /// The bodies that are slow enough to fall asleep, in the order of their handles. Part of the saved state.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Drowsing(Vec<Drowsy>);
 
 /// The record of such a body from one step to the next.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 struct Drowsy {
     body: RigidBodyHandle,
     /// Its velocity when it became slow.
@@ -50,10 +44,7 @@ struct Drowsy {
 
 /// The motion of a body about a place.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 struct Bob {
     /// The pose at which the record of this place began.
     about: Pose,

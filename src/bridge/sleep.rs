@@ -7,7 +7,7 @@ use crate::rigid::{Body, Wrench, find};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 #[non_exhaustive]
@@ -35,10 +35,7 @@ impl Default for WakePolicy {
 
 /// The wrenches that acted on bodies when they fell asleep, in the order of their handles.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Resting(Vec<(RigidBodyHandle, Wrench)>);
 
 impl Resting {

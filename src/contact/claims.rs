@@ -26,10 +26,7 @@ pub(crate) struct Claims {
 
 /// A collider that was given hook bits.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 struct Told {
     collider: ColliderHandle,
     /// The hook bits that the user had set on it.
@@ -41,10 +38,7 @@ struct Told {
 
 /// The colliders that were given hook bits, in the order of their handles.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Listening(Vec<Told>);
 
 impl Listening {

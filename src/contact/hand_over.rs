@@ -16,17 +16,11 @@ const SAME_DEPTH: Real = 1.0e-3;
 
 /// The pairs that are watched, and those handed over, in the order of their handles.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct HandOver(Vec<WatchedPair>);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 struct WatchedPair {
     pair: [ColliderHandle; 2],
     /// The overlap at the end of the last step.

@@ -18,10 +18,7 @@ pub(crate) fn in_order(mut pair: [ColliderHandle; 2]) -> [ColliderHandle; 2] {
 
 /// The responder of all contacts, and exceptions for sets of colliders.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct ResponderRules {
     pub everywhere: Responder,
     /// Responders of contacts of which both colliders are in a set; the last set that fits counts.

@@ -7,10 +7,7 @@ use crate::rigid::Lookup;
 
 /// Answers to contacts, over all steps. With [`Responder::Both`](crate::Responder) each side answers a hit at its own
 /// time: the fields at the end of a step or within it, Rapier in the next.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Answers {
@@ -21,10 +18,7 @@ pub struct Answers {
 }
 
 /// The answers of one side.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Answered {

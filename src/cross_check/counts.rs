@@ -3,10 +3,7 @@
 use crate::math::Real;
 
 /// Contacts of which at least one side found an overlap, by the result of the comparison.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ContactCounts {
@@ -52,10 +49,7 @@ impl ContactCounts {
 }
 
 /// Contacts that cannot be compared, by the first reason that holds.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct NotComparable {
@@ -127,10 +121,7 @@ const REASONS: [(&str, Reason); 11] = [
 
 /// Touches that swept detection found within steps, judged by Parry's distance between the parts at their poses at that
 /// time.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TouchCounts {
@@ -176,10 +167,7 @@ impl TouchCounts {
 }
 
 /// Touches that cannot be judged, by the first reason that holds.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct TouchesNotComparable {

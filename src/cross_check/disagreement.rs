@@ -5,10 +5,7 @@ use std::fmt;
 use crate::math::{ColliderHandle, Real, Vector};
 
 /// One difference between the sides that rounding does not explain.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Disagreement {
@@ -25,10 +22,7 @@ pub struct Disagreement {
 }
 
 /// A difference, with the values of both sides.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Difference {

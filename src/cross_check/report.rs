@@ -15,10 +15,7 @@ use crate::math::{Real, Vector};
 const ROUNDINGS: Real = 32.0;
 
 /// Counts and errors of a [cross-check](crate::FieldsBuilder::cross_check) since it began. Its `Display` is a table.
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CrossCheckReport {

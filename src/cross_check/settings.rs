@@ -31,10 +31,7 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// let fields = Fields::builder(Field::uniform(Vector::X)).cross_check(check).build()?;
 /// # Ok::<(), BuildError>(())
 /// ```
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[derive(Clone, Default)]
 #[must_use = "setters and operators take the value and return the changed one"]
 pub struct CrossCheck {

@@ -11,10 +11,7 @@ const SAME: f64 = 1e-5;
 /// A wrench that is linear in the velocities of a body, about the velocities at which it was sampled. Six-vectors are in
 /// world axes, the linear half first.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct LinearisedWrench {
     /// The wrench at those velocities.
     wrench: Vector6<f64>,
@@ -28,10 +25,7 @@ pub(crate) struct LinearisedWrench {
     reason = "a box would be an allocation for each body and step"
 )]
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) enum Slope {
     /// Of a force at the centre of mass, which does not depend on rotation.
     OfPoint(Matrix3<f64>),

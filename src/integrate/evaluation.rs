@@ -14,10 +14,7 @@ use crate::rigid::{Lookup, Wrench, find, find_near, six};
 /// The wrenches on some bodies, and what is known beyond them. It outlives its step: unless something changes, the next
 /// step begins with it.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Evaluation {
     /// The step for which it was made: a change of velocity counts as a force over this time.
     pub dt: Real,

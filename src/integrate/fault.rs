@@ -36,7 +36,7 @@ use crate::sample::{Moment, Samples};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(rename_all = "kebab-case")
 )]
 #[non_exhaustive]

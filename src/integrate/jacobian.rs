@@ -10,10 +10,7 @@ use crate::rigid::{cross_matrix, six};
 
 /// The derivatives of the world wrench [force; torque about the centre of mass] of one body.
 #[derive(Clone, Copy, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Jacobian {
     /// The wrench itself.
     pub wrench: Vector6<f64>,

@@ -13,10 +13,7 @@ const CERTAIN: f64 = 64.0;
 
 /// The stiffness that a path has shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Pace {
     /// The square of the fastest angular frequency.
     pub omega2: f64,

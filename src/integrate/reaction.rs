@@ -10,18 +10,12 @@ use crate::rigid::{Body, find_by, six, to_dquat};
 
 /// The loaded bodies whose forces read velocities, in the order of their handles.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Reactions(Vec<Loaded>);
 
 /// A body that was loaded in a step. Pairs are linear and angular, in world axes.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 struct Loaded {
     body: RigidBodyHandle,
     dt: Real,

@@ -219,10 +219,7 @@ impl StepWarning {
 
 /// Rates of a body in fields, per unit of time.
 #[derive(Clone, Copy, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Rates {
     omega: f64,
     /// The rate at which a motion away from equilibrium grows.
@@ -309,10 +306,7 @@ fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
 
 /// The treatment of a body in a step, by schemes that choose.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) enum Treatment {
     /// Moved within the step, as finely as this stiffness needs.
     Resolve(Pace),
@@ -322,10 +316,7 @@ pub(crate) enum Treatment {
 
 /// The linearisation of a body.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Estimate {
     pub place: usize,
     pub jacobian: Jacobian,

@@ -16,10 +16,7 @@ use crate::math::ColliderHandle;
 /// # Ok::<(), BuildError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct FieldSettings {
     /// The rule by which wrenches become motion.

@@ -14,10 +14,7 @@ use crate::rigid::Body;
 /// The state that one step leaves for the next: plain data. A snapshot needs it, the [settings](crate::FieldSettings)
 /// and the fields: a new [`FieldPipeline`](crate::FieldPipeline) continues from them bit for bit.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct FieldState {
     /// In 64 bits, so that long runs of small steps do not lose time.
     pub(crate) time: f64,
@@ -59,10 +56,7 @@ pub struct FieldState {
 
 /// A body as a step left it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct BodyRecord {
     pub pose: Pose,
     pub linvel: Vector,

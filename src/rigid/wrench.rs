@@ -4,10 +4,7 @@ use crate::math::{Real, Vector};
 
 /// A force and the torque about the centre of mass that comes with it, in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "serde-serialize",
-    derive(serde::Serialize, serde::Deserialize)
-)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct Wrench {
     /// Force (N).
     pub force: Vector,
