@@ -92,16 +92,10 @@ impl<'a> Nodes<'a> {
         })
     }
 
-    /// The fields at and below a node.
+    /// The fields at and below a node, from the last to the first.
     pub(crate) fn leaves_below(self, node: u32) -> Vec<u32> {
-        let (mut leaves, mut open) = (Vec::new(), vec![node]);
-        while let Some(node) = open.pop() {
-            match self.get(node) {
-                Node::Leaf(_) => leaves.push(node),
-                inner => open.extend(inner.operands()),
-            }
-        }
-        leaves
+        let nodes = self.postorder(node).into_iter().rev();
+        nodes.filter(|node| self.field(*node).is_some()).collect()
     }
 
     pub(crate) fn field(self, node: u32) -> Option<&'a Field> {

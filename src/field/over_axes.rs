@@ -87,15 +87,20 @@ impl OverAxes {
         rotate(pose.rotation.inverse(), local.point - pose.translation)
     }
 
+    #[inline(always)]
+    fn coordinates<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> impl Iterator<Item = T> {
+        let point = self.point(local);
+        self.axes.iter().map(move |axis| match axis.spatial() {
+            Some(k) => point[k],
+            None => local.coordinate(axis).unwrap_or(f64::NAN.into()),
+        })
+    }
+
     /// Distance of the sample from the border, negative inside: along the steepest direction for a half-space,
     /// in units of the smallest radius for a ball.
     #[inline(always)]
     pub(crate) fn excess<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
-        let point = self.point(local);
-        let coordinates = self.axes.iter().map(|axis| match axis.spatial() {
-            Some(k) => point[k],
-            None => local.coordinate(axis).unwrap_or(f64::NAN.into()),
-        });
+        let coordinates = self.coordinates(local);
         match &self.shape {
             Shape::HalfSpace {
                 coefficients,
@@ -129,15 +134,11 @@ impl OverAxes {
                 coefficients.iter().map(|c| to_f64(*c)).collect()
             }
             Shape::Ball { centre, radii } => {
-                let point = self.point(local);
-                let coordinate = |axis: &Axis| match axis.spatial() {
-                    Some(k) => point[k].re(),
-                    None => local.axis(axis).unwrap_or(f64::NAN),
+                let slope = |((x, c), r): ((T, &Real), &Real)| {
+                    (x.re() - to_f64(*c)) / (to_f64(*r) * to_f64(*r))
                 };
-                let slope = |((axis, c), r): ((&Axis, &Real), &Real)| {
-                    (coordinate(axis) - to_f64(*c)) / (to_f64(*r) * to_f64(*r))
-                };
-                self.axes.iter().zip(centre).zip(radii).map(slope).collect()
+                let coordinates = self.coordinates(local);
+                coordinates.zip(centre).zip(radii).map(slope).collect()
             }
         };
         let mut in_space = DVec3::ZERO;

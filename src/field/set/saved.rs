@@ -67,6 +67,12 @@ impl TryFrom<SavedSet> for FieldSet {
     }
 }
 
+fn is_distinct(places: &[u32]) -> bool {
+    let mut sorted = places.to_vec();
+    sorted.sort_unstable();
+    sorted.is_sorted_by(|a, b| a < b)
+}
+
 impl SavedSet {
     /// Checks that all numbers are in range, and lists in order.
     fn check_lists(&self) -> Result<(), String> {
@@ -78,10 +84,7 @@ impl SavedSet {
             ));
         }
         let is_vacant = |place: &u32| matches!(self.nodes.get(*place as usize), Some(Node::Vacant));
-        let mut free = self.free.clone();
-        free.sort_unstable();
-        free.dedup();
-        if free.len() != self.free.len() || !free.iter().all(is_vacant) {
+        if !is_distinct(&self.free) || !self.free.iter().all(is_vacant) {
             return Err("a place is free that is in use".to_owned());
         }
         let ordered = self.terms.is_sorted_by(|a, b| a.serial < b.serial);
@@ -96,11 +99,8 @@ impl SavedSet {
         let trees = self.trees.iter();
         let sound = |tree: &InsertedTree| tree.terms.is_sorted() && tree.terms.iter().all(known);
         let home = |term: &Term| term.tree == NONE || (term.tree as usize) < self.trees.len();
-        let mut free_trees = self.free_trees.clone();
-        free_trees.sort_unstable();
-        free_trees.dedup();
         let is_gone = |tree: &u32| self.trees.get(*tree as usize).is_some_and(|t| !t.there);
-        let unused = free_trees.len() == self.free_trees.len() && free_trees.iter().all(is_gone);
+        let unused = is_distinct(&self.free_trees) && self.free_trees.iter().all(is_gone);
         if !(trees.clone().all(sound) && self.terms.iter().all(home) && unused) {
             return Err("a tree has terms that are not there".to_owned());
         }
