@@ -13,7 +13,7 @@ use super::radial::Radials;
 use super::sampled_world::SampledWorld;
 use crate::bridge::{WorldRef, is_movable};
 use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
-use crate::diagnose::explain;
+use crate::diagnose::SampledFields;
 use crate::field::{
     Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Span, Tree,
 };
@@ -170,7 +170,8 @@ impl Stage {
         samples.place_all();
         let view = WorldRef::new(&self.world.bodies, &self.world.colliders);
         let bodies = 0..samples.bodies.len() as u32;
-        let explained = bodies.map(|b| explain(&self.set, &view, &samples, self.moment(), b));
+        let fields = SampledFields::new(&self.set, &view, &samples, self.moment());
+        let explained = bodies.map(|body| fields.explain(body));
         explained.map(|explanation| explanation.wrench).collect()
     }
 }
