@@ -14,24 +14,18 @@ use crate::rigid::Wrench;
 
 /// The error for a fault, for its first body. Slow: it only runs when a step has failed.
 pub(crate) fn blame(set: &FieldSet, fault: &Fault) -> StepError {
-    let Culprit {
-        field,
-        body,
-        collider,
-        world_point,
-        force,
-    } = Culprit::of(set, fault, fault.places[0]);
+    let culprit = Culprit::of(set, fault, fault.places[0]);
     match fault.kind {
         FaultKind::NonFinite => StepError::NonFinite {
-            field,
-            body,
-            collider,
-            world_point,
-            force,
+            field: culprit.field,
+            body: culprit.body,
+            collider: culprit.collider,
+            world_point: culprit.world_point,
+            force: culprit.force,
         },
         FaultKind::TooFast { speed } => StepError::TooFast {
-            field,
-            body,
+            field: culprit.field,
+            body: culprit.body,
             speed,
             limit: FASTEST,
         },
@@ -59,31 +53,25 @@ pub(crate) fn warn_of(
     let news = fault.places.iter();
     let news = news.filter(|place| !told.contains(&samples.bodies[**place]));
     for (number, place) in news.enumerate() {
-        let Culprit {
-            field,
-            body,
-            collider,
-            world_point,
-            force,
-        } = if number <= most {
+        let culprit = if number <= most {
             Culprit::of(set, fault, *place)
         } else {
             Culprit::unknown(fault, *place)
         };
         warnings.push(match policy {
             FaultPolicy::LeaveOut => StepWarning::LeftOut {
-                field,
-                body,
-                collider,
-                world_point,
-                force,
+                field: culprit.field,
+                body: culprit.body,
+                collider: culprit.collider,
+                world_point: culprit.world_point,
+                force: culprit.force,
             },
             _ => StepWarning::Quarantined {
-                field,
-                body,
-                collider,
-                world_point,
-                force,
+                field: culprit.field,
+                body: culprit.body,
+                collider: culprit.collider,
+                world_point: culprit.world_point,
+                force: culprit.force,
             },
         });
     }

@@ -109,10 +109,6 @@ impl Hasher for Fingerprint {
         }
     }
 
-    fn write_u8(&mut self, number: u8) {
-        self.write_u64(u64::from(number));
-    }
-
     fn write_u32(&mut self, number: u32) {
         self.write_u64(u64::from(number));
     }
