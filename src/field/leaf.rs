@@ -460,27 +460,6 @@ impl Field {
         whole * T::of(numbers.fraction * self.lifetime.share_of(local.query.span()))
     }
 
-    /// Returns true if the field acts on a body as a whole, at its centre of mass: a uniform vector that is
-    /// shared out by mass, and depends on nothing that may differ between the colliders.
-    pub(crate) fn acts_at_centre(&self) -> bool {
-        self.is_shared_out() && !self.reads_parts() && self.scale_is_uniform()
-    }
-
-    /// Returns true if it is a uniform vector that is shared out by mass.
-    pub(super) fn is_shared_out(&self) -> bool {
-        self.formula.is_uniform() && self.coupling == Coupling::Share
-    }
-
-    /// Returns true if it may differ between the colliders of a body at one place, so that no single sample
-    /// stands for all of them.
-    pub(super) fn reads_parts(&self) -> bool {
-        self.groups.is_some()
-            || self.coupling != Coupling::Share
-            || self.region.reads_parts()
-            || self.formula.reads_parts()
-            || self.scale.as_ref().is_some_and(Scalar::reads_parts)
-    }
-
     /// The same field with the place of its region moved into its anchor, if that does not change it. Zones
     /// that differ only in their place then become instances of one. Only for fields in the world's own frame,
     /// where this does not round.

@@ -14,6 +14,27 @@ impl Field {
         self
     }
 
+    /// Returns true if the field acts on a body as a whole, at its centre of mass: a uniform vector that is
+    /// shared out by mass, and depends on nothing that may differ between the colliders.
+    pub(crate) fn acts_at_centre(&self) -> bool {
+        self.is_shared_out() && !self.reads_parts() && self.scale_is_uniform()
+    }
+
+    /// Returns true if it is a uniform vector that is shared out by mass.
+    fn is_shared_out(&self) -> bool {
+        self.formula.is_uniform() && self.coupling == Coupling::Share
+    }
+
+    /// Returns true if it may differ between the colliders of a body at one place, so that no single sample
+    /// stands for all of them.
+    fn reads_parts(&self) -> bool {
+        self.groups.is_some()
+            || self.coupling != Coupling::Share
+            || self.region.reads_parts()
+            || self.formula.reads_parts()
+            || self.scale.as_ref().is_some_and(Scalar::reads_parts)
+    }
+
     /// The sampling rule of the field by itself.
     fn how(&self) -> SamplingRule {
         let of_sites = self.coupling != Coupling::Share && !self.formula.reads_volume();
