@@ -68,10 +68,30 @@ pub(crate) struct Definition<'a> {
     pub settings: &'a FieldSettings,
 }
 
-/// The buffers and caches of a step, made from the fields when they are first needed, and updated when the fields
-/// change. A new pipeline continues bit for bit from a state that a step left behind. One that has made other steps
-/// since may differ by roundings, so to return to a kept state use [`Fields::from_parts`](crate::Fields::from_parts),
-/// or a clone of all fields.
+/// The machinery of a step, for programs that keep fields, settings and state themselves, as Rapier's
+/// `PhysicsPipeline` is for programs that keep its sets themselves. [`Fields`](crate::Fields) bundles the four.
+///
+/// It holds buffers and caches only, made from the fields when they are first needed, and updated when the fields
+/// change. From a state that a step left behind it continues bit for bit, whether it is new, made that step, or has
+/// made others since. It may step several worlds in turn, but then its buffers are made anew in each step: a pipeline
+/// for each world is faster.
+///
+/// ```
+/// use rapier3d_fields::prelude::*;
+/// # let mut world = PhysicsWorld::new();
+/// # let (ball, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5).mass(1.0));
+/// # world.gravity = Vector::ZERO;
+/// let (mut set, settings) = (FieldSet::new(), FieldSettings::default());
+/// set.insert(Field::uniform(Vector::X));
+/// let (mut state, mut pipeline) = (FieldState::default(), FieldPipeline::new());
+/// for _ in 0..60 {
+///     let step = pipeline.begin(&mut set, &settings, &mut state, (&mut world).into())?;
+///     world.step_with_events(&step.hooks(&()), &());
+///     pipeline.finish(&mut set, &settings, &mut state, step, (&mut world).into())?;
+/// }
+/// assert!((world.bodies[ball].linvel().x - 1.0).abs() < 1e-5, "1 N for 1 s on 1 kg");
+/// # Ok::<(), StepError>(())
+/// ```
 pub struct FieldPipeline {
     pub(crate) compiled: Compiled,
     properties: Properties,
@@ -145,6 +165,8 @@ pub struct FieldPipeline {
     sampled: usize,
     /// True once it has compared a state with a world.
     met: bool,
+    /// The number of the last step that it began. Its buffers are of that step, and of no use for another state.
+    last_begun: u64,
     stopwatch: Stopwatch,
     pub(crate) events: Option<Sender<ContactEvent>>,
 }
@@ -200,6 +222,7 @@ impl Default for FieldPipeline {
             other_colliders: false,
             sampled: 0,
             met: false,
+            last_begun: 0,
             stopwatch: Stopwatch::default(),
             events: None,
         }
@@ -274,6 +297,19 @@ impl FieldPipeline {
     /// Sets whether the stages of steps are measured, from the next step on.
     pub fn set_timed(&mut self, on: bool) {
         self.stopwatch.on = on;
+    }
+
+    /// Drops the buffers of other steps, so that the next step continues from its state as a new pipeline would. The
+    /// compiled fields stay: they know by themselves which set they were made of.
+    fn start_over(&mut self) {
+        *self = FieldPipeline {
+            compiled: std::mem::take(&mut self.compiled),
+            properties: std::mem::take(&mut self.properties),
+            stopwatch: std::mem::take(&mut self.stopwatch),
+            events: self.events.take(),
+            met: self.met,
+            ..Self::default()
+        };
     }
 
     /// Updates everything that is made from the fields.

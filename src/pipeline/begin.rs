@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::faults::answering;
 use super::stages::{NONE, Now, moment};
-use super::state::{BodyRecord, OpenRecord};
+use super::state::{BodyRecord, OpenRecord, next_number};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepStage};
 use crate::bridge::{
     self, Balance, Constraints, StepError, WakePolicy, Wanted, WorldMut, WorldRef,
@@ -35,6 +35,9 @@ impl FieldPipeline {
             state.evaluation = None;
             state.reactions.clear();
             return Err(StepError::Unfinished);
+        }
+        if state.last_begun != self.last_begun {
+            self.start_over();
         }
         self.stopwatch.start();
         let dt = world.integration_parameters.dt;
@@ -96,9 +99,10 @@ impl FieldPipeline {
         let open = state
             .open
             .get_or_insert_with(|| std::mem::take(&mut self.spare_record));
-        open.number = state.steps;
+        let number = next_number();
+        (open.number, self.last_begun, state.last_begun) = (number, number, number);
         Ok(OpenStep {
-            number: state.steps,
+            number,
             dt,
             alone,
             idle,

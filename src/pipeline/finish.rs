@@ -31,7 +31,7 @@ impl FieldPipeline {
         mut world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
         let mut record = match state.open.take() {
-            Some(record) if record.number == open.number => record,
+            Some(record) if [record.number, self.last_begun] == [open.number; 2] => record,
             other => {
                 state.open = other;
                 return Err(StepError::NotTheirs);

@@ -1,6 +1,7 @@
 //! The state that one step leaves for the next.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::bridge::{Drowsing, ForceOverride, LentForces, Resting, StepError};
 use crate::contact::{HandOver, Listening};
@@ -46,6 +47,9 @@ pub struct FieldState {
     pub(crate) touching: Vec<[ColliderHandle; 2]>,
     pub(crate) cross_check: CrossCheckReport,
     pub(crate) audit: EnergyAudit,
+    /// The number of the last step that was begun; zero if none was, or if it was read from elsewhere.
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
+    pub(crate) last_begun: u64,
     /// The record of a step that is not finished, by which it is taken back if it never is.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub(crate) open: Option<OpenRecord>,
@@ -74,6 +78,12 @@ pub(crate) struct OpenRecord {
     pub steady: Vec<RigidBodyHandle>,
     /// The same for soft bodies.
     pub lent: Vec<LentForces>,
+}
+
+/// A number of a step that no other step of this process has.
+pub(super) fn next_number() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 impl OpenRecord {

@@ -286,6 +286,36 @@ fn a_heap_under_gravity_in_every_scheme() {
     }
 }
 
+/// A pipeline that steps two worlds in turn gives each the bits of a pipeline of its own: caches of the one are not
+/// taken for the other's, although both have the same handles and numbers of steps.
+#[test]
+fn one_pipeline_steps_two_worlds() {
+    for scheme in SCHEMES {
+        let build = || {
+            let resting = heap(scheme);
+            let (mut falling, mut fields) = heap(scheme);
+            for (_, body) in falling.bodies.iter_mut() {
+                let up = body.translation() * 2.0 + Vector::Y * 3.0;
+                body.set_translation(up, true);
+            }
+            let drag = Field::drag(0.3, 0.1).named("drag");
+            fields.set.insert(drag);
+            [resting, (falling, fields)]
+        };
+        let (mut apart, mut shared) = (build(), build());
+        let mut pipeline = FieldPipeline::new();
+        for step in 0..120 {
+            for (number, run) in shared.iter_mut().enumerate() {
+                let own = &mut apart[number];
+                own.1.step(&mut own.0).expect("a step");
+                step_of_parts(run, &mut pipeline);
+                let same = all(&run.0) == all(&own.0);
+                assert!(same, "{scheme:?}, step {step}, world {number}");
+            }
+        }
+    }
+}
+
 #[test]
 fn one_uniform_field_is_the_same_by_its_own_path_and_by_the_general_one() {
     for scheme in [Scheme::KickDriftKick, Scheme::Kick] {
