@@ -3,13 +3,13 @@
 use super::StepContext;
 use super::coupling::Besides;
 use super::evaluation::Evaluation;
-use super::motion::{Motions, Rest, VelocityUpdate, kicked};
+use super::motion::{Motions, Completion, VelocityUpdate, kicked};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, Mobility, Wrench, find_by, rounded, to_dquat, velocities};
 
 /// A body that was put on another path within the step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Deflection {
+pub(crate) struct MidStepImpact {
     pub body: RigidBodyHandle,
     /// The share of the step before that.
     pub share: Real,
@@ -24,7 +24,7 @@ pub(crate) struct BegunStep<'a> {
     pub last: Option<&'a Evaluation>,
     pub motions: &'a Motions,
     /// The bodies that were put on another path since, in the order of their handles.
-    pub hits: &'a [Deflection],
+    pub hits: &'a [MidStepImpact],
     /// True if there are no detection fields, so that no contact depends on paths and these may still be changed.
     pub may_redo: bool,
 }
@@ -35,7 +35,7 @@ impl BegunStep<'_> {
         self.hit(body).is_some()
     }
 
-    fn hit(&self, body: RigidBodyHandle) -> Option<&Deflection> {
+    fn hit(&self, body: RigidBodyHandle) -> Option<&MidStepImpact> {
         let place = find_by(self.hits, body, |hit| hit.body)?;
         Some(&self.hits[place])
     }
@@ -94,7 +94,7 @@ fn error_after_hit(body: &Body, update: &VelocityUpdate) -> f64 {
 pub(super) struct BegunBody<'a> {
     pub step: &'a BegunStep<'a>,
     /// The part of its motion that is left for the second half, if it is not a plain one.
-    pub rest: Option<Rest>,
+    pub completion: Option<Completion>,
 }
 
 impl BegunBody<'_> {
@@ -106,7 +106,7 @@ impl BegunBody<'_> {
         place: usize,
         motions: &mut Motions,
     ) {
-        if self.rest == Some(Rest::Sloped) {
+        if self.completion == Some(Completion::Sloped) {
             let update = self.end_of_load(context, evaluation, place);
             motions.updates.extend(update);
             return;

@@ -2,12 +2,12 @@
 
 use super::begun::{BegunBody, BegunStep};
 use super::coupling::{Besides, LinearisedWrench};
-use super::duty::{Duty, duty, together};
+use super::method::{KickMethod, method_of, together};
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
-use super::motion::{FASTEST, Load, MeanVelocity, Motions, Rest, Start, VelocityUpdate, kicked};
+use super::motion::{FASTEST, Load, MeanVelocity, Motions, Completion, Start, VelocityUpdate, kicked};
 use super::{Integrator, StepContext};
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
@@ -82,17 +82,17 @@ impl Integrator {
         for (place, body) in context.bodies.iter().enumerate() {
             let begun = begun.map(|begun| BegunBody {
                 step: begun,
-                rest: begun.motions.next_rest(&mut at, body.handle),
+                completion: begun.motions.next_completion(&mut at, body.handle),
             });
-            let Some(duty) = duty(context, evaluation, begun, place) else {
+            let Some(method) = method_of(context, evaluation, begun, place) else {
                 if let Some(begun) = begun {
                     begun.complete(context, evaluation, place, motions);
                 }
                 continue;
             };
-            let duty = match (together, duty) {
-                (Some(plan), Duty::Kick(_)) | (Some(plan), Duty::Inner(_)) => Duty::Inner(plan),
-                _ => duty,
+            let method = match (together, method) {
+                (Some(plan), KickMethod::Kick(_)) | (Some(plan), KickMethod::Inner(_)) => KickMethod::Inner(plan),
+                _ => method,
             };
             let wrench = evaluation.wrenches[place];
             let (acts, wake) = acts(place, body, wrench);
@@ -110,14 +110,14 @@ impl Integrator {
                 felt: true,
             };
             let mark = motions.mark();
-            let mut done = kick.done(duty, motions);
+            let mut done = kick.done(method, motions);
             if let Err(Faster(speed)) = done {
                 motions.back_to(mark);
                 too_fast.note(place, speed);
                 match policy {
                     FaultPolicy::Refuse => break,
                     FaultPolicy::Quarantine => continue,
-                    FaultPolicy::LeaveOut => done = kick.unfelt().done(duty, motions),
+                    FaultPolicy::LeaveOut => done = kick.unfelt().done(method, motions),
                 }
             }
             let Ok(Some((update, twist))) = done else {
@@ -201,20 +201,20 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// Carries out the action; `None` if there is nothing more to write.
-    fn done(&self, duty: Duty, motions: &mut Motions) -> Result<Option<Kicked>, Faster> {
-        let kicked = match (self.begun, duty) {
-            (Some(begun), duty) => self.second(duty, begun, motions),
-            (None, Duty::Inner(plan)) => {
-                motions.leave(self.body.handle, Rest::Settled);
+    fn done(&self, method: KickMethod, motions: &mut Motions) -> Result<Option<Kicked>, Faster> {
+        let kicked = match (self.begun, method) {
+            (Some(begun), method) => self.second(method, begun, motions),
+            (None, KickMethod::Inner(plan)) => {
+                motions.complete_by(self.body.handle, Completion::Settled);
                 motions.inner.push(Start::new(self.place, plan, self.wake));
                 None
             }
-            (None, _) if matches!(duty, Duty::ByForce) || self.is_loaded() => {
-                let wrench = self.load(duty, motions);
+            (None, _) if matches!(method, KickMethod::ByForce) || self.is_loaded() => {
+                let wrench = self.load(method, motions);
                 self.lend(wrench, motions)?;
                 None
             }
-            (None, duty) => self.first(duty, motions),
+            (None, method) => self.first(method, motions),
         };
         let Some((update, twist)) = kicked else {
             return Ok(None);
@@ -242,12 +242,12 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The first half for a free body; `None` if there is nothing to write.
-    fn first(&self, duty: Duty, motions: &mut Motions) -> Option<Kicked> {
+    fn first(&self, method: KickMethod, motions: &mut Motions) -> Option<Kicked> {
         let (context, body) = (self.context, self.body);
         let twice = context.rules.scheme.kicks_twice();
-        let (duration, implicit) = duty.kick()?;
+        let (duration, implicit) = method.kick()?;
         if implicit {
-            motions.leave(body.handle, Rest::Settled);
+            motions.complete_by(body.handle, Completion::Settled);
         }
         let free = context.free_motion(body);
         let solved = if implicit {
@@ -269,7 +269,7 @@ impl<W: Lookup> Kick<'_, W> {
         let linvel = update.linvel;
         update.linvel = free.given(linvel);
         if twice && !implicit {
-            motions.leave(body.handle, Rest::Free);
+            motions.complete_by(body.handle, Completion::Free);
         } else {
             motions.means.push(MeanVelocity {
                 body: body.handle,
@@ -284,12 +284,12 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The second half; `None` if there is nothing to write.
-    fn second(&self, duty: Duty, begun: BegunBody<'_>, motions: &mut Motions) -> Option<Kicked> {
+    fn second(&self, method: KickMethod, begun: BegunBody<'_>, motions: &mut Motions) -> Option<Kicked> {
         let (context, body, first) = (self.context, self.body, begun.step.motions);
         let load = first.load(body.handle);
-        let (duration, implicit) = duty.kick()?;
+        let (duration, implicit) = method.kick()?;
         let motion = context.free_motion(body);
-        let free = begun.rest.is_some_and(Rest::is_free).then_some(&motion);
+        let free = begun.completion.is_some_and(Completion::is_free).then_some(&motion);
         let solved = if implicit {
             let pull = free.map_or(Besides::default(), |free| free.pull(body));
             self.implicit(&pull, duration)
@@ -314,7 +314,7 @@ impl<W: Lookup> Kick<'_, W> {
             .as_ref()
             .is_some_and(|(update, _)| self.outdates(update));
         if true_after && !motion.is_none() {
-            motions.leave(body.handle, Rest::Ahead);
+            motions.complete_by(body.handle, Completion::Ahead);
         }
         let still = felt == Wrench::ZERO && lag == Vector::ZERO && free.is_none();
         if still && solved.is_none() && !self.wake {
@@ -336,7 +336,7 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The load for a body that is held, or that is pushed by forces.
-    fn load(&self, duty: Duty, motions: &mut Motions) -> Wrench {
+    fn load(&self, method: KickMethod, motions: &mut Motions) -> Wrench {
         let (context, body, dt) = (self.context, self.body, self.context.dt);
         // Gravity acts besides the load, and so do the contacts and joints that hold the body.
         let free = !context.is_held(body);
@@ -345,20 +345,20 @@ impl<W: Lookup> Kick<'_, W> {
             _ if free => context.free_motion(body).pull(body),
             known => known.unwrap_or_default(),
         };
-        let solved = match duty {
-            Duty::Implicit(duration) => self.implicit(&besides, duration),
+        let solved = match method {
+            KickMethod::Implicit(duration) => self.implicit(&besides, duration),
             _ => self.solved(None, dt),
         };
         // Only a plain load is completed by a second half.
-        if !matches!(duty, Duty::Kick(_)) {
-            motions.leave(body.handle, Rest::Settled);
+        if !matches!(method, KickMethod::Kick(_)) {
+            motions.complete_by(body.handle, Completion::Settled);
         } else if solved.is_some() {
             let twice = context.rules.scheme.kicks_twice();
-            let rest = if twice { Rest::Sloped } else { Rest::Settled };
-            motions.leave(body.handle, rest);
+            let completion = if twice { Completion::Sloped } else { Completion::Settled };
+            motions.complete_by(body.handle, completion);
         }
         let all = match solved {
-            Some((update, _)) if matches!(duty, Duty::Implicit(_)) => {
+            Some((update, _)) if matches!(method, KickMethod::Implicit(_)) => {
                 Some(Load::making(body, &update, dt))
             }
             Some(_) => self.mean(&besides, dt),

@@ -24,7 +24,7 @@ pub(crate) struct Motions {
     pub means: Vec<MeanVelocity>,
     pub loads: Vec<Load>,
     /// Bodies whose motion is not completed by a plain kick, in the order of their handles.
-    pub rests: Vec<BodyRest>,
+    pub completions: Vec<BodyCompletion>,
     /// True if any of them bounced.
     pub bounced: bool,
     /// The record of loaded bodies whose forces read velocities, for the next step.
@@ -49,20 +49,20 @@ pub(super) struct Mark {
     turns: usize,
     means: usize,
     loads: usize,
-    rests: usize,
+    completions: usize,
     resolved: usize,
 }
 
 /// The part of a body's motion that is left after a half of a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BodyRest {
+pub(crate) struct BodyCompletion {
     pub body: RigidBodyHandle,
-    pub rest: Rest,
+    pub completion: Completion,
 }
 
-/// See [`BodyRest`].
+/// See [`BodyCompletion`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rest {
+pub(crate) enum Completion {
     /// It gets no second half of a kick.
     Settled,
     /// It is loaded with the mean of a force that reads velocities, and gets only the effect of the change of that force.
@@ -76,15 +76,15 @@ pub(crate) enum Rest {
     Ahead,
 }
 
-impl Rest {
+impl Completion {
     /// Returns true if the body is completed with [`FreeMotion`](super::FreeMotion).
     pub(crate) fn is_free(self) -> bool {
-        matches!(self, Rest::Free | Rest::Bounced)
+        matches!(self, Completion::Free | Completion::Bounced)
     }
 
     /// Returns true if the body gets no second half of a kick.
     pub(crate) fn is_settled(self) -> bool {
-        matches!(self, Rest::Settled | Rest::Sloped)
+        matches!(self, Completion::Settled | Completion::Sloped)
     }
 }
 
@@ -260,7 +260,7 @@ impl Motions {
         self.turns.clear();
         self.means.clear();
         self.loads.clear();
-        self.rests.clear();
+        self.completions.clear();
         self.bounced = false;
         self.reactions.clear();
         self.outdated = false;
@@ -271,19 +271,19 @@ impl Motions {
     }
 
     /// Records the part of a body's motion that is left; bodies come in the order of their handles.
-    pub(crate) fn leave(&mut self, body: RigidBodyHandle, rest: Rest) {
-        self.rests.push(BodyRest { body, rest });
+    pub(crate) fn complete_by(&mut self, body: RigidBodyHandle, completion: Completion) {
+        self.completions.push(BodyCompletion { body, completion });
     }
 
     /// The part of a body's motion that is left, if it is recorded.
-    pub(crate) fn rest(&self, body: RigidBodyHandle) -> Option<Rest> {
-        let place = find_by(&self.rests, body, |it| it.body)?;
-        Some(self.rests[place].rest)
+    pub(crate) fn completion(&self, body: RigidBodyHandle) -> Option<Completion> {
+        let place = find_by(&self.completions, body, |it| it.body)?;
+        Some(self.completions[place].completion)
     }
 
-    /// [`Self::rest`] for callers that ask in the order of handles: `at` is the place that their walk has reached.
-    pub(crate) fn next_rest(&self, at: &mut usize, body: RigidBodyHandle) -> Option<Rest> {
-        find_next(&self.rests, at, body, |it| it.body).map(|it| it.rest)
+    /// [`Self::completion`] for callers that ask in the order of handles: `at` is the place that their walk has reached.
+    pub(crate) fn next_completion(&self, at: &mut usize, body: RigidBodyHandle) -> Option<Completion> {
+        find_next(&self.completions, at, body, |it| it.body).map(|it| it.completion)
     }
 
     /// The present lengths of the lists.
@@ -293,7 +293,7 @@ impl Motions {
             turns: self.turns.len(),
             means: self.means.len(),
             loads: self.loads.len(),
-            rests: self.rests.len(),
+            completions: self.completions.len(),
             resolved: self.resolved.len(),
         }
     }
@@ -304,7 +304,7 @@ impl Motions {
         self.turns.truncate(mark.turns);
         self.means.truncate(mark.means);
         self.loads.truncate(mark.loads);
-        self.rests.truncate(mark.rests);
+        self.completions.truncate(mark.completions);
         self.resolved.truncate(mark.resolved);
     }
 
@@ -389,9 +389,9 @@ impl Motions {
             if self.load(mean.body).is_none()
                 && let Some(now) = arrives(mean.body)
                 && self.is_changed(mean, &now)
-                && let Some(place) = find_by(&self.rests, mean.body, |it| it.body)
+                && let Some(place) = find_by(&self.completions, mean.body, |it| it.body)
             {
-                self.rests[place].rest = Rest::Bounced;
+                self.completions[place].completion = Completion::Bounced;
                 self.bounced = true;
             }
         }
@@ -407,7 +407,7 @@ impl Motions {
 
     /// Returns true if Rapier has changed the velocity of a body that was moved within the step.
     pub(crate) fn has_bounced(&self, body: RigidBodyHandle) -> bool {
-        self.bounced && self.rest(body) == Some(Rest::Bounced)
+        self.bounced && self.completion(body) == Some(Completion::Bounced)
     }
 
     /// The result for a body that was moved within the step.

@@ -13,7 +13,7 @@ use crate::contact::{Arrival, Heard, KickShare, Pairs, to_ask};
 use crate::diagnose::{SampledFields, Tally, blame, missing_anchor, sifted};
 use crate::field::{Anchor, ContactLaw, FieldSet, Frames, Span};
 use crate::integrate::{
-    Evaluation, Fault, FaultPolicy, MotionRules, Rest, Scheme, StepWarning, TurnAfter, warn_of_caps,
+    Evaluation, Fault, FaultPolicy, MotionRules, Completion, Scheme, StepWarning, TurnAfter, warn_of_caps,
 };
 use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rapier::pipeline::ActiveHooks;
@@ -613,11 +613,11 @@ impl FieldPipeline {
                 first: evaluation?.wrench(body)?,
             })
         };
-        let share = |body| match motions.rest(body) {
+        let share = |body| match motions.completion(body) {
             Some(rest) if rest.is_settled() => KickShare::Within(arrival(body)),
             _ if whole => KickShare::Whole,
             rest => KickShare::Half {
-                free: rest.is_some_and(Rest::is_free),
+                free: rest.is_some_and(Completion::is_free),
             },
         };
         Arc::make_mut(&mut self.detector.starts).after(&world.view(), share, momenta);

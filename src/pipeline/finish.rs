@@ -16,7 +16,7 @@ use crate::contact::{
 use crate::cross_check::AfterStep;
 use crate::diagnose::{SampledFields, blame, sifted};
 use crate::integrate::{
-    BegunStep, Deflection, FASTEST, Fault, FreeMotion, Motions, Rest, StepWarning, warn_of_springs,
+    BegunStep, MidStepImpact, FASTEST, Fault, FreeMotion, Motions, Completion, StepWarning, warn_of_springs,
 };
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rigid::{Body, Lookup, Wrench};
@@ -279,8 +279,8 @@ impl FieldPipeline {
             // These get no second half, so their velocities are true as they are.
             let mut at = 0;
             for (body, wrench) in last.bodies.iter().zip(&mut last.wrenches) {
-                let rest = open.motions.next_rest(&mut at, *body);
-                if rest.is_some_and(Rest::is_settled) {
+                let rest = open.motions.next_completion(&mut at, *body);
+                if rest.is_some_and(Completion::is_settled) {
                     *wrench = Wrench::ZERO;
                 }
             }
@@ -369,7 +369,7 @@ impl FieldPipeline {
         self.note_carriers(state, &view);
         let mut written = bridge::write(world.bodies, &self.late.updates);
         written += bridge::place(world.bodies, world.colliders, &self.redone);
-        let ahead = &self.late.rests;
+        let ahead = &self.late.completions;
         if !ahead.is_empty() && !self.compiled.detectors.is_empty() {
             let starts = Arc::make_mut(&mut self.detector.starts);
             starts.catch_up(ahead.iter().map(|it| it.body));
@@ -381,15 +381,15 @@ impl FieldPipeline {
 
     /// Replaces the velocities of free bodies by those at which they have moved.
     fn complete(&mut self, first: &Motions, world: &WorldMut<'_>) {
-        if first.rests.is_empty() {
+        if first.completions.is_empty() {
             return;
         }
         let (gravity, parameters) = (world.gravity, world.integration_parameters);
         let (iterations, dt) = (iterations(parameters), parameters.dt);
         let mut at = 0;
         for body in &mut self.bodies {
-            let rest = first.next_rest(&mut at, body.handle);
-            if !body.sleeping && rest.is_some_and(Rest::is_free) {
+            let rest = first.next_completion(&mut at, body.handle);
+            if !body.sleeping && rest.is_some_and(Completion::is_free) {
                 let free = FreeMotion::new(body, gravity, iterations, dt);
                 [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
             }
@@ -397,10 +397,10 @@ impl FieldPipeline {
     }
 
     /// The bodies that were put on another path within the step, in the order of their handles.
-    fn redirected(&self) -> Vec<Deflection> {
+    fn redirected(&self) -> Vec<MidStepImpact> {
         let hits = self.pushes.iter().filter_map(|push| {
             let hit = push.hit?;
-            Some(Deflection {
+            Some(MidStepImpact {
                 body: push.body,
                 share: hit.share,
                 presumed: hit.presumed,

@@ -4,7 +4,7 @@ use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{CentreEvaluator, CentreForce, TOGETHER};
 use crate::integrate::{
-    Before, Caps, Evaluation, FASTEST, FreeMotion, Load, Motions, Rest, Scheme, StepWarning,
+    Before, Caps, Evaluation, FASTEST, FreeMotion, Load, Motions, Completion, Scheme, StepWarning,
     VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
 };
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
@@ -42,7 +42,7 @@ impl HalfStep<'_> {
 /// The position of a walk in the lists of the first half.
 #[derive(Default)]
 struct Places {
-    rests: usize,
+    completions: usize,
     loads: usize,
     given: usize,
 }
@@ -357,7 +357,7 @@ impl Pass<'_> {
         }
         let linvel = free.given(update.linvel);
         let given = VelocityUpdate { linvel, ..update };
-        self.motions.leave(body.handle, Rest::Free);
+        self.motions.complete_by(body.handle, Completion::Free);
         self.motions.updates.push(given);
         Ok(Some(given))
     }
@@ -399,11 +399,11 @@ impl Member {
 impl Places {
     /// The first half of a body; bodies are looked up in the order of their handles.
     fn before(&mut self, first: &Motions, handle: RigidBodyHandle) -> Before {
-        let rest = first.next_rest(&mut self.rests, handle);
+        let completion = first.next_completion(&mut self.completions, handle);
         let load = find_next(&first.loads, &mut self.loads, handle, |it| it.body);
         let given = find_next(&first.updates, &mut self.given, handle, |it| it.body);
         Before {
-            free: rest.is_some_and(Rest::is_free),
+            free: completion.is_some_and(Completion::is_free),
             load: load.map(|load| load.wrench),
             given: given.map(|update| update.linvel),
         }

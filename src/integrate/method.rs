@@ -2,7 +2,7 @@
 
 use super::begun::BegunBody;
 use super::evaluation::Evaluation;
-use super::motion::Rest;
+use super::motion::Completion;
 use super::plan::StepPlan;
 use super::stiffness::Treatment;
 use super::{Scheme, StepContext, Substeps};
@@ -11,7 +11,7 @@ use crate::rigid::{Lookup, Wrench, find};
 
 /// The action on a body in one half of a step; kicks have their duration.
 #[derive(Clone, Copy)]
-pub(super) enum Duty {
+pub(super) enum KickMethod {
     Kick(Real),
     Implicit(Real),
     /// To be moved within the step.
@@ -20,60 +20,60 @@ pub(super) enum Duty {
     ByForce,
 }
 
-impl Duty {
+impl KickMethod {
     /// The duration of a kick, and whether it is a linearly implicit one; `None` for any other action.
     pub(super) fn kick(self) -> Option<(Real, bool)> {
         match self {
-            Duty::Kick(duration) => Some((duration, false)),
-            Duty::Implicit(duration) => Some((duration, true)),
-            Duty::Inner(_) | Duty::ByForce => None,
+            KickMethod::Kick(duration) => Some((duration, false)),
+            KickMethod::Implicit(duration) => Some((duration, true)),
+            KickMethod::Inner(_) | KickMethod::ByForce => None,
         }
     }
 }
 
 /// The action on a body; `None` if there is nothing more to do.
-pub(super) fn duty(
+pub(super) fn method_of(
     context: &StepContext<'_, impl Lookup>,
     evaluation: &Evaluation,
     begun: Option<BegunBody<'_>>,
     place: usize,
-) -> Option<Duty> {
+) -> Option<KickMethod> {
     let (dt, body) = (context.dt, context.bodies[place].handle);
     if let Some(begun) = begun {
-        if begun.rest == Some(Rest::Bounced) {
-            return Some(Duty::Kick(dt * 0.5));
+        if begun.completion == Some(Completion::Bounced) {
+            return Some(KickMethod::Kick(dt * 0.5));
         }
-        let settled = begun.rest.is_some_and(Rest::is_settled);
+        let settled = begun.completion.is_some_and(Completion::is_settled);
         let redone = || evaluation.missed.binary_search(&place).is_ok();
         if !context.rules.scheme.kicks_twice() || settled || redone() {
             return None;
         }
         return Some(match evaluation.treatment(place) {
-            Some(Treatment::Damp) => Duty::Implicit(dt * 0.5),
-            _ => Duty::Kick(dt * 0.5),
+            Some(Treatment::Damp) => KickMethod::Implicit(dt * 0.5),
+            _ => KickMethod::Kick(dt * 0.5),
         });
     }
     if !context.rules.links.is_empty() && find(context.rules.links, body).is_some() {
-        return Some(Duty::ByForce);
+        return Some(KickMethod::ByForce);
     }
     Some(match context.rules.scheme {
-        Scheme::ExternalForce => Duty::ByForce,
-        Scheme::Kick => Duty::Kick(dt),
-        Scheme::LinearlyImplicit => Duty::Implicit(dt),
-        Scheme::Substep(Substeps::Fixed(count)) => Duty::Inner(StepPlan {
+        Scheme::ExternalForce => KickMethod::ByForce,
+        Scheme::Kick => KickMethod::Kick(dt),
+        Scheme::LinearlyImplicit => KickMethod::Implicit(dt),
+        Scheme::Substep(Substeps::Fixed(count)) => KickMethod::Inner(StepPlan {
             count,
             composed: false,
         }),
-        Scheme::Suzuki4 => Duty::Inner(StepPlan::COMPOSED),
+        Scheme::Suzuki4 => KickMethod::Inner(StepPlan::COMPOSED),
         Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
             match (evaluation.treatment(place), context.choice()) {
-                (Some(Treatment::Damp), _) => Duty::Implicit(dt),
+                (Some(Treatment::Damp), _) => KickMethod::Implicit(dt),
                 (Some(Treatment::Resolve(pace)), Some(choice))
                     if !stands(context, evaluation, place) =>
                 {
-                    Duty::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
+                    KickMethod::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
                 }
-                _ => Duty::Kick(dt * 0.5),
+                _ => KickMethod::Kick(dt * 0.5),
             }
         }
     })
