@@ -3,10 +3,14 @@
 
 mod at_centres;
 mod begin;
+mod checks;
+mod contacts;
+mod evaluation;
 mod faults;
 mod finish;
 mod open_step;
 mod questions;
+mod scene;
 mod settings;
 mod stages;
 mod state;
@@ -14,6 +18,8 @@ mod timings;
 
 pub use open_step::OpenStep;
 pub use questions::{BodySample, FieldValue};
+pub(crate) use scene::Definition;
+use scene::StepScene;
 pub use settings::FieldSettings;
 pub use state::FieldState;
 use state::OpenRecord;
@@ -24,9 +30,8 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use crate::bridge::{
-    Push, Reader, Rollback, SoftBodies, StepError, Stepped, Undo, WakePolicy, WorldMut,
+    Push, Reader, Rollback, SoftBodies, StepError, StepMark, Stepped, Undo, WakePolicy, WorldMut,
 };
-use crate::compile::Compiled;
 use crate::contact::{
     Calm, Claims, ContactEvent, Detection, Detector, FieldContact, ResponderRules,
 };
@@ -36,7 +41,7 @@ use crate::field::FieldSet;
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Redone, StepWarning};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, BodySet, Wrench};
-use crate::sample::{Gatherer, Properties, Samples};
+use crate::sample::{Gatherer, Properties};
 
 /// The counts of a step, and its largest error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,13 +64,6 @@ pub struct StepOutcome {
     /// True if swept detection reached its limit of impacts in this step (10,000, and 256 for each body), which only
     /// bodies that cannot come to rest do. The remaining impacts are answered in the next step.
     pub exhausted: bool,
-}
-
-/// The fields of a step, as data.
-#[derive(Clone, Copy)]
-pub(crate) struct Definition<'a> {
-    pub set: &'a FieldSet,
-    pub settings: &'a FieldSettings,
 }
 
 /// The machinery of a step, for programs that keep fields, settings and state themselves, as Rapier's
@@ -92,15 +90,14 @@ pub(crate) struct Definition<'a> {
 /// assert!((world.bodies[ball].linvel().x - 1.0).abs() < 1e-5, "1 N for 1 s on 1 kg");
 /// # Ok::<(), StepError>(())
 /// ```
+#[derive(Default)]
 pub struct FieldPipeline {
-    pub(crate) compiled: Compiled,
+    scene: StepScene,
     properties: Properties,
     reader: Reader,
     gatherer: Gatherer,
-    bodies: Vec<Body>,
     /// A buffer for the bodies of the second half.
     late_bodies: Vec<Body>,
-    samples: Samples,
     /// The velocities that fields see.
     seen: Vec<(Vector, Vector)>,
     integrator: Integrator,
@@ -133,17 +130,14 @@ pub struct FieldPipeline {
     acting: Vec<bool>,
     /// Bodies that must not fall asleep.
     restless: Vec<RigidBodyHandle>,
-    links: Vec<RigidBodyHandle>,
-    /// Bodies that Rapier's solver holds.
-    held: BodySet,
     /// True if `held` is up to date for this half of the step.
     held_is_known: bool,
     /// Bodies that contacts pushed in Rapier's last step.
     pushed: BodySet,
     /// True if contacts are the same as when `pushed` was found.
     pushed_is_known: bool,
-    /// The number of steps after which `pushed` was found, if right after Rapier's step.
-    pushed_after: Option<u64>,
+    /// Shows whether they still are when the next step begins.
+    pushed_mark: Option<StepMark>,
     softs: SoftBodies,
     pub(crate) detector: Detector,
     /// The revision of the detection fields for which the detector was made.
@@ -169,64 +163,6 @@ pub struct FieldPipeline {
     last_begun: u64,
     stopwatch: Stopwatch,
     pub(crate) events: Option<Sender<ContactEvent>>,
-}
-
-impl Default for FieldPipeline {
-    fn default() -> Self {
-        let compiled = Compiled::default();
-        FieldPipeline {
-            detector: Detector::new(&compiled, Detection::default()),
-            detectors_revision: None,
-            compiled,
-            properties: Properties::default(),
-            reader: Reader::default(),
-            gatherer: Gatherer::default(),
-            bodies: Vec::new(),
-            late_bodies: Vec::new(),
-            samples: Samples::default(),
-            seen: Vec::new(),
-            integrator: Integrator::default(),
-            motions: Motions::default(),
-            late: Motions::default(),
-            rollback: Rollback::default(),
-            stepped: Stepped::default(),
-            alone: false,
-            on_fault: FaultPolicy::default(),
-            condemned: Vec::new(),
-            centres: CentreEvaluator::default(),
-            block: Vec::new(),
-            undo: Undo::default(),
-            shown: Evaluation::default(),
-            blocker: None,
-            at_centres: false,
-            spare: Evaluation::default(),
-            spare_record: OpenRecord::default(),
-            acting: Vec::new(),
-            restless: Vec::new(),
-            links: Vec::new(),
-            held: BodySet::new(),
-            held_is_known: false,
-            pushed: BodySet::new(),
-            pushed_is_known: false,
-            pushed_after: None,
-            softs: SoftBodies::default(),
-            detection: Detection::default(),
-            pushes: Vec::new(),
-            claims: Arc::default(),
-            calm: Calm::default(),
-            claims_for: Default::default(),
-            watched: Watched::default(),
-            warnings: Vec::new(),
-            redone: Vec::new(),
-            other_bodies: false,
-            other_colliders: false,
-            sampled: 0,
-            met: false,
-            last_begun: 0,
-            stopwatch: Stopwatch::default(),
-            events: None,
-        }
-    }
 }
 
 impl FieldPipeline {
@@ -303,7 +239,10 @@ impl FieldPipeline {
     /// compiled fields stay: they know by themselves which set they were made of.
     fn start_over(&mut self) {
         *self = FieldPipeline {
-            compiled: std::mem::take(&mut self.compiled),
+            scene: StepScene {
+                compiled: std::mem::take(&mut self.scene.compiled),
+                ..StepScene::default()
+            },
             properties: std::mem::take(&mut self.properties),
             stopwatch: std::mem::take(&mut self.stopwatch),
             events: self.events.take(),
@@ -314,25 +253,25 @@ impl FieldPipeline {
 
     /// Updates everything that is made from the fields.
     pub(crate) fn follow(&mut self, fields: &Definition<'_>) {
-        self.compiled.update(fields.set);
+        self.scene.compiled.update(fields.set);
         self.properties.update(fields.set);
         let settings = fields.settings;
-        let found = Some(self.compiled.detectors_revision);
+        let found = Some(self.scene.compiled.detectors_revision);
         let stale = self.detectors_revision != found;
         if stale || self.detection != settings.detection {
             self.detection = settings.detection;
-            self.detector = Detector::new(&self.compiled, self.detection);
+            self.detector = Detector::new(&self.scene.compiled, self.detection);
         }
         let claims_for = (settings.rules.clone(), settings.detection);
         if stale || self.claims_for != claims_for {
             self.detectors_revision = found;
             self.watched.clear();
-            for detector in &self.compiled.detectors {
+            for detector in &self.scene.compiled.detectors {
                 let everywhere = self.watched.entry(detector.collider).or_default();
                 *everywhere |= detector.mask.is_none();
             }
             let swept = settings.detection == Detection::Swept;
-            self.claims = Arc::new(Claims::new(&settings.rules, &self.compiled, swept));
+            self.claims = Arc::new(Claims::new(&settings.rules, &self.scene.compiled, swept));
             self.claims_for = claims_for;
         }
     }

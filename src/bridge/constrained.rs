@@ -100,13 +100,18 @@ impl<'a> Constraints<'a> {
         })
     }
 
-    /// Collects all bodies that contacts pushed in Rapier's last step, with one walk over all contacts.
+    /// Collects all bodies that contacts pushed in Rapier's last step, with one walk over all contacts. Only those of
+    /// bodies that are not yet collected are looked into: that is what takes time.
     pub(crate) fn find_pushed(&self, pushed: &mut BodySet) {
         pushed.clear();
-        for pair in self.pairs.contact_pairs().filter(|pair| is_pushed(pair)) {
-            for collider in [pair.collider1, pair.collider2] {
-                let body = self.parent(collider);
-                body.into_iter().for_each(|body| pushed.insert(body));
+        for pair in self.pairs.contact_pairs() {
+            let sides = [pair.collider1, pair.collider2].map(|it| self.parent(it));
+            let new = |set: &BodySet| sides.iter().flatten().any(|body| !set.contains(*body));
+            if new(pushed) && is_pushed(pair) {
+                sides
+                    .into_iter()
+                    .flatten()
+                    .for_each(|body| pushed.insert(body));
             }
         }
     }

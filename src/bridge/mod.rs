@@ -26,7 +26,7 @@ pub(crate) use rollback::Rollback;
 pub(crate) use sleep::Resting;
 pub(crate) use soft::SoftBodies;
 pub(crate) use soft_load::{LentForces, SoftFlight, give_back};
-pub(crate) use stepped::{Made, Stepped};
+pub(crate) use stepped::{Made, StepMark, Stepped};
 pub(crate) use undo::Undo;
 pub(crate) use visit::Visit;
 pub(crate) use write::{

@@ -6,6 +6,7 @@ use super::undo::Undo;
 use super::world::WorldMut;
 use crate::math::{Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::RigidBody;
+use crate::rigid::SMALLEST_TIME;
 
 /// The bodies that fields wrote to before Rapier's step, and the witnesses by which that step is recognised.
 #[derive(Debug, Default)]
@@ -22,7 +23,7 @@ pub(crate) struct Stepped {
 #[derive(Debug)]
 struct Witness {
     body: RigidBodyHandle,
-    /// The time for which it has been slow enough to fall asleep: a step adds `dt` to it, or resets it.
+    /// The time for which it has been slow enough to fall asleep; see [`mark`].
     slow_for: Real,
     centre: Vector,
     linvel: Vector,
@@ -36,6 +37,53 @@ pub(crate) enum Made {
     None,
     /// Steps of this length together.
     More(Real),
+}
+
+/// A body by which it is recognised whether Rapier has made a step since.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepMark {
+    body: RigidBodyHandle,
+    slow_for: Real,
+}
+
+impl StepMark {
+    /// Marks the first of some bodies that Rapier's step moves; `None` if it moves none of them. The mark is another one
+    /// after another number of steps, so that a world put back to an earlier state does not have it.
+    pub(crate) fn set(
+        bodies: &mut RigidBodySet,
+        mut of: impl Iterator<Item = RigidBodyHandle>,
+        steps: u64,
+    ) -> Option<Self> {
+        let body = of.find(|handle| bodies.get(*handle).is_some_and(is_moved))?;
+        let slow_for = mark(bodies.get_mut(body)?, steps);
+        Some(StepMark { body, slow_for })
+    }
+
+    /// Returns true if no step of length `dt` or longer was made since, nor the body removed, woken or put to sleep.
+    pub(crate) fn is_untouched(&self, bodies: &RigidBodySet, dt: Real) -> bool {
+        let body = bodies.get(self.body).filter(|it| is_moved(it));
+        let slow_for = body.map(|it| it.activation().time_since_can_sleep);
+        slow_for == Some(self.slow_for) && shows(self.slow_for, dt)
+    }
+}
+
+/// Makes the time for which a body has been slow one that Rapier's next step changes, and returns it: a step either
+/// resets it or adds `dt`, in which so small a number vanishes.
+fn mark(body: &mut RigidBody, number: u64) -> Real {
+    let activation = body.activation_mut();
+    if activation.time_since_can_sleep <= SMALLEST_TIME {
+        let share = (1 + number % MARKS) as Real / MARKS as Real;
+        activation.time_since_can_sleep = SMALLEST_TIME * share;
+    }
+    activation.time_since_can_sleep
+}
+
+/// The number of different marks.
+const MARKS: u64 = 1 << 16;
+
+/// Returns true if adding `dt` to the time for which a body has been slow changes it.
+fn shows(slow_for: Real, dt: Real) -> bool {
+    slow_for * 16.0 * Real::EPSILON < dt
 }
 
 /// The largest number of witnesses.
@@ -85,14 +133,10 @@ impl Stepped {
             let Some(body) = bodies.get_mut(handle).filter(|it| is_moved(it)) else {
                 continue;
             };
-            let activation = body.activation_mut();
-            if activation.time_since_can_sleep == 0.0 {
-                // A step either resets this or adds `dt`, in which the smallest positive number vanishes.
-                activation.time_since_can_sleep = Real::MIN_POSITIVE;
-            }
+            let slow_for = mark(body, 0);
             self.witnesses.push(Witness {
                 body: handle,
-                slow_for: activation.time_since_can_sleep,
+                slow_for,
                 centre: centre(body),
                 linvel: body.linvel(),
             });
@@ -113,7 +157,7 @@ impl Stepped {
                 continue;
             };
             let slow_for = body.activation().time_since_can_sleep;
-            let is_fine = witness.slow_for * 16.0 * Real::EPSILON < dt;
+            let is_fine = shows(witness.slow_for, dt);
             if is_fine && slow_for == witness.slow_for {
                 return Made::None;
             }

@@ -58,6 +58,13 @@ pub(crate) struct SweptStep<'a, A> {
     pub verdicts: &'a Verdicts,
 }
 
+/// Without a detection field.
+impl Default for Detector {
+    fn default() -> Self {
+        Detector::new(&Compiled::default(), Detection::default())
+    }
+}
+
 impl Detector {
     pub(crate) fn new(compiled: &Compiled, mode: Detection) -> Self {
         Detector {

@@ -3,7 +3,7 @@
 use super::StepContext;
 use super::coupling::Besides;
 use super::evaluation::Evaluation;
-use super::motion::{Motions, Completion, VelocityUpdate, kicked};
+use super::motion::{Completion, Motions, VelocityUpdate, kicked};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, Mobility, Wrench, find_by, rounded, to_dquat, velocities};
 

@@ -2,12 +2,14 @@
 
 use super::begun::{BegunBody, BegunStep};
 use super::coupling::{Besides, LinearisedWrench};
-use super::method::{KickMethod, method_of, together};
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
-use super::motion::{FASTEST, Load, MeanVelocity, Motions, Completion, Start, VelocityUpdate, kicked};
+use super::method::{Method, method_of, together};
+use super::motion::{
+    Completion, FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked,
+};
 use super::{Integrator, StepContext};
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
@@ -91,7 +93,9 @@ impl Integrator {
                 continue;
             };
             let method = match (together, method) {
-                (Some(plan), KickMethod::Kick(_)) | (Some(plan), KickMethod::Inner(_)) => KickMethod::Inner(plan),
+                (Some(plan), Method::Kick(_)) | (Some(plan), Method::Inner(_)) => {
+                    Method::Inner(plan)
+                }
                 _ => method,
             };
             let wrench = evaluation.wrenches[place];
@@ -201,15 +205,15 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// Carries out the action; `None` if there is nothing more to write.
-    fn done(&self, method: KickMethod, motions: &mut Motions) -> Result<Option<Kicked>, Faster> {
+    fn done(&self, method: Method, motions: &mut Motions) -> Result<Option<Kicked>, Faster> {
         let kicked = match (self.begun, method) {
             (Some(begun), method) => self.second(method, begun, motions),
-            (None, KickMethod::Inner(plan)) => {
+            (None, Method::Inner(plan)) => {
                 motions.complete_by(self.body.handle, Completion::Settled);
                 motions.inner.push(Start::new(self.place, plan, self.wake));
                 None
             }
-            (None, _) if matches!(method, KickMethod::ByForce) || self.is_loaded() => {
+            (None, _) if matches!(method, Method::ByForce) || self.is_loaded() => {
                 let wrench = self.load(method, motions);
                 self.lend(wrench, motions)?;
                 None
@@ -242,7 +246,7 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The first half for a free body; `None` if there is nothing to write.
-    fn first(&self, method: KickMethod, motions: &mut Motions) -> Option<Kicked> {
+    fn first(&self, method: Method, motions: &mut Motions) -> Option<Kicked> {
         let (context, body) = (self.context, self.body);
         let twice = context.rules.scheme.kicks_twice();
         let (duration, implicit) = method.kick()?;
@@ -284,12 +288,20 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The second half; `None` if there is nothing to write.
-    fn second(&self, method: KickMethod, begun: BegunBody<'_>, motions: &mut Motions) -> Option<Kicked> {
+    fn second(
+        &self,
+        method: Method,
+        begun: BegunBody<'_>,
+        motions: &mut Motions,
+    ) -> Option<Kicked> {
         let (context, body, first) = (self.context, self.body, begun.step.motions);
         let load = first.load(body.handle);
         let (duration, implicit) = method.kick()?;
         let motion = context.free_motion(body);
-        let free = begun.completion.is_some_and(Completion::is_free).then_some(&motion);
+        let free = begun
+            .completion
+            .is_some_and(Completion::is_free)
+            .then_some(&motion);
         let solved = if implicit {
             let pull = free.map_or(Besides::default(), |free| free.pull(body));
             self.implicit(&pull, duration)
@@ -336,7 +348,7 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// The load for a body that is held, or that is pushed by forces.
-    fn load(&self, method: KickMethod, motions: &mut Motions) -> Wrench {
+    fn load(&self, method: Method, motions: &mut Motions) -> Wrench {
         let (context, body, dt) = (self.context, self.body, self.context.dt);
         // Gravity acts besides the load, and so do the contacts and joints that hold the body.
         let free = !context.is_held(body);
@@ -346,19 +358,23 @@ impl<W: Lookup> Kick<'_, W> {
             known => known.unwrap_or_default(),
         };
         let solved = match method {
-            KickMethod::Implicit(duration) => self.implicit(&besides, duration),
+            Method::Implicit(duration) => self.implicit(&besides, duration),
             _ => self.solved(None, dt),
         };
         // Only a plain load is completed by a second half.
-        if !matches!(method, KickMethod::Kick(_)) {
+        if !matches!(method, Method::Kick(_)) {
             motions.complete_by(body.handle, Completion::Settled);
         } else if solved.is_some() {
             let twice = context.rules.scheme.kicks_twice();
-            let completion = if twice { Completion::Sloped } else { Completion::Settled };
+            let completion = if twice {
+                Completion::Sloped
+            } else {
+                Completion::Settled
+            };
             motions.complete_by(body.handle, completion);
         }
         let all = match solved {
-            Some((update, _)) if matches!(method, KickMethod::Implicit(_)) => {
+            Some((update, _)) if matches!(method, Method::Implicit(_)) => {
                 Some(Load::making(body, &update, dt))
             }
             Some(_) => self.mean(&besides, dt),

@@ -11,7 +11,7 @@ use crate::rigid::{Lookup, Wrench, find};
 
 /// The action on a body in one half of a step; kicks have their duration.
 #[derive(Clone, Copy)]
-pub(super) enum KickMethod {
+pub(super) enum Method {
     Kick(Real),
     Implicit(Real),
     /// To be moved within the step.
@@ -20,13 +20,13 @@ pub(super) enum KickMethod {
     ByForce,
 }
 
-impl KickMethod {
+impl Method {
     /// The duration of a kick, and whether it is a linearly implicit one; `None` for any other action.
     pub(super) fn kick(self) -> Option<(Real, bool)> {
         match self {
-            KickMethod::Kick(duration) => Some((duration, false)),
-            KickMethod::Implicit(duration) => Some((duration, true)),
-            KickMethod::Inner(_) | KickMethod::ByForce => None,
+            Method::Kick(duration) => Some((duration, false)),
+            Method::Implicit(duration) => Some((duration, true)),
+            Method::Inner(_) | Method::ByForce => None,
         }
     }
 }
@@ -37,11 +37,11 @@ pub(super) fn method_of(
     evaluation: &Evaluation,
     begun: Option<BegunBody<'_>>,
     place: usize,
-) -> Option<KickMethod> {
+) -> Option<Method> {
     let (dt, body) = (context.dt, context.bodies[place].handle);
     if let Some(begun) = begun {
         if begun.completion == Some(Completion::Bounced) {
-            return Some(KickMethod::Kick(dt * 0.5));
+            return Some(Method::Kick(dt * 0.5));
         }
         let settled = begun.completion.is_some_and(Completion::is_settled);
         let redone = || evaluation.missed.binary_search(&place).is_ok();
@@ -49,31 +49,31 @@ pub(super) fn method_of(
             return None;
         }
         return Some(match evaluation.treatment(place) {
-            Some(Treatment::Damp) => KickMethod::Implicit(dt * 0.5),
-            _ => KickMethod::Kick(dt * 0.5),
+            Some(Treatment::Damp) => Method::Implicit(dt * 0.5),
+            _ => Method::Kick(dt * 0.5),
         });
     }
     if !context.rules.links.is_empty() && find(context.rules.links, body).is_some() {
-        return Some(KickMethod::ByForce);
+        return Some(Method::ByForce);
     }
     Some(match context.rules.scheme {
-        Scheme::ExternalForce => KickMethod::ByForce,
-        Scheme::Kick => KickMethod::Kick(dt),
-        Scheme::LinearlyImplicit => KickMethod::Implicit(dt),
-        Scheme::Substep(Substeps::Fixed(count)) => KickMethod::Inner(StepPlan {
+        Scheme::ExternalForce => Method::ByForce,
+        Scheme::Kick => Method::Kick(dt),
+        Scheme::LinearlyImplicit => Method::Implicit(dt),
+        Scheme::Substep(Substeps::Fixed(count)) => Method::Inner(StepPlan {
             count,
             composed: false,
         }),
-        Scheme::Suzuki4 => KickMethod::Inner(StepPlan::COMPOSED),
+        Scheme::Suzuki4 => Method::Inner(StepPlan::COMPOSED),
         Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
             match (evaluation.treatment(place), context.choice()) {
-                (Some(Treatment::Damp), _) => KickMethod::Implicit(dt),
+                (Some(Treatment::Damp), _) => Method::Implicit(dt),
                 (Some(Treatment::Resolve(pace)), Some(choice))
                     if !stands(context, evaluation, place) =>
                 {
-                    KickMethod::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
+                    Method::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
                 }
-                _ => KickMethod::Kick(dt * 0.5),
+                _ => Method::Kick(dt * 0.5),
             }
         }
     })

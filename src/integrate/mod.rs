@@ -5,7 +5,6 @@ mod begun;
 mod context;
 mod couple;
 mod coupling;
-mod method;
 mod evaluation;
 mod exponential;
 mod fault;
@@ -15,6 +14,7 @@ mod jacobian;
 mod kick;
 mod load;
 mod mean_velocity;
+mod method;
 mod monitor;
 mod motion;
 mod pace;
@@ -43,7 +43,9 @@ pub(crate) use evaluation::Evaluation;
 pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use load::{Before, complete, complete_slowed};
-pub(crate) use motion::{Arrived, FASTEST, Load, Motions, Completion, TurnAfter, VelocityUpdate, kicked};
+pub(crate) use motion::{
+    Arrived, Completion, FASTEST, Load, Motions, TurnAfter, VelocityUpdate, kicked,
+};
 pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
 pub(crate) use reaction::Reactions;
 pub(crate) use redo::Redone;

@@ -282,7 +282,11 @@ impl Motions {
     }
 
     /// [`Self::completion`] for callers that ask in the order of handles: `at` is the place that their walk has reached.
-    pub(crate) fn next_completion(&self, at: &mut usize, body: RigidBodyHandle) -> Option<Completion> {
+    pub(crate) fn next_completion(
+        &self,
+        at: &mut usize,
+        body: RigidBodyHandle,
+    ) -> Option<Completion> {
         find_next(&self.completions, at, body, |it| it.body).map(|it| it.completion)
     }
 

@@ -3,7 +3,7 @@
 
 mod pass;
 
-use super::stages::{Now, iterations};
+use super::scene::{Now, iterations};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Visit, WakePolicy, Wanted, WorldMut};
 use crate::integrate::{Evaluation, FASTEST, Scheme};
@@ -16,11 +16,11 @@ impl FieldPipeline {
         let settings = fields.settings;
         let parameters = world.integration_parameters;
         let kicks = matches!(settings.scheme, Scheme::KickDriftKick | Scheme::Kick);
-        self.compiled.at_centres.is_some()
+        self.scene.compiled.at_centres.is_some()
             && kicks
             && !settings.audit
             && settings.wake != WakePolicy::Always
-            && self.links.is_empty()
+            && self.scene.links.is_empty()
             && world.soft_bodies.is_empty()
             && !self.other_colliders
             && parameters.dt > 0.0
@@ -48,7 +48,7 @@ impl FieldPipeline {
         if self.pass(&half, last, world).is_blocked() {
             return None;
         }
-        self.find_held(fields, world, None);
+        self.find_held(fields, world);
         self.keep_copies(fields, world);
         if !self.visit_centres(&half, last, world) {
             return None;
@@ -97,7 +97,7 @@ impl FieldPipeline {
         };
         let twice = half.scheme.kicks_twice();
         if twice {
-            self.find_held(fields, world, Some(state.steps + 1));
+            self.find_held(fields, world);
         }
         if twice && !self.visit_centres(&half, state.evaluation.as_ref(), world) {
             return None;
@@ -122,12 +122,12 @@ impl FieldPipeline {
     ) -> bool {
         let told = self.warnings.len();
         self.motions.clear();
-        self.bodies.clear();
+        self.scene.bodies.clear();
         std::mem::swap(&mut self.shown, &mut self.spare);
         self.shown.clear();
         (self.shown.dt, self.shown.outdated) = (half.dt, true);
         self.centres
-            .begin(&self.compiled, &world.view(), half.moment);
+            .begin(&self.scene.compiled, &world.view(), half.moment);
         let mut block = std::mem::take(&mut self.block);
         let done = self.pass(half, last, world).run(&mut block);
         self.block = block;
@@ -155,8 +155,8 @@ impl FieldPipeline {
             walk: self.reader.walk(world.bodies, world.islands, wanted),
             visit: Visit::new(world, &mut self.undo),
             blocker: self.blocker,
-            compiled: &self.compiled,
-            held: &self.held,
+            compiled: &self.scene.compiled,
+            held: &self.scene.held,
             last,
             half,
             gravity,
@@ -165,7 +165,7 @@ impl FieldPipeline {
             evaluator: &mut self.centres,
             shown: &mut self.shown,
             motions: &mut self.motions,
-            drowsy: &mut self.bodies,
+            drowsy: &mut self.scene.bodies,
             warnings: &mut self.warnings,
         }
     }

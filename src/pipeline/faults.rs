@@ -1,6 +1,6 @@
 //! The treatment of forces that cannot be given to Rapier.
 
-use super::stages::Now;
+use super::scene::Now;
 use super::{Definition, FieldPipeline};
 use crate::bridge::{SoftFlight, StepError, WorldMut};
 use crate::diagnose::{blame, sifted, warn_of};
@@ -18,17 +18,9 @@ impl FieldPipeline {
         now: Now,
         evaluation: &mut Evaluation,
     ) -> Result<(), StepError> {
-        let (view, exact) = (world.view(), self.exact_turns(fields));
+        let view = world.view();
         loop {
-            let rules = Self::rules(&self.links, &self.held, exact, fields, world);
-            let context = Self::context(
-                &view,
-                &self.compiled,
-                &self.samples,
-                &self.bodies,
-                now,
-                rules,
-            );
+            let context = self.scene.context(fields, world, &view, now);
             let outcome = self.integrator.evaluate(&context, &self.seen, evaluation);
             let Err(fault) = outcome else {
                 return Ok(());
@@ -52,7 +44,7 @@ impl FieldPipeline {
             FaultPolicy::LeaveOut => {}
             FaultPolicy::Quarantine => {
                 self.condemned.extend(fault.bodies());
-                self.bodies.retain(|body| !fault.is_of(body.handle));
+                self.scene.bodies.retain(|body| !fault.is_of(body.handle));
             }
         }
         warn_of(fields.set, fault, self.on_fault, &mut self.warnings);
@@ -88,7 +80,7 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let (view, settings) = (world.view(), fields.settings);
         let moment = now.moment();
-        let (compiled, wake) = (&self.compiled, settings.wake);
+        let (compiled, wake) = (&self.scene.compiled, settings.wake);
         let fault = self
             .softs
             .evaluate(compiled, &self.properties, world, moment, wake);
@@ -105,11 +97,11 @@ impl FieldPipeline {
         }
         let durations = Durations::new(settings.scheme, now.dt);
         self.softs
-            .move_all(&self.compiled, &view, moment, durations, flight);
-        if let Some(fault) = self.softs.too_fast(&self.compiled, &view, moment) {
+            .move_all(&self.scene.compiled, &view, moment, durations, flight);
+        if let Some(fault) = self.softs.too_fast(&self.scene.compiled, &view, moment) {
             self.answer_soft(fields, &fault)?;
             self.softs
-                .move_all(&self.compiled, &view, moment, durations, flight);
+                .move_all(&self.scene.compiled, &view, moment, durations, flight);
         }
         Ok(())
     }

@@ -4,21 +4,19 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::begin::take_back;
+use super::contacts::joints;
 use super::faults::answering;
-use super::stages::{Now, iterations, moment};
+use super::scene::{Now, iterations};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
 use crate::bridge::{self, Made, Push, StepError, WakePolicy, Wanted, WorldMut, WorldRef};
-use crate::contact::{
-    FieldContact, Given, HandOver, HeldPairs, Joints, Pairs, SweptStep, Verdicts, is_dominated,
-    report, was_to_ask,
-};
+use crate::contact::was_to_ask;
 use crate::cross_check::AfterStep;
 use crate::diagnose::{SampledFields, blame, sifted};
 use crate::integrate::{
-    BegunStep, MidStepImpact, FASTEST, Fault, FreeMotion, Motions, Completion, StepWarning, warn_of_springs,
+    BegunStep, Completion, Fault, FreeMotion, MidStepImpact, Motions, StepWarning,
 };
-use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
+use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rigid::{Body, Lookup, Wrench};
 
 impl FieldPipeline {
@@ -70,7 +68,7 @@ impl FieldPipeline {
         self.rollback = open.rollback;
         self.softs.spare = open.soft.unwrap_or_default();
         self.stepped = open.stepped;
-        self.late_bodies = std::mem::replace(&mut self.bodies, open.bodies);
+        self.late_bodies = std::mem::replace(&mut self.scene.bodies, open.bodies);
         outcome
     }
 
@@ -94,7 +92,7 @@ impl FieldPipeline {
                 self.warnings.push(StepWarning::OtherSteps { advanced, dt });
             }
         }
-        if !self.compiled.detectors.is_empty() {
+        if !self.scene.compiled.detectors.is_empty() {
             // No hook is called any more. Without this reference, the detector can change its own in place.
             open.starts = Arc::default();
         }
@@ -133,7 +131,7 @@ impl FieldPipeline {
             verdicts.add_unasked(claims, released, world.narrow_phase, &world.view());
         }
         self.sweep(fields, open, &verdicts, began, world);
-        let detects = !self.compiled.detectors.is_empty();
+        let detects = !self.scene.compiled.detectors.is_empty();
         self.stopwatch.lap_if(detects, StepStage::Contacts);
         let check = &fields.settings.cross_check;
         let checks = self.cross_checks(fields);
@@ -160,7 +158,7 @@ impl FieldPipeline {
         if fields.settings.audit {
             let view = world.view();
             let (_, samples) =
-                Self::sample_everyone(&self.properties, &view, self.compiled.requirements);
+                Self::sample_everyone(&self.properties, &view, self.scene.compiled.requirements);
             let moment = Now::last(began, dt).moment();
             let sampled = SampledFields::new(fields.set, &view, &samples, moment);
             state.audit.end(&open.tally, &sampled, dt);
@@ -173,6 +171,7 @@ impl FieldPipeline {
             self.stopwatch.lap(StepStage::SoftBodies);
         }
         bridge::quarantine(world.bodies, &self.condemned);
+        self.keep_pushed(state, world);
         self.stopwatch.lap(StepStage::Bookkeeping);
         Ok(StepOutcome {
             sampled: self.samples_used(open),
@@ -187,7 +186,7 @@ impl FieldPipeline {
 
     /// The largest error of bodies under a scheme that chooses.
     fn error(&self, fields: &Definition<'_>, open: &OpenStep) -> Option<Real> {
-        let varies = !open.idle && self.compiled.varies();
+        let varies = !open.idle && self.scene.compiled.varies();
         let reached = if varies { self.integrator.reached } else { 0.0 };
         let chooses = fields.settings.scheme.chooses();
         chooses.then(|| from_f64(reached))
@@ -195,53 +194,6 @@ impl FieldPipeline {
 
     fn samples_used(&self, open: &OpenStep) -> usize {
         if open.idle { 0 } else { self.sampled }
-    }
-
-    /// With swept detection, finds and answers the touches during Rapier's step.
-    fn sweep(
-        &mut self,
-        fields: &Definition<'_>,
-        open: &OpenStep,
-        verdicts: &Verdicts,
-        began: f64,
-        world: &WorldMut<'_>,
-    ) {
-        let rules = &fields.settings.rules;
-        self.pushes.clear();
-        let (view, joints) = (world.view(), joints(world));
-        let properties = &self.properties;
-        let displaced = self.compiled.requirements.displaced;
-        self.detector.sweep(
-            &self.compiled,
-            &view,
-            SweptStep {
-                moment: moment(began, open.dt),
-                dt: open.dt,
-                answers: |contact: &FieldContact| {
-                    rules.answers(contact, &verdicts.vetoed)
-                        && !is_rapiers(contact, joints, &open.given, &view)
-                },
-                verdicts,
-            },
-            |samples| Self::sites(properties, &view, displaced, samples),
-            &mut self.pushes,
-        );
-    }
-
-    /// Writes the results of contacts to bodies, except velocities that are too fast and poses that are not finite.
-    /// Returns the number of bodies.
-    fn push(&mut self, world: &mut WorldMut<'_>) -> usize {
-        self.pushes.retain(|push| {
-            let bears = |velocity: Vector| velocity.length() <= FASTEST;
-            let stays = push.pose.is_none_or(|pose| pose.is_finite());
-            let sound = stays && bears(push.linvel) && bears(push.angvel);
-            if !sound {
-                let body = push.body;
-                self.warnings.push(StepWarning::AnswerLeftOut { body });
-            }
-            sound
-        });
-        bridge::push(world.bodies, &self.pushes)
     }
 
     /// The second half of a kick, with the wrenches after Rapier's step.
@@ -298,7 +250,7 @@ impl FieldPipeline {
         self.stopwatch.lap(StepStage::Samples);
         let mut evaluation = std::mem::take(&mut self.spare);
         let mut last = state.evaluation.take();
-        self.find_held(fields, world, Some(state.steps + 1));
+        self.find_held(fields, world);
         self.evaluate(fields, world, now, &mut evaluation)?;
         self.stopwatch.lap(StepStage::Evaluation);
         if !self.condemned.is_empty() {
@@ -306,19 +258,11 @@ impl FieldPipeline {
             open.bodies.retain(|it| !gone.contains(&it.handle));
             last.iter_mut().for_each(|it| it.remove(&self.condemned));
         }
-        let (view, exact) = (world.view(), self.exact_turns(fields));
+        let view = world.view();
         let hits = &self.redirected();
         let sift = |fault: &Fault| sifted(fields.set, fault);
-        let rules = Self::rules(&self.links, &self.held, exact, fields, world);
-        let rules = answering(rules, self.on_fault, &sift);
-        let context = Self::context(
-            &view,
-            &self.compiled,
-            &self.samples,
-            &self.bodies,
-            now,
-            rules,
-        );
+        let mut context = self.scene.context(fields, world, &view, now);
+        context.rules = answering(context.rules, self.on_fault, &sift);
         let integrator = &mut self.integrator;
         let known = last
             .as_ref()
@@ -327,7 +271,7 @@ impl FieldPipeline {
             last: known,
             motions: &open.motions,
             hits,
-            may_redo: self.compiled.detectors.is_empty(),
+            may_redo: self.scene.compiled.detectors.is_empty(),
         };
         let (stiff, warnings) = (&mut state.stiff, &mut self.warnings);
         integrator.update(&context, &mut evaluation, begun, stiff, warnings);
@@ -337,9 +281,12 @@ impl FieldPipeline {
             integrator.redo(&context, &mut evaluation, bodies, last, redone, warnings);
         }
         let policy = fields.settings.wake;
-        state
-            .resting
-            .decide(&self.bodies, &evaluation.wrenches, policy, &mut self.acting);
+        state.resting.decide(
+            &self.scene.bodies,
+            &evaluation.wrenches,
+            policy,
+            &mut self.acting,
+        );
         let outcome = {
             let acts = acts(policy, &self.acting);
             integrator.second_half(&context, &evaluation, begun, &acts, &mut self.late)
@@ -356,21 +303,21 @@ impl FieldPipeline {
         self.warnings.extend(hit);
         // This needs the places at which the bodies were found.
         for now in &self.redone {
-            let body = &mut self.bodies[now.place];
+            let body = &mut self.scene.bodies[now.place];
             (body.pose, body.linvel, body.angvel) = (now.pose, now.linvel, now.angvel);
         }
         let mut faults = std::mem::take(&mut self.late.faults);
         self.answer_all(fields, &mut faults, Some(&mut evaluation))?;
         let condemned = &self.condemned;
         self.redone.retain(|now| !condemned.contains(&now.body));
-        self.sampled = self.bodies.len();
+        self.sampled = self.scene.bodies.len();
         evaluation.outdated = self.late.outdated || !self.redone.is_empty();
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         let mut written = bridge::write(world.bodies, &self.late.updates);
         written += bridge::place(world.bodies, world.colliders, &self.redone);
         let ahead = &self.late.completions;
-        if !ahead.is_empty() && !self.compiled.detectors.is_empty() {
+        if !ahead.is_empty() && !self.scene.compiled.detectors.is_empty() {
             let starts = Arc::make_mut(&mut self.detector.starts);
             starts.catch_up(ahead.iter().map(|it| it.body));
         }
@@ -387,7 +334,7 @@ impl FieldPipeline {
         let (gravity, parameters) = (world.gravity, world.integration_parameters);
         let (iterations, dt) = (iterations(parameters), parameters.dt);
         let mut at = 0;
-        for body in &mut self.bodies {
+        for body in &mut self.scene.bodies {
             let rest = first.next_completion(&mut at, body.handle);
             if !body.sleeping && rest.is_some_and(Completion::is_free) {
                 let free = FreeMotion::new(body, gravity, iterations, dt);
@@ -415,7 +362,7 @@ impl FieldPipeline {
     fn record(&mut self, state: &mut FieldState) {
         let mut updates = self.late.updates.iter().peekable();
         state.records.clear();
-        for body in &self.bodies {
+        for body in &self.scene.bodies {
             let mut record = BodyRecord::of(body);
             if let Some(update) = updates.next_if(|update| update.body == body.handle) {
                 (record.linvel, record.angvel) = (update.linvel, update.angvel);
@@ -466,82 +413,5 @@ impl FieldPipeline {
                 state.resting.resting_under(body.handle, wrench);
             }
         }
-    }
-
-    /// Finds the contacts at the end of the step, answers them, and sends events; returns the number of bodies written.
-    fn touch(
-        &mut self,
-        fields: &Definition<'_>,
-        state: &mut FieldState,
-        open: &OpenStep,
-        verdicts: &Verdicts,
-        world: &mut WorldMut<'_>,
-    ) -> usize {
-        let dt = open.dt;
-        if self.compiled.detectors.is_empty() {
-            state.hand_over = HandOver::default();
-            return 0;
-        }
-        let rules = &fields.settings.rules;
-        self.pushes.clear();
-        let view = world.view();
-        let moment = moment(state.time, dt);
-        let properties = &self.properties;
-        let displaced = self.compiled.requirements.displaced;
-        let held = Some(HeldPairs {
-            pairs: &verdicts.held,
-            narrow_phase: world.narrow_phase,
-        });
-        self.detector
-            .run(&self.compiled, &view, moment, held, |samples| {
-                Self::sites(properties, &view, displaced, samples);
-            });
-        if rules.answer_any() {
-            let joints = joints(world);
-            let answers = |contact: &FieldContact| {
-                rules.answers(contact, &verdicts.vetoed)
-                    && !is_rapiers(contact, joints, &open.given, &view)
-            };
-            let (detector, compiled) = (&mut self.detector, &self.compiled);
-            let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
-            self.warnings
-                .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
-        }
-        let written = self.push(world);
-        let hand_over = &mut state.hand_over;
-        let given = hand_over.update(&self.detector, &open.claims, verdicts);
-        self.warnings.extend(warnings_of(given));
-        self.detector.add_touches();
-        if let Some(channel) = &self.events {
-            let contacts = &self.detector.contacts;
-            report(channel, &mut state.touching, contacts, state.time);
-        }
-        written
-    }
-}
-
-/// Returns true if fields leave a contact to Rapier's solver, whatever the rules say.
-fn is_rapiers(
-    contact: &FieldContact,
-    joints: Joints<'_>,
-    given: &Pairs,
-    view: &WorldRef<'_>,
-) -> bool {
-    let bodies = contact.bodies.map(|body| view.body(body?));
-    given.contains(&contact.colliders) || joints.keep_apart(contact.bodies) || is_dominated(bodies)
-}
-
-/// The warnings for pairs that are handed over to Rapier; there is none for a pair that rests.
-fn warnings_of(given: Given) -> impl Iterator<Item = StepWarning> {
-    let deeper = given.deeper.into_iter();
-    let deeper = deeper.map(|(colliders, depth)| StepWarning::ContactDeepens { colliders, depth });
-    let not_finite = given.not_finite.into_iter();
-    deeper.chain(not_finite.map(|colliders| StepWarning::AnswerNotFinite { colliders }))
-}
-
-fn joints<'a>(world: &'a WorldMut<'_>) -> Joints<'a> {
-    Joints {
-        impulse: world.impulse_joints,
-        multibody: world.multibody_joints,
     }
 }

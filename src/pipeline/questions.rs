@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::stages::{NONE, moment};
+use super::scene::moment;
+use super::stages::NONE;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{StepError, WorldRef};
 use crate::compile::{Compiled, Plan, Prepared};
@@ -75,8 +76,8 @@ struct Scene<'a> {
 impl FieldPipeline {
     /// The present fields in compiled form.
     fn current(&self, set: &FieldSet) -> Current<'_> {
-        if self.compiled.revision == set.revision() {
-            return Current(MaybeOwned::Kept(&self.compiled, &self.properties));
+        if self.scene.compiled.revision == set.revision() {
+            return Current(MaybeOwned::Kept(&self.scene.compiled, &self.properties));
         }
         let mut properties = Properties::default();
         properties.update(set);

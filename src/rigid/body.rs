@@ -60,7 +60,9 @@ impl Body {
             rotation_locked: body.is_rotation_locked(),
             gyroscopic: body.gyroscopic_forces_enabled(),
             sleeping: body.is_sleeping(),
-            drowsy: body.activation().time_since_can_sleep,
+            drowsy: Some(body.activation().time_since_can_sleep)
+                .filter(|time| *time > SMALLEST_TIME)
+                .unwrap_or(0.0),
             patience: body.activation().time_until_sleep,
             gravity_scale: body.gravity_scale(),
             user_force: body.user_force(),
@@ -106,6 +108,10 @@ impl Body {
         substeps.saturating_add(self.extra_iterations)
     }
 }
+
+/// The time (s) up to which Rapier's record of how long a body has been slow counts as zero: this crate leaves such
+/// numbers there as marks, by which it recognises the next step.
+pub(crate) const SMALLEST_TIME: Real = 1e-30;
 
 /// The velocity of the origin of a body's frame. For a body that is not dynamic the centre of mass may be
 /// anywhere: Rapier computes it for open meshes too, and does not use it.

@@ -2,12 +2,11 @@
 
 use crate::math::RigidBodyHandle;
 
-/// One bit a body, by the index of its handle. Generations are not compared, so it must be asked about bodies
-/// that exist only.
+/// The generation of each body, by the index of its handle; [`ABSENT`] where there is none.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct BodySet(Vec<u64>);
+pub(crate) struct BodySet(Vec<u32>);
 
-const BITS: usize = u64::BITS as usize;
+const ABSENT: u32 = u32::MAX;
 
 impl BodySet {
     /// The empty set.
@@ -20,22 +19,18 @@ impl BodySet {
     }
 
     pub(crate) fn insert(&mut self, body: RigidBodyHandle) {
-        let index = index(body);
-        let word = index / BITS;
-        if self.0.len() <= word {
-            self.0.resize(word + 1, 0);
+        let (index, generation) = body.into_raw_parts();
+        let index = index as usize;
+        if self.0.len() <= index {
+            self.0.resize(index + 1, ABSENT);
         }
-        self.0[word] |= 1 << (index % BITS);
+        self.0[index] = generation;
     }
 
     #[inline]
     pub(crate) fn contains(&self, body: RigidBodyHandle) -> bool {
-        let index = index(body);
-        let word = self.0.get(index / BITS);
-        word.is_some_and(|word| word >> (index % BITS) & 1 == 1)
+        let (index, generation) = body.into_raw_parts();
+        let found = self.0.get(index as usize);
+        generation != ABSENT && found == Some(&generation)
     }
-}
-
-fn index(body: RigidBodyHandle) -> usize {
-    body.into_raw_parts().0 as usize
 }

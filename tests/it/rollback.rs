@@ -215,3 +215,68 @@ fn a_path_ends_with_its_body() {
     let error = fields.predict(&world).step().expect_err("a step back");
     assert!(matches!(error, StepError::TimeStep { .. }), "{error}");
 }
+
+/// What happens to a pile before a frame, of which the last step of the fields knows nothing.
+fn meddle(frame: u64, world: &mut PhysicsWorld) {
+    let bodies: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
+    let body = bodies[1 + frame as usize % (bodies.len() - 1)];
+    let high = Vector::new(0.0, 9.0, (frame % 7) as Real);
+    match frame % 9 {
+        // A step without fields.
+        1 | 2 => world.step(),
+        3 => world.bodies[body].set_translation(high, true),
+        // A body that flies gets the place of one that lay on others.
+        4 => {
+            world.remove_body(body);
+            let other = RigidBodyBuilder::dynamic().translation(high);
+            world.insert(other, ColliderBuilder::cuboid(0.5, 0.4, 0.3));
+        }
+        5 => world.bodies[body].wake_up(true),
+        6 => world.bodies[body].sleep(),
+        // The same body elsewhere, seen by a step without fields.
+        7 => {
+            world.bodies[body].set_translation(high, true);
+            world.step();
+        }
+        _ => {}
+    }
+}
+
+/// The contacts that a step found are used by the next one, but only if no other step was made in between.
+#[test]
+fn contacts_are_those_of_the_last_step_of_rapier() {
+    let wind = Field::wind(Vector::X * 3.0, 0.3, 0.0);
+    let trees = [Tree::from(wind), Field::uniform(Vector::X * 0.3).into()];
+    for (scheme, tree) in SCHEMES
+        .iter()
+        .flat_map(|it| trees.iter().map(move |tree| (*it, tree)))
+    {
+        let mut world = PhysicsWorld::new();
+        let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
+        world.insert(floor, ColliderBuilder::cuboid(30.0, 0.5, 30.0));
+        for k in 0..8 {
+            let at = Vector::new(
+                0.1 * k as Real,
+                0.4 + 0.85 * (k / 2) as Real,
+                (k % 2) as Real,
+            );
+            let body = RigidBodyBuilder::dynamic().translation(at);
+            world.insert(body, ColliderBuilder::cuboid(0.5, 0.4, 0.3));
+        }
+        let fields = Fields::builder(tree.clone()).scheme(scheme).build();
+        let mut fields = fields.expect("a valid tree");
+        let mut fresh = fields.clone();
+        for number in 0..150 {
+            meddle(number, &mut world);
+            // Other fields make the same step with the state alone: none of their buffers are of the last step.
+            let mut other = fields.predict(&world).world;
+            fresh.state = fields.state.clone();
+            fields.step(&mut world).expect("a step");
+            fresh.step(&mut other).expect("a step");
+            assert!(
+                bits(&world) == bits(&other),
+                "{scheme:?}, frame {number}: {tree:?}"
+            );
+        }
+    }
+}

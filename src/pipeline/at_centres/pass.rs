@@ -4,7 +4,7 @@ use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{CentreEvaluator, CentreForce, TOGETHER};
 use crate::integrate::{
-    Before, Caps, Evaluation, FASTEST, FreeMotion, Load, Motions, Completion, Scheme, StepWarning,
+    Before, Caps, Completion, Evaluation, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning,
     VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
 };
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};

@@ -1,0 +1,237 @@
+//! Contacts of a step: what Rapier is told before its step, and detection and answers after it.
+
+use std::sync::Arc;
+
+use super::scene::moment;
+use super::{Definition, FieldPipeline, FieldState, OpenStep};
+use crate::bridge::{self, WorldMut, WorldRef};
+use crate::contact::{
+    Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, Pairs, SweptStep,
+    Verdicts, is_dominated, report,
+};
+use crate::integrate::{Completion, Evaluation, FASTEST, StepWarning, TurnAfter, warn_of_springs};
+use crate::math::Vector;
+use crate::rapier::pipeline::ActiveHooks;
+use crate::rigid::Lookup;
+
+impl FieldPipeline {
+    /// Records the bodies at the start of the step, before fields act on them, for contacts.
+    pub(super) fn note_starts(&mut self, world: &WorldMut<'_>) {
+        if !self.scene.compiled.detectors.is_empty() {
+            let starts = Arc::make_mut(&mut self.detector.starts);
+            starts.before(&world.view(), world.gravity, world.integration_parameters);
+        }
+    }
+
+    /// Records them after the first kicks.
+    pub(super) fn note_kicks(
+        &mut self,
+        fields: &Definition<'_>,
+        evaluation: Option<&Evaluation>,
+        world: &WorldMut<'_>,
+    ) {
+        if self.scene.compiled.detectors.is_empty() {
+            return;
+        }
+        let motions = &self.motions;
+        let turns = motions.turns.iter();
+        let momenta = turns.filter_map(|turn| match turn.after {
+            TurnAfter::Momentum(momentum) => Some((turn.body, [momentum, turn.twist])),
+            TurnAfter::Velocity(_) => None,
+        });
+        let whole = fields.settings.scheme.kicks_once();
+        let arrival = |body| {
+            Some(Arrival {
+                linvel: motions.arrival(body)?,
+                first: evaluation?.wrench(body)?,
+            })
+        };
+        let share = |body| match motions.completion(body) {
+            Some(rest) if rest.is_settled() => KickShare::Within(arrival(body)),
+            _ if whole => KickShare::Whole,
+            rest => KickShare::Half {
+                free: rest.is_some_and(Completion::is_free),
+            },
+        };
+        Arc::make_mut(&mut self.detector.starts).after(&world.view(), share, momenta);
+    }
+
+    /// The pairs that are Rapier's, because no detection field acts at their present poses.
+    pub(super) fn release(&mut self, state: &FieldState, world: &WorldMut<'_>) -> Pairs {
+        let (view, claims, properties) = (world.view(), &self.claims, &self.properties);
+        let pairs = world.narrow_phase.contact_pairs();
+        let pairs = pairs.map(|pair| [pair.collider1, pair.collider2]);
+        let claimed = pairs.filter(|pair| claims.law(*pair).is_some());
+        let moment = moment(state.time, world.integration_parameters.dt);
+        let displaced = self.scene.compiled.requirements.displaced;
+        let sites = |samples: &mut _| Self::sites(properties, &view, displaced, samples);
+        self.detector
+            .released(&self.scene.compiled, &view, claimed, moment, sites)
+    }
+
+    /// Gives the colliders whose contacts are claimed or checked the hook bits that they need, and restores the bits of
+    /// those that no longer need them.
+    pub(super) fn listen(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        world: &mut WorldMut<'_>,
+    ) {
+        let check = &fields.settings.cross_check;
+        let fresh = check.on && !check.lets_recycle();
+        let (view, starts) = (world.view(), &self.detector.starts);
+        self.calm
+            .find(&self.claims, starts, &view, world.integration_parameters);
+        let wanted = |collider| {
+            let mut bits = ActiveHooks::empty();
+            if !self.calm.is_quiet(collider) {
+                bits |= self.claims.bits(collider);
+            }
+            if fresh && self.watched.contains_key(&collider) {
+                bits |= ActiveHooks::FILTER_CONTACT_PAIRS;
+            }
+            bits
+        };
+        let listening = &mut state.listening;
+        if listening.any_free(wanted) {
+            for (collider, own) in Arc::make_mut(listening).release(wanted) {
+                bridge::set_hooks(world, collider, own);
+            }
+        }
+        let view = world.view();
+        let silent = self.watched.keys().filter_map(|collider| {
+            let own = view.collider(*collider)?.active_hooks();
+            let bits = wanted(*collider);
+            (!own.contains(bits)).then_some((*collider, own, bits))
+        });
+        let silent: Vec<_> = silent.collect();
+        for (collider, own, bits) in silent {
+            bridge::set_hooks(world, collider, own | bits);
+            Arc::make_mut(listening).add(collider, own);
+        }
+    }
+
+    /// With swept detection, finds and answers the touches during Rapier's step.
+    pub(super) fn sweep(
+        &mut self,
+        fields: &Definition<'_>,
+        open: &OpenStep,
+        verdicts: &Verdicts,
+        began: f64,
+        world: &WorldMut<'_>,
+    ) {
+        let rules = &fields.settings.rules;
+        self.pushes.clear();
+        let (view, joints) = (world.view(), joints(world));
+        let properties = &self.properties;
+        let displaced = self.scene.compiled.requirements.displaced;
+        self.detector.sweep(
+            &self.scene.compiled,
+            &view,
+            SweptStep {
+                moment: moment(began, open.dt),
+                dt: open.dt,
+                answers: |contact: &FieldContact| {
+                    rules.answers(contact, &verdicts.vetoed)
+                        && !is_rapiers(contact, joints, &open.given, &view)
+                },
+                verdicts,
+            },
+            |samples| Self::sites(properties, &view, displaced, samples),
+            &mut self.pushes,
+        );
+    }
+
+    /// Writes the results of contacts to bodies, except velocities that are too fast and poses that are not finite.
+    /// Returns the number of bodies.
+    pub(super) fn push(&mut self, world: &mut WorldMut<'_>) -> usize {
+        self.pushes.retain(|push| {
+            let bears = |velocity: Vector| velocity.length() <= FASTEST;
+            let stays = push.pose.is_none_or(|pose| pose.is_finite());
+            let sound = stays && bears(push.linvel) && bears(push.angvel);
+            if !sound {
+                let body = push.body;
+                self.warnings.push(StepWarning::AnswerLeftOut { body });
+            }
+            sound
+        });
+        bridge::push(world.bodies, &self.pushes)
+    }
+
+    /// Finds the contacts at the end of the step, answers them, and sends events; returns the number of bodies written.
+    pub(super) fn touch(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        open: &OpenStep,
+        verdicts: &Verdicts,
+        world: &mut WorldMut<'_>,
+    ) -> usize {
+        let dt = open.dt;
+        if self.scene.compiled.detectors.is_empty() {
+            state.hand_over = HandOver::default();
+            return 0;
+        }
+        let rules = &fields.settings.rules;
+        self.pushes.clear();
+        let view = world.view();
+        let moment = moment(state.time, dt);
+        let properties = &self.properties;
+        let displaced = self.scene.compiled.requirements.displaced;
+        let held = Some(HeldPairs {
+            pairs: &verdicts.held,
+            narrow_phase: world.narrow_phase,
+        });
+        self.detector
+            .run(&self.scene.compiled, &view, moment, held, |samples| {
+                Self::sites(properties, &view, displaced, samples);
+            });
+        if rules.answer_any() {
+            let joints = joints(world);
+            let answers = |contact: &FieldContact| {
+                rules.answers(contact, &verdicts.vetoed)
+                    && !is_rapiers(contact, joints, &open.given, &view)
+            };
+            let (detector, compiled) = (&mut self.detector, &self.scene.compiled);
+            let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
+            self.warnings
+                .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
+        }
+        let written = self.push(world);
+        let hand_over = &mut state.hand_over;
+        let given = hand_over.update(&self.detector, &open.claims, verdicts);
+        self.warnings.extend(warnings_of(given));
+        self.detector.add_touches();
+        if let Some(channel) = &self.events {
+            let contacts = &self.detector.contacts;
+            report(channel, &mut state.touching, contacts, state.time);
+        }
+        written
+    }
+}
+
+/// Returns true if fields leave a contact to Rapier's solver, whatever the rules say.
+fn is_rapiers(
+    contact: &FieldContact,
+    joints: Joints<'_>,
+    given: &Pairs,
+    view: &WorldRef<'_>,
+) -> bool {
+    let bodies = contact.bodies.map(|body| view.body(body?));
+    given.contains(&contact.colliders) || joints.keep_apart(contact.bodies) || is_dominated(bodies)
+}
+
+/// The warnings for pairs that are handed over to Rapier; there is none for a pair that rests.
+fn warnings_of(given: Given) -> impl Iterator<Item = StepWarning> {
+    let deeper = given.deeper.into_iter();
+    let deeper = deeper.map(|(colliders, depth)| StepWarning::ContactDeepens { colliders, depth });
+    let not_finite = given.not_finite.into_iter();
+    deeper.chain(not_finite.map(|colliders| StepWarning::AnswerNotFinite { colliders }))
+}
+
+pub(super) fn joints<'a>(world: &'a WorldMut<'_>) -> Joints<'a> {
+    Joints {
+        impulse: world.impulse_joints,
+        multibody: world.multibody_joints,
+    }
+}
