@@ -8,6 +8,7 @@ mod mobility;
 mod ordered;
 mod rotation;
 mod slowing;
+mod small_turn;
 mod state;
 mod taylor_rotation;
 mod wrench;

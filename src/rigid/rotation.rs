@@ -15,6 +15,7 @@
 //! arithmetic is `f64` in both builds, rounded once on the way out: the rounding of `f32` is biased
 //! over many steps, and the conversion costs nothing.
 
+use super::small_turn::AxisCoupling;
 use super::taylor_rotation::Rotor;
 use crate::math::{DQuat, DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::dynamics::{MassProperties, RigidBody};
@@ -36,6 +37,9 @@ const MAX_SPLITTING_STEPS: u32 = 256;
 /// Largest tangent of half the angle of one linearised substep: a substep of half a turn would need an infinite
 /// velocity. The cap costs 2e-4 rad of such a substep, and nothing elsewhere.
 const MAX_HALF_TANGENT: f64 = 1.0e4;
+
+/// Up to this tangent of half an angle, tangents and their arcs are series.
+const SMALL_TANGENT: f64 = 0.05;
 
 /// Moments within this relative spread count as equal: they come out of an eigendecomposition in [`Real`], good
 /// to some tens of roundings. If a top with such a spread is treated as spherical, the error in the direction
@@ -110,9 +114,10 @@ impl Inertia {
 
     /// ΔR of free motion over `dt`: the attitude goes from R to ΔR R.
     ///
-    /// Where one step of the splitting below is good to rounding, it is used. Else a Taylor series
-    /// ([`Rotor::attitude_after`]) gives ΔR to rounding. If the body turns too often for that, more than some
-    /// ten times within `dt`, the splitting takes the number of steps that keeps it within [`ENERGY_ERROR`].
+    /// Small turns are series of their scaled axis ([`AxisCoupling`]). Where one step of the splitting below is good to
+    /// rounding, it is used. Else a Taylor series ([`Rotor::attitude_after`]) gives ΔR to rounding. If the body turns
+    /// too often for that, more than some ten times within `dt`, the splitting takes the number of steps that keeps it
+    /// within [`ENERGY_ERROR`].
     ///
     /// With b the middle moment and ℓ = Rᵀ L, the kinetic energy is
     /// |ℓ|²/2b + (1/a - 1/b) ℓₐ²/2 + (1/c - 1/b) ℓ_c²/2. The first term commutes with the others
@@ -141,8 +146,12 @@ impl Inertia {
     ) -> DQuat {
         let to_world = attitude * self.principal_to_body;
         let momentum = to_world.inverse() * angular_momentum_world;
-        let split = Splitting::new(self, momentum);
         let rounding = to_f64(Real::EPSILON);
+        if let Some(turn) = self.small_turn(momentum, dt, 0.01 * rounding) {
+            let half = to_world * turn.xyz();
+            return DQuat::from_xyzw(half.x, half.y, half.z, turn.w);
+        }
+        let split = Splitting::new(self, momentum);
         if split.steps(dt, rounding) > 1 {
             let rotor = Rotor {
                 inverse_moments: self.inverse_moments,
@@ -156,6 +165,22 @@ impl Inertia {
         let common = DQuat::from_scaled_axis(angular_momentum_world * (split.common_rate * dt));
         let anisotropic = split.turn(momentum, dt, split.steps(dt, energy_error));
         (common * to_world * anisotropic * to_world.inverse()).normalize()
+    }
+
+    /// The rotation, in principal axes, of a body with this momentum in principal axes; `None` if its error might exceed
+    /// `error` (rad).
+    fn small_turn(&self, momentum: DVec3, dt: f64, error: f64) -> Option<DQuat> {
+        let coupling = AxisCoupling::new(self.moments, self.inverse_moments);
+        let angle = (self.inverse_moments * momentum).length() * dt.abs();
+        let plan = coupling.plan(angle, error)?;
+        let (mut momentum, mut all) = (momentum, None);
+        let h = dt / f64::from(plan.steps);
+        for _ in 0..plan.steps {
+            let turn = coupling.turn(self.inverse_moments * momentum * h, plan);
+            all = Some(all.map_or(turn, |before: DQuat| before * turn));
+            momentum = turn.inverse() * momentum;
+        }
+        all
     }
 }
 
@@ -270,10 +295,32 @@ pub(crate) fn steady_angvel(delta: DQuat, dt: Real, substeps: u32) -> Vector {
         return Vector::ZERO;
     }
     let substeps = f64::from(substeps.max(1));
-    // The tangent of the half angle; `atan2` keeps all digits of small angles.
-    let tangent = (sine.atan2(delta.w) / substeps).tan();
+    // The tangent of half the angle, then of that of a substep. `atan2` keeps all digits of small angles.
+    let whole = sine / delta.w;
+    let tangent = if whole.abs() <= SMALL_TANGENT {
+        small_tangent(whole, substeps)
+    } else {
+        (sine.atan2(delta.w) / substeps).tan()
+    };
     let tangent = tangent.clamp(-MAX_HALF_TANGENT, MAX_HALF_TANGENT);
     from_dvec3(axis * (2.0 * substeps / to_f64(dt) * tangent / sine))
+}
+
+/// tan(atan(`tangent`) / `parts`) to rounding, for a small tangent.
+fn small_tangent(tangent: f64, parts: f64) -> f64 {
+    let x = tangent * tangent;
+    let arc = [-1.0 / 11.0, 1.0 / 9.0, -1.0 / 7.0, 0.2, -1.0 / 3.0, 1.0];
+    let angle = tangent * arc.iter().fold(0.0, |sum, term| sum * x + term) / parts;
+    let y = angle * angle;
+    let terms = [
+        1382.0 / 155_925.0,
+        62.0 / 2835.0,
+        17.0 / 315.0,
+        2.0 / 15.0,
+        1.0 / 3.0,
+        1.0,
+    ];
+    angle * terms.iter().fold(0.0, |sum, term| sum * y + term)
 }
 
 /// `rotation` in 64-bit precision, normalised again, since Rapier's has unit length only up to its rounding.

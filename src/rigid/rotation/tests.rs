@@ -201,7 +201,7 @@ fn steady_velocity_reaches_the_rotation() {
     let axis = DVec3::new(2.0, -1.0, 2.0) / 3.0;
     let dt = 1.0 / 60.0;
     for substeps in [1, 2, 4, 7] {
-        for angle in [1e-12, 1e-5, 0.1, 1.5, 3.0, 3.3, 5.0, 6.2] {
+        for angle in [1e-12, 1e-5, 0.03, 0.0999, 0.1001, 1.5, 3.0, 3.3, 5.0, 6.2] {
             let delta = DQuat::from_axis_angle(axis, angle);
             let reached = linearised(steady_angvel(delta, dt, substeps), dt, substeps);
             let bound = to_f64(ROUNDING) * angle + 1e-15;

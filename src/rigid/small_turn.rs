@@ -1,0 +1,215 @@
+//! Torque-free rotation over a short time, as a series of its scaled axis.
+//!
+//! With the angular velocity in body axes as a Taylor series Σ wₖ tᵏ, the scaled axis Φ of the rotation obeys
+//! Φ' = ω + ½ Φ×ω + ¹⁄₁₂ Φ×(Φ×ω) − ¹⁄₇₂₀ Φ×(Φ×(Φ×(Φ×ω))) + …, so that its terms follow from those before
+//! (Magnus, Commun. Pure Appl. Math. 7 (1954) 649).
+
+use crate::math::{DQuat, DVec3};
+
+/// The error (rad) of a series of order n is below this × angle ⁿ⁺¹ × coupling, or coupling ⁿ if that is larger. Twice the
+/// largest of 10⁶ random tops with moments up to a factor of 10⁶ apart.
+const ERROR_OF_FOURTH: f64 = 0.02;
+const ERROR_OF_SIXTH: f64 = 0.0025;
+
+/// Largest angle (rad) of one series: sine and cosine of half of it are series, too.
+const MOST: f64 = 0.2;
+
+/// Most series that are put together. A Taylor series of high order takes as long as some more.
+const MOST_STEPS: u32 = 8;
+
+/// How free rotation about the principal axes couples: w' = coupling · (w.y w.z, w.z w.x, w.x w.y), by components.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AxisCoupling(DVec3);
+
+/// The number of series that keep an error, and their order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SeriesPlan {
+    pub steps: u32,
+    is_long: bool,
+}
+
+impl AxisCoupling {
+    /// Of principal moments, and their reciprocals.
+    pub(super) fn new(moments: DVec3, inverse_moments: DVec3) -> Self {
+        let [x, y, z] = moments.to_array();
+        AxisCoupling(DVec3::new(y - z, z - x, x - y) * inverse_moments)
+    }
+
+    /// The shortest plan for a turn by about `angle` with an error (rad) of at most `error`; `None` if no plan does.
+    pub(super) fn plan(self, angle: f64, error: f64) -> Option<SeriesPlan> {
+        let coupling = self.0.abs().max_element();
+        // The angular acceleration is at most coupling · |w|² / √3, so that |w| may grow meanwhile.
+        let slack = 1.0 - coupling * angle / 3.0_f64.sqrt();
+        let fastest = angle / slack;
+        // False for NaN, too.
+        let may_do = slack > 0.0 && fastest <= MOST * f64::from(MOST_STEPS);
+        if !may_do {
+            return None;
+        }
+        let omitted = |constant: f64, order: i32, angle: f64| {
+            constant * coupling.max(coupling.powi(order)) * angle.powi(order + 1)
+        };
+        if fastest <= MOST && omitted(ERROR_OF_FOURTH, 4, fastest) <= error {
+            let (steps, is_long) = (1, false);
+            return Some(SeriesPlan { steps, is_long });
+        }
+        let does = |steps: &u32| {
+            let each = fastest / f64::from(*steps);
+            each <= MOST && omitted(ERROR_OF_SIXTH, 6, each) * f64::from(*steps) <= error
+        };
+        let steps = (1..=MOST_STEPS).find(does)?;
+        let is_long = true;
+        Some(SeriesPlan { steps, is_long })
+    }
+
+    /// The rotation, in principal axes, in a unit of time from an angular velocity in these axes on.
+    pub(super) fn turn(self, angvel: DVec3, plan: SeriesPlan) -> DQuat {
+        let product = |a: DVec3, b: DVec3| DVec3::new(a.y * b.z, a.z * b.x, a.x * b.y);
+        let both = |a: DVec3, b: DVec3| product(a, b) + product(b, a);
+        // `tn` is the term of Φ with the n-th power of time.
+        let w0 = angvel;
+        let w1 = self.0 * product(w0, w0);
+        let w2 = self.0 * both(w0, w1) * HALF;
+        let w3 = self.0 * (both(w0, w2) + product(w1, w1)) * THIRD;
+        // The terms of Φ×ω are `cn`, those of Φ×(Φ×ω) are `dn`.
+        let c2 = w0.cross(w1) * HALF;
+        let [t1, t2] = [w0, w1 * HALF];
+        let t3 = (w2 + c2 * HALF) * THIRD;
+        let t4 = (w3 + w0.cross(w2) * THIRD) * 0.25;
+        let mut axis = t1 + t2 + t3 + t4;
+        if plan.is_long {
+            let w4 = self.0 * (both(w0, w3) + both(w1, w2)) * 0.25;
+            let w5 = self.0 * (both(w0, w4) + both(w1, w3) + product(w2, w2)) * FIFTH;
+            let d3 = w0.cross(c2);
+            let c3 = w0.cross(w2) * (2.0 * THIRD) - d3 * SIXTH;
+            let c4 = t1.cross(w3) + t2.cross(w2) + t3.cross(w1) + t4.cross(w0);
+            let d4 = t1.cross(c3) + t2.cross(c2);
+            let t5 = (w4 + c4 * HALF + d4 * TWELFTH) * FIFTH;
+            let c5 = t1.cross(w4) + t2.cross(w3) + t3.cross(w2) + t4.cross(w1) + t5.cross(w0);
+            let d5 = t1.cross(c4) + t2.cross(c3) + t3.cross(c2);
+            let f5 = w0.cross(w0.cross(d3));
+            axis += t5 + (w5 + c5 * HALF + d5 * TWELFTH - f5 * (1.0 / 720.0)) * SIXTH;
+        }
+        small_rotation(axis)
+    }
+}
+
+// Products take a fraction of the time of quotients.
+const HALF: f64 = 0.5;
+const THIRD: f64 = 1.0 / 3.0;
+const FIFTH: f64 = 0.2;
+const SIXTH: f64 = 1.0 / 6.0;
+const TWELFTH: f64 = 1.0 / 12.0;
+
+/// The rotation by a scaled axis of at most about [`MOST`].
+fn small_rotation(axis: DVec3) -> DQuat {
+    let x2 = axis.length_squared() * 0.25;
+    let series = |terms: [f64; 5]| terms.iter().rev().fold(0.0, |sum, term| sum * x2 + term);
+    let sine = series([1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0]);
+    let cosine = series([1.0, -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0]);
+    let half = axis * (0.5 * sine);
+    DQuat::from_xyzw(half.x, half.y, half.z, cosine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::taylor_rotation::Rotor;
+    use super::*;
+
+    /// Random numbers in [-1, 1), the same in every run.
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f64 {
+            let Self(state) = *self;
+            self.0 = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+            (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+
+        fn vector(&mut self, map: impl Fn(f64) -> f64) -> DVec3 {
+            DVec3::from_array([0; 3].map(|_| map(self.next())))
+        }
+    }
+
+    /// The error of a plan that is to keep `error`, against a Taylor series to the last digits; `None` without a plan.
+    fn error_of(moments: DVec3, angvel: DVec3, error: f64) -> Option<(f64, SeriesPlan)> {
+        let coupling = AxisCoupling::new(moments, moments.recip());
+        let plan = coupling.plan(angvel.length(), error)?;
+        let (mut momentum, mut all) = (moments * angvel, DQuat::IDENTITY);
+        for _ in 0..plan.steps {
+            let turn = coupling.turn(momentum / moments / f64::from(plan.steps), plan);
+            all *= turn;
+            momentum = turn.inverse() * momentum;
+        }
+        let rotor = Rotor {
+            inverse_moments: moments.recip(),
+            principal_to_body: DQuat::IDENTITY,
+        };
+        let momentum = moments * angvel;
+        let exact = rotor.attitude_after(DQuat::IDENTITY, momentum, 1.0, 1e-18)?;
+        Some((2.0 * (exact - all).length(), plan))
+    }
+
+    #[test]
+    fn plans_keep_their_errors() {
+        let mut random = Random(11);
+        let mut plans = [0; 10];
+        for case in 0..30_000 {
+            let mass = random.vector(|x| 10_f64.powf(x));
+            let moments = if case % 2 == 0 {
+                DVec3::new(mass.y + mass.z, mass.x + mass.z, mass.x + mass.y)
+            } else {
+                // No body has them, but users may state them.
+                random.vector(|x| 10_f64.powf(3.0 * x))
+            };
+            let angle = 10_f64.powf(2.0 * random.next() - 2.0);
+            let angvel = random.vector(|x| x).normalize() * angle;
+            let error = 10_f64.powf(3.0 * random.next() - 10.0);
+            let Some((found, plan)) = error_of(moments, angvel, error) else {
+                plans[9] += 1;
+                continue;
+            };
+            plans[if plan.is_long { plan.steps as usize } else { 0 }] += 1;
+            // The Taylor series and the sums have errors of rounding.
+            assert!(
+                found <= error + 1e-14,
+                "{found:e} for {error:e}: {moments} {angvel} {plan:?}"
+            );
+        }
+        assert!(plans.iter().all(|count| *count > 100), "{plans:?}");
+    }
+
+    #[test]
+    fn errors_are_of_the_fourth_and_the_sixth_order() {
+        let (moments, way) = (DVec3::new(0.7, 1.1, 1.5), DVec3::new(0.5, -0.3, 0.8));
+        let error = |is_long: bool, angle: f64| {
+            let plan = SeriesPlan { steps: 1, is_long };
+            let coupling = AxisCoupling::new(moments, moments.recip());
+            let turn = coupling.turn(way * angle, plan);
+            let rotor = Rotor {
+                inverse_moments: moments.recip(),
+                principal_to_body: DQuat::IDENTITY,
+            };
+            let momentum = moments * way * angle;
+            let exact = rotor.attitude_after(DQuat::IDENTITY, momentum, 1.0, 1e-18);
+            (exact.expect("an attitude") - turn).length()
+        };
+        for (is_long, angle, order) in [(false, 0.05, 5.0), (true, 0.2, 7.0)] {
+            let measured = (error(is_long, angle) / error(is_long, 0.5 * angle)).log2();
+            assert!((measured - order).abs() < 0.1, "{measured} for {order}");
+        }
+    }
+
+    #[test]
+    fn what_turns_too_fast_or_is_not_finite_has_no_plan() {
+        let coupling =
+            AxisCoupling::new(DVec3::new(0.7, 1.1, 1.5), DVec3::new(0.7, 1.1, 1.5).recip());
+        for angle in [2.0, 1e9, f64::INFINITY, f64::NAN] {
+            assert_eq!(coupling.plan(angle, 1e-9), None, "{angle}");
+        }
+        let broken = AxisCoupling(DVec3::splat(f64::NAN));
+        assert_eq!(broken.plan(0.01, 1e-9), None);
+        let still = coupling.plan(0.0, 1e-18).expect("no turn is a small one");
+        assert_eq!(coupling.turn(DVec3::ZERO, still), DQuat::IDENTITY);
+    }
+}
