@@ -15,7 +15,7 @@
 //! arithmetic is `f64` in both builds, rounded once on the way out: the rounding of `f32` is biased
 //! over many steps, and the conversion costs nothing.
 
-use super::small_turn::AxisCoupling;
+use super::small_turn::{AxisCoupling, SeriesPlan};
 use super::taylor_rotation::Rotor;
 use crate::math::{DQuat, DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::dynamics::{MassProperties, RigidBody};
@@ -114,10 +114,10 @@ impl Inertia {
 
     /// ΔR of free motion over `dt`: the attitude goes from R to ΔR R.
     ///
-    /// Small turns are series of their scaled axis ([`AxisCoupling`]). Where one step of the splitting below is good to
-    /// rounding, it is used. Else a Taylor series ([`Rotor::attitude_after`]) gives ΔR to rounding. If the body turns
-    /// too often for that, more than some ten times within `dt`, the splitting takes the number of steps that keeps it
-    /// within [`ENERGY_ERROR`].
+    /// A small turn is a series of its scaled axis ([`AxisCoupling`]). Else, where one step of the splitting below is good
+    /// to rounding, as for all symmetric tops, it is used. Else several of those series, or a Taylor series
+    /// ([`Rotor::attitude_after`]), give ΔR to rounding. If the body turns too often for that, more than some ten times
+    /// within `dt`, the splitting takes the number of steps that keeps it within [`ENERGY_ERROR`].
     ///
     /// With b the middle moment and ℓ = Rᵀ L, the kinetic energy is
     /// |ℓ|²/2b + (1/a - 1/b) ℓₐ²/2 + (1/c - 1/b) ℓ_c²/2. The first term commutes with the others
@@ -147,12 +147,22 @@ impl Inertia {
         let to_world = attitude * self.principal_to_body;
         let momentum = to_world.inverse() * angular_momentum_world;
         let rounding = to_f64(Real::EPSILON);
-        if let Some(turn) = self.small_turn(momentum, dt, 0.01 * rounding) {
+        let coupling = AxisCoupling::new(self.moments, self.inverse_moments);
+        let angle = (self.inverse_moments * momentum).length() * dt.abs();
+        let plan = coupling.plan(angle, 0.01 * rounding);
+        let small = |plan| {
+            let turn = self.small_turn(coupling, momentum, dt, plan);
             let half = to_world * turn.xyz();
-            return DQuat::from_xyzw(half.x, half.y, half.z, turn.w);
+            DQuat::from_xyzw(half.x, half.y, half.z, turn.w)
+        };
+        if let Some(plan) = plan.filter(|plan| plan.steps == 1) {
+            return small(plan);
         }
         let split = Splitting::new(self, momentum);
         if split.steps(dt, rounding) > 1 {
+            if let Some(plan) = plan {
+                return small(plan);
+            }
             let rotor = Rotor {
                 inverse_moments: self.inverse_moments,
                 principal_to_body: self.principal_to_body,
@@ -167,18 +177,19 @@ impl Inertia {
         (common * to_world * anisotropic * to_world.inverse()).normalize()
     }
 
-    /// The rotation, in principal axes, of a body with this momentum in principal axes; `None` if its error might exceed
-    /// `error` (rad).
-    fn small_turn(&self, momentum: DVec3, dt: f64, error: f64) -> Option<DQuat> {
-        let coupling = AxisCoupling::new(self.moments, self.inverse_moments);
-        let angle = (self.inverse_moments * momentum).length() * dt.abs();
-        let plan = coupling.plan(angle, error)?;
-        let (mut momentum, mut all) = (momentum, None);
+    /// The rotation over `dt` of a body with this momentum; both in principal axes.
+    fn small_turn(
+        &self,
+        coupling: AxisCoupling,
+        momentum: DVec3,
+        dt: f64,
+        plan: SeriesPlan,
+    ) -> DQuat {
         let h = dt / f64::from(plan.steps);
-        for _ in 0..plan.steps {
-            let turn = coupling.turn(self.inverse_moments * momentum * h, plan);
-            all = Some(all.map_or(turn, |before: DQuat| before * turn));
-            momentum = turn.inverse() * momentum;
+        let turn = |momentum| coupling.turn(self.inverse_moments * momentum * h, plan);
+        let mut all = turn(momentum);
+        for _ in 1..plan.steps {
+            all *= turn(all.inverse() * momentum);
         }
         all
     }

@@ -37,6 +37,10 @@ pub(crate) struct Top {
     rotor: Rotor,
     /// Angular momentum in world axes.
     pub(crate) momentum: DVec3,
+    from: f64,
+    /// The attitude at `from`.
+    attitude: DQuat,
+    /// Empty if the angular velocity is constant.
     pieces: Vec<SeriesPiece>,
 }
 
@@ -52,6 +56,12 @@ impl Rotor {
     pub(crate) fn is_free(&self) -> bool {
         let moments = self.inverse_moments.recip();
         self.inverse_moments.min_element() > 0.0 && moments.is_finite()
+    }
+
+    /// Returns true if the angular velocity of a free rotation is constant.
+    fn is_spherical(&self) -> bool {
+        let [x, y, z] = self.inverse_moments.to_array();
+        x == y && y == z
     }
 
     fn principal_to_world(&self, attitude: DQuat) -> DQuat {
@@ -199,8 +209,13 @@ impl Top {
         let mut top = Top {
             rotor,
             momentum,
+            from,
+            attitude,
             pieces: Vec::new(),
         };
+        if rotor.is_spherical() {
+            return momentum.is_finite().then_some(top);
+        }
         let (mut from, mut attitude) = (from, attitude);
         loop {
             let terms = rotor.series(attitude, momentum, to - from, SMALLEST_TERM);
@@ -222,6 +237,10 @@ impl Top {
 
     /// The rotation from body to world at a time.
     pub(crate) fn attitude(&self, time: f64) -> DQuat {
+        if self.pieces.is_empty() {
+            let angvel = self.rotor.angvel(self.attitude, self.momentum);
+            return DQuat::from_scaled_axis(angvel * (time - self.from)) * self.attitude;
+        }
         let after = self.pieces.partition_point(|piece| piece.from <= time);
         let piece = &self.pieces[after.saturating_sub(1)];
         piece.attitude(time - piece.from)
@@ -234,7 +253,7 @@ impl Top {
 
     /// Upper bounds of the angular speed and the angular acceleration.
     pub(crate) fn bounds(&self) -> [f64; 2] {
-        self.rotor.bounds(self.pieces[0].terms[0], self.momentum)
+        self.rotor.bounds(self.attitude, self.momentum)
     }
 }
 
