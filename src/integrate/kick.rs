@@ -1,16 +1,15 @@
-//! The kicks before and after Rapier's step.
+//! The kick of one body, before or after Rapier's step.
 
-use super::begun::{BegunBody, BegunStep};
+use super::StepContext;
+use super::begun::BegunBody;
 use super::coupling::{Besides, LinearisedWrench};
 use super::evaluation::Evaluation;
-use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
-use super::method::{Method, method_of, together};
+use super::method::Method;
 use super::motion::{
     Completion, FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked,
 };
-use super::{Integrator, StepContext};
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::na::Vector6;
 use crate::rigid::{
@@ -21,182 +20,29 @@ use crate::rigid::{
 /// the square of the speed, the slope alone would be off by a quarter of the share's square, 2.5e-3.
 const OUTDATED: f64 = 0.1;
 
-/// The error of a speed after a hit within a step from which on schemes without a tolerance warn.
-const HIT: f64 = 0.01;
-
-/// Returns whether a wrench acts on a body, and whether the body is to be woken or kept from falling asleep.
-pub(crate) type Acts<'a> = &'a dyn Fn(usize, &Body, Wrench) -> (bool, bool);
-
-impl Integrator {
-    /// Computes the motions to write before Rapier's step.
-    pub(crate) fn first_half(
-        &mut self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        acts: Acts<'_>,
-        motions: &mut Motions,
-    ) -> Result<(), Fault> {
-        motions.clear();
-        self.fastest = None;
-        self.kick(context, evaluation, None, acts, motions)?;
-        self.move_within(context, evaluation, motions)?;
-        motions.sort();
-        Ok(())
-    }
-
-    /// Computes the motions to write after Rapier's step: the second half of a kick, for all bodies that were not
-    /// settled in the first one.
-    pub(crate) fn second_half(
-        &mut self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        begun: &BegunStep<'_>,
-        acts: Acts<'_>,
-        motions: &mut Motions,
-    ) -> Result<(), Fault> {
-        motions.clear();
-        self.kick(context, evaluation, Some(begun), acts, motions)?;
-        let told = context.choice().map_or(HIT, |choice| choice.tolerance);
-        if let Some((_, error)) = motions.worst_hit {
-            self.reached = self.reached.max(error);
-            motions.worst_hit = motions.worst_hit.filter(|_| error > told || error.is_nan());
-        }
-        Ok(())
-    }
-
-    /// Computes the action on each body, and collects the bodies to be moved within the step. `begun` is the first half
-    /// in the second one.
-    fn kick(
-        &self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        begun: Option<&BegunStep<'_>>,
-        acts: Acts<'_>,
-        motions: &mut Motions,
-    ) -> Result<(), Fault> {
-        let together = match begun {
-            None => together(context, evaluation),
-            Some(_) => None,
-        };
-        let mut at = 0;
-        let policy = context.rules.on_fault;
-        let mut too_fast = TooFast::default();
-        for (place, body) in context.bodies.iter().enumerate() {
-            let begun = begun.map(|begun| BegunBody {
-                step: begun,
-                completion: begun.motions.next_completion(&mut at, body.handle),
-            });
-            let Some(method) = method_of(context, evaluation, begun, place) else {
-                if let Some(begun) = begun {
-                    begun.complete(context, evaluation, place, motions);
-                }
-                continue;
-            };
-            let method = match (together, method) {
-                (Some(plan), Method::Kick(_)) | (Some(plan), Method::Inner(_)) => {
-                    Method::Inner(plan)
-                }
-                _ => method,
-            };
-            let wrench = evaluation.wrenches[place];
-            let (acts, wake) = acts(place, body, wrench);
-            if !acts {
-                continue;
-            }
-            let kick = Kick {
-                context,
-                evaluation,
-                begun,
-                place,
-                body,
-                wrench,
-                wake,
-                felt: true,
-            };
-            let mark = motions.mark();
-            let mut done = kick.done(method, motions);
-            if let Err(Faster(speed)) = done {
-                motions.back_to(mark);
-                too_fast.note(place, speed);
-                match policy {
-                    FaultPolicy::Refuse => break,
-                    FaultPolicy::Quarantine => continue,
-                    FaultPolicy::LeaveOut => done = kick.unfelt().done(method, motions),
-                }
-            }
-            let Ok(Some((update, twist))) = done else {
-                // Without fields it is too fast as well: nothing of it is kept.
-                if done.is_err() {
-                    motions.back_to(mark);
-                }
-                continue;
-            };
-            let (iterations, exact) = (context.rules.iterations, context.rules.exact_turns);
-            let update = match begun {
-                None => motions.turned(body, update, twist, context.dt, iterations, exact),
-                Some(_) => update,
-            };
-            motions.updates.push(update);
-        }
-        let Some((places, speed)) = too_fast.0 else {
-            return Ok(());
-        };
-        let fault = self.too_fast(context, places, speed);
-        match policy {
-            FaultPolicy::Refuse => Err(fault),
-            _ => {
-                motions.faults.push(fault);
-                Ok(())
-            }
-        }
-    }
-
-    pub(super) fn too_fast(
-        &self,
-        context: &StepContext<'_, impl Lookup>,
-        places: Vec<usize>,
-        speed: Real,
-    ) -> Fault {
-        let frames = self.motions.frames(context, &[], 0.0);
-        let kind = FaultKind::TooFast { speed };
-        Fault::new(kind, &context.sampled(&frames), places)
-    }
-}
-
 /// The error of a body whose speed, given here, would be beyond the limit.
-struct Faster(Real);
-
-/// The places of bodies that are too fast, and the speed of the first; it allocates only if there is one.
-#[derive(Default)]
-struct TooFast(Option<(Vec<usize>, Real)>);
-
-impl TooFast {
-    fn note(&mut self, place: usize, speed: Real) {
-        let known = self.0.get_or_insert_with(|| (Vec::new(), speed));
-        known.0.push(place);
-    }
-}
+pub(super) struct Faster(pub(super) Real);
 
 /// New velocities of a body, and the angular impulse that is part of them.
-type Kicked = (VelocityUpdate, DVec3);
+pub(super) type Kicked = (VelocityUpdate, DVec3);
 
 /// A body that is kicked.
-struct Kick<'a, W> {
-    context: &'a StepContext<'a, W>,
-    evaluation: &'a Evaluation,
+pub(super) struct Kick<'a, W> {
+    pub context: &'a StepContext<'a, W>,
+    pub evaluation: &'a Evaluation,
     /// Set in the second half.
-    begun: Option<BegunBody<'a>>,
-    place: usize,
-    body: &'a Body,
-    wrench: Wrench,
-    wake: bool,
+    pub begun: Option<BegunBody<'a>>,
+    pub place: usize,
+    pub body: &'a Body,
+    pub wrench: Wrench,
+    pub wake: bool,
     /// False if fields are left out.
-    felt: bool,
+    pub felt: bool,
 }
 
 impl<W: Lookup> Kick<'_, W> {
     /// The same without fields.
-    fn unfelt(&self) -> Self {
+    pub(super) fn unfelt(&self) -> Self {
         Kick {
             wrench: Wrench::ZERO,
             felt: false,
@@ -205,7 +51,11 @@ impl<W: Lookup> Kick<'_, W> {
     }
 
     /// Carries out the action; `None` if there is nothing more to write.
-    fn done(&self, method: Method, motions: &mut Motions) -> Result<Option<Kicked>, Faster> {
+    pub(super) fn done(
+        &self,
+        method: Method,
+        motions: &mut Motions,
+    ) -> Result<Option<Kicked>, Faster> {
         let kicked = match (self.begun, method) {
             (Some(begun), method) => self.second(method, begun, motions),
             (None, Method::Inner(plan)) => {

@@ -9,6 +9,7 @@ mod evaluation;
 mod exponential;
 mod fault;
 mod free_motion;
+mod halves;
 mod implicit;
 mod jacobian;
 mod kick;
