@@ -5,10 +5,11 @@ use std::slice;
 
 use crate::math::{RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::{IslandManager, RigidBody};
-use crate::rigid::Body;
+use crate::rigid::{Body, find_by};
 
 /// Sleepers are skipped only if inactive bodies outnumber the active ones by more than this. Bodies that the user woke
-/// since the last step are not among Rapier's active ones yet, and a walk over all bodies finds them.
+/// since the last step are not among Rapier's active ones yet: a walk over all bodies finds them, and one over the
+/// active bodies [`Reader::late`] only after Rapier's step.
 const FEW: usize = 256;
 
 /// Finds the bodies that a step samples; its buffers are reused.
@@ -17,6 +18,8 @@ pub(crate) struct Reader {
     /// Rapier's active bodies in its order, and, with the sleepers asked for, in that of their handles.
     active: Vec<RigidBodyHandle>,
     sorted: Vec<RigidBodyHandle>,
+    /// True if the last walk was over the active bodies.
+    skips: bool,
 }
 
 /// The choice of bodies for a walk.
@@ -57,7 +60,8 @@ impl Reader {
         islands: &IslandManager,
         wanted: Wanted<'a>,
     ) -> Walk<'a> {
-        let handles = if wanted.sleepers || wanted.all || !most_sleep(bodies, islands) {
+        self.skips = !wanted.sleepers && !wanted.all && most_sleep(bodies, islands);
+        let handles = if !self.skips {
             let (index, left) = (0, bodies.len());
             Handles::From { index, left }
         } else {
@@ -71,10 +75,28 @@ impl Reader {
         }
     }
 
+    /// The bodies that are active now and were not at the last walk, in the order of their handles, if that skipped
+    /// sleepers.
+    pub(crate) fn late(&self, islands: &IslandManager) -> Vec<RigidBodyHandle> {
+        if !self.skips || self.knows(islands) {
+            return Vec::new();
+        }
+        let is_new =
+            |body: &RigidBodyHandle| find_by(&self.sorted, *body, |known| *known).is_none();
+        let mut late: Vec<_> = islands.active_bodies().filter(is_new).collect();
+        late.sort_unstable_by_key(|body| body.into_raw_parts().0);
+        late
+    }
+
+    /// Returns true if the same bodies are active.
+    fn knows(&self, islands: &IslandManager) -> bool {
+        self.active.len() == islands.num_active_bodies()
+            && self.active.iter().copied().eq(islands.active_bodies())
+    }
+
     /// Sorts the active bodies by their handles, unless nothing has changed.
     fn sort(&mut self, islands: &IslandManager, besides: &[Body]) {
-        let unchanged = self.active.len() == islands.num_active_bodies()
-            && self.active.iter().copied().eq(islands.active_bodies());
+        let unchanged = self.knows(islands);
         if !unchanged || self.sorted.len() != self.active.len() || !besides.is_empty() {
             self.active.clear();
             self.active.extend(islands.active_bodies());

@@ -25,6 +25,8 @@ pub(crate) struct BegunStep<'a> {
     pub motions: &'a Motions,
     /// The bodies that were put on another path since, in the order of their handles.
     pub hits: &'a [MidStepImpact],
+    /// Bodies that the first half did not know to be awake, in the order of their handles.
+    pub late: &'a [RigidBodyHandle],
     /// True if there are no detection fields, so that no contact depends on paths and these may still be changed.
     pub may_redo: bool,
 }
@@ -33,6 +35,11 @@ impl BegunStep<'_> {
     /// Returns true if a body was put on another path.
     pub(super) fn is_hit(&self, body: RigidBodyHandle) -> bool {
         self.hit(body).is_some()
+    }
+
+    /// Returns true if a body missed the first half.
+    pub(super) fn is_late(&self, body: RigidBodyHandle) -> bool {
+        find_by(self.late, body, |late| *late).is_some()
     }
 
     fn hit(&self, body: RigidBodyHandle) -> Option<&MidStepImpact> {

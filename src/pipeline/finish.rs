@@ -205,10 +205,11 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<usize, StepError> {
         self.sampled = open.bodies.len();
-        if open.idle {
+        let late = self.reader.late(world.islands);
+        if open.idle && late.is_empty() {
             return Ok(0);
         }
-        if open.at_centres && self.acts_at_centres(fields, world) {
+        if open.at_centres && late.is_empty() && self.acts_at_centres(fields, world) {
             let written = self.finish_at_centres(fields, state, open, world);
             if let Some(written) = written {
                 self.stopwatch.lap(StepStage::Visits);
@@ -217,7 +218,7 @@ impl FieldPipeline {
         }
         let deflected = |push: &Push| push.hit.is_some_and(|hit| hit.presumed.is_some());
         let kicks = fields.settings.scheme.kicks_twice() || open.motions.bounced;
-        if !kicks && !self.pushes.iter().any(deflected) {
+        if !kicks && late.is_empty() && !self.pushes.iter().any(deflected) {
             self.note_sleepers(fields, state, &open.bodies, world);
             // Kept because the change of wrenches from step to step is monitored.
             if let Some(evaluation) = &mut state.evaluation {
@@ -271,6 +272,7 @@ impl FieldPipeline {
             last: known,
             motions: &open.motions,
             hits,
+            late: &late,
             may_redo: self.scene.compiled.detectors.is_empty(),
         };
         let (stiff, warnings) = (&mut state.stiff, &mut self.warnings);

@@ -270,3 +270,67 @@ fn what_a_force_shakes_stays_awake() {
         assert!(!world.bodies[shaken].is_sleeping(), "asleep at step {step}");
     }
 }
+
+/// The velocities of a ball after each of three steps. It came to where a field acts while all others slept: woken and
+/// put there, in the place of another body, or added.
+fn arrived(sleepers: usize, how: &str, field: &Field, scheme: Scheme) -> [Real; 3] {
+    let mut world = weightless(1.0 / 60.0);
+    let ball = |place: Vector| RigidBodyBuilder::dynamic().translation(place);
+    let shape = || ColliderBuilder::ball(0.5).mass(1.0);
+    let (first, _) = world.insert(ball(Vector::X * -20.0), shape());
+    for k in 0..sleepers {
+        world.insert(ball(Vector::Y * (50.0 + 2.0 * k as Real)), shape());
+    }
+    world.bodies.iter_mut().for_each(|(_, body)| body.sleep());
+    let mut fields = build(field.clone().at(Vector::X * 20.0), scheme);
+    for _ in 0..5 {
+        fields.step(&mut world).expect("a step");
+    }
+    let place = Vector::X * 20.0;
+    let body = match how {
+        "woken" => {
+            world.bodies[first].set_translation(place, true);
+            first
+        }
+        "swapped" => {
+            world.remove_body(first);
+            world.insert(ball(place), shape()).0
+        }
+        _ => world.insert(ball(place), shape()).0,
+    };
+    [0; 3].map(|_| {
+        fields.step(&mut world).expect("a step");
+        world.bodies[body].linvel().y
+    })
+}
+
+/// Before: where most bodies sleep, a body that was woken or swapped between two steps missed one step of all fields.
+#[test]
+fn what_wakes_among_sleepers_misses_no_field() {
+    let zone = Region::ball(5.0);
+    let push = Field::uniform(Vector::Y * 12.0).within(zone.clone());
+    let parts = push.clone().sampled(Sampling::Volume);
+    let wind = Field::wind(Vector::Y * 3.0, 2.0, 0.0).within(zone.clone());
+    let storm = Field::wind(Vector::Y * 3.0, 1e5, 0.0).within(zone);
+    for (name, field) in [
+        ("push", push),
+        ("parts", parts),
+        ("wind", wind),
+        ("storm", storm),
+    ] {
+        for scheme in SCHEMES {
+            for how in ["woken", "swapped", "added"] {
+                let few = arrived(0, how, &field, scheme);
+                let many = arrived(1000, how, &field, scheme);
+                for (few, many) in few.iter().zip(many) {
+                    let off = to_f64((few - many).abs()) / to_f64(few.abs());
+                    assert_at_most(
+                        off,
+                        1e-3,
+                        format!("{name}, {scheme:?}, {how}: {few}, {many}"),
+                    );
+                }
+            }
+        }
+    }
+}
