@@ -198,14 +198,7 @@ impl Compiled {
             let old = program.put(serial, term);
             program.instances.moving -= old.moves(program.stride(), anchors);
             old.anchors().for_each(|anchor| anchors.release(anchor));
-            // Fields that are alike may differ in the sign of a zero: the first instance decides.
-            for (leaf, place) in program.leaves.iter_mut().zip(&program.instances.places) {
-                if let Some(field) = set.field(*place).filter(|field| field.is_like(leaf)) {
-                    let anchor = leaf.anchor;
-                    *leaf = field.clone();
-                    leaf.anchor = anchor;
-                }
-            }
+            program.follow_first(set);
             program.instances.is_empty().then_some(program.likeness)
         });
         if let Some(Some(likeness)) = emptied {

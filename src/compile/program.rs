@@ -4,7 +4,8 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use crate::field::{
-    Anchor, Field, Fingerprint, Frame, Modifier, Node, Nodes, Operator, Override, SamplingRule,
+    Anchor, Field, FieldSet, Fingerprint, Frame, Modifier, Node, Nodes, Operator, Override,
+    SamplingRule,
 };
 use crate::math::{Real, to_f64};
 
@@ -136,10 +137,7 @@ impl Program {
     /// anchors, and the strength of a single field.
     pub(super) fn is_like(&self, other: &Program) -> bool {
         let alone = self.is_one_field();
-        let like = |(a, b): (&Field, &Field)| {
-            let same = a.strength == b.strength && a.enabled == b.enabled;
-            (alone || same) && a.is_like(b)
-        };
+        let like = |(a, b)| are_alike(a, b, alone);
         let changes = |(a, b): (&Modifier, &Modifier)| a.is_like(b);
         self.steps == other.steps
             && self.leaves.len() == other.leaves.len()
@@ -149,6 +147,19 @@ impl Program {
             && self.modes == other.modes
             && self.leaves.iter().zip(&other.leaves).all(like)
             && self.modifiers.iter().zip(&other.modifiers).all(changes)
+    }
+
+    /// Takes the fields of the first instance for its leaves where they are alike: fields that are alike may differ in the
+    /// sign of a zero. A field that was edited, and whose term is not yet taken up, is not alike.
+    pub(super) fn follow_first(&mut self, set: &FieldSet) {
+        let alone = self.is_one_field();
+        for (leaf, place) in self.leaves.iter_mut().zip(&self.instances.places) {
+            if let Some(field) = set.field(*place).filter(|it| are_alike(it, leaf, alone)) {
+                let anchor = leaf.anchor;
+                *leaf = field.clone();
+                leaf.anchor = anchor;
+            }
+        }
     }
 
     fn print(&self) -> u64 {
@@ -261,4 +272,11 @@ fn reach(nodes: Nodes<'_>, node: u32, centre: &Anchor) -> Option<Real> {
 /// The largest reach, if all are bounded.
 fn most(mut reaches: impl Iterator<Item = Option<Real>>) -> Option<Real> {
     reaches.try_fold(0.0, |most: Real, reach| Some(most.max(reach?)))
+}
+
+/// Returns true if fields may be leaves of instances of one program; `alone` if that is one field, whose strength each
+/// instance has for itself.
+fn are_alike(a: &Field, b: &Field, alone: bool) -> bool {
+    let same = a.strength == b.strength && a.enabled == b.enabled;
+    (alone || same) && a.is_like(b)
 }

@@ -495,3 +495,46 @@ fn strength_comes_before_limits() {
         assert_eq!(bench(field().enabled(false)), 0.0);
     }
 }
+
+/// Before: fields that are alike share a program. If two of them were edited in one step, so that one left it and the next
+/// stayed behind for a moment as its first, that one's new strength, or its being off, became that of all.
+#[test]
+fn two_edits_in_a_step_leave_others_as_they_are() {
+    let plans = [worlds::BodyPlan {
+        position: [0, 0, 0],
+        linvel: [0; 3],
+        angvel: [0; 3],
+        parts: vec![([0; 3], 0, 1, None)],
+    }];
+    for edit in [Edit::Strength(1, 3), Edit::Enabled(1, false)] {
+        let mut bench = Bench::new(World::new(&plans), &[]);
+        let alike = |at: Vector| {
+            let field = Field::vortex(2.0, 0.5).at(at);
+            Tree::from(field).limited_to(9.0)
+        };
+        let places = [
+            Vector::X,
+            Vector::Y * 2.0,
+            Vector::Z * 3.0,
+            -Vector::X * 2.0,
+        ];
+        let handles: Vec<_> = places
+            .iter()
+            .flat_map(|at| {
+                let set = &mut bench.fields.set;
+                let before: Vec<_> = set.iter().map(|(handle, _)| handle).collect();
+                set.insert(alike(*at));
+                let all: Vec<_> = set.iter().map(|(handle, _)| handle).collect();
+                all.into_iter()
+                    .filter(move |handle| !before.contains(handle))
+            })
+            .collect();
+        bench.follow();
+        bench.check().expect("as made anew");
+        bench.fields.set[handles[0]].enabled = false;
+        let world = World::new(&plans);
+        change(&mut bench.fields.set[handles[1]], &edit, &world);
+        bench.follow();
+        bench.check().expect("as made anew");
+    }
+}
