@@ -277,6 +277,5 @@ fn most(mut reaches: impl Iterator<Item = Option<Real>>) -> Option<Real> {
 /// Returns true if fields may be leaves of instances of one program; `alone` if that is one field, whose strength each
 /// instance has for itself.
 fn are_alike(a: &Field, b: &Field, alone: bool) -> bool {
-    let same = a.strength == b.strength && a.enabled == b.enabled;
-    (alone || same) && a.is_like(b)
+    a.enabled == b.enabled && (alone || a.strength == b.strength) && a.is_like(b)
 }

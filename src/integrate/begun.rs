@@ -25,7 +25,7 @@ pub(crate) struct BegunStep<'a> {
     pub motions: &'a Motions,
     /// The bodies that were put on another path since, in the order of their handles.
     pub hits: &'a [MidStepImpact],
-    /// Bodies that the first half did not know to be awake, in the order of their handles.
+    /// Free bodies that the first half did not know to be awake, in the order of their handles.
     pub late: &'a [RigidBodyHandle],
     /// True if there are no detection fields, so that no contact depends on paths and these may still be changed.
     pub may_redo: bool,

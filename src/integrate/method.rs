@@ -39,15 +39,11 @@ pub(super) fn method_of(
     place: usize,
 ) -> Option<Method> {
     let (dt, body) = (context.dt, context.bodies[place].handle);
-    let links = context.rules.links;
-    let is_link = !links.is_empty() && find(links, body).is_some();
     if let Some(begun) = begun {
         if begun.completion == Some(Completion::Bounced) {
             return Some(Method::Kick(dt * 0.5));
         }
-        // A body that contacts woke in Rapier's step is held, and gets half a kick.
-        let is_late = || !is_link && !context.is_held(&context.bodies[place]);
-        let late = begun.step.is_late(body) && is_late();
+        let late = begun.step.is_late(body);
         let settled = begun.completion.is_some_and(Completion::is_settled);
         let redone = || evaluation.missed.binary_search(&place).is_ok();
         if !(context.rules.scheme.kicks_twice() || late) || settled || redone() {
@@ -59,7 +55,7 @@ pub(super) fn method_of(
             _ => Method::Kick(duration),
         });
     }
-    if is_link {
+    if !context.rules.links.is_empty() && find(context.rules.links, body).is_some() {
         return Some(Method::ByForce);
     }
     Some(match context.rules.scheme {

@@ -9,7 +9,9 @@ use super::faults::answering;
 use super::scene::{Now, iterations};
 use super::state::{BodyRecord, OpenRecord};
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
-use crate::bridge::{self, Made, Push, StepError, WakePolicy, Wanted, WorldMut, WorldRef};
+use crate::bridge::{
+    self, Constraints, Made, Push, StepError, WakePolicy, Wanted, WorldMut, WorldRef,
+};
 use crate::contact::was_to_ask;
 use crate::cross_check::AfterStep;
 use crate::diagnose::{SampledFields, blame, sifted};
@@ -205,7 +207,7 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<usize, StepError> {
         self.sampled = open.bodies.len();
-        let late = self.reader.late(world.islands);
+        let late = self.missed_bodies(world);
         if open.idle && late.is_empty() {
             return Ok(0);
         }
@@ -326,6 +328,18 @@ impl FieldPipeline {
         self.record(state);
         self.stopwatch.lap(StepStage::Motion);
         Ok(written)
+    }
+
+    /// The free bodies that were awake before Rapier's step, but not read. Others that it woke are held: contacts or
+    /// joints woke them within the step.
+    fn missed_bodies(&self, world: &WorldMut<'_>) -> Vec<RigidBodyHandle> {
+        let mut late = self.reader.late(world.islands);
+        let constraints = Constraints::new(world);
+        late.retain(|handle| {
+            let body = world.bodies.get(*handle);
+            body.is_some_and(|body| !constraints.hold(*handle, body))
+        });
+        late
     }
 
     /// Replaces the velocities of free bodies by those at which they have moved.

@@ -21,7 +21,7 @@ use crate::math::{DQuat, DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to
 use crate::rapier::dynamics::{MassProperties, RigidBody};
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 /// Bound of the relative energy error of the splitting, however long the motion; see [`Splitting::steps`].
 pub(crate) const ENERGY_ERROR: f64 = 1.0e-5;
