@@ -82,10 +82,9 @@ impl SoftBodies {
             }
         }
         let samples = &mut self.samples;
-        samples.sites = samples.list.len();
         samples.number();
         self.left_out.clear();
-        self.left_out.resize(samples.list.len(), false);
+        self.left_out.resize(samples.sites.len(), false);
         let scene = SampledWorld::new(compiled, frames, samples, moment);
         self.evaluator.wrenches(&scene, &mut self.forces, None);
         Fault::of_wrenches(&self.forces, &scene)
@@ -119,7 +118,7 @@ impl SoftBodies {
                 damping: settings.linear_damping,
             });
             samples.centres.push(sample);
-            samples.list.push(SamplePoint {
+            samples.sites.push(SamplePoint {
                 kind: Kind::Particle,
                 ..sample
             });

@@ -84,7 +84,7 @@ impl FieldMasks {
     ) {
         samples(&mut self.samples);
         self.probe_of.clear();
-        for (place, sample) in self.samples.list.iter().enumerate() {
+        for (place, sample) in self.samples.sites.iter().enumerate() {
             self.probe_of
                 .extend(sample.collider.map(|collider| (collider, place)));
         }
@@ -174,7 +174,7 @@ impl FieldMasks {
     /// The sample of a collider as a query for fields, if it has one.
     pub(super) fn sample(&self, collider: ColliderHandle, moment: Moment) -> Option<Query> {
         let place = self.probe_of.get(&collider)?;
-        Some(self.samples.query(&self.samples.list[*place], moment))
+        Some(self.samples.query(&self.samples.sites[*place], moment))
     }
 
     /// The query at which a field is evaluated for `other`: its own sample, else that of the field's owner. `None` if

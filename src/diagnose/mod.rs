@@ -82,8 +82,7 @@ impl<F: Frames> SampledFields<'_, F> {
         let (samples, moment) = (self.samples, self.moment);
         let mut cutter = Cutter::default();
         let centre = &samples.centres[body as usize];
-        let listed = samples.placed().iter();
-        let listed: Vec<_> = listed.filter(|sample| sample.body == body).collect();
+        let parts: Vec<_> = samples.each_of(body as usize).collect();
         for term in self.set.terms() {
             let (term, how) = (term.root, self.set.nodes().how(term.root));
             let reference = Reference::of_term(self.set, term);
@@ -109,8 +108,9 @@ impl<F: Frames> SampledFields<'_, F> {
                 }
             }
             let at_centre = samples.asks_whole(how) && samples.takes(how, centre);
-            let own = listed.iter().copied();
-            let own = own.filter(|sample| samples.takes_of_list(how, sample));
+            let own = parts
+                .iter()
+                .filter(|sample| samples.takes_part(how, sample));
             for sample in at_centre.then_some(centre).into_iter().chain(own) {
                 let query = samples.query(sample, moment);
                 visit(sample, term, reference.trace(self.frames, &query));

@@ -136,7 +136,8 @@ impl CentreEvaluator {
                     };
                     felt.add(lane, force);
                     if let Some(drag) = &drag {
-                        let slowing = drag.slowing(&self.samples[lane], force);
+                        let sample = &self.samples[lane];
+                        let slowing = drag.slowing(sample, sample.fraction, force);
                         felt.slowings[lane].add(&slowing);
                     }
                 }
@@ -198,6 +199,6 @@ impl Felt {
 impl LaneInput<'_> {
     fn in_lanes(&self, samples: &[SamplePoint; WIDTH], count: usize) -> LaneOutput {
         let samples = samples.each_ref();
-        dispatch!(level(), simd => self.on(simd, &samples[..count]))
+        dispatch!(level(), simd => self.on_samples(simd, &samples[..count]))
     }
 }

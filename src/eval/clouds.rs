@@ -31,8 +31,7 @@ struct Cloud<'a> {
 
 impl<'a> Cloud<'a> {
     fn new(samples: &'a Samples, run: &CloudRun, task: &Task<'_>) -> Self {
-        let sample = &samples.list[run.first as usize];
-        let (body, places) = (sample.body as usize, run.places());
+        let (body, places) = (run.whole.body as usize, run.padded_places());
         let turned = DMat3::from_quat(samples.attitudes[body].rotation);
         let columns = samples.clouds.local_arms.each_ref();
         Cloud {
@@ -40,7 +39,7 @@ impl<'a> Cloud<'a> {
             fractions: &samples.clouds.fractions[places],
             centre: samples.centres[body].world_point,
             axes: [turned.x_axis, turned.y_axis, turned.z_axis].map(from_dvec3),
-            owner: sample.owner,
+            owner: run.whole.owner,
             range: task.batch.range,
             quantity: task.quantity,
         }
@@ -48,7 +47,7 @@ impl<'a> Cloud<'a> {
 }
 
 impl Sources {
-    /// Adds the wrenches of the gathered sources on the samples that are not sites. A potential is added in place
+    /// Adds the wrenches of the gathered sources on the samples of clouds. A potential is added in place
     /// of the first component of the force.
     pub(super) fn add_to_clouds(&self, task: &Task<'_>, moment: Moment, sums: &mut [Wrench]) {
         let (law, level) = (KernelLaw::new(&task.batch.law), level());

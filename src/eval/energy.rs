@@ -31,10 +31,14 @@ pub(super) fn program_energy(
             .sum()
     };
     let mut total = 0.0;
-    let list = samples.samples_for(program.how).map(|(_, sample)| sample);
-    let list = samples.centres_for(program.how).chain(list);
-    for sample in list.filter(|sample| samples.cut(program.how, sample.body).is_none()) {
-        let query = samples.query(sample, moment);
+    let how = program.how;
+    let centres = samples.centres_for(how);
+    let centres = centres.filter(|centre| samples.cut(how, centre.body).is_none());
+    let sites = samples.uncut_sites_for(how).map(|(_, sample)| sample);
+    let runs = samples.uncut_runs_for(how);
+    let of_runs = runs.flat_map(|(_, run)| samples.of_run(run));
+    for sample in centres.chain(sites).copied().chain(of_runs) {
+        let query = samples.query(&sample, moment);
         total += instances
             .clone()
             .map(|instance| energy(instance, &query))

@@ -120,7 +120,7 @@ fn add_to_sites(
     blocks: &mut Vec<Block>,
     sums: &mut [Vector],
 ) {
-    let sites = &task.samples.list[..task.samples.sites];
+    let sites = &task.samples.sites;
     let coupled = |place: &u32| task.weights[*place as usize] != 0.0;
     order.clear();
     order.extend((0..sites.len() as u32).filter(coupled));
@@ -144,7 +144,7 @@ fn add_to_sites(
     }
 }
 
-/// Adds the wrenches on the samples that are not sites.
+/// Adds the wrenches on the samples of clouds.
 fn add_to_clouds(
     walk: &CellWalk<'_>,
     task: &Task<'_>,
@@ -165,12 +165,10 @@ fn on_cloud(
     run: &CloudRun,
     blocks: &mut Vec<Block>,
 ) -> Wrench {
-    let sample = &samples.list[run.first as usize];
-    let body = sample.body as usize;
+    let body = run.whole.body as usize;
     let turned = DMat3::from_quat(samples.attitudes[body].rotation);
     let centre = to_dvec3(samples.centres[body].world_point);
-    let [x, y, z] = &samples.clouds.local_arms;
-    let arm = |at: usize| turned * DVec3::new(to_f64(x[at]), to_f64(y[at]), to_f64(z[at]));
+    let arm = |at: usize| turned * DVec3::from_array(samples.clouds.arm(at).map(to_f64));
     let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
     let Range { start, end } = run.places();
     let of = |number: usize| {
@@ -180,7 +178,7 @@ fn on_cloud(
     blocks.resize_with((end - start).div_ceil(WIDTH), Block::default);
     each_chunk(blocks, CHUNK, |first, blocks| {
         for (number, block) in blocks.iter_mut().enumerate() {
-            let point = |at| (centre + arm(at), to_f64(sample.owner));
+            let point = |at| (centre + arm(at), to_f64(run.whole.owner));
             walk.on(of(first + number).map(point), block);
         }
     });

@@ -48,8 +48,7 @@ impl Lineariser {
         mut visit: impl FnMut(&SamplePoint, &Linearised),
     ) {
         let (all, samples, moment) = (terms == Terms::All, scene.samples, scene.moment);
-        let list = samples.of(body).into_iter().flatten();
-        let list = list.map(|number| (samples.at(number), false));
+        let list = samples.each_of(body).map(|sample| (sample, false));
         for (sample, whole) in [(samples.centres[body], true)].into_iter().chain(list) {
             let sample = &sample;
             let wanted = |how: SamplingRule| {

@@ -82,7 +82,7 @@ impl Evaluator {
         self.radials.add(0, &compiled.radials, on);
         self.programs.begin(on);
         self.programs.add_all(on);
-        for (sample, force) in samples.placed().iter().zip(&self.forces) {
+        for (sample, force) in samples.sites.iter().zip(&self.forces) {
             let wrench = &mut wrenches[sample.body as usize];
             wrench.force += *force;
             wrench.torque += sample.arm.cross(*force);
@@ -92,8 +92,7 @@ impl Evaluator {
     fn start(&mut self, scene: &SampledWorld<'_, impl Frames>) {
         self.frames.clear(scene.compiled);
         self.forces.clear();
-        let count = scene.samples.placed().len();
-        self.forces.resize(count, Vector::ZERO);
+        self.forces.resize(scene.samples.sites.len(), Vector::ZERO);
     }
 
     /// The potential energy of all bodies of `samples`.

@@ -46,10 +46,8 @@ impl<'a> Task<'a> {
     ) -> impl Iterator<Item = (&'a CloudRun, usize, Real)> {
         let (samples, batch) = (self.samples, self.batch);
         samples.clouds.runs.iter().filter_map(move |run| {
-            let sample = Some(samples.list[run.first as usize]);
-            let mut whole = sample.filter(|sample| samples.takes(batch.how, sample))?;
-            whole.fraction = 1.0;
-            let weight = samples.weight(&whole, &batch.weighting, moment);
+            let whole = Some(&run.whole).filter(|whole| samples.takes(batch.how, whole))?;
+            let weight = samples.weight(whole, &batch.weighting, moment);
             (weight != 0.0).then_some((run, whole.body as usize, weight))
         })
     }
@@ -63,7 +61,7 @@ pub(super) fn weigh(
     weights: &mut Vec<Real>,
 ) {
     weights.clear();
-    weights.extend(samples.list[..samples.sites].iter().map(|sample| {
+    weights.extend(samples.sites.iter().map(|sample| {
         if !samples.takes(batch.how, sample) {
             return 0.0;
         }
@@ -97,7 +95,7 @@ impl Sources {
     /// Adds the forces of the gathered sources on all sites.
     pub(super) fn add_to(&self, task: &Task<'_>, sums: &mut [Vector]) {
         let probes = Probes {
-            samples: &task.samples.list[..task.samples.sites],
+            samples: &task.samples.sites,
             weights: task.weights,
             range: task.batch.range,
             quantity: task.quantity,

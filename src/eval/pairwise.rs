@@ -197,13 +197,13 @@ impl Sides {
         self.range = batch.range;
         weigh(batch, samples, moment, &mut self.weights);
         self.strengths.clear();
-        self.strengths.resize(samples.sites, 0.0);
+        self.strengths.resize(samples.sites.len(), 0.0);
         self.apart.clear();
         for source in &batch.sources {
             let number = source
                 .collider
                 .and_then(|collider| samples.of_collider(collider));
-            match number.filter(|number| samples.list[*number].at_origin) {
+            match number.filter(|number| samples.sites[*number].at_origin) {
                 Some(number) => self.strengths[number] += source.strength,
                 None => self.apart.push(*source),
             }
@@ -242,7 +242,7 @@ impl PairPass {
             }
         }
         self.tiles.clear(self.order.len());
-        for (site, sample) in samples.list[..samples.sites].iter().enumerate() {
+        for (site, sample) in samples.sites.iter().enumerate() {
             let of = |place: &Option<usize>| place.map_or([0.0; 2], |place| sides[place].of(site));
             let charges = self.order.iter().map(of);
             if charges.clone().any(|charges| charges != [0.0; 2]) {

@@ -12,7 +12,7 @@ use super::wide::{LaneInput, LaneOutput, WIDTH};
 use crate::compile::{Compiled, Key, Keyed, Program};
 use crate::field::{Cuts, Frames};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3};
-use crate::sample::{SamplePoint, Samples};
+use crate::sample::{PlacedBlock, SamplePoint, Samples};
 use crate::threads::each_chunk;
 
 /// Groups of samples that one thread evaluates at a time.
@@ -27,19 +27,20 @@ pub(super) struct Programs {
     reactions: Vec<(usize, Vector, Vector)>,
     cuts: BodyCuts,
     near: Vec<u32>,
-    /// The places of the samples at which a program is evaluated.
+    /// The places of the single samples at which a program is evaluated, and the numbers of the runs.
     asked: Vec<u32>,
-    /// Pairs of an instance and the place of a sample.
+    asked_runs: Vec<u32>,
+    /// Pairs of an instance and the place of a sample, or the number of a block.
     pairs: Vec<(u32, u32)>,
     /// The results for several samples at once.
     found: Vec<LaneOutput>,
 }
 
-/// The sample at a place among the centres and then the list.
+/// The sample at a place among the centres and then the sites.
 fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
     let (place, count) = (place as usize, samples.centres.len());
     let centre = samples.centres.get(place);
-    centre.unwrap_or_else(|| &samples.list[place - count])
+    centre.unwrap_or_else(|| &samples.sites[place - count])
 }
 
 /// An instance of a program that is evaluated on several samples.
@@ -49,13 +50,34 @@ struct Asking<'a> {
     drag: Option<DragOn>,
 }
 
-/// A program to be evaluated at one sample.
+/// The force of an instance on a fraction of a part.
+struct Felt<'a> {
+    part: &'a SamplePoint,
+    fraction: Real,
+    arm: Vector,
+    world_point: Vector,
+    exact: DVec3,
+}
+
+impl<'a> Felt<'a> {
+    fn on_sample(sample: &'a SamplePoint, exact: DVec3) -> Self {
+        Felt {
+            part: sample,
+            fraction: sample.fraction,
+            arm: sample.arm,
+            world_point: sample.world_point,
+            exact,
+        }
+    }
+}
+
+/// A program to be evaluated at one sample or run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Job {
     /// The key of the program.
     key: Key,
     number: u32,
-    /// The place of the sample among the centres and then the list, or [`ALL`].
+    /// The place among the centres, the sites, and the runs; or [`ALL`].
     sample: u32,
 }
 
@@ -81,11 +103,12 @@ impl BatchEvaluator<Program> for Programs {
             }
         }
         let count = samples.centres.len();
-        let asked = samples
-            .samples_for(how)
-            .filter(|(_, sample)| samples.cut(how, sample.body).is_none());
+        let sites = samples.uncut_sites_for(how);
         self.asked
-            .extend(asked.map(|(place, _)| (count + place) as u32));
+            .extend(sites.map(|(number, _)| (count + number) as u32));
+        self.asked_runs.clear();
+        self.asked_runs
+            .extend(samples.uncut_runs_for(how).map(|(number, _)| number));
         self.add_asked(number, program, on);
     }
 }
@@ -128,10 +151,19 @@ impl Programs {
                 sample,
             }));
         };
-        let all = samples.centres.iter().chain(samples.placed());
-        for (place, sample) in all.enumerate() {
+        let count = samples.centres.len();
+        let singles = samples.centres.iter().chain(&samples.sites);
+        for (place, sample) in singles.enumerate() {
             self.index
                 .bounded_at(sample.world_point, |number| add(number, place as u32));
+        }
+        if compiled.requirements.points || !samples.overrides.is_empty() {
+            let first = count + samples.sites.len();
+            for (number, run) in samples.clouds.runs.iter().enumerate() {
+                let point = samples.centres[run.whole.body as usize].world_point;
+                let add = |program| add(program, (first + number) as u32);
+                self.index.bounded_near(point, run.extent(), add);
+            }
         }
         // Bodies are cut by programs that reach any part of them.
         for (place, (centre, bulk)) in samples.centres.iter().zip(&samples.bulks).enumerate() {
@@ -155,45 +187,69 @@ impl Programs {
     /// Adds the forces of a program on some samples.
     fn add_on(&mut self, jobs: &[Job], program: &Program, on: &mut Summing<'_, impl Frames>) {
         let (number, samples, how) = (jobs[0].number, on.scene.samples, program.how);
-        let count = samples.centres.len();
+        let (count, sites) = (samples.centres.len(), samples.sites.len());
         self.asked.clear();
+        self.asked_runs.clear();
         for place in jobs.iter().map(|job| job.sample) {
-            let is_asked = match samples.centres.get(place as usize) {
-                Some(centre) => {
-                    !self.cut(number, program, centre.body, on)
-                        && samples.asks_whole(how)
-                        && samples.takes(how, centre)
-                }
-                None => {
-                    let sample = &samples.list[place as usize - count];
-                    samples.takes_of_list(how, sample) && samples.cut(how, sample.body).is_none()
-                }
-            };
-            if is_asked {
-                self.asked.push(place);
+            if let Some(centre) = samples.centres.get(place as usize) {
+                let is_asked = !self.cut(number, program, centre.body, on)
+                    && samples.asks_whole(how)
+                    && samples.takes(how, centre);
+                self.asked.extend(is_asked.then_some(place));
+            } else if let Some(sample) = samples.sites.get(place as usize - count) {
+                let is_asked = samples.takes_uncut(how, sample);
+                self.asked.extend(is_asked.then_some(place));
+            } else {
+                let run = place as usize - count - sites;
+                let is_asked = samples.takes_uncut(how, &samples.clouds.runs[run].whole);
+                self.asked_runs.extend(is_asked.then_some(run as u32));
             }
         }
         self.add_asked(number, program, on);
     }
 
-    /// Adds the forces of a program on the samples in `asked`.
+    /// Adds the forces of a program on the samples and runs that are asked for.
     fn add_asked(&mut self, number: u32, program: &Program, on: &mut Summing<'_, impl Frames>) {
-        let (scene, samples) = (on.scene, on.scene.samples);
+        let samples = on.scene.samples;
+        let mut pairs = std::mem::take(&mut self.pairs);
+        pairs.clear();
         let reach = self.index.reach(number);
-        self.pairs.clear();
         for place in &self.asked {
             let point = sample_at(samples, *place).world_point;
             let instances = reach.at(program, point);
-            let pairs = instances.iter().map(|instance| (*instance, *place));
-            self.pairs.extend(pairs);
+            pairs.extend(instances.iter().map(|instance| (*instance, *place)));
         }
+        self.each_instance(program, &mut pairs, on, Self::add_on_samples);
+        pairs.clear();
+        let reach = self.index.reach(number);
+        for run in &self.asked_runs {
+            let run = &samples.clouds.runs[*run as usize];
+            let point = samples.centres[run.whole.body as usize].world_point;
+            reach.around(program, point, run.extent(), &mut self.near);
+            for instance in &self.near {
+                pairs.extend(run.blocks().map(|block| (*instance, block)));
+            }
+        }
+        self.each_instance(program, &mut pairs, on, Self::add_on_blocks);
+        self.pairs = pairs;
+        self.react(samples, &mut on.sums);
+    }
+
+    /// Calls `add` for each instance, with its pairs.
+    fn each_instance(
+        &mut self,
+        program: &Program,
+        pairs: &mut [(u32, u32)],
+        on: &mut Summing<'_, impl Frames>,
+        mut add: impl FnMut(&mut Self, &Asking<'_>, &[(u32, u32)], &mut Sums<'_>),
+    ) {
+        let (scene, samples, moment) = (on.scene, on.scene.samples, on.scene.moment);
         if program.instances.len() > 1 {
-            self.pairs.sort_unstable();
+            pairs.sort_unstable();
         }
-        let pairs = std::mem::take(&mut self.pairs);
-        for run in pairs.chunk_by(|a, b| a.0 == b.0) {
-            on.frames.fill_instance(scene, program, run[0].0);
-            let (instance, moment) = (run[0].0 as usize, scene.moment);
+        for pairs in pairs.chunk_by(|a, b| a.0 == b.0) {
+            on.frames.fill_instance(scene, program, pairs[0].0);
+            let instance = pairs[0].0 as usize;
             let asked = Asking {
                 wide: LaneInput {
                     program,
@@ -204,38 +260,37 @@ impl Programs {
                 },
                 drag: DragOn::new(program, instance, moment),
             };
-            let sums = &mut on.sums;
-            if program.in_lanes {
-                self.add_in_lanes(&asked, run, sums)
-            } else {
-                run.iter()
-                    .for_each(|(_, place)| self.add_one(&asked, *place, sums))
-            }
+            add(self, &asked, pairs, &mut on.sums);
         }
-        self.pairs = pairs;
-        self.react(samples, &mut on.sums);
     }
 
     /// Adds the forces of an instance on several samples.
-    fn add_in_lanes(&mut self, asked: &Asking<'_>, run: &[(u32, u32)], sums: &mut Sums<'_>) {
+    fn add_on_samples(&mut self, asked: &Asking<'_>, pairs: &[(u32, u32)], sums: &mut Sums<'_>) {
+        let sample = |place: u32| sample_at(asked.wide.samples, place);
+        if !asked.wide.program.in_lanes {
+            for (_, place) in pairs {
+                self.add_one(asked, *place, sums);
+            }
+            return;
+        }
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
-        all_found.resize_with(run.len().div_ceil(WIDTH), LaneOutput::default);
+        all_found.resize_with(pairs.len().div_ceil(WIDTH), LaneOutput::default);
         each_chunk(&mut all_found, CHUNK, |first, found| {
-            let runs = run.chunks(WIDTH).skip(first);
-            dispatch!(level(), simd => for (found, run) in found.iter_mut().zip(runs) {
-                let wide = &asked.wide;
-                let sample = |lane: usize| sample_at(wide.samples, run[lane.min(run.len() - 1)].1);
-                let several: [_; WIDTH] = std::array::from_fn(sample);
-                *found = wide.on(simd, &several[..run.len()]);
+            let several = pairs.chunks(WIDTH).skip(first);
+            dispatch!(level(), simd => for (found, several) in found.iter_mut().zip(several) {
+                let place = |lane: usize| several[lane.min(several.len() - 1)].1;
+                let all: [_; WIDTH] = std::array::from_fn(|lane| sample(place(lane)));
+                *found = asked.wide.on_samples(simd, &all[..several.len()]);
             });
         });
-        for (found, run) in all_found.iter().zip(run.chunks(WIDTH)) {
+        for (found, several) in all_found.iter().zip(pairs.chunks(WIDTH)) {
             for lane in lanes_of(found.defined) {
-                self.add_force(asked, run[lane].1, found.exact_force(lane), sums);
+                let felt = Felt::on_sample(sample(several[lane].1), found.exact_force(lane));
+                self.add_force(asked, several[lane].1, &felt, sums);
             }
             for lane in lanes_of(found.doubtful) {
-                self.add_one(asked, run[lane].1, sums);
+                self.add_one(asked, several[lane].1, sums);
             }
         }
         self.found = all_found;
@@ -245,12 +300,81 @@ impl Programs {
     fn add_one(&mut self, asked: &Asking<'_>, place: u32, sums: &mut Sums<'_>) {
         let sample = sample_at(asked.wide.samples, place);
         if let Some(force) = asked.wide.interpreted(sample, &mut self.machine) {
-            self.add_force(asked, place, force, sums);
+            let felt = Felt::on_sample(sample, force);
+            self.add_force(asked, place, &felt, sums);
         }
     }
 
-    /// Adds a force on one sample, and notes its reaction.
-    fn add_force(&mut self, asked: &Asking<'_>, place: u32, exact: DVec3, sums: &mut Sums<'_>) {
+    /// Adds a force on one sample, given by its place.
+    fn add_force(&mut self, asked: &Asking<'_>, place: u32, felt: &Felt<'_>, sums: &mut Sums<'_>) {
+        let force = from_dvec3(felt.exact);
+        let count = asked.wide.samples.centres.len();
+        match (place as usize).checked_sub(count) {
+            Some(place) => sums.forces[place] += force,
+            None => sums.wrenches[place as usize].force += force,
+        }
+        self.note(asked, felt, sums);
+    }
+
+    /// Adds the forces of an instance on several blocks.
+    fn add_on_blocks(&mut self, asked: &Asking<'_>, pairs: &[(u32, u32)], sums: &mut Sums<'_>) {
+        let (wide, samples) = (&asked.wide, asked.wide.samples);
+        let mut all_found = std::mem::take(&mut self.found);
+        all_found.clear();
+        all_found.resize_with(pairs.len(), LaneOutput::default);
+        if wide.program.in_lanes {
+            each_chunk(&mut all_found, CHUNK, |first, found| {
+                dispatch!(level(), simd => for (found, pair) in found.iter_mut().zip(&pairs[first..]) {
+                    *found = wide.on_block(simd, pair.1);
+                });
+            });
+        }
+        for (found, (_, block)) in all_found.iter().zip(pairs) {
+            let placed = samples.block(*block);
+            let all = (1 << placed.count) - 1;
+            let doubtful = if wide.program.in_lanes {
+                found.doubtful
+            } else {
+                all
+            };
+            for lane in lanes_of(found.defined) {
+                self.add_in_block(asked, &placed, lane, found.exact_force(lane), sums);
+            }
+            for lane in lanes_of(doubtful) {
+                let force = wide.interpreted(&placed.sample(lane), &mut self.machine);
+                if let Some(force) = force {
+                    self.add_in_block(asked, &placed, lane, force, sums);
+                }
+            }
+        }
+        self.found = all_found;
+    }
+
+    /// Adds a force on one sample of a block.
+    fn add_in_block(
+        &mut self,
+        asked: &Asking<'_>,
+        placed: &PlacedBlock<'_>,
+        lane: usize,
+        exact: DVec3,
+        sums: &mut Sums<'_>,
+    ) {
+        let felt = Felt {
+            part: &placed.run.whole,
+            fraction: placed.fractions[lane],
+            arm: placed.arm(lane),
+            world_point: placed.world_point(lane),
+            exact,
+        };
+        let force = from_dvec3(exact);
+        let wrench = &mut sums.wrenches[felt.part.body as usize];
+        wrench.force += force;
+        wrench.torque += felt.arm.cross(force);
+        self.note(asked, &felt, sums);
+    }
+
+    /// Notes the derivative and the reaction of a force.
+    fn note(&mut self, asked: &Asking<'_>, felt: &Felt<'_>, sums: &mut Sums<'_>) {
         let LaneInput {
             program,
             instance,
@@ -258,23 +382,17 @@ impl Programs {
             samples,
             ..
         } = asked.wide;
-        let count = samples.centres.len();
         if let (Some(slowings), Some(drag)) = (&mut sums.slowings, &asked.drag) {
-            let sample = sample_at(samples, place);
-            let slowing = drag.slowing(sample, exact);
-            slowings.add(sample.body, to_dvec3(sample.arm), exact, &slowing);
-        }
-        let force = from_dvec3(exact);
-        match (place as usize).checked_sub(count) {
-            Some(place) => sums.forces[place] += force,
-            None => sums.wrenches[place as usize].force += force,
+            let slowing = drag.slowing(felt.part, felt.fraction, felt.exact);
+            slowings.add(felt.part.body, to_dvec3(felt.arm), felt.exact, &slowing);
         }
         if program.reacts {
             let frame = program.frame(instance, 0, frames);
             let carrier = frame.and_then(|frame| frame.body);
             let body = carrier.and_then(|carrier| samples.of_body(carrier));
-            let point = sample_at(samples, place).world_point;
-            self.reactions.extend(body.map(|body| (body, force, point)));
+            let force = from_dvec3(felt.exact);
+            self.reactions
+                .extend(body.map(|body| (body, force, felt.world_point)));
         }
     }
 

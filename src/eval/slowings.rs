@@ -2,7 +2,7 @@
 
 use crate::compile::Program;
 use crate::field::ForceMode;
-use crate::math::{DVec3, to_f64};
+use crate::math::{DVec3, Real, to_f64};
 use crate::rapier::na::{Matrix3, Matrix6, Vector3, Vector6};
 use crate::rigid::{Slowing, cross_matrix, six};
 use crate::sample::{Moment, SamplePoint};
@@ -31,21 +31,20 @@ impl DragOn {
         })
     }
 
-    /// The derivative by velocity of its `force` on a sample.
-    pub(super) fn slowing(&self, sample: &SamplePoint, force: DVec3) -> Slowing {
-        let weight = self.weight(sample) * self.strength * self.share;
+    /// The derivative by velocity of its `force` on a fraction of a part.
+    pub(super) fn slowing(&self, part: &SamplePoint, fraction: Real, force: DVec3) -> Slowing {
+        let weight = self.weight(part) * to_f64(fraction) * self.strength * self.share;
         Slowing::of_drag(force, weight, self.rates)
     }
 
-    /// The factor from the vector of a field that is shared out by mass to a force on a sample.
-    fn weight(&self, sample: &SamplePoint) -> f64 {
-        let mass = to_f64(sample.mass);
-        let whole = match self.mode {
-            ForceMode::Force => to_f64(sample.share),
+    /// The factor from the vector of a field that is shared out by mass to a force on a part.
+    fn weight(&self, part: &SamplePoint) -> f64 {
+        let mass = to_f64(part.mass);
+        match self.mode {
+            ForceMode::Force => to_f64(part.share),
             ForceMode::Acceleration => mass,
             ForceMode::VelocityChange => mass / self.dt,
-        };
-        whole * to_f64(sample.fraction)
+        }
     }
 }
 

@@ -134,7 +134,7 @@ impl Stage {
         let mut frames = FrameCache::default();
         frames.clear(&self.compiled);
         let scene = SampledWorld::new(&self.compiled, &view, &samples, self.moment());
-        let mut forces = vec![Vector::splat(start); samples.list.len()];
+        let mut forces = vec![Vector::splat(start); samples.sites.len()];
         let begun = Wrench {
             force: Vector::splat(start),
             torque: Vector::ZERO,
@@ -156,7 +156,7 @@ impl Stage {
         for wrench in &mut wrenches {
             wrench.force -= Vector::splat(start);
         }
-        for (sample, force) in samples.list.iter().zip(forces) {
+        for (sample, force) in samples.sites.iter().zip(forces) {
             let wrench = &mut wrenches[sample.body as usize];
             let added = force - Vector::splat(start);
             wrench.force += added;
@@ -166,8 +166,7 @@ impl Stage {
     }
 
     fn reference(&self) -> Vec<Wrench> {
-        let mut samples = self.samples();
-        samples.place_all();
+        let samples = self.samples();
         let view = WorldRef::new(&self.world.bodies, &self.world.colliders);
         let bodies = 0..samples.bodies.len() as u32;
         let fields = SampledFields::new(&self.set, &view, &samples, self.moment());

@@ -4,13 +4,15 @@
 //! A sample on the surface of a region, or with a number that is not finite, is *in doubt*, and left to the
 //! interpreter.
 
+use std::array::from_fn;
+
 use fearless_simd::Simd;
 
 use super::interpreter::{Interpreter, SampleContext};
 use crate::compile::Program;
 use crate::field::{Frame, LANES, Lanes, Motion, Number, Numbers, Open, Plain, Queries, Vec3};
-use crate::math::{DVec3, to_dvec3, to_f64};
-use crate::sample::{Moment, SamplePoint, Samples};
+use crate::math::{DVec3, Real, to_dvec3, to_f64};
+use crate::sample::{BLOCK, Moment, PlacedBlock, SamplePoint, Samples};
 
 /// The number of samples.
 pub(super) const WIDTH: usize = LANES;
@@ -44,10 +46,39 @@ impl LaneOutput {
 impl LaneInput<'_> {
     /// Runs the instance on one to eight samples, with the instructions of `simd`.
     #[inline(always)]
-    pub(super) fn on<S: Simd>(&self, simd: S, samples: &[&SamplePoint]) -> LaneOutput {
+    pub(super) fn on_samples<S: Simd>(&self, simd: S, samples: &[&SamplePoint]) -> LaneOutput {
         simd.vectorize(
             #[inline(always)]
-            || self.run(samples),
+            || {
+                let last = samples.len().min(WIDTH) - 1;
+                // Lanes without a sample repeat the last one.
+                let all: [&SamplePoint; WIDTH] = from_fn(|lane| samples[lane.min(last)]);
+                let point = |axis| of_each(&all, |sample| to_dvec3(sample.world_point)[axis]);
+                let velocity = |axis| of_each(&all, |sample| to_dvec3(sample.velocity)[axis]);
+                let motion = Motion {
+                    point: Vec3::new(point(0), point(1), point(2)),
+                    velocity: Vec3::new(velocity(0), velocity(1), velocity(2)),
+                };
+                self.run(&self.queries(&all), &motion, last + 1)
+            },
+        )
+    }
+
+    /// Runs the instance on a block of samples, with the instructions of `simd`.
+    #[inline(always)]
+    pub(super) fn on_block<S: Simd>(&self, simd: S, block: u32) -> LaneOutput {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let placed = self.samples.block(block);
+                let vector =
+                    |[x, y, z]: &[[Real; BLOCK]; 3]| Vec3::new(lanes(x), lanes(y), lanes(z));
+                let motion = Motion {
+                    point: vector(&placed.world_points),
+                    velocity: vector(&placed.velocities),
+                };
+                self.run(&self.block_queries(&placed), &motion, placed.count)
+            },
         )
     }
 
@@ -62,29 +93,39 @@ impl LaneInput<'_> {
     }
 
     #[inline(always)]
-    fn run(&self, samples: &[&SamplePoint]) -> LaneOutput {
-        let last = samples.len().min(WIDTH) - 1;
-        // Lanes without a sample repeat the last one.
-        let samples: [&SamplePoint; WIDTH] = std::array::from_fn(|lane| samples[lane.min(last)]);
-        let point = |axis| of_each(&samples, |sample| to_dvec3(sample.world_point)[axis]);
-        let velocity = |axis| of_each(&samples, |sample| to_dvec3(sample.velocity)[axis]);
+    fn run(&self, queries: &Queries, motion: &Motion<Lanes>, count: usize) -> LaneOutput {
         let here = Open::new();
-        let queries = self.queries(&samples);
-        let motion = Motion {
-            point: Vec3::new(point(0), point(1), point(2)),
-            velocity: Vec3::new(velocity(0), velocity(1), velocity(2)),
-        };
         let (program, frames) = (self.program, self.frames);
-        let place = SampleContext::new(program, self.instance, frames, &queries, &motion);
+        let place = SampleContext::new(program, self.instance, frames, queries, motion);
         let value = place.walk(&here);
         let Vec3 { x, y, z } = value.vector;
         let finite = is_finite(x) & is_finite(y) & is_finite(z);
         let doubtful = here.on_a_surface() | (value.defined & !finite);
-        let asked = (2 << last) - 1;
+        let asked = (1 << count) - 1;
         LaneOutput {
             forces: [x.0, y.0, z.0],
             defined: (value.defined & !doubtful).bits() & asked,
             doubtful: doubtful.bits() & asked,
+        }
+    }
+
+    #[inline(always)]
+    fn block_queries(&self, placed: &PlacedBlock<'_>) -> Queries {
+        let part = &placed.run.whole;
+        let of_part = |number: Real| Lanes::from(to_f64(number));
+        Queries {
+            numbers: Numbers {
+                time: self.moment.time,
+                dt: to_f64(self.moment.dt),
+                radius: of_part(part.radius),
+                mass: of_part(part.mass),
+                share: of_part(part.share),
+                charge: of_part(part.charge),
+                fraction: lanes(placed.fractions),
+            },
+            span: self.moment.span,
+            bodies: [self.samples.bodies[part.body as usize]; WIDTH],
+            groups: [part.groups; WIDTH],
         }
     }
 
@@ -105,6 +146,11 @@ impl LaneInput<'_> {
             groups: samples.map(|sample| sample.groups),
         }
     }
+}
+
+#[inline(always)]
+fn lanes(numbers: &[Real; BLOCK]) -> Lanes {
+    Lanes::from_fn(|lane| to_f64(numbers[lane]))
 }
 
 /// A number of each sample.

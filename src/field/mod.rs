@@ -81,7 +81,7 @@ pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
 pub(crate) use likeness::Fingerprint;
 pub(crate) use modifier::Modifier;
 pub(crate) use nodes::{Node, Nodes};
-pub(crate) use number::{Dual, LANES, Lanes, Mask, Number, Plain, Vec3, real};
+pub(crate) use number::{Dual, LANES, Lanes, Mask, Number, Plain, Vec3, each_lane, real};
 pub(crate) use priority::Override;
 pub(crate) use query::{
     LocalQuery, Motion, Numbers, POINT, Queries, QueryNumber, QueryProperties, Single,

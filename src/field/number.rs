@@ -19,7 +19,7 @@ use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub(crate) use dual::Dual;
-pub(crate) use lanes::{LANES, LaneMask, Lanes};
+pub(crate) use lanes::{LANES, LaneMask, Lanes, each_lane};
 pub(crate) use sine::sin_cos;
 pub(crate) use vec3::{
     Vec3, chain, constant, cross, differences, direction, length, limited, real, rotate,

@@ -155,8 +155,7 @@ impl Fault {
         scene: &SampledWorld<'_, impl Frames>,
         places: Vec<usize>,
     ) -> Self {
-        let mut samples = scene.samples.clone();
-        samples.place_all();
+        let samples = scene.samples.clone();
         let bodies = places.iter().map(|place| samples.bodies[*place]);
         Fault {
             kind,

@@ -59,8 +59,7 @@ impl Scout {
         }
         let samples = &mut self.samples;
         samples.clone_from(context.samples);
-        let placed = samples.placed().len();
-        for sample in &mut samples.list[..placed] {
+        for sample in &mut samples.sites {
             let way = &self.ways[sample.body as usize];
             let turned = sample.arm + way.angvel.cross(sample.arm) * part;
             sample.world_point += way.linvel * part + turned - sample.arm;

@@ -32,9 +32,7 @@ const MIDPOINT_ROUNDS: usize = 2;
 struct Group {
     /// The samples of the moved bodies, in the order of their states.
     samples: Samples,
-    /// Samples that are not sites, until all bodies are taken in.
-    several: Vec<SamplePoint>,
-    /// The vector from the centre of mass to each sample of `samples.list`, in the body's axes.
+    /// The vector from the centre of mass to each site, in the body's axes.
     arms: Vec<DVec3>,
     wrenches: Vec<Wrench>,
     /// By body, where forces read velocities.
@@ -410,7 +408,7 @@ impl Group {
     /// Adds a body with its samples.
     fn take(&mut self, handle: RigidBodyHandle, place: usize, all: &Samples) {
         let body = self.samples.bodies.len() as u32;
-        let [sites, several] = all.of(place);
+        let sites = all.sites_of(place);
         let own = &mut self.samples;
         let moved = |sample: &SamplePoint| SamplePoint { body, ..*sample };
         own.attitudes.extend(all.attitudes.get(place));
@@ -418,10 +416,10 @@ impl Group {
         if let Some(shapes) = all.shapes.get(sites.clone()) {
             own.shapes.extend_from_slice(shapes);
         }
-        own.sites += sites.len();
-        own.list.extend(all.list[sites].iter().map(moved));
-        self.several
-            .extend(several.map(|number| moved(&all.at(number))));
+        own.sites.extend(all.sites[sites].iter().map(moved));
+        for run in all.runs_of(place) {
+            own.clouds.take(run, &all.clouds, body);
+        }
         own.centres.push(moved(&all.centres[place]));
         own.overrides.extend(all.overrides.get(place));
         own.bodies.push(handle);
@@ -430,13 +428,12 @@ impl Group {
     /// Orders the samples, once all bodies are taken in.
     fn close(&mut self, states: &[RigidState]) {
         let samples = &mut self.samples;
-        samples.list.append(&mut self.several);
         samples.number();
         let state = |body: u32| &states[body as usize];
         let arm =
             |sample: &SamplePoint| state(sample.body).attitude.inverse() * to_dvec3(sample.arm);
         self.arms.clear();
-        self.arms.extend(samples.list.iter().map(arm));
+        self.arms.extend(samples.sites.iter().map(arm));
     }
 
     /// Moves the samples to the present places of their bodies.
@@ -445,7 +442,7 @@ impl Group {
         let velocity = |body: usize, state: &RigidState| {
             solutions.map_or((state.linvel, state.angvel), |all| all[body].velocities)
         };
-        for (sample, arm) in self.samples.list.iter_mut().zip(&self.arms) {
+        for (sample, arm) in self.samples.sites.iter_mut().zip(&self.arms) {
             let state = &states[sample.body as usize];
             let (linvel, angvel) = velocity(sample.body as usize, state);
             let arm = state.attitude * *arm;

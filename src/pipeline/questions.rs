@@ -127,8 +127,10 @@ impl FieldPipeline {
     ) -> Vec<BodySample> {
         let scene = self.scene(fields, state, 1.0, view);
         let samples = &scene.samples;
-        let list = samples.list.iter();
-        let listed = list.filter(|sample| samples.bodies[sample.body as usize] == body);
+        let Some(place) = samples.of_body(body) else {
+            return Vec::new();
+        };
+        let listed = samples.each_of(place);
         // Of each kind, the small set of points is shown only without the large one, because both stand for the same.
         let has = |points| listed.clone().any(|it| it.kind == Kind::Several(points));
         let many = [Points::Volume, Points::Surface].map(has);
@@ -141,17 +143,17 @@ impl FieldPipeline {
         let apart = listed.clone().any(|sample| sample.kind == Kind::Centre);
         let whole = samples.of_body(body).filter(|_| !apart);
         let own = whole
-            .map(|place| &samples.centres[place])
+            .map(|place| samples.centres[place])
             .into_iter()
             .chain(listed);
-        let sample = |sample: &SamplePoint| BodySample {
+        let sample = |sample: SamplePoint| BodySample {
             sampling: match sample.kind {
                 Kind::Centre => Sampling::Centre,
                 Kind::Site | Kind::Particle => Sampling::Parts,
                 Kind::Several(Points::Volume | Points::FewOfVolume) => Sampling::Volume,
                 Kind::Several(Points::Surface | Points::FewOfSurface) => Sampling::Surface,
             },
-            query: samples.query(sample, moment(scene.time, scene.dt)),
+            query: samples.query(&sample, moment(scene.time, scene.dt)),
         };
         own.map(sample).collect()
     }
@@ -350,23 +352,18 @@ fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
         sample.world_point = *world_point;
         sample.mass = 1.0;
         samples.centres.push(sample);
-        samples.list.push(SamplePoint {
+        samples.sites.push(SamplePoint {
             kind: Kind::Site,
             ..sample
         });
         samples.bodies.push(RigidBodyHandle::invalid());
         samples.attitudes.push(Attitude::default());
     }
-    samples.sites = samples.list.len();
-    for kind in Points::ALL.map(Kind::Several) {
-        for number in 0..world_points.len() {
-            let site = samples.list[number];
-            // A point needs only one sample of each kind.
-            samples.list.push(SamplePoint {
-                kind,
-                is_ball: true,
-                ..site
-            });
+    // A point needs only one sample of each kind.
+    let columns = samples.clouds.centre();
+    for site in &samples.sites {
+        for kind in Points::ALL.map(Kind::Several) {
+            samples.clouds.add(SamplePoint { kind, ..*site }, columns);
         }
     }
     samples.number();

@@ -269,7 +269,6 @@ impl FieldPipeline {
         let mut gatherer = crate::sample::Gatherer::default();
         gatherer.make(&mut samples, properties, requirements, &bodies, view);
         samples.place(&bodies, None);
-        samples.place_all();
         (bodies, samples)
     }
 

@@ -1,9 +1,13 @@
 //! Makes samples of bodies and their colliders. Offsets, weights and properties are kept until something they
 //! were made from changes; places and velocities are set before each evaluation.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::cloud::Columns;
 use super::part_shape::{Attitude, Bulk, PartShape, PartSolid};
 use super::properties::Properties;
-use super::shapes::Shapes;
+use super::shapes::{Quadrature, Shapes};
 use super::{Kind, SamplePoint, Samples, owner};
 use crate::compile::{PartSampling, SamplingRequirements};
 use crate::field::Points;
@@ -24,8 +28,8 @@ pub(crate) struct Gatherer {
     made_for: Option<(SamplingRequirements, u64)>,
     bodies: Vec<BodyStamp>,
     parts: Vec<PartStamp>,
-    /// A buffer for samples that are not sites.
-    several: Vec<SamplePoint>,
+    /// The columns of points that were made for parts of other bodies.
+    columns: HashMap<PointsKey, KnownPoints>,
 }
 
 /// The state of a body that its samples were made from.
@@ -165,13 +169,14 @@ impl Gatherer {
         samples.clear();
         self.bodies.clear();
         self.parts.clear();
+        self.columns.clear();
         properties.of_world(samples);
         for body in bodies {
             let mut making = Making {
                 properties,
                 shapes: &mut self.shapes,
                 requirements,
-                several: &mut self.several,
+                columns: &mut self.columns,
                 parts: &mut self.parts,
                 samples,
             };
@@ -184,11 +189,7 @@ impl Gatherer {
                 end: self.parts.len(),
             });
         }
-        samples.sites = samples.list.len();
-        samples.list.append(&mut self.several);
         samples.apart = requirements.apart;
-        let asks_points = requirements.points || requirements.apart;
-        samples.only_sites = !asks_points && !properties.any_sampling();
         samples.number();
     }
 }
@@ -198,8 +199,7 @@ struct Making<'a> {
     properties: &'a Properties,
     shapes: &'a mut Shapes,
     requirements: SamplingRequirements,
-    /// Samples that are not sites.
-    several: &'a mut Vec<SamplePoint>,
+    columns: &'a mut HashMap<PointsKey, KnownPoints>,
     parts: &'a mut Vec<PartStamp>,
     samples: &'a mut Samples,
 }
@@ -219,7 +219,7 @@ impl Making<'_> {
             samples.bodies.push(body.handle);
             return;
         }
-        let first = samples.list.len();
+        let first = samples.sites.len();
         let handles = world
             .body(body.handle)
             .map_or(&[][..], |body| body.colliders());
@@ -232,17 +232,17 @@ impl Making<'_> {
             }
         }
         let samples = &mut *self.samples;
-        if samples.list.len() == first {
-            samples.list.push(SamplePoint {
+        if samples.sites.len() == first {
+            samples.sites.push(SamplePoint {
                 kind: Kind::Site,
                 ..centre
             });
         }
-        share_mass(&mut samples.list[first..], body.mass);
+        share_mass(&mut samples.sites[first..], body.mass);
         if self.requirements.pieces {
             self.shape_parts(first, body, world);
         }
-        if self.requirements.pieces || self.requires_many() {
+        if self.requirements.pieces || self.requires_runs() {
             self.samples.attitudes.push(Attitude {
                 rotation: to_dquat(body.pose.rotation),
                 angvel: body.angvel,
@@ -250,16 +250,20 @@ impl Making<'_> {
         }
         let wanted = self.requirements.with(own);
         if wanted.apart {
-            let sites = self.samples.list[first..].iter();
-            self.several.extend(sites.map(|site| SamplePoint {
-                kind: Kind::Centre,
-                local_arm: Vector::ZERO,
-                at_origin: false,
-                ..*site
-            }));
+            let samples = &mut *self.samples;
+            let columns = samples.clouds.centre();
+            for site in &samples.sites[first..] {
+                let copy = SamplePoint {
+                    kind: Kind::Centre,
+                    local_arm: Vector::ZERO,
+                    at_origin: false,
+                    ..*site
+                };
+                samples.clouds.add(copy, columns);
+            }
         }
         if wanted.has_many() {
-            for site in first..self.samples.list.len() {
+            for site in first..self.samples.sites.len() {
                 self.cut(site, wanted, body, world);
             }
         }
@@ -267,9 +271,10 @@ impl Making<'_> {
         self.samples.bodies.push(body.handle);
     }
 
-    /// Returns true if any part may be sampled at several points.
-    fn requires_many(&self) -> bool {
-        self.requirements.has_many() || self.properties.any_sampling()
+    /// Returns true if any part may have samples besides its site.
+    fn requires_runs(&self) -> bool {
+        let SamplingRequirements { apart, .. } = self.requirements;
+        apart || self.requirements.has_many() || self.properties.any_sampling()
     }
 
     /// Adds the site of a collider, and adds its properties to those of the body as a whole.
@@ -318,14 +323,14 @@ impl Making<'_> {
         centre.volume += sample.volume;
         centre.charge += sample.charge;
         centre.radius = centre.radius.max(local_arm.length() + radius);
-        self.samples.list.push(sample);
+        self.samples.sites.push(sample);
     }
 
     /// Adds the shapes of the sites of a body, from number `first` on, and the extent of all of them.
     fn shape_parts(&mut self, first: usize, body: &Body, world: &impl Lookup) {
         let samples = &mut *self.samples;
         let (mut extent, mut middle) = (0.0_f64, DVec3::ZERO);
-        for site in &samples.list[first..] {
+        for site in &samples.sites[first..] {
             let part = site.collider.and_then(|handle| {
                 let collider = world.collider(handle)?;
                 let solid = self.shapes.solid(handle, collider);
@@ -351,7 +356,7 @@ impl Making<'_> {
         samples.bulks.push(Bulk { extent, middle });
     }
 
-    /// Adds the samples of a part besides its site.
+    /// Adds the runs of a part.
     fn cut(
         &mut self,
         number: usize,
@@ -359,7 +364,7 @@ impl Making<'_> {
         body: &Body,
         world: &impl Lookup,
     ) {
-        let site = self.samples.list[number];
+        let site = self.samples.sites[number];
         let part = site
             .collider
             .and_then(|handle| Some((handle, world.collider(handle)?)));
@@ -371,9 +376,12 @@ impl Making<'_> {
         let wanted = Points::ALL.into_iter().filter(is_wanted);
         let Some((handle, collider)) = part else {
             // Without a shape there is one sample, which serves as each kind.
-            let kinds = wanted.map(Kind::Several);
-            self.several
-                .extend(kinds.map(|kind| SamplePoint { kind, ..site }));
+            let clouds = &mut self.samples.clouds;
+            let point = (site.local_arm.to_array(), site.fraction);
+            let columns = clouds.add_columns([point].into_iter());
+            for kind in wanted.map(Kind::Several) {
+                clouds.add(SamplePoint { kind, ..site }, columns);
+            }
             return;
         };
         let local_pose = collider.position_wrt_parent().copied();
@@ -388,18 +396,52 @@ impl Making<'_> {
             if self.requirements.displaced && rule.spread != DMat3::ZERO {
                 spread = self.samples.add_spread(site.body, local_pose, rule.spread);
             }
-            let samples = rule.samples.iter().map(|(local_point, fraction)| {
-                let body_point = local_pose.transform_point(*local_point);
-                SamplePoint {
-                    local_arm: body_point - body.local_com,
-                    fraction: from_f64(*fraction),
-                    spread,
-                    kind,
-                    at_origin: false,
-                    ..site
-                }
+            let whole = SamplePoint {
+                spread,
+                kind,
+                at_origin: false,
+                ..site
+            };
+            let clouds = &mut self.samples.clouds;
+            let key = PointsKey::new(&rule, &local_pose, body.local_com);
+            let known = self.columns.entry(key).or_insert_with(|| {
+                let points = rule.samples.iter().map(|(local_point, fraction)| {
+                    let arm = local_pose.transform_point(*local_point) - body.local_com;
+                    (arm.to_array(), from_f64(*fraction))
+                });
+                let columns = clouds.add_columns(points);
+                KnownPoints { rule, columns }
             });
-            self.several.extend(samples);
+            clouds.add(whole, known.columns);
+        }
+    }
+}
+
+/// The origins of points in the axes of a body, bit for bit: equal keys have equal points.
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct PointsKey {
+    /// The address of the rule.
+    rule: usize,
+    /// Translation and rotation of the collider on the body, and the centre of mass.
+    numbers: [u64; 10],
+}
+
+#[derive(Debug)]
+struct KnownPoints {
+    columns: Columns,
+    /// Held so that no other rule gets its address.
+    #[expect(dead_code, reason = "held for its address")]
+    rule: Arc<Quadrature>,
+}
+
+impl PointsKey {
+    fn new(rule: &Arc<Quadrature>, local_pose: &Pose, local_com: Vector) -> Self {
+        let [a, b, c] = local_pose.translation.to_array();
+        let [d, e, f, g] = local_pose.rotation.to_array();
+        let [h, i, j] = local_com.to_array();
+        PointsKey {
+            rule: Arc::as_ptr(rule).addr(),
+            numbers: [a, b, c, d, e, f, g, h, i, j].map(|number| to_f64(number).to_bits()),
         }
     }
 }

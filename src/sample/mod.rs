@@ -11,7 +11,7 @@ mod properties;
 mod samples;
 mod shapes;
 
-pub(crate) use cloud::CloudRun;
+pub(crate) use cloud::{BLOCK, CloudRun, PlacedBlock};
 pub(crate) use gather::Gatherer;
 pub(crate) use part_shape::Attitude;
 pub(crate) use pieces::Cutter;

@@ -62,7 +62,7 @@ impl Samples {
         piece: &Piece,
         moment: Moment,
     ) -> (Query, f64, DVec3) {
-        let (centre, site) = (&self.centres[body as usize], &self.list[piece.site]);
+        let (centre, site) = (&self.centres[body as usize], &self.sites[piece.site]);
         let attitude = &self.attitudes[body as usize];
         let arm = piece.world_point - to_dvec3(centre.world_point);
         let (whole, weight, middle) = match how.cuts {
@@ -95,7 +95,7 @@ impl Samples {
             world_point: from_dvec3(query.world_point),
             velocity: from_dvec3(query.world_velocity),
             arm: from_dvec3(arm),
-            collider: self.list[piece.site].collider,
+            collider: self.sites[piece.site].collider,
             fraction: from_f64(piece.fraction),
             ..self.centres[body as usize]
         }
@@ -135,8 +135,7 @@ impl Cutter {
         };
         let com = to_dvec3(samples.centres[body as usize].world_point);
         let pose = DPose3::from_parts(com, samples.attitudes[body as usize].rotation);
-        let [sites, _] = samples.of(body as usize);
-        for site in sites {
+        for site in samples.sites_of(body as usize) {
             let Some(shape) = samples.shapes.get(site) else {
                 continue;
             };

@@ -1,26 +1,25 @@
 //! All samples of a set of bodies, as lists and columns for the evaluators.
 
-use super::cloud::Clouds;
+use std::ops::Range;
+
+use super::cloud::{BLOCK, CloudRun, Clouds, PlacedBlock, Placement};
 use super::part_shape::{Attitude, Bulk, PartShape};
 use super::point::{Kind, Moment, SamplePoint, UserValues};
 use crate::compile::{Weighting, unique};
 use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
 use crate::math::{
-    ColliderHandle, DMat3, Pose, Real, RigidBodyHandle, Vector, from_dvec3, from_f64, to_dpose3,
-    to_dvec3, to_f64,
+    ColliderHandle, DMat3, Pose, Real, RigidBodyHandle, Vector, from_f64, to_dpose3, to_dvec3,
+    to_f64,
 };
 use crate::rigid::{Body, to_dquat};
 
 /// The samples of the bodies in one evaluation.
 #[derive(Debug, Default)]
 pub(crate) struct Samples {
-    /// First the sites, one for each part; then the other samples of parts. In both, the samples of one body
-    /// are neighbours. See [`Samples::placed`].
-    pub list: Vec<SamplePoint>,
-    /// The samples of the list that are not sites, in columns.
+    /// One sample for each part; those of one body are neighbours.
+    pub sites: Vec<SamplePoint>,
+    /// The other samples of parts: several points, or the centre of mass of the body.
     pub clouds: Clouds,
-    /// The number of sites in the list.
-    pub sites: usize,
     /// The attitude of each body; empty if no body is cut or sampled at several points.
     pub attitudes: Vec<Attitude>,
     /// The size of each body; empty if no body is cut.
@@ -41,15 +40,11 @@ pub(crate) struct Samples {
     pub user: Vec<UserValues>,
     /// True if the samples have been placed since they were made.
     pub are_placed: bool,
-    /// True if of the list only the sites are read one by one.
-    pub only_sites: bool,
-    /// True if the list has a second sample of each part, at the centre of mass of its body.
+    /// True if each part has a second sample, at the centre of mass of its body.
     pub apart: bool,
-    /// True if the samples that are not sites were not placed the last time.
-    left: bool,
     /// Changes whenever the samples are made anew. In between, only places and velocities change.
     pub stamp: u64,
-    /// For each body, the start of its sites in the list, and of its other samples; then the end of the last.
+    /// For each body, the start of its sites, and of its runs; then the end of the last.
     starts: [Vec<u32>; 2],
     /// By the index of a collider: the number of its site, or `u32::MAX`.
     by_collider: Vec<u32>,
@@ -64,13 +59,10 @@ impl Clone for Samples {
 
     /// Reuses the buffers.
     fn clone_from(&mut self, from: &Self) {
-        self.sites = from.sites;
         self.are_placed = from.are_placed;
-        self.only_sites = from.only_sites;
         self.apart = from.apart;
-        self.left = from.left;
         self.stamp = from.stamp;
-        self.list.clone_from(&from.list);
+        self.sites.clone_from(&from.sites);
         self.clouds.clone_from(&from.clouds);
         self.attitudes.clone_from(&from.attitudes);
         self.bulks.clone_from(&from.bulks);
@@ -87,7 +79,7 @@ impl Clone for Samples {
 }
 
 impl Samples {
-    /// An empty list for bodies whose samples are made elsewhere.
+    /// No samples, for bodies whose samples are made elsewhere.
     pub(crate) fn made_elsewhere() -> Self {
         let mut samples = Samples::default();
         samples.clear();
@@ -96,7 +88,7 @@ impl Samples {
     }
 
     pub(crate) fn clear(&mut self) {
-        self.list.clear();
+        self.sites.clear();
         self.clouds.clear();
         self.attitudes.clear();
         self.bulks.clear();
@@ -105,11 +97,8 @@ impl Samples {
         self.spreads.clear();
         self.spreads.push(DMat3::ZERO);
         self.local_spreads.clear();
-        self.sites = 0;
         self.are_placed = false;
-        self.only_sites = false;
         self.apart = false;
-        self.left = false;
         self.centres.clear();
         self.bodies.clear();
         self.user.clear();
@@ -122,11 +111,10 @@ impl Samples {
         self.spreads.len() as u32 - 1
     }
 
-    /// Moves the samples that are read one by one to where their bodies are. Velocities (linear and angular)
-    /// are those of the bodies, or those given.
+    /// Moves the samples to where their bodies are. Velocities (linear and angular) are those of the bodies, or those
+    /// given.
     pub(crate) fn place(&mut self, bodies: &[Body], velocities: Option<&[(Vector, Vector)]>) {
         self.are_placed = true;
-        self.left = self.only_sites && self.list.len() > self.sites;
         let velocity = |body: usize| match velocities {
             Some(velocities) => velocities[body],
             None => (bodies[body].linvel, bodies[body].angvel),
@@ -135,16 +123,9 @@ impl Samples {
             centre.world_point = body.world_com();
             centre.velocity = velocity(number).0;
         }
-        let placed = self.placed().len();
-        for sample in &mut self.list[..placed] {
+        for sample in &mut self.sites {
             let number = sample.body as usize;
             let (linvel, angvel) = velocity(number);
-            if sample.kind == Kind::Centre {
-                // At the centre of mass, where rotation does not matter.
-                sample.world_point = self.centres[number].world_point;
-                sample.velocity = linvel;
-                continue;
-            }
             sample.arm = bodies[number].pose.rotation * sample.local_arm;
             sample.world_point = self.centres[number].world_point + sample.arm;
             sample.velocity = linvel + angvel.cross(sample.arm);
@@ -161,56 +142,41 @@ impl Samples {
         }
     }
 
-    /// The samples of the list that were placed; for the others see [`Samples::at`].
-    pub(crate) fn placed(&self) -> &[SamplePoint] {
-        if self.left {
-            return &self.list[..self.sites];
-        }
-        &self.list
-    }
-
-    /// A sample of the list, placed where its body is.
-    pub(crate) fn at(&self, number: usize) -> SamplePoint {
-        let sample = self.list[number];
-        if number < self.placed().len() {
-            return sample;
-        }
-        let (centre, attitude) = (
-            &self.centres[sample.body as usize],
-            &self.attitudes[sample.body as usize],
-        );
-        let arm = match sample.kind {
-            Kind::Centre => sample.arm,
-            _ => from_dvec3(attitude.rotation * to_dvec3(sample.local_arm)),
+    /// The samples of a block of the clouds, placed where their body is.
+    #[inline(always)]
+    pub(crate) fn block(&self, block: u32) -> PlacedBlock<'_> {
+        let run = self.clouds.run_of(block);
+        let body = run.whole.body as usize;
+        let (centre, attitude) = (&self.centres[body], &self.attitudes[body]);
+        let turned = DMat3::from_quat(attitude.rotation);
+        let placement = Placement {
+            centre: centre.world_point,
+            linvel: centre.velocity,
+            angvel: attitude.angvel,
+            axes: [turned.x_axis, turned.y_axis, turned.z_axis],
         };
-        SamplePoint {
-            arm,
-            world_point: centre.world_point + arm,
-            velocity: centre.velocity + attitude.angvel.cross(arm),
-            ..sample
-        }
+        self.clouds.placed(run, block, &placement)
     }
 
-    /// Places the samples that were not placed the last time.
-    pub(crate) fn place_all(&mut self) {
-        for number in self.placed().len()..self.list.len() {
-            self.list[number] = self.at(number);
-        }
-        self.left = false;
+    /// The samples of a run, placed where their body is.
+    pub(crate) fn of_run(&self, run: &CloudRun) -> impl Iterator<Item = SamplePoint> + Clone {
+        run.blocks().flat_map(|block| {
+            let placed = self.block(block);
+            let samples: [_; BLOCK] = std::array::from_fn(|lane| placed.sample(lane));
+            samples.into_iter().take(placed.count)
+        })
     }
 
-    /// Sets the stamp, the numbers by collider, the starts of bodies and the columns, once all samples are in
-    /// the list.
+    /// Sets the stamp, the numbers by collider, and the starts of bodies, once all samples are there.
     pub(crate) fn number(&mut self) {
         self.stamp = unique();
-        self.clouds.fill(self.sites, &self.list[self.sites..]);
-        let [sites, others] = &mut self.starts;
+        let [sites, runs] = &mut self.starts;
         let count = self.bodies.len();
-        let (first, last) = self.list.split_at(self.sites);
-        note_starts(sites, 0, first, count);
-        note_starts(others, self.sites, last, count);
+        note_starts(sites, self.sites.iter().map(|it| it.body), count);
+        let of_runs = self.clouds.runs.iter().map(|run| run.whole.body);
+        note_starts(runs, of_runs, count);
         self.by_collider.clear();
-        for (number, sample) in self.list[..self.sites].iter().enumerate() {
+        for (number, sample) in self.sites.iter().enumerate() {
             let Some(collider) = sample.collider else {
                 continue;
             };
@@ -233,10 +199,23 @@ impl Samples {
         (self.bodies[place] == body).then_some(place)
     }
 
-    /// The ranges of a body's samples in the list: its sites, and the others.
-    pub(crate) fn of(&self, body: usize) -> [std::ops::Range<usize>; 2] {
-        let starts = self.starts.each_ref();
-        starts.map(|starts| starts[body] as usize..starts[body + 1] as usize)
+    /// The numbers of a body's sites.
+    pub(crate) fn sites_of(&self, body: usize) -> Range<usize> {
+        let starts = &self.starts[0];
+        starts[body] as usize..starts[body + 1] as usize
+    }
+
+    /// The runs of a body.
+    pub(crate) fn runs_of(&self, body: usize) -> &[CloudRun] {
+        let starts = &self.starts[1];
+        &self.clouds.runs[starts[body] as usize..starts[body + 1] as usize]
+    }
+
+    /// All samples of a body but its centre.
+    pub(crate) fn each_of(&self, body: usize) -> impl Iterator<Item = SamplePoint> + Clone {
+        let sites = self.sites[self.sites_of(body)].iter().copied();
+        let runs = self.runs_of(body).iter();
+        sites.chain(runs.flat_map(|run| self.of_run(run)))
     }
 
     /// The sampling of a body in terms with this rule.
@@ -266,10 +245,10 @@ impl Samples {
         is_particle || kind == sample.kind
     }
 
-    /// Returns true if a term with this rule is sampled at any samples besides sites.
+    /// Returns true if a term with this rule is sampled at any samples of clouds.
     pub(crate) fn any_cloud(&self, how: SamplingRule) -> bool {
         let mut runs = self.clouds.runs.iter();
-        runs.any(|run| self.takes(how, &self.list[run.first as usize]))
+        runs.any(|run| self.takes(how, &run.whole))
     }
 
     /// The bodies as a whole at which a program is sampled.
@@ -279,33 +258,40 @@ impl Samples {
         centres.iter().filter(move |centre| self.takes(how, centre))
     }
 
-    /// The samples of the list at which a program is sampled, with their numbers.
-    pub(crate) fn samples_for(
+    /// The sites at which a program is sampled on bodies that it does not cut, with their numbers.
+    pub(crate) fn uncut_sites_for(
         &self,
         how: SamplingRule,
     ) -> impl Iterator<Item = (usize, &SamplePoint)> {
-        let listed = self.takes_listed(how);
-        let list = if listed { self.placed() } else { &[] };
-        let list = list.iter().enumerate();
-        list.filter(move |(_, sample)| self.takes_of_list(how, sample))
+        let sites = self.sites.iter().enumerate();
+        sites.filter(move |(_, site)| self.takes_uncut(how, site))
     }
 
-    /// Returns true if a program may be sampled at any sample of the list.
-    fn takes_listed(&self, how: SamplingRule) -> bool {
-        !self.asks_whole(how) || !self.overrides.is_empty()
+    /// Returns true if a program is sampled at a site or a run, on a body that it does not cut.
+    pub(crate) fn takes_uncut(&self, how: SamplingRule, part: &SamplePoint) -> bool {
+        self.takes_part(how, part) && self.cut(how, part.body).is_none()
     }
 
-    /// Returns true if a program is sampled at a sample of the list.
-    pub(crate) fn takes_of_list(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
-        // The centres in the list are for terms that sample colliders one by one.
-        let is_other = self.asks_whole(how) && sample.kind == Kind::Centre;
-        self.takes_listed(how) && self.takes(how, sample) && !is_other
+    /// The runs at which a program is sampled on bodies that it does not cut, with their numbers.
+    pub(crate) fn uncut_runs_for(
+        &self,
+        how: SamplingRule,
+    ) -> impl Iterator<Item = (u32, &CloudRun)> {
+        let runs = (0..).zip(&self.clouds.runs);
+        runs.filter(move |(_, run)| self.takes_uncut(how, &run.whole))
+    }
+
+    /// Returns true if a program is sampled at a site or a run.
+    pub(crate) fn takes_part(&self, how: SamplingRule, part: &SamplePoint) -> bool {
+        // Parts are sampled at the centre of mass for terms that sample colliders one by one.
+        let is_other = self.asks_whole(how) && part.kind == Kind::Centre;
+        self.takes(how, part) && !is_other
     }
 
     /// The number of a collider's site, if it has one.
     pub(crate) fn of_collider(&self, collider: ColliderHandle) -> Option<usize> {
         let number = *self.by_collider.get(collider.into_raw_parts().0 as usize)? as usize;
-        (self.list.get(number)?.collider == Some(collider)).then_some(number)
+        (self.sites.get(number)?.collider == Some(collider)).then_some(number)
     }
 
     pub(crate) fn query(&self, sample: &SamplePoint, moment: Moment) -> Query {
@@ -374,13 +360,13 @@ impl Samples {
     }
 }
 
-/// Notes the start of each body's samples, of samples whose numbers begin with `start`; and the end of the
-/// last.
-fn note_starts(starts: &mut Vec<u32>, start: usize, samples: &[SamplePoint], bodies: usize) {
+/// Notes the start of the entries of each body, given the bodies of all entries; and the end of the last.
+fn note_starts(starts: &mut Vec<u32>, entries: impl Iterator<Item = u32>, bodies: usize) {
     starts.clear();
-    for (number, sample) in samples.iter().enumerate() {
-        let first = (start + number) as u32;
-        starts.resize(starts.len().max(sample.body as usize + 1), first);
+    let mut end = 0;
+    for body in entries {
+        starts.resize(starts.len().max(body as usize + 1), end);
+        end += 1;
     }
-    starts.resize(bodies + 1, (start + samples.len()) as u32);
+    starts.resize(bodies + 1, end);
 }

@@ -97,7 +97,7 @@ impl Tiles {
         let numbers = self.samples.chunks_exact(4);
         for (points, numbers) in self.points.iter_mut().zip(numbers) {
             for (lane, number) in numbers.iter().enumerate() {
-                let point = samples.list[*number as usize].world_point;
+                let point = samples.sites[*number as usize].world_point;
                 for (row, x) in points.iter_mut().zip(point.to_array()) {
                     row[lane] = x;
                 }

@@ -166,7 +166,7 @@ pub(in crate::eval) fn samples(numbers: &[[f64; 8]]) -> Samples {
         let body = RigidBodyHandle::from_raw_parts(number as u32, 0);
         let [x, y, z, u, v, w, mass, charge] = numbers.map(crate::math::from_f64);
         samples.bodies.push(body);
-        samples.list.push(SamplePoint {
+        samples.sites.push(SamplePoint {
             world_point: Vector::new(x, y, z),
             velocity: Vector::new(u, v, w),
             mass: mass.abs() + 0.5,
@@ -194,7 +194,7 @@ fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
         dt: 0.25,
         span: Span::at(0.5),
     };
-    let several: Vec<_> = samples.list.iter().collect();
+    let several: Vec<_> = samples.sites.iter().collect();
     let mut counts = [0, 0];
     let mut machine = Interpreter::default();
     for (_, program) in compiled.programs.iter().filter(|(_, p)| p.in_lanes) {
@@ -206,7 +206,7 @@ fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
                 samples,
                 moment,
             };
-            let found = dispatch!(level(), simd => asked.on(simd, &several));
+            let found = dispatch!(level(), simd => asked.on_samples(simd, &several));
             prop_assert_eq!(found.defined & found.doubtful, 0);
             counts[0] += several.len() as u32;
             counts[1] += found.doubtful.count_ones();

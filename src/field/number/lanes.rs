@@ -24,7 +24,7 @@ pub(crate) struct LaneMask([u64; LANES]);
 impl Lanes {
     #[inline(always)]
     pub(crate) fn from_fn(number: impl Fn(usize) -> f64) -> Self {
-        Lanes(from_fn(number))
+        Lanes(each_lane(number))
     }
 
     /// The sum of all lanes, first to last.
@@ -45,13 +45,13 @@ impl LaneMask {
 
     #[inline(always)]
     pub(crate) fn from_fn(is_set: impl Fn(usize) -> bool) -> Self {
-        LaneMask(from_fn(|lane| if is_set(lane) { !0 } else { 0 }))
+        LaneMask(each_lane(|lane| if is_set(lane) { !0 } else { 0 }))
     }
 }
 
 /// `std::array::from_fn`, but always inlined.
 #[inline(always)]
-fn from_fn<T>(each: impl Fn(usize) -> T) -> [T; LANES] {
+pub(crate) fn each_lane<T>(each: impl Fn(usize) -> T) -> [T; LANES] {
     [
         each(0),
         each(1),
@@ -70,7 +70,7 @@ macro_rules! arithmetic {
             type Output = Lanes;
             #[inline(always)]
             fn $method(self, other: Lanes) -> Lanes {
-                Lanes(from_fn(|lane| self.0[lane] $operator other.0[lane]))
+                Lanes(each_lane(|lane| self.0[lane] $operator other.0[lane]))
             }
         }
 
@@ -78,7 +78,7 @@ macro_rules! arithmetic {
             type Output = Lanes;
             #[inline(always)]
             fn $method(self, other: f64) -> Lanes {
-                Lanes(from_fn(|lane| self.0[lane] $operator other))
+                Lanes(each_lane(|lane| self.0[lane] $operator other))
             }
         }
     )*};
@@ -118,7 +118,7 @@ impl Number for Lanes {
 
     #[inline(always)]
     fn select(mask: LaneMask, yes: Lanes, no: Lanes) -> Lanes {
-        Lanes(from_fn(|lane| {
+        Lanes(each_lane(|lane| {
             let (mask, yes, no) = (mask.0[lane], yes.0[lane].to_bits(), no.0[lane].to_bits());
             f64::from_bits((yes & mask) | (no & !mask))
         }))
@@ -133,7 +133,7 @@ impl Number for Lanes {
 impl Plain for Lanes {
     #[inline(always)]
     fn map(self, function: impl Fn(f64) -> f64) -> Lanes {
-        Lanes(from_fn(|lane| function(self.0[lane])))
+        Lanes(each_lane(|lane| function(self.0[lane])))
     }
 
     #[inline(always)]
@@ -167,7 +167,7 @@ macro_rules! logic {
             type Output = LaneMask;
             #[inline(always)]
             fn $method(self, other: LaneMask) -> LaneMask {
-                LaneMask(from_fn(|lane| self.0[lane] $operator other.0[lane]))
+                LaneMask(each_lane(|lane| self.0[lane] $operator other.0[lane]))
             }
         }
     )*};
@@ -179,7 +179,7 @@ impl Not for LaneMask {
     type Output = LaneMask;
     #[inline(always)]
     fn not(self) -> LaneMask {
-        LaneMask(from_fn(|lane| !self.0[lane]))
+        LaneMask(each_lane(|lane| !self.0[lane]))
     }
 }
 
