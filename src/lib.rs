@@ -130,7 +130,8 @@
 //! - `serde-serialize`: trees, settings and state are plain data for any of serde's formats. Scenes as
 //!   files are a crate of their own, `rapier3d-fields-scene`.
 //! - `parallel`: fields are evaluated on the threads of Rapier's pool, with the same bits on any number of threads.
-//! - `simd8` (in `f32`), `enhanced-determinism`, `debug-render`: Rapier's own.
+//! - `debug-render`: `FieldDebugRenderPipeline` draws fields through the backends of Rapier's debug-renderer.
+//! - `simd8` (in `f32`), `enhanced-determinism`: Rapier's own.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
@@ -186,6 +187,9 @@ mod pipeline;
 
 mod fields;
 
+#[cfg(feature = "debug-render")]
+mod debug_render;
+
 pub mod prelude;
 
 #[doc = include_str!("../docs/recipes.md")]
@@ -199,6 +203,10 @@ pub use contact::{
 pub use cross_check::{
     Answered, Answers, ContactCounts, CrossCheck, CrossCheckReport, Difference, Disagreement,
     NotComparable, TouchCounts, TouchesNotComparable,
+};
+#[cfg(feature = "debug-render")]
+pub use debug_render::{
+    FieldDebugRenderMode, FieldDebugRenderOutcome, FieldDebugRenderPipeline, FieldDebugRenderStyle,
 };
 pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal};
 pub use eval::PotentialEnergy;

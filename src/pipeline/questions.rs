@@ -9,7 +9,7 @@ use crate::bridge::{StepError, WorldRef};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, SampledFields, blame, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, SampledWorld};
-use crate::field::{FieldSet, Frames, Points, Query, Sampling, Span};
+use crate::field::{FieldHandle, FieldSet, Frames, Points, Query, Sampling, Span};
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 use crate::reference::{Fate, Reference};
@@ -36,6 +36,8 @@ pub struct FieldValue {
     pub is_defined: bool,
     /// The fields that count there: their names, or places in the tree.
     pub fields: Vec<String>,
+    /// The handles of these fields, in the same order.
+    pub handles: Vec<FieldHandle>,
 }
 
 /// The compiled fields: kept from the last step, or made for this query.
@@ -246,17 +248,17 @@ impl FieldPipeline {
                 force: wrench.force,
                 is_defined: false,
                 fields: Vec::new(),
+                handles: Vec::new(),
             };
             for term in fields.set.terms() {
                 let trace = Reference::of_term(fields.set, term.root).trace(&view, &query);
                 value.is_defined |= trace.force.is_some();
-                let counts = trace
-                    .contributions
-                    .iter()
-                    .filter(|c| c.fate == Fate::Counts);
-                value
-                    .fields
-                    .extend(counts.map(|c| fields.set.label(c.place)));
+                let counts = trace.contributions.iter();
+                let counts = counts.filter(|c| c.fate == Fate::Counts);
+                for place in counts.map(|contribution| contribution.place) {
+                    value.fields.push(fields.set.label(place));
+                    value.handles.extend(fields.set.handle_at(place));
+                }
             }
             value
         };

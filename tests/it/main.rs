@@ -30,6 +30,7 @@ mod convergence;
 mod cross_check;
 mod cut_samples;
 mod damped;
+mod debug_render;
 mod derivatives;
 mod detection;
 mod each_collider;

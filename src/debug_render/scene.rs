@@ -1,0 +1,45 @@
+//! The fields and the world that are drawn.
+
+use super::placed::{PlacedField, placed_fields};
+use super::style::FieldDebugRenderStyle;
+use super::view::{Ball, View};
+use crate::bridge::WorldRef;
+use crate::fields::Fields;
+use crate::math::{ColliderHandle, RigidBodyHandle};
+use crate::rapier::pipeline::DebugRenderObject;
+
+/// The input of each part of the drawing.
+pub(super) struct Scene<'a> {
+    pub fields: &'a Fields,
+    pub world: WorldRef<'a>,
+    pub style: &'a FieldDebugRenderStyle,
+    pub view: View,
+}
+
+impl<'a> Scene<'a> {
+    pub fn new(fields: &'a Fields, world: WorldRef<'a>, style: &'a FieldDebugRenderStyle) -> Self {
+        let placed = placed_fields(&fields.set, world, fields.time());
+        let balls: Vec<Ball> = placed.filter_map(|placed| Ball::around(&placed)).collect();
+        Scene {
+            fields,
+            world,
+            style,
+            view: View::new(style, world, &balls),
+        }
+    }
+
+    /// The fields that act now.
+    pub fn placed(&self) -> impl Iterator<Item = PlacedField<'a>> {
+        placed_fields(&self.fields.set, self.world, self.fields.time())
+    }
+
+    pub fn body(&self, handle: RigidBodyHandle) -> Option<DebugRenderObject<'a>> {
+        let body = self.world.bodies.get(handle)?;
+        Some(DebugRenderObject::RigidBody(handle, body))
+    }
+
+    pub fn collider(&self, handle: ColliderHandle) -> Option<DebugRenderObject<'a>> {
+        let collider = self.world.colliders.get(handle)?;
+        Some(DebugRenderObject::Collider(handle, collider))
+    }
+}
