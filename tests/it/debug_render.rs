@@ -7,6 +7,8 @@ use rapier3d_fields::{
     FieldDebugRenderStyle,
 };
 
+use crate::support::collide::{cross_checked, overlapping, step, unseen};
+
 /// A line that was drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Line {
@@ -422,6 +424,21 @@ fn contacts_are_drawn_with_their_normals() {
     for arm in &lines[1..] {
         assert!((arm.a.midpoint(arm.b) - contact.world_point).length() < 1e-5);
     }
+}
+
+#[test]
+fn disagreements_with_rapier_have_a_colour_of_their_own() {
+    let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
+    unseen(&mut world, &a);
+    unseen(&mut world, &b);
+    let mut fields = cross_checked(&[&a, &b], ContactLaw::Observe);
+    step(&mut fields, &mut world);
+    let (lines, _) = render(still(), Mode::CONTACTS, &fields, &world);
+    assert_eq!(lines.len(), 7, "a normal and two crosses");
+    let colors = [still().contact_color, still().disagreement_color];
+    assert_eq!([lines[3].color, lines[4].color], colors);
+    let place = fields.cross_check().expect("it is on").disagreements[0].world_point;
+    assert_eq!(lines[6].a.midpoint(lines[6].b), place);
 }
 
 #[test]
