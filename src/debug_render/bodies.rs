@@ -18,7 +18,7 @@ struct PushedBody {
 }
 
 /// Draws an arrow for the force and one for the torque on each body.
-pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &Scene<'_>) {
+pub(super) fn draw<'a, B: DebugRenderBackend>(pen: &mut Pen<'a, B>, scene: &Scene<'a>) {
     let bodies = scene.world.bodies.iter().filter_map(|(handle, body)| {
         Some(PushedBody {
             handle,
@@ -33,9 +33,9 @@ pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &Scene<'_
 }
 
 /// Draws one vector of each wrench.
-fn draw_each<B: DebugRenderBackend>(
-    pen: &mut Pen<'_, B>,
-    scene: &Scene<'_>,
+fn draw_each<'a, B: DebugRenderBackend>(
+    pen: &mut Pen<'a, B>,
+    scene: &Scene<'a>,
     bodies: &[PushedBody],
     part: impl Fn(&Wrench) -> Vector,
     color: DebugColor,

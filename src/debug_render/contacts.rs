@@ -6,7 +6,7 @@ use crate::math::{Real, Vector};
 use crate::rapier::pipeline::{DebugColor, DebugRenderBackend};
 
 /// Draws a cross at each contact, and its normal; and a larger cross at each disagreement.
-pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &Scene<'_>) {
+pub(super) fn draw<'a, B: DebugRenderBackend>(pen: &mut Pen<'a, B>, scene: &Scene<'a>) {
     let style = scene.style;
     let length = style.contact_normal_length;
     for contact in scene.fields.contacts() {

@@ -91,7 +91,7 @@ fn planes(solid: &Solid) -> Vec<Plane> {
             outward: *outward,
         }],
         Solid::Slab { axis, min, max } => {
-            let across = Vector::AXES[*axis];
+            let across = Vector::AXES.get(*axis).copied().unwrap_or_default();
             let ends = [*min, *max].into_iter().filter(|end| end.is_finite());
             let plane = |end: Real| Plane {
                 point: across * end,

@@ -8,9 +8,9 @@ use super::style::FieldDebugRenderStyle;
 use crate::rapier::pipeline::DebugRenderBackend;
 
 /// Draws the solids of the region of each field that acts now.
-pub(super) fn draw<B: DebugRenderBackend>(
-    pen: &mut Pen<'_, B>,
-    scene: &Scene<'_>,
+pub(super) fn draw<'a, B: DebugRenderBackend>(
+    pen: &mut Pen<'a, B>,
+    scene: &Scene<'a>,
     outlines: &mut Outlines,
 ) {
     for placed in scene.placed() {

@@ -290,7 +290,12 @@ fn points_of_arrows_have_the_colour_of_the_field_that_counts() {
     let [wind, lee] = ["wind", "lee"].map(color);
     assert_ne!(wind, lee);
     for arrow in lines.chunks(3) {
-        let inside = arrow[0].a.length() <= 2.0;
+        let distance = arrow[0].a.length();
+        // On the border rounding decides.
+        if (distance - 2.0).abs() < 1e-3 {
+            continue;
+        }
+        let inside = distance < 2.0;
         let expected = if inside { lee } else { wind };
         assert_eq!([arrow[1].color, arrow[2].color], [expected; 2]);
     }
@@ -359,7 +364,7 @@ fn stream_lines_of_a_planet_are_straight_and_end_at_its_centre() {
         panic!("one seed")
     };
     let end = path.last().expect("a seed").x;
-    assert!(end <= 1.0 && end > 0.94, "{end}");
+    assert!(end < 1.0001 && end > 0.94, "{end}");
 }
 
 #[test]
