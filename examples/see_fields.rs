@@ -5,7 +5,9 @@
 use std::fmt::Write;
 
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{FieldDebugRenderMode as Mode, FieldDebugRenderPipeline};
+use rapier3d_fields::{
+    FieldDebugRenderMode as Mode, FieldDebugRenderPipeline, FieldDebugRenderStyle,
+};
 
 /// The width and height of the picture, in pixels, and the length of a unit of the world in it.
 const SIZE: [Real; 2] = [1000.0, 620.0];
@@ -37,6 +39,17 @@ impl Picture {
         [SIZE[0] / 2.0 + seen.x, SIZE[1] / 2.0 - seen.y]
     }
 
+    /// Writes a line of the legend.
+    fn legend(&mut self, row: usize, name: &str, color: DebugColor) {
+        let (y, paint) = (40 + 24 * row, css(color));
+        let _ = writeln!(
+            self.svg,
+            "<path d='M30 {y}h26' stroke='{paint}' stroke-width='4'/>\
+             <text x='66' y='{}' font-family='sans-serif' font-size='15'>{name}</text>",
+            y + 5
+        );
+    }
+
     fn finish(mut self) -> String {
         self.svg += "</g></svg>";
         self.svg
@@ -46,15 +59,18 @@ impl Picture {
 impl DebugRenderBackend for Picture {
     fn draw_line(&mut self, _: DebugRenderObject<'_>, a: Vector, b: Vector, color: DebugColor) {
         let ([x1, y1], [x2, y2]) = (self.project(a), self.project(b));
-        let [hue, saturation, lightness, alpha] = color;
-        let (saturation, lightness) = (saturation * 100.0, lightness * 100.0);
+        let (width, paint) = (self.width, css(color));
         let _ = writeln!(
             self.svg,
-            "<path d='M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}' stroke-width='{}' \
-             stroke='hsla({hue:.0},{saturation:.0}%,{lightness:.0}%,{alpha:.2})'/>",
-            self.width
+            "<path d='M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}' stroke='{paint}' stroke-width='{width}'/>"
         );
     }
+}
+
+/// A colour of Rapier's as browsers write it.
+fn css([hue, saturation, lightness, alpha]: DebugColor) -> String {
+    let [saturation, lightness] = [saturation, lightness].map(|share| share * 100.0);
+    format!("hsla({hue:.0},{saturation:.0}%,{lightness:.0}%,{alpha:.2})")
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -62,7 +78,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = path.unwrap_or_else(|| "see_fields.svg".to_owned());
     let (mut world, moon) = world();
     let mut fields = Fields::new(tree(moon))?;
-    for _ in 0..90 {
+    for _ in 0..45 {
         fields.step(&mut world)?;
     }
 
@@ -89,6 +105,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     bodies.render_colliders(&mut picture, &world.bodies, &world.colliders);
     (pipeline.mode, picture.width) = (Mode::WRENCHES, 3.0);
     pipeline.render(&mut picture, &fields, &world);
+    for (row, (handle, field)) in fields.set.iter().enumerate() {
+        let color = FieldDebugRenderStyle::field_color(handle);
+        picture.legend(row, field.name().unwrap_or("field"), color);
+    }
+    picture.legend(4, "stream lines", pipeline.style.stream_color);
+    picture.legend(5, "force on a body", pipeline.style.force_color);
     std::fs::write(&path, picture.finish())?;
     println!("written to {path}");
     Ok(())

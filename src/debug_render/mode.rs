@@ -17,8 +17,9 @@ pub struct FieldDebugRenderMode(u32);
 
 impl FieldDebugRenderMode {
     /// The outline of the region of each field that acts now, at its present place. Each solid of the region is drawn
-    /// whole; a solid that is cut away, by a difference or a complement, has a colour of its own. Sets over other axes
-    /// than space, sets over several axes and predicates are not drawn.
+    /// whole; a solid that is cut away, by a difference or a complement, has a colour of its own. A plane is drawn as a
+    /// square of the size of the view. Sets over other axes than space, sets over several axes and predicates are not
+    /// drawn.
     pub const REGIONS: Self = Self(1 << 0);
     /// The wrench of the last step on each body: an arrow for the force, and one along the axis of the torque, from the
     /// present centre of mass.

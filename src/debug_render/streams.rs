@@ -9,6 +9,9 @@ use crate::rapier::pipeline::DebugRenderBackend;
 /// The largest number of stream lines along an edge of the slice.
 const EDGE_LIMIT: u32 = 64;
 
+/// The number of steps over which a stream line becomes opaque.
+const FADE: u32 = 25;
+
 /// Draws the stream lines, all of them step by step, so that the bound on lines cuts all at about the same length.
 pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &Scene<'_>) {
     if !pen.begin(None) {
@@ -22,7 +25,7 @@ pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &Scene<'_
     }
     for step in 0..style.stream_steps {
         let mut color = style.stream_color;
-        color[3] *= (step + 1) as f32 / style.stream_steps as f32;
+        color[3] *= (step + 1).min(FADE) as f32 / FADE as f32;
         let next = step_all(scene, &ends, length);
         let mut left = Vec::with_capacity(ends.len());
         for (from, to) in ends.iter().zip(next) {

@@ -39,7 +39,7 @@ pub struct FieldDebugRenderStyle {
     /// the two colours. A magnitude m gives the share m / (m + half). `None`: the median of the magnitudes drawn.
     pub half_magnitude: Option<Real>,
 
-    /// The points at which stream lines begin, in world space. Where this is empty, they begin on the slice.
+    /// The points at which stream lines begin, in world space. If there are none, they begin on the slice.
     pub stream_seeds: Vec<Vector>,
     /// The number of stream lines along each edge of the slice, if there are no seeds; at most 64.
     pub stream_points: u32,
@@ -63,7 +63,7 @@ pub struct FieldDebugRenderStyle {
     pub weak_color: DebugColor,
     /// The colour of arrows of large magnitude.
     pub strong_color: DebugColor,
-    /// The colour of stream lines at their ends; their beginnings are transparent.
+    /// The colour of stream lines. They begin transparent, and have it in full after 25 steps, which shows their direction.
     pub stream_color: DebugColor,
     /// The colour of forces on bodies.
     pub force_color: DebugColor,
@@ -120,7 +120,7 @@ impl Default for FieldDebugRenderStyle {
             contact_normal_length: 0.3,
             region_color: None,
             cut_color: [0.0, 0.0, 0.55, 1.0],
-            weak_color: [220.0, 0.6, 0.6, 1.0],
+            weak_color: [220.0, 0.7, 0.5, 1.0],
             strong_color: [0.0, 0.9, 0.45, 1.0],
             stream_color: [170.0, 0.8, 0.35, 1.0],
             force_color: [330.0, 0.9, 0.5, 1.0],
