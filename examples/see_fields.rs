@@ -39,14 +39,14 @@ impl Picture {
         [SIZE[0] / 2.0 + seen.x, SIZE[1] / 2.0 - seen.y]
     }
 
-    /// Writes a line of the legend.
-    fn legend(&mut self, row: usize, name: &str, color: DebugColor) {
-        let (y, paint) = (40 + 24 * row, css(color));
+    /// Writes an entry of the legend, below the picture.
+    fn legend(&mut self, column: usize, name: &str, color: DebugColor) {
+        let (x, paint) = (40 + 160 * column, css(color));
         let _ = writeln!(
             self.svg,
-            "<path d='M30 {y}h26' stroke='{paint}' stroke-width='4'/>\
-             <text x='66' y='{}' font-family='sans-serif' font-size='15'>{name}</text>",
-            y + 5
+            "<path d='M{x} 602h26' stroke='{paint}' stroke-width='4'/>\
+             <text x='{}' y='607' font-family='sans-serif' font-size='15'>{name}</text>",
+            x + 36
         );
     }
 
@@ -105,9 +105,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     bodies.render_colliders(&mut picture, &world.bodies, &world.colliders);
     (pipeline.mode, picture.width) = (Mode::WRENCHES, 3.0);
     pipeline.render(&mut picture, &fields, &world);
-    for (row, (handle, field)) in fields.set.iter().enumerate() {
+    for (column, (handle, field)) in fields.set.iter().enumerate() {
         let color = FieldDebugRenderStyle::field_color(handle);
-        picture.legend(row, field.name().unwrap_or("field"), color);
+        picture.legend(column, field.name().unwrap_or("field"), color);
     }
     picture.legend(4, "stream lines", pipeline.style.stream_color);
     picture.legend(5, "force on a body", pipeline.style.force_color);
