@@ -157,12 +157,12 @@ impl Programs {
             self.index
                 .bounded_at(sample.world_point, |number| add(number, place as u32));
         }
-        if compiled.requirements.points || !samples.overrides.is_empty() {
+        if compiled.requirements.points || samples.apart || !samples.overrides.is_empty() {
             let first = count + samples.sites.len();
             for (number, run) in samples.clouds.runs.iter().enumerate() {
                 let point = samples.centres[run.whole.body as usize].world_point;
                 let add = |program| add(program, (first + number) as u32);
-                self.index.bounded_near(point, run.extent(), add);
+                self.index.bounded_near(point, samples.extent_of(run), add);
             }
         }
         // Bodies are cut by programs that reach any part of them.
@@ -225,7 +225,7 @@ impl Programs {
         for run in &self.asked_runs {
             let run = &samples.clouds.runs[*run as usize];
             let point = samples.centres[run.whole.body as usize].world_point;
-            reach.around(program, point, run.extent(), &mut self.near);
+            reach.around(program, point, samples.extent_of(run), &mut self.near);
             for instance in &self.near {
                 pairs.extend(run.blocks().map(|block| (*instance, block)));
             }

@@ -113,8 +113,8 @@ impl CloudRun {
         self.first..self.first + self.columns.blocks() as u32
     }
 
-    /// A bound of the distance of its samples from the centre of mass.
-    pub(crate) fn extent(&self) -> Real {
+    /// A bound of the lengths of its arms.
+    pub(super) fn extent(&self) -> Real {
         self.columns.extent
     }
 }

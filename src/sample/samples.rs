@@ -158,6 +158,12 @@ impl Samples {
         self.clouds.placed(run, block, &placement)
     }
 
+    /// A bound of the distance of a run's samples from the centre of mass of its body, with the rounding of their places.
+    pub(crate) fn extent_of(&self, run: &CloudRun) -> Real {
+        let centre = self.centres[run.whole.body as usize].world_point;
+        run.extent() + centre.abs().max_element() * Real::EPSILON
+    }
+
     /// The samples of a run, placed where their body is.
     pub(crate) fn of_run(&self, run: &CloudRun) -> impl Iterator<Item = SamplePoint> + Clone {
         run.blocks().flat_map(|block| {
