@@ -244,6 +244,34 @@ fn fields_act_on_the_colliders_they_are_for() {
     }
 }
 
+/// So many unlike fields that an index finds them by their places.
+#[test]
+fn many_fields_act_on_the_colliders_they_are_for() {
+    let (world, body, parts) = dumbbell();
+    for asked in SAMPLINGS {
+        let each = (0..40_u8).map(|number| {
+            let size = 0.5 + 0.01 * Real::from(number);
+            let vortex = Field::vortex(2.0, -1.0).smoothed(size);
+            only_iron(vortex.within(Region::ball(9.0)).sampled(asked))
+        });
+        let each: Vec<Field> = each.collect();
+        let felt = |some: &[Field]| {
+            let mut fields = fields(some[0].clone(), parts);
+            for field in &some[1..] {
+                fields.set.insert(field.clone());
+            }
+            let found = fields.sample(body, &world);
+            found.expect("finite").expect("sampled")
+        };
+        let alone = each.iter().map(|field| felt(std::slice::from_ref(field)));
+        let sum = alone.fold([DVec3::ZERO; 2], |[force, torque], one| {
+            [force + to_dvec3(one.force), torque + to_dvec3(one.torque)]
+        });
+        assert!(sum[0].length() > 0.1, "{asked:?}: {sum:?}");
+        agree(felt(&each), sum, &format!("{asked:?}"));
+    }
+}
+
 /// Under operators the colliders are told apart as well: what replaces acts on one, and leaves the
 /// other to what is replaced.
 #[test]
