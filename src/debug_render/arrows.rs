@@ -4,7 +4,7 @@ use super::arrow::{Arrow, Gauge, Polar};
 use super::pen::Pen;
 use super::scene::Scene;
 use super::style::FieldDebugRenderStyle;
-use crate::math::{Real, Vector};
+use crate::math::Vector;
 use crate::pipeline::FieldValue;
 use crate::rapier::pipeline::{DebugColor, DebugRenderBackend};
 
@@ -19,8 +19,7 @@ pub(super) fn draw_slice<B: DebugRenderBackend>(
     by_field: bool,
 ) {
     let count = scene.style.slice_points.min(SLICE_LIMIT);
-    let longest = scene.view.spacing(count) * scene.style.arrow_length;
-    draw(pen, scene, &scene.view.slice(count), longest, by_field);
+    draw(pen, scene, &scene.view.slice(count), count, by_field);
 }
 
 /// Draws the arrows of the cube.
@@ -30,15 +29,15 @@ pub(super) fn draw_volume<B: DebugRenderBackend>(
     by_field: bool,
 ) {
     let count = scene.style.volume_points.min(VOLUME_LIMIT);
-    let longest = scene.view.spacing(count) * scene.style.arrow_length;
-    draw(pen, scene, &scene.view.volume(count), longest, by_field);
+    draw(pen, scene, &scene.view.volume(count), count, by_field);
 }
 
+/// Draws arrows at the points of a grid of this number of points along each edge.
 fn draw<B: DebugRenderBackend>(
     pen: &mut Pen<'_, B>,
     scene: &Scene<'_>,
     world_points: &[Vector],
-    longest: Real,
+    count: u32,
     by_field: bool,
 ) {
     if pen.is_full() || !pen.begin(None) {
@@ -48,6 +47,7 @@ fn draw<B: DebugRenderBackend>(
     let polar: Vec<_> = values.iter().map(|value| Polar::of(value.force)).collect();
     let magnitudes = polar.iter().flatten().map(|polar| polar.magnitude);
     let gauge = Gauge::new(scene.style.half_magnitude, magnitudes);
+    let longest = scene.view.spacing(count) * scene.style.arrow_length;
     for ((start, value), polar) in world_points.iter().zip(&values).zip(polar) {
         if pen.is_full() {
             return;

@@ -267,12 +267,6 @@ impl Programs {
     /// Adds the forces of an instance on several samples.
     fn add_on_samples(&mut self, asked: &Asking<'_>, pairs: &[(u32, u32)], sums: &mut Sums<'_>) {
         let sample = |place: u32| sample_at(asked.wide.samples, place);
-        if !asked.wide.program.in_lanes {
-            for (_, place) in pairs {
-                self.add_one(asked, *place, sums);
-            }
-            return;
-        }
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
         all_found.resize_with(pairs.len().div_ceil(WIDTH), LaneOutput::default);
@@ -322,25 +316,17 @@ impl Programs {
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
         all_found.resize_with(pairs.len(), LaneOutput::default);
-        if wide.program.in_lanes {
-            each_chunk(&mut all_found, CHUNK, |first, found| {
-                dispatch!(level(), simd => for (found, pair) in found.iter_mut().zip(&pairs[first..]) {
-                    *found = wide.on_block(simd, pair.1);
-                });
+        each_chunk(&mut all_found, CHUNK, |first, found| {
+            dispatch!(level(), simd => for (found, pair) in found.iter_mut().zip(&pairs[first..]) {
+                *found = wide.on_block(simd, pair.1);
             });
-        }
+        });
         for (found, (_, block)) in all_found.iter().zip(pairs) {
             let placed = samples.block(*block);
-            let all = (1 << placed.count) - 1;
-            let doubtful = if wide.program.in_lanes {
-                found.doubtful
-            } else {
-                all
-            };
             for lane in lanes_of(found.defined) {
                 self.add_in_block(asked, &placed, lane, found.exact_force(lane), sums);
             }
-            for lane in lanes_of(doubtful) {
+            for lane in lanes_of(found.doubtful) {
                 let force = wide.interpreted(&placed.sample(lane), &mut self.machine);
                 if let Some(force) = force {
                     self.add_in_block(asked, &placed, lane, force, sums);

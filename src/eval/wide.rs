@@ -92,8 +92,16 @@ impl LaneInput<'_> {
         machine.force(self.program, self.instance, self.frames, &query)
     }
 
+    /// A program that has no form in lanes leaves all samples in doubt.
     #[inline(always)]
     fn run(&self, queries: &Queries, motion: &Motion<Lanes>, count: usize) -> LaneOutput {
+        let asked = (1 << count) - 1;
+        if !self.program.in_lanes {
+            return LaneOutput {
+                doubtful: asked,
+                ..LaneOutput::default()
+            };
+        }
         let here = Open::new();
         let (program, frames) = (self.program, self.frames);
         let place = SampleContext::new(program, self.instance, frames, queries, motion);
@@ -101,7 +109,6 @@ impl LaneInput<'_> {
         let Vec3 { x, y, z } = value.vector;
         let finite = is_finite(x) & is_finite(y) & is_finite(z);
         let doubtful = here.on_a_surface() | (value.defined & !finite);
-        let asked = (1 << count) - 1;
         LaneOutput {
             forces: [x.0, y.0, z.0],
             defined: (value.defined & !doubtful).bits() & asked,

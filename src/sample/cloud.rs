@@ -1,5 +1,5 @@
-//! The samples of parts that have several. Their places follow from the poses of their bodies, and parts with the same
-//! points share them, so that thousands of equal boxes have one set of columns.
+//! The samples of parts that have several. Their places follow from the poses of their bodies, and parts of equal shape
+//! share them, so that thousands of equal boxes have one set of columns.
 
 use std::ops::Range;
 

@@ -2,12 +2,11 @@
 //! were made from changes; places and velocities are set before each evaluation.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
-use super::cloud::Columns;
+use super::known_points::{KnownPoints, PointsKey};
 use super::part_shape::{Attitude, Bulk, PartShape, PartSolid};
 use super::properties::Properties;
-use super::shapes::{Quadrature, Shapes};
+use super::shapes::Shapes;
 use super::{Kind, SamplePoint, Samples, owner};
 use crate::compile::{PartSampling, SamplingRequirements};
 use crate::field::Points;
@@ -413,35 +412,6 @@ impl Making<'_> {
                 KnownPoints { rule, columns }
             });
             clouds.add(whole, known.columns);
-        }
-    }
-}
-
-/// The origins of points in the axes of a body, bit for bit: equal keys have equal points.
-#[derive(Debug, PartialEq, Eq, Hash)]
-struct PointsKey {
-    /// The address of the rule.
-    rule: usize,
-    /// Translation and rotation of the collider on the body, and the centre of mass.
-    numbers: [u64; 10],
-}
-
-#[derive(Debug)]
-struct KnownPoints {
-    columns: Columns,
-    /// Held so that no other rule gets its address.
-    #[expect(dead_code, reason = "held for its address")]
-    rule: Arc<Quadrature>,
-}
-
-impl PointsKey {
-    fn new(rule: &Arc<Quadrature>, local_pose: &Pose, local_com: Vector) -> Self {
-        let [a, b, c] = local_pose.translation.to_array();
-        let [d, e, f, g] = local_pose.rotation.to_array();
-        let [h, i, j] = local_com.to_array();
-        PointsKey {
-            rule: Arc::as_ptr(rule).addr(),
-            numbers: [a, b, c, d, e, f, g, h, i, j].map(|number| to_f64(number).to_bits()),
         }
     }
 }

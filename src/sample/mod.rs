@@ -4,6 +4,7 @@ mod cap;
 mod clip;
 mod cloud;
 mod gather;
+mod known_points;
 mod part_shape;
 mod pieces;
 mod point;
