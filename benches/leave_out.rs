@@ -140,7 +140,7 @@ fn choice(count: usize) -> Vec<Variant> {
         ("kick-drift-kick", Scheme::KickDriftKick),
         ("auto", auto),
         ("4 substeps", Scheme::Substep(Substeps::Fixed(4))),
-        ("Suzuki's fourth order", Scheme::Suzuki4),
+        ("fourth order", Scheme::Forward4),
         ("linearly implicit", Scheme::LinearlyImplicit),
     ];
     let each = schemes.map(|(name, scheme)| with(name, balls(count), soft(), scheme));

@@ -26,7 +26,7 @@ use crate::rapier::dynamics::{RigidBody, RigidBodyBuilder};
 use crate::rapier::pipeline::DebugRenderBackend;
 use outline::Outlines;
 use pen::Pen;
-use scene::Scene;
+use scene::DrawnScene;
 
 /// Draws fields by coloured lines, as Rapier's `DebugRenderPipeline` draws bodies: through the same backends, in world
 /// space, with one call a frame.
@@ -114,7 +114,7 @@ impl FieldDebugRenderPipeline {
         world: impl Into<WorldRef<'a>>,
     ) -> FieldDebugRenderOutcome {
         self.outlines.follow(&self.style);
-        let scene = Scene::new(fields, world.into(), &self.style);
+        let scene = DrawnScene::new(fields, world.into(), &self.style);
         let mut pen = Pen::new(backend, &self.no_body, self.style.max_lines);
         let draws = |part| self.mode.contains(part);
         if draws(FieldDebugRenderMode::REGIONS) {

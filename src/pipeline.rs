@@ -10,6 +10,7 @@ mod faults;
 mod finish;
 mod open_step;
 mod questions;
+mod records;
 mod scene;
 mod settings;
 mod stages;

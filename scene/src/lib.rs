@@ -78,7 +78,7 @@
 //! | groups | `memberships`, `filter`: 32 bits each; `either`: one side's consent is enough |
 //! | probe | `charge`, `mass`, `axes` (values on the user's axes) |
 //! | fields | `axes` (declared, with the world's values), `scheme`, `wake`, `on-fault`, `responder` (`rapier`, `fields`, `both`), `responder-among` (a list of `parts` and `responder`), `detection` (`discrete`, `swept`), `cross-check`, `audit`, `time`, `definitions` (trees by name), `tree` |
-//! | scheme | `kick-drift-kick`, `kick`, `external-force`, `linearly-implicit`, `suzuki4`, `{"substep": {"fixed": n}}`, `{"substep": {"per-body": {"tolerance": t}}}`, `{"auto": {"tolerance": t}}` |
+//! | scheme | `kick-drift-kick`, `kick`, `external-force`, `linearly-implicit`, `forward4`, `{"substep": {"fixed": n}}`, `{"substep": {"per-body": {"tolerance": t}}}`, `{"auto": {"tolerance": t}}` |
 //! | wake | `never`, `always`, `{"on-change": {"fraction": f}}` |
 //! | on-fault | `leave-out`, `quarantine`, `refuse` |
 //! | field | `name`, `formula`, `within` (a region), `at` (an anchor), `force-mode` (also `read-as`; `force`, `acceleration`, `velocity-change`), `coupled-to` (`share`, `each`, `{"axis": a}`), `scaled-by` (a scalar), `limited-to`, `groups`, `reacting`, `sampled` |

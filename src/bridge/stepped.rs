@@ -128,11 +128,14 @@ impl Stepped {
         if dt <= 0.0 {
             return;
         }
-        let every = self.before.len().div_ceil(WITNESSES).max(1);
-        for handle in self.before.bodies().step_by(every) {
+        let count = self.before.len();
+        let every = count.div_ceil(WITNESSES).max(1);
+        for number in (0..count).step_by(every) {
+            let handle = self.before.body(number);
             let Some(body) = bodies.get_mut(handle).filter(|it| is_moved(it)) else {
                 continue;
             };
+            self.before.note(handle, body);
             let slow_for = mark(body, 0);
             self.witnesses.push(Witness {
                 body: handle,

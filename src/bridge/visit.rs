@@ -38,11 +38,11 @@ impl<'a> Visit<'a> {
         self.colliders.get(handle)
     }
 
-    /// Records a body and writes its linear velocity.
+    /// Records and writes the linear velocity of a body.
     #[inline]
     pub(crate) fn set_linvel(&mut self, handle: RigidBodyHandle, linvel: Vector) {
         if let Some(body) = self.bodies.get_mut(handle) {
-            self.undo.note(handle, body);
+            self.undo.note_linvel(handle, body);
             body.set_linvel(linvel, false);
         }
     }

@@ -34,7 +34,7 @@ pub enum Detection {
     ///
     /// A hit is answered with the velocities at its moment, and a body moves on from there with the wrench at the end
     /// of the step: on average hits neither add nor take energy, as long as forces do not depend on velocities. A body
-    /// that is integrated within the step (by `Substep`, `Suzuki4`, and by `Auto` where it is stiff) has a velocity of
+    /// that is integrated within the step (by `Substep`, `Forward4`, and by `Auto` where it is stiff) has a velocity of
     /// third order there, and moves on with the mean of the wrenches at the hit and at the end, whatever the number of
     /// substeps: each hit is off by at most (dt·ω)³/12 of its speed. From one percent of it on, or the tolerance of the
     /// scheme, the step warns with [`HitInStiffField`](crate::StepWarning::HitInStiffField).

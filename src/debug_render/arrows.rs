@@ -2,7 +2,7 @@
 
 use super::arrow::{Arrow, Gauge, Polar};
 use super::pen::Pen;
-use super::scene::Scene;
+use super::scene::DrawnScene;
 use super::style::FieldDebugRenderStyle;
 use crate::math::Vector;
 use crate::pipeline::FieldValue;
@@ -15,7 +15,7 @@ const VOLUME_LIMIT: u32 = 64;
 /// Draws the arrows of the slice. `by_field` colours their points by the fields that count.
 pub(super) fn draw_slice<B: DebugRenderBackend>(
     pen: &mut Pen<'_, B>,
-    scene: &Scene<'_>,
+    scene: &DrawnScene<'_>,
     by_field: bool,
 ) {
     let count = scene.style.slice_points.min(SLICE_LIMIT);
@@ -25,7 +25,7 @@ pub(super) fn draw_slice<B: DebugRenderBackend>(
 /// Draws the arrows of the cube.
 pub(super) fn draw_volume<B: DebugRenderBackend>(
     pen: &mut Pen<'_, B>,
-    scene: &Scene<'_>,
+    scene: &DrawnScene<'_>,
     by_field: bool,
 ) {
     let count = scene.style.volume_points.min(VOLUME_LIMIT);
@@ -35,7 +35,7 @@ pub(super) fn draw_volume<B: DebugRenderBackend>(
 /// Draws arrows at the points of a grid of this number of points along each edge.
 fn draw<B: DebugRenderBackend>(
     pen: &mut Pen<'_, B>,
-    scene: &Scene<'_>,
+    scene: &DrawnScene<'_>,
     world_points: &[Vector],
     count: u32,
     by_field: bool,

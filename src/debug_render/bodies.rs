@@ -2,7 +2,7 @@
 
 use super::arrow::{Arrow, Gauge, Polar};
 use super::pen::Pen;
-use super::scene::Scene;
+use super::scene::DrawnScene;
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rapier::pipeline::{DebugColor, DebugRenderBackend};
 use crate::rigid::Wrench;
@@ -18,7 +18,7 @@ struct PushedBody {
 }
 
 /// Draws an arrow for the force and one for the torque on each body.
-pub(super) fn draw<'a, B: DebugRenderBackend>(pen: &mut Pen<'a, B>, scene: &Scene<'a>) {
+pub(super) fn draw<'a, B: DebugRenderBackend>(pen: &mut Pen<'a, B>, scene: &DrawnScene<'a>) {
     let bodies = scene.world.bodies.iter().filter_map(|(handle, body)| {
         Some(PushedBody {
             handle,
@@ -35,7 +35,7 @@ pub(super) fn draw<'a, B: DebugRenderBackend>(pen: &mut Pen<'a, B>, scene: &Scen
 /// Draws one vector of each wrench.
 fn draw_each<'a, B: DebugRenderBackend>(
     pen: &mut Pen<'a, B>,
-    scene: &Scene<'a>,
+    scene: &DrawnScene<'a>,
     bodies: &[PushedBody],
     part: impl Fn(&Wrench) -> Vector,
     color: DebugColor,

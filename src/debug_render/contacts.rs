@@ -1,12 +1,12 @@
 //! The contacts of the last step, and the disagreements with Rapier about them.
 
 use super::pen::Pen;
-use super::scene::Scene;
+use super::scene::DrawnScene;
 use crate::math::{Real, Vector};
 use crate::rapier::pipeline::{DebugColor, DebugRenderBackend};
 
 /// Draws a cross at each contact, and its normal; and a larger cross at each disagreement.
-pub(super) fn draw<'a, B: DebugRenderBackend>(pen: &mut Pen<'a, B>, scene: &Scene<'a>) {
+pub(super) fn draw<'a, B: DebugRenderBackend>(pen: &mut Pen<'a, B>, scene: &DrawnScene<'a>) {
     let style = scene.style;
     let length = style.contact_normal_length;
     for contact in scene.fields.contacts() {

@@ -1,7 +1,7 @@
 //! Outlines of solids, by Rapier's debug-renderer.
 
 use super::pen::Pen;
-use super::plane::Plane;
+use super::plane::OutlinePlane;
 use super::style::FieldDebugRenderStyle;
 use super::view::View;
 use crate::field::visit::Solid;
@@ -84,16 +84,16 @@ impl<B: DebugRenderBackend> DebugRenderBackend for Tinted<'_, '_, B> {
 }
 
 /// The planes that bound a solid without a shape of Parry's, in its own frame.
-fn planes(solid: &Solid) -> Vec<Plane> {
+fn planes(solid: &Solid) -> Vec<OutlinePlane> {
     match solid {
-        Solid::HalfSpace { outward } => vec![Plane {
+        Solid::HalfSpace { outward } => vec![OutlinePlane {
             point: Vector::ZERO,
             outward: *outward,
         }],
         Solid::Slab { axis, min, max } => {
             let across = Vector::AXES.get(*axis).copied().unwrap_or_default();
             let ends = [*min, *max].into_iter().filter(|end| end.is_finite());
-            let plane = |end: Real| Plane {
+            let plane = |end: Real| OutlinePlane {
                 point: across * end,
                 outward: across,
             };
@@ -101,7 +101,7 @@ fn planes(solid: &Solid) -> Vec<Plane> {
         }
         Solid::Shape(shape) => {
             let half_space = shape.shape().as_halfspace();
-            let plane = half_space.map(|half_space| Plane {
+            let plane = half_space.map(|half_space| OutlinePlane {
                 point: Vector::ZERO,
                 outward: half_space.normal,
             });

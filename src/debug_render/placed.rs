@@ -32,24 +32,24 @@ pub(super) fn placed_fields<'a>(
 }
 
 /// A node, and the frame that the world stands for in it.
-struct Placement {
+struct PlacedNode {
     node: u32,
     instance: Anchor,
 }
 
 /// The fields at and below a node, one after another, because the instances can be very many.
-fn leaves(set: &FieldSet, root: u32) -> impl Iterator<Item = Placement> {
+fn leaves(set: &FieldSet, root: u32) -> impl Iterator<Item = PlacedNode> {
     let instance = Anchor::WORLD;
-    let mut open = vec![Placement {
+    let mut open = vec![PlacedNode {
         node: root,
         instance,
     }];
     std::iter::from_fn(move || {
-        while let Some(Placement { node, instance }) = open.pop() {
+        while let Some(PlacedNode { node, instance }) = open.pop() {
             match set.nodes().get(node) {
-                Node::Leaf(_) => return Some(Placement { node, instance }),
+                Node::Leaf(_) => return Some(PlacedNode { node, instance }),
                 Node::Instances { prototype, anchors } => {
-                    let instances = anchors.iter().rev().map(|anchor| Placement {
+                    let instances = anchors.iter().rev().map(|anchor| PlacedNode {
                         node: *prototype,
                         instance: anchor.within(&instance),
                     });
@@ -57,7 +57,7 @@ fn leaves(set: &FieldSet, root: u32) -> impl Iterator<Item = Placement> {
                 }
                 other => {
                     let operands = other.operands().iter().rev();
-                    open.extend(operands.map(|node| Placement {
+                    open.extend(operands.map(|node| PlacedNode {
                         node: *node,
                         instance,
                     }));

@@ -9,15 +9,15 @@ use crate::rapier::pipeline::{DebugColor, DebugRenderBackend};
 const LINES: u32 = 5;
 
 /// A plane by a point and a direction across it, of length one.
-pub(super) struct Plane {
+pub(super) struct OutlinePlane {
     pub point: Vector,
     pub outward: Vector,
 }
 
-impl Plane {
+impl OutlinePlane {
     /// The plane as seen from the frame in which `pose` is its own frame.
     pub fn moved(&self, pose: &Pose) -> Self {
-        Plane {
+        OutlinePlane {
             point: *pose * self.point,
             outward: pose.rotation * self.outward,
         }

@@ -2,7 +2,7 @@
 
 use super::outline::Outlines;
 use super::pen::Pen;
-use super::scene::Scene;
+use super::scene::DrawnScene;
 use super::signs::signed_solids;
 use super::style::FieldDebugRenderStyle;
 use crate::rapier::pipeline::DebugRenderBackend;
@@ -10,7 +10,7 @@ use crate::rapier::pipeline::DebugRenderBackend;
 /// Draws the solids of the region of each field that acts now.
 pub(super) fn draw<'a, B: DebugRenderBackend>(
     pen: &mut Pen<'a, B>,
-    scene: &Scene<'a>,
+    scene: &DrawnScene<'a>,
     outlines: &mut Outlines,
 ) {
     for placed in scene.placed() {

@@ -2,25 +2,27 @@
 
 use super::placed::{PlacedField, placed_fields};
 use super::style::FieldDebugRenderStyle;
-use super::view::{Ball, View};
+use super::view::{BoundingBall, View};
 use crate::bridge::WorldRef;
 use crate::fields::Fields;
 use crate::math::{ColliderHandle, RigidBodyHandle};
 use crate::rapier::pipeline::DebugRenderObject;
 
 /// The input of each part of the drawing.
-pub(super) struct Scene<'a> {
+pub(super) struct DrawnScene<'a> {
     pub fields: &'a Fields,
     pub world: WorldRef<'a>,
     pub style: &'a FieldDebugRenderStyle,
     pub view: View,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> DrawnScene<'a> {
     pub fn new(fields: &'a Fields, world: WorldRef<'a>, style: &'a FieldDebugRenderStyle) -> Self {
         let placed = placed_fields(&fields.set, world, fields.time());
-        let balls: Vec<Ball> = placed.filter_map(|placed| Ball::around(&placed)).collect();
-        Scene {
+        let balls: Vec<BoundingBall> = placed
+            .filter_map(|placed| BoundingBall::around(&placed))
+            .collect();
+        DrawnScene {
             fields,
             world,
             style,

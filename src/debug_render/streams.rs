@@ -2,7 +2,7 @@
 
 use super::arrow::Polar;
 use super::pen::Pen;
-use super::scene::Scene;
+use super::scene::DrawnScene;
 use crate::math::{Real, Vector};
 use crate::rapier::pipeline::DebugRenderBackend;
 
@@ -13,7 +13,7 @@ const EDGE_LIMIT: u32 = 64;
 const FADE: u32 = 25;
 
 /// Draws the stream lines, all of them step by step, so that the bound on lines cuts all at about the same length.
-pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &Scene<'_>) {
+pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &DrawnScene<'_>) {
     if !pen.begin(None) {
         return;
     }
@@ -43,7 +43,7 @@ pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &Scene<'_
 
 /// The point at the end of one step of the classical Runge–Kutta method on the field's direction, for each point; `None`
 /// where a stream line ends.
-fn step_all(scene: &Scene<'_>, points: &[Vector], length: Real) -> Vec<Option<Vector>> {
+fn step_all(scene: &DrawnScene<'_>, points: &[Vector], length: Real) -> Vec<Option<Vector>> {
     let slopes = |ahead: Real, before: Option<&[Option<Vector>]>| {
         let moved = points.iter().enumerate().map(|(at, point)| {
             let way = before.and_then(|before| before[at]).unwrap_or_default();
@@ -65,7 +65,7 @@ fn step_all(scene: &Scene<'_>, points: &[Vector], length: Real) -> Vec<Option<Ve
 }
 
 /// The direction of the composite field at each point; `None` where it is not defined, zero, infinite or NaN.
-fn directions(scene: &Scene<'_>, world_points: &[Vector]) -> Vec<Option<Vector>> {
+fn directions(scene: &DrawnScene<'_>, world_points: &[Vector]) -> Vec<Option<Vector>> {
     let values = scene.fields.at(world_points, scene.world).into_iter();
     let polar = values.map(|value| Polar::of(value.force));
     polar.map(|polar| Some(polar?.direction)).collect()

@@ -18,7 +18,11 @@ pub(super) struct View {
 
 impl View {
     /// The view of a style, which follows the bodies and fields where the style leaves it open.
-    pub fn new(style: &FieldDebugRenderStyle, world: WorldRef<'_>, fields: &[Ball]) -> Self {
+    pub fn new(
+        style: &FieldDebugRenderStyle,
+        world: WorldRef<'_>,
+        fields: &[BoundingBall],
+    ) -> Self {
         let bodies: Vec<Vector> = centres_of_mass(world).collect();
         let places = fields.iter().map(|ball| ball.centre);
         let centre = style.centre.unwrap_or_else(|| match bodies[..] {
@@ -67,15 +71,15 @@ impl View {
 }
 
 /// A ball in world space that encloses the region of a field.
-pub(super) struct Ball {
+pub(super) struct BoundingBall {
     centre: Vector,
     radius: Real,
 }
 
-impl Ball {
+impl BoundingBall {
     /// The ball around a field; `None` if its region is not known to be bounded.
     pub fn around(placed: &PlacedField<'_>) -> Option<Self> {
-        Some(Ball {
+        Some(BoundingBall {
             centre: placed.frame.pose.translation,
             radius: placed.field.region.bounding_radius()?,
         })

@@ -55,12 +55,12 @@ impl Default for CentreEvaluator {
 }
 
 /// The forces on up to eight bodies.
-pub(crate) struct Felt {
+pub(crate) struct CentreForces {
     forces: Vec3<Lanes>,
     slowings: [Slowing; WIDTH],
 }
 
-impl Felt {
+impl CentreForces {
     /// The force on one of the bodies.
     #[inline]
     pub(crate) fn on(&self, lane: usize) -> CentreForce {
@@ -104,7 +104,7 @@ impl CentreEvaluator {
     }
 
     /// The forces on these bodies, with the fields at the places they had at [`begin`](Self::begin).
-    pub(crate) fn forces(&mut self, compiled: &Compiled) -> Felt {
+    pub(crate) fn forces(&mut self, compiled: &Compiled) -> CentreForces {
         let count = self.these.bodies.len();
         // Lanes without a body repeat the last one.
         for lane in count..WIDTH {
@@ -147,7 +147,7 @@ impl CentreEvaluator {
     }
 
     /// The forces of constants and radial fields.
-    fn sources(&self, compiled: &Compiled) -> Felt {
+    fn sources(&self, compiled: &Compiled) -> CentreForces {
         let pulls = self.samples.each_ref().map(|it| self.constants.on(it));
         let pull = |axis| Lanes::from_fn(|lane| to_f64(pulls[lane][axis]));
         let mut forces = Vec3::new(pull(0), pull(1), pull(2));
@@ -161,7 +161,7 @@ impl CentreEvaluator {
             let weights = self.samples.each_ref().map(weight);
             forces += sum * Lanes::from_fn(|lane| to_f64(weights[lane]));
         }
-        Felt {
+        CentreForces {
             forces,
             slowings: [Slowing::default(); WIDTH],
         }
@@ -187,7 +187,7 @@ impl CentreEvaluator {
     }
 }
 
-impl Felt {
+impl CentreForces {
     fn add(&mut self, lane: usize, force: DVec3) {
         let Vec3 { x, y, z } = &mut self.forces;
         x.0[lane] += force.x;

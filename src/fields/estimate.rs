@@ -27,7 +27,7 @@ impl Fields {
     ///
     /// A copy of the world makes the steps, and another makes twice as many of `dt / 2`. By Richardson's extrapolation
     /// the error of the first is their difference times 1/(1 − 2⁻ᵖ) for a scheme of order p. That order is 2 for
-    /// `KickDriftKick` and for `Substep` with a fixed number, 4 for `Suzuki4`, and taken as 1 for all others; so where
+    /// `KickDriftKick` and for `Substep` with a fixed number, 4 for `Forward4`, and taken as 1 for all others; so where
     /// `Auto`, or substeps chosen for each body, find nothing stiff, the estimate is half as large again. It costs
     /// three times the steps, and two copies.
     ///
@@ -100,7 +100,7 @@ impl Fields {
 fn order(scheme: &Scheme) -> i32 {
     match scheme {
         Scheme::KickDriftKick | Scheme::Substep(Substeps::Fixed(_)) => 2,
-        Scheme::Suzuki4 => 4,
+        Scheme::Forward4 => 4,
         _ => 1,
     }
 }

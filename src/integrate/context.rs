@@ -71,12 +71,15 @@ impl<W: Lookup> StepContext<'_, W> {
         (self.compiled.torque_possible || self.rules.exact_turns) && self.dt > 0.0
     }
 
-    /// The rules by which the scheme chooses a plan for each body; `None` if it does not choose. Compositions are off
-    /// if forces read velocities, because their step back in time would reverse drag.
+    /// The rules by which the scheme chooses a plan for each body; `None` if it does not choose. Steps of
+    /// fourth order are off if forces read velocities.
     pub(super) fn choice(&self) -> Option<Choice> {
         let choice = self.rules.scheme.choice()?;
-        let composes = choice.composes && !self.compiled.reads_velocity;
-        Some(Choice { composes, ..choice })
+        let is_fourth = choice.is_fourth && !self.compiled.reads_velocity;
+        Some(Choice {
+            is_fourth,
+            ..choice
+        })
     }
 
     /// Returns true if fields are anchored to dynamic bodies, so that bodies that act on each other must be moved

@@ -64,9 +64,9 @@ pub(super) fn method_of(
         Scheme::LinearlyImplicit => Method::Implicit(dt),
         Scheme::Substep(Substeps::Fixed(count)) => Method::Inner(StepPlan {
             count,
-            composed: false,
+            forward: false,
         }),
-        Scheme::Suzuki4 => Method::Inner(StepPlan::COMPOSED),
+        Scheme::Forward4 => Method::Inner(StepPlan::FORWARD),
         Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
             match (evaluation.treatment(place), context.choice()) {
                 (Some(Treatment::Damp), _) => Method::Implicit(dt),

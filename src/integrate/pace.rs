@@ -39,6 +39,8 @@ pub(super) struct Track {
     pub sustained: f64,
     /// The last piece of the path.
     piece: PathSegment,
+    /// True if the last look beside the path has shown more than was asked for.
+    pub is_stiff_aside: bool,
 }
 
 #[derive(Clone)]
@@ -97,25 +99,23 @@ pub(super) fn track_all<'a>(
 
 impl Track {
     fn pass(&mut self, state: &RigidState, wrench: Wrench) {
-        let mobility = state.mobility();
-        let mark = PathPoint {
-            position: state.position,
-            attitude: state.attitude,
-            acceleration: pair(&mobility.apply(&of_wrench(wrench))),
-        };
-        let trace = mobility.inv_inertia.trace();
-        // The square of the radius of gyration makes lengths of angles.
-        let radius2 = if trace > 0.0 {
-            mobility.inv_mass.max_element() * 3.0 / trace
-        } else {
-            0.0
-        };
+        let mark = PathPoint::of(state, wrench);
         self.piece = PathSegment::default();
         if let Some(last) = &self.last {
-            self.piece = piece(last, &mark, radius2);
+            self.piece = piece(last, &mark, radius2(state));
             self.piece.root_of_mass = state.mass.sqrt();
         }
         self.last = Some(mark);
+    }
+
+    /// Records the square of the frequency between the path and a place beside it, if it is more than `most`.
+    pub(super) fn look_aside(&mut self, aside: &RigidState, wrench: Wrench, most: f64) {
+        let piece = |last| piece(last, &PathPoint::of(aside, wrench), radius2(aside));
+        let omega2 = self.last.as_ref().map(piece).map(|it| it.change / it.way);
+        // Without NaN, where nothing changes over no distance.
+        let found = omega2.filter(|omega2| *omega2 > most);
+        self.is_stiff_aside = found.is_some();
+        self.pace.omega2 = found.map_or(self.pace.omega2, |it| it.max(self.pace.omega2));
     }
 
     /// Returns true if the last piece has shown more than `most`, and no second piece or Jacobian has confirmed it.
@@ -137,6 +137,27 @@ impl Track {
         let Pace { omega2: most, jump } = &mut self.pace;
         *most = most.max(omega2);
         *jump = jump.max((omega2 - before).abs());
+    }
+}
+
+impl PathPoint {
+    fn of(state: &RigidState, wrench: Wrench) -> Self {
+        PathPoint {
+            position: state.position,
+            attitude: state.attitude,
+            acceleration: pair(&state.mobility().apply(&of_wrench(wrench))),
+        }
+    }
+}
+
+/// The square of the radius of gyration, which makes lengths of angles.
+fn radius2(state: &RigidState) -> f64 {
+    let mobility = state.mobility();
+    let trace = mobility.inv_inertia.trace();
+    if trace > 0.0 {
+        mobility.inv_mass.max_element() * 3.0 / trace
+    } else {
+        0.0
     }
 }
 

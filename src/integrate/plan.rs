@@ -1,9 +1,14 @@
 //! Plans: the division of a step into substeps, chosen by a tolerance.
 
+use std::cmp::Ordering::{Equal, Less};
+
 use super::pace::Pace;
 
-/// The steps that Suzuki's scheme composes.
-const SUZUKI_STAGES: u32 = 5;
+/// The evaluations of a step of fourth order.
+const FORWARD_STAGES: u32 = 3;
+
+/// The steps of Suzuki's composition.
+pub(super) const SUZUKI_STAGES: u32 = 5;
 
 /// From this share of the tolerance on a body is linearised, because along its path it need not meet the stiffest
 /// direction.
@@ -20,10 +25,14 @@ const MARGIN: f64 = 0.8;
 /// first.
 const DEAR: u32 = 256;
 
-/// The share of a vibration's energy by which it oscillates under Suzuki's composition is this times (h·ω)⁴, for h·ω
-/// below [`COMPOSED_LIMIT`]; measured.
-const COMPOSED_ERROR: f64 = 0.0075;
-const COMPOSED_LIMIT: f64 = 1.0;
+/// The share of a vibration's energy by which it oscillates under steps of fourth order is this times (h·ω)⁴, for h·ω
+/// below [`FORWARD_LIMIT`]; measured.
+const FORWARD_ERROR: f64 = 0.00285;
+pub(super) const FORWARD_LIMIT: f64 = 1.5;
+
+/// A path is equally stiff if the square of the frequency changes by at most this share of it from one piece to the
+/// next.
+const EVEN: f64 = 0.5;
 
 /// Beyond this error a plan shows nothing: h·ω is 1, and it may explode.
 pub(super) const HOPELESS: f64 = 0.25;
@@ -38,59 +47,43 @@ pub(super) const MOST_PARTS: u32 = 16384;
 pub(super) struct StepPlan {
     /// The number of equal parts; zero for parts of unequal lengths.
     pub count: u32,
-    /// True if each part is a composition of fourth order.
-    pub composed: bool,
+    /// True if each part is a step of fourth order.
+    pub forward: bool,
 }
 
 impl StepPlan {
     pub(super) const WHOLE: StepPlan = StepPlan {
         count: 1,
-        composed: false,
+        forward: false,
     };
 
-    pub(super) const COMPOSED: StepPlan = StepPlan {
+    pub(super) const FORWARD: StepPlan = StepPlan {
         count: 1,
-        composed: true,
+        forward: true,
     };
 
     /// Parts of unequal lengths, halved where it is necessary.
     pub(super) const UNEVEN: StepPlan = StepPlan {
         count: 0,
-        composed: false,
+        forward: false,
     };
 
     /// The number of evaluations.
     pub(super) fn cost(self) -> u32 {
-        self.count * if self.composed { SUZUKI_STAGES } else { 1 }
+        self.count * if self.forward { FORWARD_STAGES } else { 1 }
     }
 
-    /// The longest drift, in units of the step.
+    /// The longest kick, in units of the step.
     pub(super) fn length(self) -> f64 {
-        let longest = if self.composed {
-            1.0 - 4.0 * outer()
-        } else {
-            1.0
-        };
-        longest.abs() / f64::from(self.count)
-    }
-
-    /// Writes the lengths of the drifts into `ticks`, in units of the step.
-    pub(super) fn divide(self, ticks: &mut Vec<f64>) {
-        ticks.clear();
-        let part = f64::from(self.count).recip();
-        for _ in 0..self.count {
-            if self.composed {
-                let (outer, inner) = (outer() * part, (1.0 - 4.0 * outer()) * part);
-                ticks.extend([outer, outer, inner, outer, outer]);
-            } else {
-                ticks.push(part);
-            }
-        }
+        let longest = if self.forward { 2.0 / 3.0 } else { 1.0 };
+        longest / f64::from(self.count)
     }
 }
 
-fn outer() -> f64 {
-    (4.0 - 4.0_f64.cbrt()).recip()
+/// The lengths of the steps of Suzuki's composition, in units of the whole.
+pub(super) fn suzuki_steps() -> [f64; SUZUKI_STAGES as usize] {
+    let outer = (4.0 - 4.0_f64.cbrt()).recip();
+    [outer, outer, 1.0 - 4.0 * outer, outer, outer]
 }
 
 /// The result of a step in parts that were halved.
@@ -108,8 +101,8 @@ pub(super) struct Choice {
     pub tolerance: f64,
     /// The largest number of substeps.
     pub most: u32,
-    /// True if compositions of fourth order are allowed.
-    pub composes: bool,
+    /// True if steps of fourth order are allowed.
+    pub is_fourth: bool,
     /// True if bodies that are too stiff for all plans are damped.
     pub damps: bool,
 }
@@ -117,13 +110,19 @@ pub(super) struct Choice {
 impl Choice {
     /// The relative error of the energy of a vibration under a plan, for a body of this stiffness.
     pub(super) fn error(self, pace: Pace, plan: StepPlan, dt: f64) -> f64 {
-        let drift = plan.length() * dt;
-        if !plan.composed {
-            return pace.omega2 * drift * drift / 4.0;
-        }
+        let length = plan.length() * dt;
+        let second = |omega2: f64| omega2 * length * length / 4.0;
         let part = dt / f64::from(plan.count);
-        let smooth = COMPOSED_ERROR * (pace.omega2 * part * part).powi(2);
-        smooth.max(pace.jump * drift * drift / 4.0)
+        let swing2 = pace.omega2 * part * part;
+        // True for NaN.
+        let is_coarse = !matches!(
+            swing2.partial_cmp(&FORWARD_LIMIT.powi(2)),
+            Some(Less | Equal)
+        );
+        if !plan.forward || is_coarse {
+            return second(pace.omega2);
+        }
+        (FORWARD_ERROR * swing2 * swing2).max(second(pace.jump))
     }
 
     /// Returns true if not even the finest plan is of use.
@@ -150,14 +149,14 @@ impl Choice {
         let finest = 2.0 * tolerance.sqrt();
         let swing = pace.omega2.sqrt() * dt;
         let plain = swing / finest;
-        let smooth = (tolerance / COMPOSED_ERROR).sqrt().sqrt();
-        let jumps = pace.jump.sqrt() * dt * StepPlan::COMPOSED.length() / finest;
-        let parts = (swing / smooth.min(COMPOSED_LIMIT)).max(jumps);
-        let cost = f64::from(SUZUKI_STAGES) * power_of_two(parts);
-        let composed = self.composes && cost < power_of_two(plain);
+        let smooth = (tolerance / FORWARD_ERROR).sqrt().sqrt();
+        let jumps = pace.jump.sqrt() * dt * StepPlan::FORWARD.length() / finest;
+        let parts = (swing / smooth.min(FORWARD_LIMIT)).max(jumps);
+        let cost = f64::from(FORWARD_STAGES) * power_of_two(parts);
+        let forward = self.is_fourth && cost < power_of_two(plain);
         StepPlan {
-            count: self.count(if composed { parts } else { plain }, composed),
-            composed,
+            count: self.count(if forward { parts } else { plain }, forward),
+            forward,
         }
     }
 
@@ -175,7 +174,8 @@ impl Choice {
     }
 
     /// A plan after one that did not meet the tolerance: at least twice as fine and at most eight times; `None` if
-    /// there is no finer one. `uneven` allows parts of unequal lengths where the finest equal ones are of no use.
+    /// there is no finer one. `uneven` allows parts of unequal lengths where the finest equal ones are of no use, or do
+    /// not meet the tolerance of a path that is stiff for a moment only.
     pub(super) fn finer(
         self,
         pace: Pace,
@@ -191,17 +191,19 @@ impl Choice {
             .length()
             .clamp(than.length() / 8.0, than.length() / 2.0);
         let count = f64::from(wanted.count) * wanted.length() / length;
-        let count = self.count(count, wanted.composed);
+        let count = self.count(count, wanted.forward);
         let finer = StepPlan { count, ..wanted };
-        let hopeless = |plan| self.error(pace, plan, dt) > HOPELESS || !pace.omega2.is_finite();
-        if uneven && hopeless(wanted) {
+        let is_even = pace.jump <= EVEN * pace.omega2;
+        let most = if is_even { HOPELESS } else { self.tolerance };
+        let misses = self.error(pace, wanted, dt) > most || !pace.omega2.is_finite();
+        if uneven && misses {
             return Some(StepPlan::UNEVEN);
         }
         (finer.length() < 0.75 * than.length()).then_some(finer)
     }
 
-    fn count(self, wanted: f64, composed: bool) -> u32 {
-        let most = if composed { self.most / 2 } else { self.most };
+    fn count(self, wanted: f64, forward: bool) -> u32 {
+        let most = if forward { self.most / 2 } else { self.most };
         // False for NaN.
         if wanted <= f64::from(most) {
             power_of_two(wanted) as u32

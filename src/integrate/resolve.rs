@@ -5,11 +5,11 @@ use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
 use super::load::{all_else, lag, own_lag};
 use super::motion::{Resolved, Start, VelocityUpdate};
 use super::pace::Pace;
-use super::plan::{Bisection, Choice, HOPELESS, StepPlan};
+use super::plan::{Bisection, Choice, HOPELESS, SUZUKI_STAGES, StepPlan};
 use super::predicted::PredictedMotion;
-use super::substeps::{Setting, SubstepIntegrator};
+use super::substeps::{Setting, StepMap, SubstepIntegrator};
 use super::watch::most_to_follow;
-use super::{Integrator, Scheme, StepContext};
+use super::{Integrator, StepContext};
 use crate::math::{RigidBodyHandle, to_f64};
 use crate::rigid::{Body, Lookup, Mobility, RigidState, Wrench};
 
@@ -153,21 +153,21 @@ impl Integrator {
                 .map(|place| state(&context.bodies[place], place)),
         );
         self.predict_motions(begins.updates, &substeps.states);
-        let scheme = context.rules.scheme;
-        // A step back in time would reverse drag.
-        let plan = match scheme {
-            Scheme::Suzuki4 if slows_much(context, begins.evaluation, starts) => StepPlan {
-                count: plan.cost(),
-                composed: false,
-            },
-            _ => plan,
+        let map = if !plan.forward {
+            StepMap::KickDriftKick(plan.count)
+        } else if !context.compiled.reads_velocity {
+            StepMap::Forward(plan.count)
+        } else if slows_much(context, begins.evaluation, starts) {
+            // A step back in time would reverse drag.
+            StepMap::KickDriftKick(plan.count * SUZUKI_STAGES)
+        } else {
+            StepMap::Suzuki
         };
-        plan.divide(&mut substeps.ticks);
         let coupled = context.choice().is_some() && context.is_coupled();
         let setting = Setting {
             context,
             motions: &self.motions,
-            composed: plan.composed,
+            map,
             uneven: context.choice().filter(|_| plan == StepPlan::UNEVEN),
             tracked: context.compiled.varies(),
             most: most_to_follow(context),

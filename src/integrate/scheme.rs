@@ -14,13 +14,13 @@ use crate::math::{Real, to_f64};
 /// | [`KickDriftKick`](Scheme::KickDriftKick) | 2 | 1 | symplectic: energy bounded while dt·ω < 2 |
 /// | [`Kick`](Scheme::Kick) | 1 | 1 | symplectic: energy bounded while dt·ω < 2 |
 /// | [`Substep`](Scheme::Substep) | 2 | 1 + n | symplectic: energy bounded while dt·ω < 2 n |
-/// | [`Suzuki4`](Scheme::Suzuki4) | 4 | 6 | symplectic, for fields that are smooth |
+/// | [`Forward4`](Scheme::Forward4) | 4 | 4 | symplectic: energy bounded while dt·ω < 3.46; for fields that are smooth |
 /// | [`LinearlyImplicit`](Scheme::LinearlyImplicit) | 1 | 1 and Jacobians | damped: in a well that stands still energy falls at any dt·ω |
 /// | [`Auto`](Scheme::Auto) | 2 or 4 | 1, more where stiff | as fine as its tolerance asks for, body by body |
 /// | [`ExternalForce`](Scheme::ExternalForce) | 1 | 1 | gains energy at any dt·ω with Rapier's default of 4 solver iterations |
 ///
 /// Contacts, joints, gravity, damping, locked axes, dominance and continuous collision detection
-/// stay Rapier's under every scheme. `Substep`, `Suzuki4` and `Auto` compute the motion in the
+/// stay Rapier's under every scheme. `Substep`, `Forward4` and `Auto` compute the motion in the
 /// fields alone in smaller steps, give the body the mean velocity of that motion before Rapier's
 /// step, and after it the velocity at its end, plus the changes that Rapier made in the meantime.
 ///
@@ -38,9 +38,10 @@ use crate::math::{Real, to_f64};
 ///
 /// Forces that read velocities: kicks follow their linear part exactly (with gravity and damping), so
 /// a drag of any strength stops a body without turning it back, a falling body reaches its terminal
-/// velocity, and a magnetic force turns a velocity without changing its length. `Suzuki4` needs
-/// the implicit midpoint rule instead; in a step in which drag or damping stops any body (its rate
-/// times dt is more than 1) it makes five equal steps of second order.
+/// velocity, and a magnetic force turns a velocity without changing its length. `Forward4` makes Suzuki's composition of five
+/// kick-drift-kick steps instead of its own there (M. Suzuki, Phys. Lett. A 146 (1990) 319), with kicks by the implicit
+/// midpoint rule; in a step in which drag or damping stops any body (its rate times dt is more than 1) it makes five
+/// equal steps of second order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -72,12 +73,13 @@ pub enum Scheme {
     /// energy, and a body that passes close to an attracting centre is thrown out at a coarse step.
     /// [`StepWarning::Stiff`](crate::StepWarning::Stiff) warns before; [`Auto`](Scheme::Auto) is for those.
     LinearlyImplicit,
-    /// Suzuki's composition of five kick-drift-kick steps (M. Suzuki, Phys. Lett. A 146 (1990)
-    /// 319). All bodies pass through its stages together, so that fields of bodies on bodies are
-    /// of fourth order too. One of the five goes back in time: not for fields with jumps, nor
-    /// for stiff drag.
-    Suzuki4,
-    /// For each body the cheapest of `KickDriftKick`, `Substep` and compositions like that of `Suzuki4` that meets the
+    /// A step of fourth order that never goes back in time: kicks of a sixth, two thirds and a sixth of the step, with
+    /// drifts of half a step between them. The middle wrench is taken at poses that are shifted by h²/24 times the
+    /// accelerations, linear and angular (S. A. Chin, Phys. Lett. A 226 (1997) 344). All bodies pass through its stages
+    /// together, so that fields of bodies on bodies are of fourth order, too; damping is part of the drifts. Not for
+    /// fields with jumps.
+    Forward4,
+    /// For each body the cheapest of `KickDriftKick`, `Substep` and steps like those of `Forward4` that meets the
     /// tolerance; in parts of unequal lengths where the motion is stiff for a moment only, like a close pass.
     ///
     /// Bodies are monitored by the change of their wrench along their path, which costs next to nothing. Jacobians are
@@ -156,7 +158,7 @@ impl Scheme {
 
     /// The rules by which the scheme chooses plans; `None` if it does not choose.
     pub(super) fn choice(self) -> Option<Choice> {
-        let (tolerance, most, composes) = match self {
+        let (tolerance, most, is_fourth) = match self {
             Scheme::Auto { tolerance } => (tolerance, MOST_AUTO, true),
             Scheme::Substep(Substeps::PerBody { tolerance }) => (tolerance, MOST_PER_BODY, false),
             _ => return None,
@@ -164,8 +166,8 @@ impl Scheme {
         Some(Choice {
             tolerance: to_f64(tolerance),
             most,
-            composes,
-            damps: composes,
+            is_fourth,
+            damps: is_fourth,
         })
     }
 

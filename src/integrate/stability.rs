@@ -8,7 +8,8 @@ fn explodes_at(scheme: Scheme) -> f64 {
     match scheme {
         Scheme::KickDriftKick | Scheme::Kick => 2.0,
         Scheme::Substep(Substeps::Fixed(count)) => 2.0 * f64::from(count),
-        Scheme::Suzuki4 => 2.5,
+        // 2 √3.
+        Scheme::Forward4 => 3.46,
         Scheme::ExternalForce => 0.0,
         // Damped, or divided until it fits.
         Scheme::LinearlyImplicit

@@ -4,6 +4,8 @@
 //! meantime.
 
 mod bisection;
+mod forward;
+mod group;
 
 use super::context::StepContext;
 use super::coupling::{Besides, LinearisedWrench, Slope};
@@ -11,51 +13,30 @@ use super::fault::{Fault, FaultKind, Sift};
 use super::jacobian::{self, Jacobian};
 use super::motion::{FASTEST, Start};
 use super::pace::{Track, track_all};
-use super::plan::{Bisection, Choice};
+use super::plan::{Bisection, Choice, suzuki_steps};
 use super::predicted::{PredictedFrames, PredictedMotions};
 use super::stiffness::Rates;
+use group::{Group, Solution};
 
-use crate::eval::{Evaluator, Lineariser, SampledWorld};
-use crate::math::{DVec3, RigidBodyHandle};
-use crate::math::{from_dvec3, from_f64, to_dvec3, to_f64};
-use crate::rapier::na::Vector6;
+use crate::eval::SampledWorld;
+use crate::math::{DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rigid::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
 use crate::rigid::{Lookup, Mobility, RigidState, Wrench, of_wrench, pair, phi1, six};
-use crate::sample::{Moment, SamplePoint, Samples};
+use crate::sample::{Moment, Samples};
 
 /// The number of evaluations that solve the kicks of a scheme of fourth order, where forces read velocities: each
 /// brings the kick two orders closer to the implicit midpoint rule.
 const MIDPOINT_ROUNDS: usize = 2;
 
-/// The samples and wrenches of the bodies that are moved; its buffers are reused.
-#[derive(Default)]
-struct Group {
-    /// The samples of the moved bodies, in the order of their states.
-    samples: Samples,
-    /// The vector from the centre of mass to each site, in the body's axes.
-    arms: Vec<DVec3>,
-    wrenches: Vec<Wrench>,
-    /// By body, where forces read velocities.
-    solutions: Vec<Solution>,
-    /// The bodies with contributions left out in the last evaluation, in order.
-    left_out: Vec<usize>,
-    evaluator: Evaluator,
-    lineariser: Lineariser,
-}
-
-/// A kick of a body by the implicit midpoint rule.
-struct Solution {
-    /// About the velocities at the start of the kick.
-    coupling: LinearisedWrench,
-    mobility: Mobility,
-    /// The other causes of motion, at the start.
-    besides: Besides,
-    /// The mean over the kick of all forces, or the forces in the middle of it.
-    wrench: Vector6<f64>,
-    /// The velocities in the middle of the kick.
-    velocities: (DVec3, DVec3),
-    /// See [`Rates::omega2`]; `None` unless it is needed.
-    omega2: Option<f64>,
+/// The map from the start of a step to its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum StepMap {
+    /// Equal steps of kick-drift-kick, by their number.
+    KickDriftKick(u32),
+    /// Suzuki's composition, for forces that read velocities.
+    Suzuki,
+    /// Equal steps of fourth order, by their number, for forces that read no velocities.
+    Forward(u32),
 }
 
 /// The inputs of the integrator.
@@ -63,9 +44,8 @@ pub(super) struct Setting<'a, W> {
     pub context: &'a StepContext<'a, W>,
     /// The predicted motion of each body.
     pub motions: &'a PredictedMotions,
-    /// True if the ticks are those of a composition of fourth order.
-    pub composed: bool,
-    /// If set, the step is halved by these rules instead of divided into ticks.
+    pub map: StepMap,
+    /// If set, the step is halved by these rules, whatever the map.
     pub uneven: Option<Choice>,
     /// True to record how fast bodies oscillate; `coupled` if they act on each other.
     pub tracked: bool,
@@ -84,12 +64,12 @@ pub(super) struct SubstepIntegrator {
     pub states: Vec<RigidState>,
     /// The path of each state, if recorded.
     pub tracks: Vec<Track>,
-    /// Lengths of the ticks in units of `dt`.
-    pub ticks: Vec<f64>,
     /// The result, if parts were halved.
     pub bisection: Option<Bisection>,
     /// The contributions that were left out.
     pub faults: Vec<Fault>,
+    /// Lengths of the ticks in units of `dt`.
+    ticks: Vec<f64>,
     group: Group,
 }
 
@@ -119,6 +99,15 @@ impl SubstepIntegrator {
         if setting.tracked {
             self.tracks.resize_with(starts.len(), Track::default);
         }
+        self.ticks.clear();
+        match setting.map {
+            StepMap::KickDriftKick(count) => {
+                let part = f64::from(count).recip();
+                self.ticks.extend((0..count).map(|_| part));
+            }
+            StepMap::Suzuki => self.ticks.extend(suzuki_steps()),
+            StepMap::Forward(_) => {}
+        }
         let mut run = Run {
             setting,
             states: &mut self.states,
@@ -129,9 +118,10 @@ impl SubstepIntegrator {
         };
         run.faults.clear();
         self.bisection = None;
-        match run.setting.uneven {
-            Some(choice) => self.bisection = Some(run.bisect(group, choice)?),
-            None => run.all(group)?,
+        match (run.setting.uneven, run.setting.map) {
+            (Some(choice), _) => self.bisection = Some(run.bisect(group, choice)?),
+            (None, StepMap::Forward(count)) => run.forward(group, count)?,
+            (None, _) => run.all(group)?,
         }
         Ok(())
     }
@@ -154,7 +144,7 @@ struct Run<'a, W> {
 
 impl<W: Lookup> Run<'_, W> {
     fn all(&mut self, group: &mut Group) -> Result<(), Fault> {
-        let energy_error = if self.setting.composed {
+        let energy_error = if self.is_composed() {
             COMPOSED_ENERGY_ERROR
         } else {
             ENERGY_ERROR
@@ -184,12 +174,10 @@ impl<W: Lookup> Run<'_, W> {
             if tick > 0 {
                 self.evaluate(group, false)?;
             }
-            let passing = self.states.iter().zip(&group.wrenches);
-            track_all(self.tracks, passing, self.setting.coupled);
-            self.look_into(group);
+            self.see(group);
             return self.push(group, before + after);
         }
-        if !self.setting.composed {
+        if !self.is_composed() {
             return self.solve(group, before + after);
         }
         // Two kicks by the implicit midpoint rule are not one kick, to the order needed.
@@ -206,7 +194,7 @@ impl<W: Lookup> Run<'_, W> {
     fn solve(&mut self, group: &mut Group, duration: f64) -> Result<(), Fault> {
         self.evaluate(group, false)?;
         self.start(group, duration);
-        let rounds = if self.setting.composed {
+        let rounds = if self.is_composed() {
             MIDPOINT_ROUNDS
         } else {
             0
@@ -264,7 +252,7 @@ impl<W: Lookup> Run<'_, W> {
                 momentum: six(momentum, twist),
             };
             let all = wrench + besides.wrench();
-            let solved = if self.setting.composed {
+            let solved = if self.is_composed() {
                 coupling.midway(&mobility, &all, state.damping, duration)
             } else {
                 coupling.mean(&mobility, &wrench, &besides, duration)
@@ -292,13 +280,23 @@ impl<W: Lookup> Run<'_, W> {
         self.setting.tracked && self.setting.most.is_none_or(|most| bound() > most)
     }
 
-    /// Linearises bodies whose last piece of path has shown more than the limit: it may have been an edge, or a close
-    /// pass.
-    fn look_into(&mut self, group: &mut Group) {
-        let Some(most) = self.setting.most else {
-            return;
-        };
-        if !self.tracks.iter().any(|track| track.is_unsure(most)) {
+    fn is_composed(&self) -> bool {
+        self.setting.map == StepMap::Suzuki
+    }
+
+    /// Follows the paths of the bodies, with the wrenches at their present places.
+    fn see(&mut self, group: &mut Group) {
+        let passing = self.states.iter().zip(&group.wrenches);
+        track_all(self.tracks, passing, self.setting.coupled);
+        if let Some(most) = self.setting.most {
+            // It may have been an edge, or a close pass.
+            self.look_into(group, |track| track.is_unsure(most));
+        }
+    }
+
+    /// Linearises some bodies.
+    fn look_into(&mut self, group: &mut Group, which: impl Fn(&Track) -> bool) {
+        if !self.tracks.iter().any(&which) {
             return;
         }
         let frames = self.frames();
@@ -306,7 +304,7 @@ impl<W: Lookup> Run<'_, W> {
         group.lineariser.prepare(&scene);
         let mut found = Vec::new();
         for (number, state) in self.states.iter().enumerate() {
-            if !self.tracks[number].is_unsure(most) {
+            if !which(&self.tracks[number]) {
                 continue;
             }
             let lineariser = &mut group.lineariser;
@@ -333,6 +331,11 @@ impl<W: Lookup> Run<'_, W> {
                 state.linvel += state.acceleration * shares[0];
             }
         }
+        self.check_speeds(group)
+    }
+
+    /// Returns an error if a body is faster than any that Rapier moves.
+    fn check_speeds(&self, group: &Group) -> Result<(), Fault> {
         let bears = |state: &RigidState| speed(state) <= to_f64(FASTEST);
         if self.states.iter().all(bears) {
             return Ok(());
@@ -393,72 +396,4 @@ impl<W: Lookup> Run<'_, W> {
 fn speed(state: &RigidState) -> f64 {
     let (speed, turn) = (state.linvel.length(), state.angvel.length());
     if turn.is_nan() { turn } else { speed.max(turn) }
-}
-
-impl Group {
-    /// Removes all bodies, and takes over the settings of the samples.
-    fn begin(&mut self, samples: &Samples) {
-        self.wrenches.clear();
-        self.samples.clear();
-        self.samples.apart = samples.apart;
-        self.samples.user.clone_from(&samples.user);
-        self.samples.spreads.clone_from(&samples.spreads);
-    }
-
-    /// Adds a body with its samples.
-    fn take(&mut self, handle: RigidBodyHandle, place: usize, all: &Samples) {
-        let body = self.samples.bodies.len() as u32;
-        let sites = all.sites_of(place);
-        let own = &mut self.samples;
-        let moved = |sample: &SamplePoint| SamplePoint { body, ..*sample };
-        own.attitudes.extend(all.attitudes.get(place));
-        own.bulks.extend(all.bulks.get(place));
-        if let Some(shapes) = all.shapes.get(sites.clone()) {
-            own.shapes.extend_from_slice(shapes);
-        }
-        own.sites.extend(all.sites[sites].iter().map(moved));
-        for run in all.runs_of(place) {
-            own.clouds.take(run, &all.clouds, body);
-        }
-        own.centres.push(moved(&all.centres[place]));
-        own.overrides.extend(all.overrides.get(place));
-        own.bodies.push(handle);
-    }
-
-    /// Orders the samples, once all bodies are taken in.
-    fn close(&mut self, states: &[RigidState]) {
-        let samples = &mut self.samples;
-        samples.number();
-        let state = |body: u32| &states[body as usize];
-        let arm =
-            |sample: &SamplePoint| state(sample.body).attitude.inverse() * to_dvec3(sample.arm);
-        self.arms.clear();
-        self.arms.extend(samples.sites.iter().map(arm));
-    }
-
-    /// Moves the samples to the present places of their bodies.
-    fn place(&mut self, states: &[RigidState], midway: bool) {
-        let solutions = midway.then_some(&self.solutions);
-        let velocity = |body: usize, state: &RigidState| {
-            solutions.map_or((state.linvel, state.angvel), |all| all[body].velocities)
-        };
-        for (sample, arm) in self.samples.sites.iter_mut().zip(&self.arms) {
-            let state = &states[sample.body as usize];
-            let (linvel, angvel) = velocity(sample.body as usize, state);
-            let arm = state.attitude * *arm;
-            sample.arm = from_dvec3(arm);
-            sample.world_point = from_dvec3(state.position + arm);
-            sample.velocity = from_dvec3(linvel + angvel.cross(arm));
-        }
-        for (body, attitude) in self.samples.attitudes.iter_mut().enumerate() {
-            let state = &states[body];
-            attitude.rotation = state.attitude;
-            attitude.angvel = from_dvec3(velocity(body, state).1);
-        }
-        for (body, centre) in self.samples.centres.iter_mut().enumerate() {
-            let state = &states[body];
-            centre.world_point = from_dvec3(state.position);
-            centre.velocity = from_dvec3(velocity(body, state).0);
-        }
-    }
 }

@@ -7,11 +7,9 @@ use super::begin::take_back;
 use super::contacts::joints;
 use super::faults::answering;
 use super::scene::{Now, iterations};
-use super::state::{BodyRecord, OpenRecord};
+use super::state::OpenRecord;
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
-use crate::bridge::{
-    self, Constraints, Made, Push, StepError, WakePolicy, Wanted, WorldMut, WorldRef,
-};
+use crate::bridge::{self, Constraints, Made, Push, StepError, Wanted, WorldMut};
 use crate::contact::was_to_ask;
 use crate::cross_check::AfterStep;
 use crate::diagnose::{SampledFields, blame, sifted};
@@ -19,7 +17,7 @@ use crate::integrate::{
     BegunStep, Completion, Fault, FreeMotion, MidStepImpact, Motions, StepWarning,
 };
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
-use crate::rigid::{Body, Lookup, Wrench};
+use crate::rigid::Wrench;
 
 impl FieldPipeline {
     /// Makes the second half of a step. After an error the world is as it was before the step began.
@@ -372,62 +370,5 @@ impl FieldPipeline {
         let mut hits: Vec<_> = hits.collect();
         hits.sort_unstable_by_key(|hit| hit.body.into_raw_parts().0);
         hits
-    }
-
-    /// Records the state in which the step leaves the bodies.
-    fn record(&mut self, state: &mut FieldState) {
-        let mut updates = self.late.updates.iter().peekable();
-        state.records.clear();
-        for body in &self.scene.bodies {
-            let mut record = BodyRecord::of(body);
-            if let Some(update) = updates.next_if(|update| update.body == body.handle) {
-                (record.linvel, record.angvel) = (update.linvel, update.angvel);
-                record.sleeping &= !update.wake;
-            }
-            state.records.push(record);
-        }
-    }
-
-    /// Records the state in which Rapier's step leaves bodies that get no second half.
-    fn record_moved(&mut self, state: &mut FieldState, view: &WorldRef<'_>) {
-        state.records.clear();
-        let Some(evaluation) = &state.evaluation else {
-            return;
-        };
-        let stands = |handle: &RigidBodyHandle| {
-            let body = Body::of(*handle, view.body(*handle)?);
-            Some(BodyRecord::of(&body))
-        };
-        let records = evaluation.bodies.iter().map_while(stands);
-        state.records.extend(records);
-        // A body is gone.
-        if state.records.len() != evaluation.bodies.len() {
-            state.records.clear();
-        }
-    }
-
-    /// Records the wrenches under which bodies fell asleep in this step, because the next evaluation may see other
-    /// fields.
-    pub(super) fn note_sleepers(
-        &mut self,
-        fields: &Definition<'_>,
-        state: &mut FieldState,
-        bodies: &[Body],
-        world: &WorldMut<'_>,
-    ) {
-        let Some(evaluation) = &state.evaluation else {
-            return;
-        };
-        if !matches!(fields.settings.wake, WakePolicy::OnChange { .. }) {
-            return;
-        }
-        let view = world.view();
-        let asleep =
-            |handle: RigidBodyHandle| view.body(handle).is_some_and(|body| body.is_sleeping());
-        for body in bodies.iter().filter(|body| asleep(body.handle)) {
-            if let Some(wrench) = evaluation.wrench(body.handle) {
-                state.resting.resting_under(body.handle, wrench);
-            }
-        }
     }
 }

@@ -11,7 +11,7 @@ use crate::math::ColliderHandle;
 /// ```
 /// use rapier3d_fields::prelude::*;
 /// let mut fields = Fields::new(Field::uniform(Vector::X))?;
-/// fields.settings.scheme = Scheme::Suzuki4;
+/// fields.settings.scheme = Scheme::Forward4;
 /// fields.settings.detection = Detection::Swept;
 /// # Ok::<(), BuildError>(())
 /// ```

@@ -86,7 +86,7 @@ impl PlacedBlock<'_> {
 }
 
 /// The body of a block, at one moment.
-pub(super) struct Placement {
+pub(super) struct BodyPlacement {
     /// The centre of mass.
     pub centre: Vector,
     pub linvel: Vector,
@@ -196,7 +196,7 @@ impl Clouds {
         &'a self,
         run: &'a CloudRun,
         block: u32,
-        body: &Placement,
+        body: &BodyPlacement,
     ) -> PlacedBlock<'a> {
         let before = (block - run.first) as usize * BLOCK;
         let at = run.columns.start as usize + before;
@@ -210,7 +210,7 @@ impl Clouds {
             each_lane(|lane| turned(a.y, b.y, c.y, lane)),
             each_lane(|lane| turned(a.z, b.z, c.z, lane)),
         ];
-        let Placement {
+        let BodyPlacement {
             centre,
             linvel,
             angvel,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::cloud::{BLOCK, CloudRun, Clouds, PlacedBlock, Placement};
+use super::cloud::{BLOCK, BodyPlacement, CloudRun, Clouds, PlacedBlock};
 use super::part_shape::{Attitude, Bulk, PartShape};
 use super::point::{Kind, Moment, SamplePoint, UserValues};
 use crate::compile::{Weighting, unique};
@@ -149,7 +149,7 @@ impl Samples {
         let body = run.whole.body as usize;
         let (centre, attitude) = (&self.centres[body], &self.attitudes[body]);
         let turned = DMat3::from_quat(attitude.rotation);
-        let placement = Placement {
+        let placement = BodyPlacement {
             centre: centre.world_point,
             linvel: centre.velocity,
             angvel: attitude.angvel,

@@ -166,7 +166,7 @@ const SCHEMES: [Scheme; 8] = [
     // So strict that some bodies take substeps, in some scenes.
     Scheme::Substep(Substeps::PerBody { tolerance: 1e-6 }),
     Scheme::LinearlyImplicit,
-    Scheme::Suzuki4,
+    Scheme::Forward4,
     Scheme::Auto { tolerance: 1e-6 },
 ];
 

@@ -217,7 +217,7 @@ pub fn scheme(draw: &mut Draw) -> Scheme {
         5 => Scheme::Substep(Substeps::Fixed(1 + draw.below(6) as u32)),
         6 => Scheme::Substep(Substeps::PerBody { tolerance }),
         7 => Scheme::LinearlyImplicit,
-        8 => Scheme::Suzuki4,
+        8 => Scheme::Forward4,
         _ => Scheme::Auto { tolerance },
     }
 }

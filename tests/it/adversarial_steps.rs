@@ -14,7 +14,7 @@ const SCHEMES: [Scheme; 8] = [
     Scheme::Substep(Substeps::Fixed(3)),
     Scheme::Substep(Substeps::PerBody { tolerance: 1e-2 }),
     Scheme::LinearlyImplicit,
-    Scheme::Suzuki4,
+    Scheme::Forward4,
     Scheme::Auto { tolerance: 1e-2 },
 ];
 

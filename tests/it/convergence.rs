@@ -17,7 +17,7 @@ const EXACT: f64 = 1e-12;
 
 const KDK: Scheme = Scheme::KickDriftKick;
 const SUBSTEP: Scheme = Scheme::Substep(Substeps::Fixed(3));
-const SUZUKI: Scheme = Scheme::Suzuki4;
+const FORWARD: Scheme = Scheme::Forward4;
 const IMPLICIT: Scheme = Scheme::LinearlyImplicit;
 
 fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
@@ -81,7 +81,7 @@ fn spring() {
     let plan = [
         (KDK, 2.0, from(80)),
         (SUBSTEP, 2.0, from(40)),
-        (SUZUKI, 4.0, from(40)),
+        (FORWARD, 4.0, from(40)),
         (IMPLICIT, 1.0, from(4000)),
         (Scheme::Kick, 1.0, from(400)),
     ];
@@ -109,7 +109,7 @@ fn kepler_half() {
     let plan = [
         (KDK, 2.0, from(800)),
         (SUBSTEP, 2.0, from(400)),
-        (SUZUKI, 4.0, from(400)),
+        (FORWARD, 4.0, from(400)),
         (IMPLICIT, 1.0, from(40_000)),
     ];
     check("Kepler, e = 0.5", &plan, orbit(0.0, 100));
@@ -120,7 +120,7 @@ fn kepler_nine_tenths() {
     let plan = [
         (KDK, 2.0, from(8000)),
         (SUBSTEP, 2.0, from(4000)),
-        (SUZUKI, 4.0, from(2000)),
+        (FORWARD, 4.0, from(2000)),
     ];
     check("Kepler, e = 0.9", &plan, orbit(1.0, 100));
 }
@@ -167,7 +167,7 @@ fn magnetic_helix_and_drift() {
         let plan = [
             (KDK, 2.0, from(300)),
             (SUBSTEP, 2.0, from(150)),
-            (SUZUKI, 4.0, from(150)),
+            (FORWARD, 4.0, from(150)),
         ];
         let run = |scheme, count| gyration(cases[case], scheme, count)[0];
         check(&format!("helix, case {case}"), &plan, run);
@@ -181,7 +181,7 @@ fn a_magnetic_field_keeps_the_speed() {
         .iter()
         .enumerate()
     {
-        for scheme in [KDK, SUBSTEP, SUZUKI] {
+        for scheme in [KDK, SUBSTEP, FORWARD] {
             for count in [1000, 100, 10, 4] {
                 let change = gyration(*rows, scheme, count)[1];
                 println!("helix {case}, {scheme:?}, {count} steps: speed off by {change:.1e}");
@@ -246,7 +246,7 @@ fn dipole_pendulum() {
         let plan = [
             (KDK, 2.0, from(80)),
             (SUBSTEP, 2.0, from(40)),
-            (SUZUKI, 4.0, from(40)),
+            (FORWARD, 4.0, from(40)),
             (IMPLICIT, 1.0, from(8000)),
         ];
         check(&format!("pendulum, case {case}"), &plan, pendulum(case));
@@ -291,7 +291,7 @@ fn free_tops() {
     ];
     for (name, text, sample, bound) in tops {
         let run = top(text, ASYMMETRIC, sample);
-        for scheme in [KDK, SUBSTEP, SUZUKI] {
+        for scheme in [KDK, SUBSTEP, FORWARD] {
             for count in [20, 200, 2000] {
                 let error = run(scheme, count);
                 println!("{name}, {scheme:?}, {count} steps: {error:.1e}");
@@ -306,7 +306,7 @@ fn free_tops() {
 fn ammonia_turns_freely_to_rounding() {
     let text = include_str!("../data/e_free_top/top_ammonia_symmetric.csv");
     let run = top(text, DVec3::from_array(PRINCIPAL_INERTIA), 199);
-    for scheme in [KDK, SUBSTEP, SUZUKI] {
+    for scheme in [KDK, SUBSTEP, FORWARD] {
         for count in [20, 200] {
             let error = run(scheme, count);
             println!("free ammonia, {scheme:?}, {count} steps: {error:.1e}");
@@ -341,7 +341,7 @@ fn drag() {
     let plan = [
         (KDK, 2.0, from(40)),
         (SUBSTEP, 2.0, from(20)),
-        (SUZUKI, 4.0, from(20)),
+        (FORWARD, 4.0, from(20)),
         (IMPLICIT, 1.0, from(400)),
         (Scheme::Kick, 1.0, from(200)),
     ];
@@ -349,7 +349,7 @@ fn drag() {
     let plan = [
         (KDK, 2.0, from(160)),
         (SUBSTEP, 2.0, from(80)),
-        (SUZUKI, 4.0, from(80)),
+        (FORWARD, 4.0, from(80)),
         (IMPLICIT, 1.0, from(800)),
     ];
     check("quadratic drag", &plan, quadratic);
@@ -395,7 +395,7 @@ fn molecules_in_each_others_fields() {
         let plan = [
             (KDK, 2.0, from(40)),
             (SUBSTEP, 2.0, from(20)),
-            (SUZUKI, 4.0, from(20)),
+            (FORWARD, 4.0, from(20)),
         ];
         check(name, &plan, molecules(text, count, sample));
     }
@@ -458,7 +458,7 @@ fn with_everything_on() {
     let plan = [
         (KDK, 2.0, from(80)),
         (SUBSTEP, 2.0, from(40)),
-        (SUZUKI, 4.0, from(40)),
+        (FORWARD, 4.0, from(40)),
         (IMPLICIT, 1.0, from(4000)),
         (auto, 2.0, from(80)),
     ];
@@ -491,7 +491,7 @@ fn tops_with_damping() {
         let (x, _) = state(&world, top);
         (x, *world.bodies[top].rotation())
     };
-    let exact = run(SUZUKI, 4000);
+    let exact = run(FORWARD, 4000);
     let off = |scheme, count| {
         let (x, q) = run(scheme, count);
         // The angle by its sine: by the cosine half of the digits are lost.
@@ -501,6 +501,6 @@ fn tops_with_damping() {
     let plan = [(KDK, 2.0, from(100)), (SUBSTEP, 2.0, from(50))];
     check("tops with damping", &plan, off);
     // At finer steps it is as exact as free rotation is worked out.
-    let errors = [100, 200].map(|count| off(SUZUKI, count));
-    assert_order(&errors, 4.0, ORDER_BAND, "tops with damping, Suzuki4");
+    let errors = [25, 50].map(|count| off(FORWARD, count));
+    assert_order(&errors, 4.0, ORDER_BAND, "tops with damping, Forward4");
 }

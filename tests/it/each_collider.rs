@@ -298,7 +298,7 @@ fn no_scheme_moves_what_groups_exclude() {
         Scheme::LinearlyImplicit,
         Scheme::Auto { tolerance: 1e-3 },
         Scheme::Substep(Substeps::Fixed(4)),
-        Scheme::Suzuki4,
+        Scheme::Forward4,
     ];
     for scheme in schemes {
         for (law, field) in laws() {

@@ -113,7 +113,7 @@ fn estimates_are_the_errors() {
 #[cfg(feature = "f64")]
 fn fourth_order_is_estimated_too() {
     for known in [spring(), kepler()] {
-        let (mut world, ball, mut fields) = known.build(Scheme::Suzuki4);
+        let (mut world, ball, mut fields) = known.build(Scheme::Forward4);
         let said = fields.estimate_error(&world, 20).expect("steps")[0].position;
         for _ in 0..20 {
             fields.step(&mut world).expect("a step");

@@ -31,7 +31,7 @@ pub const OURS: [Pull; 9] = [
     Pull::Sampled(Scheme::Substep(Substeps::Fixed(3))),
     Pull::Sampled(Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 })),
     Pull::Sampled(Scheme::LinearlyImplicit),
-    Pull::Sampled(Scheme::Suzuki4),
+    Pull::Sampled(Scheme::Forward4),
     Pull::Sampled(Scheme::Auto { tolerance: 1e-3 }),
     Pull::Alike(Scheme::Auto { tolerance: 1e-3 }),
 ];

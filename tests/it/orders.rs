@@ -274,7 +274,7 @@ fn seen(body: &RigidBody, top: &Top) -> State {
 
 const KDK: Scheme = Scheme::KickDriftKick;
 const SUBSTEP: Scheme = Scheme::Substep(Substeps::Fixed(3));
-const SUZUKI: Scheme = Scheme::Suzuki4;
+const FORWARD: Scheme = Scheme::Forward4;
 /// So loose that whole steps do.
 const PER_BODY: Scheme = Scheme::Substep(Substeps::PerBody { tolerance: 0.25 });
 const AUTO: Scheme = Scheme::Auto { tolerance: 0.25 };
@@ -286,7 +286,7 @@ fn plans(whole: u32, divided: u32) -> [(Scheme, (f64, f64), u32); 5] {
         (PER_BODY, SECOND, whole),
         (AUTO, SECOND, whole),
         (SUBSTEP, SECOND, divided),
-        (SUZUKI, FOURTH, divided),
+        (FORWARD, FOURTH, divided),
     ]
 }
 

@@ -97,7 +97,7 @@ fn schemes() -> [Scheme; 7] {
         Scheme::ExternalForce,
         Scheme::Substep(Substeps::Fixed(3)),
         Scheme::LinearlyImplicit,
-        Scheme::Suzuki4,
+        Scheme::Forward4,
         Scheme::Auto { tolerance: 1e-3 },
     ]
 }

@@ -173,7 +173,7 @@ fn held_bodies_reach_their_terminal_velocity() {
         Scheme::Auto { tolerance: 1e-3 },
         Scheme::ExternalForce,
         Scheme::LinearlyImplicit,
-        Scheme::Suzuki4,
+        Scheme::Forward4,
         Scheme::Substep(Substeps::Fixed(4)),
     ];
     for held in ALL {

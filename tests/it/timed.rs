@@ -13,7 +13,7 @@ const SCHEMES: [Scheme; 8] = [
     Scheme::Auto { tolerance: 1e-3 },
     Scheme::Substep(Substeps::Fixed(4)),
     Scheme::Substep(Substeps::PerBody { tolerance: 0.05 }),
-    Scheme::Suzuki4,
+    Scheme::Forward4,
 ];
 
 /// The kinds of terms that are evaluated in ways of their own, each of 12 N or as much on 1 kg.
@@ -50,7 +50,7 @@ fn velocity(field: Field, scheme: Scheme, steps: u32) -> f64 {
 }
 
 /// A window of 5 ms at 60 Hz gave nothing of its impulse by default, and 0.83 and 0.69 of it under
-/// `Substep` and `Suzuki4`: lifetimes were asked at moments. The impulse is to be the force times
+/// `Substep` and a scheme of fourth order: lifetimes were asked at moments. The impulse is to be the force times
 /// the overlap with each step, wherever the window lies.
 #[test]
 fn the_impulse_is_force_times_overlap() {

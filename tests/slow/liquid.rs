@@ -180,7 +180,7 @@ fn every_scheme_keeps_the_temperature_of_a_liquid() {
         Scheme::KickDriftKick,
         Scheme::Substep(Substeps::Fixed(2)),
         Scheme::Substep(Substeps::PerBody { tolerance: 0.01 }),
-        Scheme::Suzuki4,
+        Scheme::Forward4,
         Scheme::Auto { tolerance: 0.01 },
     ];
     let only = std::env::var("SCHEME").ok();

@@ -217,7 +217,7 @@ impl Case for Filed {
             Method::Kick,
             Method::ExternalForce,
             Method::Substep4,
-            Method::Suzuki4,
+            Method::Forward4,
             Method::LinearlyImplicit,
             Method::Auto,
             Method::AutoTight,

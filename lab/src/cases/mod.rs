@@ -206,7 +206,7 @@ fn scheme(method: Method) -> Option<fields::Scheme> {
         Method::Kick => Scheme::Kick,
         Method::ExternalForce => Scheme::ExternalForce,
         Method::Substep4 => Scheme::Substep(Substeps::Fixed(4)),
-        Method::Suzuki4 => Scheme::Suzuki4,
+        Method::Forward4 => Scheme::Forward4,
         Method::LinearlyImplicit => Scheme::LinearlyImplicit,
         Method::Auto => Scheme::Auto { tolerance: 1e-2 },
         Method::AutoTight => Scheme::Auto { tolerance: 1e-4 },

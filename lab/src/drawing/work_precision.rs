@@ -21,7 +21,7 @@ pub const OVERVIEW: [&str; 4] = ["spring", "Kepler 0.9", "bound dimer", "sphere 
 const SHOWN: [Method; 12] = [
     Method::KickDriftKick,
     Method::KickDriftKickOnce,
-    Method::Suzuki4,
+    Method::Forward4,
     Method::Auto,
     Method::AddForce,
     Method::KicksByHand,

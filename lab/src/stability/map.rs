@@ -12,7 +12,7 @@ pub const SCHEMES: [Scheme; 8] = [
     Scheme::Substep(Substeps::Fixed(3)),
     Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 }),
     Scheme::LinearlyImplicit,
-    Scheme::Suzuki4,
+    Scheme::Forward4,
     Scheme::Auto { tolerance: 1e-3 },
 ];
 

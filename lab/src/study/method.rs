@@ -16,8 +16,8 @@ pub enum Method {
     ExternalForce,
     /// `Scheme::Substep` with four substeps.
     Substep4,
-    /// `Scheme::Suzuki4`.
-    Suzuki4,
+    /// `Scheme::Forward4`.
+    Forward4,
     /// `Scheme::LinearlyImplicit`.
     LinearlyImplicit,
     /// `Scheme::Auto` with a tolerance of 1e-2.
@@ -56,7 +56,7 @@ impl Method {
         Kick,
         ExternalForce,
         Substep4,
-        Suzuki4,
+        Forward4,
         LinearlyImplicit,
         Auto,
         AutoTight,
@@ -78,7 +78,7 @@ impl Method {
         Kick,
         ExternalForce,
         Substep4,
-        Suzuki4,
+        Forward4,
         LinearlyImplicit,
         Auto,
         AutoTight,
@@ -105,7 +105,7 @@ impl Method {
             Kick => "Kick",
             ExternalForce => "ExternalForce",
             Substep4 => "Substep(4)",
-            Suzuki4 => "Suzuki4",
+            Forward4 => "Forward4",
             LinearlyImplicit => "LinearlyImplicit",
             Auto => "Auto(1e-2)",
             AutoTight => "Auto(1e-4)",

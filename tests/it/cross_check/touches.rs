@@ -68,7 +68,7 @@ fn discrete_detection_has_no_touches() {
 
 const SCHEMES: [Scheme; 5] = [
     Scheme::KickDriftKick,
-    Scheme::Suzuki4,
+    Scheme::Forward4,
     Scheme::Auto { tolerance: 0.01 },
     Scheme::Substep(Substeps::Fixed(4)),
     Scheme::Substep(Substeps::PerBody { tolerance: 0.01 }),

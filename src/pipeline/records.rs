@@ -1,0 +1,66 @@
+//! The records of how a step leaves bodies, by which the next one knows whether anything else has moved them.
+
+use super::state::BodyRecord;
+use super::{Definition, FieldPipeline, FieldState};
+use crate::bridge::{WakePolicy, WorldMut, WorldRef};
+use crate::math::RigidBodyHandle;
+use crate::rigid::{Body, Lookup};
+
+impl FieldPipeline {
+    /// Records the state in which the step leaves the bodies.
+    pub(super) fn record(&mut self, state: &mut FieldState) {
+        let mut updates = self.late.updates.iter().peekable();
+        state.records.clear();
+        for body in &self.scene.bodies {
+            let mut record = BodyRecord::of(body);
+            if let Some(update) = updates.next_if(|update| update.body == body.handle) {
+                (record.linvel, record.angvel) = (update.linvel, update.angvel);
+                record.sleeping &= !update.wake;
+            }
+            state.records.push(record);
+        }
+    }
+
+    /// Records the state in which Rapier's step leaves bodies that get no second half.
+    pub(super) fn record_moved(&mut self, state: &mut FieldState, view: &WorldRef<'_>) {
+        state.records.clear();
+        let Some(evaluation) = &state.evaluation else {
+            return;
+        };
+        let stands = |handle: &RigidBodyHandle| {
+            let body = Body::of(*handle, view.body(*handle)?);
+            Some(BodyRecord::of(&body))
+        };
+        let records = evaluation.bodies.iter().map_while(stands);
+        state.records.extend(records);
+        // A body is gone.
+        if state.records.len() != evaluation.bodies.len() {
+            state.records.clear();
+        }
+    }
+
+    /// Records the wrenches under which bodies fell asleep in this step, because the next evaluation may see other
+    /// fields.
+    pub(super) fn note_sleepers(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        bodies: &[Body],
+        world: &WorldMut<'_>,
+    ) {
+        let Some(evaluation) = &state.evaluation else {
+            return;
+        };
+        if !matches!(fields.settings.wake, WakePolicy::OnChange { .. }) {
+            return;
+        }
+        let view = world.view();
+        let asleep =
+            |handle: RigidBodyHandle| view.body(handle).is_some_and(|body| body.is_sleeping());
+        for body in bodies.iter().filter(|body| asleep(body.handle)) {
+            if let Some(wrench) = evaluation.wrench(body.handle) {
+                state.resting.resting_under(body.handle, wrench);
+            }
+        }
+    }
+}
