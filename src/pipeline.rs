@@ -115,7 +115,7 @@ pub struct FieldPipeline {
     condemned: Vec<RigidBodyHandle>,
     centres: CentreEvaluator,
     /// A buffer for bodies that are evaluated together.
-    block: Vec<at_centres::Member>,
+    block: at_centres::Block,
     /// The state of the bodies before a visit wrote to them.
     undo: Undo,
     /// The evaluation at centres of mass in this half of the step.

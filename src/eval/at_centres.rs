@@ -11,8 +11,8 @@ use super::slowings::DragOn;
 use super::wide::{LaneInput, LaneOutput, WIDTH};
 use crate::compile::{Compiled, RadialBatch};
 use crate::field::{Frames, Lanes, Number, Plain, Vec3};
-use crate::math::{DVec3, to_dvec3, to_f64};
-use crate::rigid::{Body, Slowing};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
+use crate::rigid::Slowing;
 use crate::sample::{Moment, SamplePoint, Samples, owner};
 
 /// The number of bodies that are evaluated together.
@@ -88,14 +88,19 @@ impl CentreEvaluator {
         }
     }
 
-    /// Adds a body to those to be evaluated, of which there are at most [`TOGETHER`].
+    /// Adds a body to those to be evaluated, of which there are at most [`TOGETHER`], with its centre of mass.
     #[inline]
-    pub(crate) fn ask(&mut self, body: &Body) {
+    pub(crate) fn ask(
+        &mut self,
+        body: RigidBodyHandle,
+        world_com: Vector,
+        linvel: Vector,
+        mass: Real,
+    ) {
         let sample = &mut self.samples[self.these.bodies.len()];
-        sample.world_point = body.world_com();
-        (sample.velocity, sample.mass) = (body.linvel, body.mass);
-        sample.owner = owner(Some(body.handle));
-        self.these.bodies.push(body.handle);
+        (sample.world_point, sample.velocity) = (world_com, linvel);
+        (sample.mass, sample.owner) = (mass, owner(Some(body)));
+        self.these.bodies.push(body);
     }
 
     /// Removes all bodies.

@@ -60,9 +60,7 @@ impl Body {
             rotation_locked: body.is_rotation_locked(),
             gyroscopic: body.gyroscopic_forces_enabled(),
             sleeping: body.is_sleeping(),
-            drowsy: Some(body.activation().time_since_can_sleep)
-                .filter(|time| *time > SMALLEST_TIME)
-                .unwrap_or(0.0),
+            drowsy: drowsy(body),
             patience: body.activation().time_until_sleep,
             gravity_scale: body.gravity_scale(),
             user_force: body.user_force(),
@@ -113,6 +111,13 @@ impl Body {
 /// numbers there as marks, by which it recognises the next step.
 pub(crate) const SMALLEST_TIME: Real = 1e-30;
 
+/// The time for which a body has been slow enough to fall asleep (s).
+#[inline]
+pub(crate) fn drowsy(body: &RigidBody) -> Real {
+    let time = body.activation().time_since_can_sleep;
+    if time > SMALLEST_TIME { time } else { 0.0 }
+}
+
 /// The velocity of the origin of a body's frame. For a body that is not dynamic the centre of mass may be
 /// anywhere: Rapier computes it for open meshes too, and does not use it.
 pub(crate) fn origin_velocity(body: &RigidBody) -> Vector {
@@ -128,8 +133,8 @@ pub(crate) fn origin_velocity(body: &RigidBody) -> Vector {
 #[inline]
 pub(crate) fn is_sound(body: &RigidBody) -> bool {
     let pose = body.position();
-    let moves = body.linvel().is_finite() && body.angvel().is_finite();
-    let placed = pose.translation.is_finite() && pose.rotation.is_finite();
-    let pushed = body.user_force().is_finite() && body.user_torque().is_finite();
-    placed && moves && pushed
+    // Zero times a number is NaN where the number is not finite; a sum of such products shows all of them at once.
+    let moves = body.linvel() * 0.0 + body.angvel() * 0.0;
+    let pushed = body.user_force() * 0.0 + body.user_torque() * 0.0;
+    pose.translation * 0.0 + moves + pushed == Vector::ZERO && pose.rotation.is_finite()
 }

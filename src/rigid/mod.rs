@@ -15,7 +15,7 @@ mod wrench;
 
 pub use wrench::Wrench;
 
-pub(crate) use body::{Body, SMALLEST_TIME, is_sound, origin_velocity};
+pub(crate) use body::{Body, SMALLEST_TIME, drowsy, is_sound, origin_velocity};
 pub(crate) use body_set::BodySet;
 pub(crate) use lookup::Lookup;
 pub(crate) use mobility::{

@@ -7,9 +7,9 @@ use crate::integrate::{
     Before, Caps, Completion, Evaluation, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning,
     VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
 };
-use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
-use crate::rigid::{Body, BodySet, Wrench, find_next, is_sound};
+use crate::rigid::{Body, BodySet, Wrench, drowsy, find_next, is_sound};
 use crate::sample::Moment;
 
 /// One half of a step.
@@ -47,20 +47,31 @@ struct Places {
     given: usize,
 }
 
-/// A body that is evaluated and kicked together with others.
-#[derive(Debug)]
-pub(crate) struct Member {
-    body: Body,
-    /// Its collider, if it has exactly one.
-    part: Option<ColliderHandle>,
-    /// Its place in the previous evaluation.
-    known: Option<usize>,
-    /// Set if other causes than fields move it, too.
-    special: Option<Special>,
+/// Bodies that are evaluated and kicked together.
+#[derive(Debug, Default)]
+pub(crate) struct Block {
+    members: Vec<Member>,
+    specials: Vec<Special>,
 }
 
+/// A body of a block: only the part of its state that all need, because most bodies need no more.
+#[derive(Debug)]
+struct Member {
+    handle: RigidBodyHandle,
+    world_com: Vector,
+    linvel: Vector,
+    mass: Real,
+    inv_mass: Vector,
+    /// Its place in the previous evaluation.
+    known: Option<usize>,
+    /// Its number among the specials of the block.
+    special: Option<usize>,
+}
+
+/// A body that other causes than fields move, too.
 #[derive(Debug)]
 struct Special {
+    body: Body,
     free: FreeMotion,
     before: Before,
 }
@@ -118,14 +129,13 @@ impl Pass<'_> {
         let blocker = self.blocker.and_then(|it| Some((it, self.visit.body(it)?)));
         blocker.is_some_and(|(handle, body)| {
             let is_awake = bridge::is_movable(body) && !body.is_sleeping();
-            let mut member = Member::of(handle, body);
-            member.known = self.last.and_then(|last| last.place_of(handle));
-            is_awake && !self.takes(&self.rules(), &member)
+            let known = self.last.and_then(|last| last.place_of(handle));
+            is_awake && !self.takes(&self.rules(), handle, body, known.is_some())
         })
     }
 
     /// Visits all bodies. If one of them needs more than a visit, everything is taken back.
-    pub(super) fn run(mut self, block: &mut Vec<Member>) -> Done {
+    pub(super) fn run(mut self, block: &mut Block) -> Done {
         let done = self.kick_all(block);
         if done.is_err() {
             self.visit.take_back();
@@ -133,68 +143,86 @@ impl Pass<'_> {
         done
     }
 
-    fn kick_all(&mut self, block: &mut Vec<Member>) -> Done {
+    fn kick_all(&mut self, block: &mut Block) -> Done {
         let mut rules = self.rules();
         loop {
-            // This loop does little else, so that the memory accesses of several bodies overlap.
-            block.clear();
-            while block.len() < TOGETHER
-                && let Some((handle, body)) = self.walk.next(self.visit.bodies())
-            {
-                if is_sound(body) {
-                    block.push(Member::of(handle, body));
-                } else {
-                    self.warnings.push(StepWarning::NotFinite { body: handle });
-                }
-            }
-            if block.is_empty() {
+            self.read(&mut rules, block)?;
+            if block.members.is_empty() {
                 return Ok(());
             }
-            self.kick_together(&mut rules, block)?;
+            let felt = self.evaluator.forces(self.compiled);
+            for (lane, member) in block.members.iter().enumerate() {
+                let special = member.special.map(|number| &block.specials[number]);
+                self.kick(&rules, member, special, &felt.on(lane))?;
+            }
         }
     }
 
-    /// Evaluates and kicks some bodies.
-    fn kick_together(&mut self, rules: &mut Rules, block: &mut [Member]) -> Done {
+    /// Reads the next bodies, up to the number that is evaluated together. It does little else, so that the memory
+    /// accesses of several bodies overlap.
+    fn read(&mut self, rules: &mut Rules, block: &mut Block) -> Done {
+        block.members.clear();
+        block.specials.clear();
         self.evaluator.clear();
-        for (lane, member) in block.iter_mut().enumerate() {
-            let (place, handle) = (self.shown.bodies.len() + lane, member.body.handle);
-            member.known = self.last.and_then(|last| last.place_near(place, handle));
-            if !self.takes(rules, member) {
+        while block.members.len() < TOGETHER
+            && let Some((handle, body)) = self.walk.next(self.visit.bodies())
+        {
+            if !is_sound(body) {
+                self.warnings.push(StepWarning::NotFinite { body: handle });
+                continue;
+            }
+            let place = self.shown.bodies.len() + block.members.len();
+            let known = self.last.and_then(|last| last.place_near(place, handle));
+            if !self.takes(rules, handle, body, known.is_some()) {
                 return Err(handle);
             }
-            member.special = self.special(rules, &mut member.body);
-            self.evaluator.ask(&member.body);
-        }
-        let felt = self.evaluator.forces(self.compiled);
-        for (lane, member) in block.iter().enumerate() {
-            self.kick(rules, member, &felt.on(lane))?;
+            let special = self.special(rules, handle, body);
+            let member = Member {
+                handle,
+                world_com: body.position().transform_point(body.local_center_of_mass()),
+                linvel: special.as_ref().map_or(body.linvel(), |it| it.body.linvel),
+                mass: body.mass(),
+                inv_mass: body.mass_properties().effective_inv_mass,
+                known,
+                special: special.is_some().then_some(block.specials.len()),
+            };
+            block.specials.extend(special);
+            let (world_com, linvel) = (member.world_com, member.linvel);
+            self.evaluator.ask(handle, world_com, linvel, member.mass);
+            block.members.push(member);
         }
         Ok(())
     }
 
     /// Returns true if a visit suffices for a body, as far as it is known before its forces.
-    fn takes(&self, rules: &Rules, member: &Member) -> bool {
-        let is_known = member.known.is_some();
+    fn takes(
+        &self,
+        rules: &Rules,
+        handle: RigidBodyHandle,
+        body: &RigidBody,
+        is_known: bool,
+    ) -> bool {
         let same_parts = is_known && self.half.first.is_some_and(|first| first.alone);
         let anywhere = self.compiled.at_centres == Some(AtCentres::Bodies);
-        let is_whole = anywhere || same_parts || self.is_one_ball(member);
+        let is_whole = anywhere || same_parts || self.is_one_ball(body);
         // New bodies are linearised where fields may be stiff.
         let goes_on = self.half.first.is_some() && self.last.is_some();
         let is_expected = is_known || goes_on || !self.compiled.varies();
-        let is_slowed = || self.is_slowed_simply(rules, &member.body);
+        let is_slowed = || self.is_slowed_simply(rules, handle, body);
         let is_kicked = !self.compiled.reads_velocity || is_slowed();
-        is_harmless(&member.body) && is_whole && is_expected && is_kicked
+        is_harmless(body) && is_whole && is_expected && is_kicked
     }
 
     /// Returns true if all samples of a body are at its centre of mass.
-    fn is_one_ball(&self, Member { body, part, .. }: &Member) -> bool {
-        let Some(collider) = part else {
-            return body.colliders == 0;
+    fn is_one_ball(&self, body: &RigidBody) -> bool {
+        let collider = match body.colliders() {
+            [] => return true,
+            [collider] => *collider,
+            _ => return false,
         };
-        self.visit.collider(*collider).is_none_or(|collider| {
+        self.visit.collider(collider).is_none_or(|collider| {
             let centre = collider.position_wrt_parent().map(|pose| pose.translation);
-            let is_centred = centre == Some(body.local_com);
+            let is_centred = centre == Some(body.local_center_of_mass());
             let is_ball = || collider.shape().as_ball().is_some();
             // A collider that is no part of the body's samples does not matter.
             !collider.is_enabled() || collider.is_sensor() || (is_centred && is_ball())
@@ -202,58 +230,70 @@ impl Pass<'_> {
     }
 
     /// Returns true if drag slows a body in closed form.
-    fn is_slowed_simply(&self, rules: &Rules, body: &Body) -> bool {
-        let [x, y, z] = body.inv_mass.to_array();
+    fn is_slowed_simply(&self, rules: &Rules, handle: RigidBodyHandle, body: &RigidBody) -> bool {
+        let [x, y, z] = body.mass_properties().effective_inv_mass.to_array();
         x == y
             && y == z
-            && !self.held.contains(body.handle)
+            && !self.held.contains(handle)
             && !may_precess(body)
             && (rules.twice || coasts(rules, body))
     }
 
-    /// The data of a body that other causes than fields move, too; its velocity is replaced by the one at which it
-    /// moves, where Rapier's lags.
-    fn special(&self, rules: &mut Rules, body: &mut Body) -> Option<Special> {
+    /// The data of a body that other causes than fields move, too; with the velocity at which it moves, where Rapier's
+    /// lags.
+    fn special(
+        &self,
+        rules: &mut Rules,
+        handle: RigidBodyHandle,
+        body: &RigidBody,
+    ) -> Option<Special> {
         let before = match &self.half.first {
             None => Before::default(),
-            Some(first) => rules.places.before(first.motions, body.handle),
+            Some(first) => rules.places.before(first.motions, handle),
         };
         let quiet = match self.half.first {
-            None => body.drowsy == 0.0,
+            None => drowsy(body) == 0.0,
             Some(_) => !before.free && before.load.is_none(),
         };
         let plain = quiet && coasts(rules, body) && !may_precess(body);
-        if plain && !self.held.contains(body.handle) {
+        if plain && !self.held.contains(handle) {
             return None;
         }
-        let free = FreeMotion::new(body, self.gravity, self.iterations, self.half.dt);
+        let mut body = Body::of(handle, body);
+        let free = FreeMotion::new(&body, self.gravity, self.iterations, self.half.dt);
         if before.free {
             [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
         }
-        Some(Special { free, before })
+        Some(Special { body, free, before })
     }
 
     /// Kicks a body.
-    fn kick(&mut self, rules: &Rules, member: &Member, felt: &CentreForce) -> Done {
-        let (force, body) = (from_dvec3(felt.force), &member.body);
+    fn kick(
+        &mut self,
+        rules: &Rules,
+        member: &Member,
+        special: Option<&Special>,
+        felt: &CentreForce,
+    ) -> Done {
+        let (force, handle) = (from_dvec3(felt.force), member.handle);
         if !force.is_finite() || self.is_suspicious(rules, member, force) {
-            return Err(body.handle);
+            return Err(handle);
         }
         let torque = Vector::ZERO;
-        self.shown.bodies.push(body.handle);
+        self.shown.bodies.push(handle);
         self.shown.wrenches.push(Wrench { force, torque });
         if !rules.twice {
-            self.shown.centres.push(body.world_com());
+            self.shown.centres.push(member.world_com);
         }
-        let Some(special) = &member.special else {
-            return self.kick_plainly(rules, body, felt);
+        let Some(special) = special else {
+            return self.kick_plainly(rules, member, felt);
         };
         let update = match self.half.first {
-            None => self.first(rules, body, &special.free, felt)?,
-            Some(_) => self.second(rules, body, special, felt),
+            None => self.first(rules, special, felt)?,
+            Some(_) => self.second(rules, special, felt),
         };
         if let Some(update) = update {
-            self.check(body.handle, update.linvel)?;
+            self.check(handle, update.linvel)?;
             self.visit.write(&update);
         }
         Ok(())
@@ -266,27 +306,28 @@ impl Pass<'_> {
             return false;
         };
         let change = force - last.wrenches[place].force;
-        let (dt, body) = (self.half.dt, &member.body);
+        let dt = self.half.dt;
         let way = match (&self.half.first, last.centres.get(place)) {
-            (Some(_), _) => body.linvel * dt,
-            (None, Some(was)) if !rules.twice => body.world_com() - *was,
+            (Some(_), _) => member.linvel * dt,
+            (None, Some(was)) if !rules.twice => member.world_com - *was,
             _ => return false,
         };
-        let swing = change * (dt * dt / body.mass);
+        let swing = change * (dt * dt / member.mass);
         change != Vector::ZERO && swing.length_squared() > most * way.length_squared()
     }
 
     /// Kicks a body that only fields move.
-    fn kick_plainly(&mut self, rules: &Rules, body: &Body, felt: &CentreForce) -> Done {
+    fn kick_plainly(&mut self, rules: &Rules, member: &Member, felt: &CentreForce) -> Done {
+        let (was, inv_mass) = (member.linvel, member.inv_mass);
         let linvel = if !felt.slowing.is_none() {
-            FreeMotion::NONE.slowed(body.linvel, body.inv_mass.x, felt, rules.duration)
+            FreeMotion::NONE.slowed(was, inv_mass.x, felt, rules.duration)
         } else if felt.force == DVec3::ZERO {
             return Ok(());
         } else {
-            body.linvel + from_dvec3(felt.force) * rules.duration * body.inv_mass
+            was + from_dvec3(felt.force) * rules.duration * inv_mass
         };
-        self.check(body.handle, linvel)?;
-        self.visit.set_linvel(body.handle, linvel);
+        self.check(member.handle, linvel)?;
+        self.visit.set_linvel(member.handle, linvel);
         Ok(())
     }
 
@@ -311,8 +352,7 @@ impl Pass<'_> {
     fn first(
         &mut self,
         rules: &Rules,
-        body: &Body,
-        free: &FreeMotion,
+        Special { body, free, .. }: &Special,
         felt: &CentreForce,
     ) -> Result<Option<VelocityUpdate>, RigidBodyHandle> {
         let (force, dt) = (from_dvec3(felt.force), self.half.dt);
@@ -366,8 +406,7 @@ impl Pass<'_> {
     fn second(
         &self,
         rules: &Rules,
-        body: &Body,
-        Special { free, before }: &Special,
+        Special { body, free, before }: &Special,
         felt: &CentreForce,
     ) -> Option<VelocityUpdate> {
         if !felt.slowing.is_none() {
@@ -378,21 +417,6 @@ impl Pass<'_> {
         let held = self.held.contains(body.handle);
         let wrench = Wrench { force, torque };
         complete(body, free, wrench, held, *before, rules.duration)
-    }
-}
-
-impl Member {
-    fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
-        let part = match body.colliders() {
-            [part] => Some(*part),
-            _ => None,
-        };
-        Member {
-            body: Body::of(handle, body),
-            part,
-            known: None,
-            special: None,
-        }
     }
 }
 
@@ -411,19 +435,22 @@ impl Places {
 }
 
 /// Returns true if nothing but fields moves a free body.
-fn coasts(rules: &Rules, body: &Body) -> bool {
-    !rules.falls && body.user_force == Vector::ZERO && body.damping == [0.0; 2]
+fn coasts(rules: &Rules, body: &RigidBody) -> bool {
+    let is_damped = body.linear_damping() != 0.0 || body.angular_damping() != 0.0;
+    !rules.falls && body.user_force() == Vector::ZERO && !is_damped
 }
 
 /// Returns true if a body has mass, is no lighter than 10⁻⁹, and is no faster than bodies that Rapier moves.
-fn is_harmless(body: &Body) -> bool {
-    let slow = body.linvel.abs().max_element() <= FASTEST * 1e-3;
-    body.mass > 0.0 && body.inv_mass.max_element() <= 1e9 && slow
+fn is_harmless(body: &RigidBody) -> bool {
+    let slow = body.linvel().abs().max_element() <= FASTEST * 1e-3;
+    let inv_mass = body.mass_properties().effective_inv_mass;
+    body.mass() > 0.0 && inv_mass.max_element() <= 1e9 && slow
 }
 
 /// Returns true if a body rotates, and its moments of inertia differ.
-fn may_precess(body: &Body) -> bool {
-    let [x, y, z] = body.inv_principal_inertia.to_array();
+fn may_precess(body: &RigidBody) -> bool {
+    let inertia = body.mass_properties().local_mprops.inv_principal_inertia;
+    let [x, y, z] = inertia.to_array();
     let alike = x == y && y == z;
-    !alike && body.angvel != Vector::ZERO
+    !alike && body.angvel() != Vector::ZERO
 }
