@@ -193,8 +193,9 @@ impl Choice {
         let count = f64::from(wanted.count) * wanted.length() / length;
         let count = self.count(count, wanted.forward);
         let finer = StepPlan { count, ..wanted };
-        let is_even = pace.jump <= EVEN * pace.omega2;
-        let most = if is_even { HOPELESS } else { self.tolerance };
+        // With few substeps, a path that is sampled coarsely looks uneven.
+        let is_brief = self.damps && pace.jump > EVEN * pace.omega2;
+        let most = if is_brief { self.tolerance } else { HOPELESS };
         let misses = self.error(pace, wanted, dt) > most || !pace.omega2.is_finite();
         if uneven && misses {
             return Some(StepPlan::UNEVEN);
