@@ -115,7 +115,7 @@ pub struct FieldPipeline {
     condemned: Vec<RigidBodyHandle>,
     centres: CentreEvaluator,
     /// A buffer for bodies that are evaluated together.
-    block: at_centres::Block,
+    block: at_centres::BodyBlock,
     /// The state of the bodies before a visit wrote to them.
     undo: Undo,
     /// The evaluation at centres of mass in this half of the step.

@@ -1,7 +1,5 @@
 //! Plans: the division of a step into substeps, chosen by a tolerance.
 
-use std::cmp::Ordering::{Equal, Less};
-
 use super::pace::Pace;
 
 /// The evaluations of a step of fourth order.
@@ -114,15 +112,13 @@ impl Choice {
         let second = |omega2: f64| omega2 * length * length / 4.0;
         let part = dt / f64::from(plan.count);
         let swing2 = pace.omega2 * part * part;
-        // True for NaN.
-        let is_coarse = !matches!(
-            swing2.partial_cmp(&FORWARD_LIMIT.powi(2)),
-            Some(Less | Equal)
-        );
-        if !plan.forward || is_coarse {
-            return second(pace.omega2);
+        // False for NaN.
+        let is_followed = swing2 <= FORWARD_LIMIT.powi(2);
+        if plan.forward && is_followed {
+            (FORWARD_ERROR * swing2 * swing2).max(second(pace.jump))
+        } else {
+            second(pace.omega2)
         }
-        (FORWARD_ERROR * swing2 * swing2).max(second(pace.jump))
     }
 
     /// Returns true if not even the finest plan is of use.

@@ -73,11 +73,11 @@ pub enum Scheme {
     /// energy, and a body that passes close to an attracting centre is thrown out at a coarse step.
     /// [`StepWarning::Stiff`](crate::StepWarning::Stiff) warns before; [`Auto`](Scheme::Auto) is for those.
     LinearlyImplicit,
-    /// A step of fourth order that never goes back in time: kicks of a sixth, two thirds and a sixth of the step, with
-    /// drifts of half a step between them. The middle wrench is taken at poses that are shifted by h²/24 times the
-    /// accelerations, linear and angular (S. A. Chin, Phys. Lett. A 226 (1997) 344). All bodies pass through its stages
-    /// together, so that fields of bodies on bodies are of fourth order, too; damping is part of the drifts. Not for
-    /// fields with jumps.
+    /// A step of fourth order, without a step back in time where no force reads velocities: kicks of a sixth, two thirds
+    /// and a sixth of the step, with drifts of half a step between them. The middle wrench is taken at poses that are
+    /// shifted by h²/24 times the accelerations, linear and angular (S. A. Chin, Phys. Lett. A 226 (1997) 344). All
+    /// bodies pass through its stages together, so that fields of bodies on bodies are of fourth order, too; damping is
+    /// part of the drifts. Not for fields with jumps. See [`Scheme`] for forces that read velocities.
     Forward4,
     /// For each body the cheapest of `KickDriftKick`, `Substep` and steps like those of `Forward4` that meets the
     /// tolerance; in parts of unequal lengths where the motion is stiff for a moment only, like a close pass.

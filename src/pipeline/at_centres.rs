@@ -7,7 +7,7 @@ use super::scene::{Now, iterations};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Visit, WakePolicy, Wanted, WorldMut};
 use crate::integrate::{Evaluation, FASTEST, Scheme};
-pub(super) use pass::Block;
+pub(super) use pass::BodyBlock;
 use pass::{FirstHalf, HalfStep, Pass};
 
 impl FieldPipeline {

@@ -49,7 +49,7 @@ struct Places {
 
 /// Bodies that are evaluated and kicked together.
 #[derive(Debug, Default)]
-pub(crate) struct Block {
+pub(crate) struct BodyBlock {
     members: Vec<Member>,
     specials: Vec<Special>,
 }
@@ -135,7 +135,7 @@ impl Pass<'_> {
     }
 
     /// Visits all bodies. If one of them needs more than a visit, everything is taken back.
-    pub(super) fn run(mut self, block: &mut Block) -> Done {
+    pub(super) fn run(mut self, block: &mut BodyBlock) -> Done {
         let done = self.kick_all(block);
         if done.is_err() {
             self.visit.take_back();
@@ -143,7 +143,7 @@ impl Pass<'_> {
         done
     }
 
-    fn kick_all(&mut self, block: &mut Block) -> Done {
+    fn kick_all(&mut self, block: &mut BodyBlock) -> Done {
         let mut rules = self.rules();
         loop {
             self.read(&mut rules, block)?;
@@ -160,7 +160,7 @@ impl Pass<'_> {
 
     /// Reads the next bodies, up to the number that is evaluated together. It does little else, so that the memory
     /// accesses of several bodies overlap.
-    fn read(&mut self, rules: &mut Rules, block: &mut Block) -> Done {
+    fn read(&mut self, rules: &mut Rules, block: &mut BodyBlock) -> Done {
         block.members.clear();
         block.specials.clear();
         self.evaluator.clear();
