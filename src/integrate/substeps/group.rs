@@ -36,7 +36,7 @@ pub(super) struct Solution {
     pub wrench: Vector6<f64>,
     /// The velocities in the middle of the kick.
     pub velocities: (DVec3, DVec3),
-    /// See [`Rates::omega2`]; `None` unless it is needed.
+    /// The square of the highest frequency of vibrations; `None` unless it is needed.
     pub omega2: Option<f64>,
 }
 
