@@ -159,6 +159,8 @@ pub mod math;
 
 mod threads;
 
+mod number;
+
 mod neighbors;
 
 mod rigid;

@@ -111,7 +111,7 @@ impl Reader {
 
 impl Walk<'_> {
     /// The next body, or `None` at the end.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn next<'b>(
         &mut self,
         bodies: &'b RigidBodySet,

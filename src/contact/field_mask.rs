@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use super::discrete::Discrete;
 use crate::compile::{Compiled, DetectionField, FieldMask};
 use crate::eval::Interpreter;
-use crate::field::{Frame, Frames, Motion, Query, real};
+use crate::field::{Frame, Frames, Motion, Query};
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};
+use crate::number::real;
 use crate::sample::{Moment, Samples};
 
 /// All detection fields, and the moment at which they are evaluated.

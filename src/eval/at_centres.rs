@@ -1,29 +1,121 @@
 //! Evaluates fields that pull at centres of mass, on eight bodies at a time and without a list of samples.
 
-use fearless_simd::{Simd, dispatch};
-
 use super::constants::ConstantPull;
 use super::frames::FrameCache;
-use super::interpreter::Interpreter;
-use super::lanes::{lanes_of, level};
+use super::interpreter::{Interpreter, SampleContext};
+use super::lanes::{in_registers, lanes_of};
 use super::sampled_world::SampledWorld;
 use super::slowings::DragOn;
-use super::wide::{LaneInput, LaneOutput, WIDTH};
-use crate::compile::{Compiled, RadialBatch};
-use crate::field::{Frames, Lanes, Number, Plain, Vec3};
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
+use super::wide::LaneForce;
+use crate::compile::{Compiled, Program, RadialBatch, Weighting};
+use crate::field::{Coupling, ForceMode, Frames, Motion, Numbers, Queries};
+use crate::math::{InteractionGroups, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
+use crate::number::{LANES, LaneMask, Lanes, Number, Plain, Vec3, constant};
 use crate::rigid::Slowing;
 use crate::sample::{Moment, SamplePoint, Samples, owner};
 
 /// The number of bodies that are evaluated together.
-pub(crate) const TOGETHER: usize = WIDTH;
+pub(crate) const TOGETHER: usize = LANES;
 
-/// The force of all fields on a body, in world axes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct CentreForce {
-    pub force: DVec3,
+/// The force of all fields on a body, or on each of several, in world axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CentreForce<T = f64> {
+    pub force: Vec3<T>,
     /// The derivative by velocity of drag and wind, which are part of the force.
-    pub slowing: Slowing,
+    pub slowing: Slowing<T>,
+}
+
+/// Up to eight bodies, in columns. Entries after the last body are left from earlier blocks.
+#[derive(Debug)]
+pub(crate) struct CentreBlock {
+    pub count: usize,
+    pub bodies: [RigidBodyHandle; TOGETHER],
+    /// Centres of mass.
+    pub world_coms: [[Real; TOGETHER]; 3],
+    pub linvels: [[Real; TOGETHER]; 3],
+    pub masses: [Real; TOGETHER],
+}
+
+impl Default for CentreBlock {
+    fn default() -> Self {
+        CentreBlock {
+            count: 0,
+            bodies: [RigidBodyHandle::invalid(); TOGETHER],
+            world_coms: [[0.0; TOGETHER]; 3],
+            linvels: [[0.0; TOGETHER]; 3],
+            masses: [1.0; TOGETHER],
+        }
+    }
+}
+
+/// The three numbers of a column of vectors in one lane.
+#[inline(always)]
+pub(crate) fn in_lane(columns: &[[Real; TOGETHER]; 3], lane: usize) -> Vector {
+    let [x, y, z] = columns;
+    Vector::new(x[lane], y[lane], z[lane])
+}
+
+/// Columns of numbers in 64 bits.
+#[inline(always)]
+pub(crate) fn widened([x, y, z]: &[[Real; TOGETHER]; 3]) -> Vec3<Lanes> {
+    Vec3::new(lanes(x), lanes(y), lanes(z))
+}
+
+#[inline(always)]
+fn lanes(column: &[Real; TOGETHER]) -> Lanes {
+    Lanes::from_fn(|lane| to_f64(column[lane]))
+}
+
+impl CentreBlock {
+    /// The block as the argument of fields.
+    #[inline(always)]
+    fn queries(&self, moment: Moment) -> Queries {
+        Queries {
+            numbers: Numbers {
+                time: moment.time,
+                dt: to_f64(moment.dt),
+                radius: 0.0.into(),
+                mass: lanes(&self.masses),
+                share: 1.0.into(),
+                charge: 0.0.into(),
+                fraction: 1.0.into(),
+            },
+            span: moment.span,
+            bodies: self.bodies,
+            groups: [InteractionGroups::all(); TOGETHER],
+        }
+    }
+
+    /// A body of the block as a sample.
+    fn sample(&self, lane: usize) -> SamplePoint {
+        SamplePoint {
+            world_point: in_lane(&self.world_coms, lane),
+            velocity: in_lane(&self.linvels, lane),
+            mass: self.masses[lane],
+            ..SamplePoint::at_rest(0, owner(Some(self.bodies[lane])))
+        }
+    }
+}
+
+impl CentreForce<Lanes> {
+    /// The force on one of the bodies.
+    #[inline]
+    pub(crate) fn on(&self, lane: usize) -> CentreForce {
+        let Slowing {
+            across,
+            along,
+            axis,
+        } = &self.slowing;
+        let vector = |of: &Vec3<Lanes>| Vec3::new(of.x.0[lane], of.y.0[lane], of.z.0[lane]);
+        CentreForce {
+            force: vector(&self.force),
+            slowing: Slowing {
+                across: across.0[lane],
+                along: along.0[lane],
+                axis: vector(axis),
+            },
+        }
+    }
 }
 
 /// Evaluates a set that acts [at centres of mass](Compiled::at_centres). Keeps its buffers between calls.
@@ -33,11 +125,8 @@ pub(crate) struct CentreEvaluator {
     machine: Interpreter,
     moment: Moment,
     constants: ConstantPull,
-    /// The handles of the bodies to be evaluated; it has no other content.
-    these: Samples,
-    /// The sample of each of them, at its centre of mass. Entries after the last body are left from earlier
-    /// calls.
-    samples: [SamplePoint; WIDTH],
+    /// The handle of a body that is evaluated by itself; it has no other content.
+    single: Samples,
 }
 
 impl Default for CentreEvaluator {
@@ -48,38 +137,18 @@ impl Default for CentreEvaluator {
             machine: Interpreter::default(),
             moment,
             constants: ConstantPull::of(&[], moment.dt),
-            these: Samples::made_elsewhere(),
-            samples: std::array::from_fn(|lane| SamplePoint::at_rest(lane as u32, owner(None))),
-        }
-    }
-}
-
-/// The forces on up to eight bodies.
-pub(crate) struct CentreForces {
-    forces: Vec3<Lanes>,
-    slowings: [Slowing; WIDTH],
-}
-
-impl CentreForces {
-    /// The force on one of the bodies.
-    #[inline]
-    pub(crate) fn on(&self, lane: usize) -> CentreForce {
-        let Vec3 { x, y, z } = &self.forces;
-        CentreForce {
-            force: DVec3::new(x.0[lane], y.0[lane], z.0[lane]),
-            slowing: self.slowings[lane],
+            single: Samples::made_elsewhere(),
         }
     }
 }
 
 impl CentreEvaluator {
-    /// Looks up the frames of all fields, and starts without bodies.
+    /// Looks up the frames of all fields.
     pub(crate) fn begin(&mut self, compiled: &Compiled, world: &impl Frames, moment: Moment) {
         self.moment = moment;
         self.constants = ConstantPull::of(&compiled.constants, moment.dt);
-        self.these.bodies.clear();
         self.frames.clear(compiled);
-        let scene = SampledWorld::new(compiled, world, &self.these, moment);
+        let scene = SampledWorld::new(compiled, world, &self.single, moment);
         for source in compiled.radials.iter().flat_map(|it| &it.1.sources) {
             self.frames.get(&scene, source.anchor);
         }
@@ -88,122 +157,131 @@ impl CentreEvaluator {
         }
     }
 
-    /// Adds a body to those to be evaluated, of which there are at most [`TOGETHER`], with its centre of mass.
-    #[inline]
-    pub(crate) fn ask(
+    /// The forces on the bodies of a block, with the fields at the places they had at [`begin`](Self::begin).
+    pub(crate) fn forces(
         &mut self,
-        body: RigidBodyHandle,
-        world_com: Vector,
-        linvel: Vector,
-        mass: Real,
-    ) {
-        let sample = &mut self.samples[self.these.bodies.len()];
-        (sample.world_point, sample.velocity) = (world_com, linvel);
-        (sample.mass, sample.owner) = (mass, owner(Some(body)));
-        self.these.bodies.push(body);
-    }
-
-    /// Removes all bodies.
-    pub(crate) fn clear(&mut self) {
-        self.these.bodies.clear();
-    }
-
-    /// The forces on these bodies, with the fields at the places they had at [`begin`](Self::begin).
-    pub(crate) fn forces(&mut self, compiled: &Compiled) -> CentreForces {
-        let count = self.these.bodies.len();
-        // Lanes without a body repeat the last one.
-        for lane in count..WIDTH {
-            let number = self.samples[lane].body;
-            self.samples[lane] = self.samples[count - 1];
-            self.samples[lane].body = number;
-        }
-        let mut felt = self.sources(compiled);
+        compiled: &Compiled,
+        block: &CentreBlock,
+    ) -> CentreForce<Lanes> {
+        let mut felt = in_registers(
+            #[inline(always)]
+            || CentreForce {
+                force: self.sources(compiled, block),
+                slowing: Slowing::none(),
+            },
+        );
         for (_, program) in compiled.programs.iter().filter(|it| it.1.has_force) {
             for instance in 0..program.instances.len() {
-                let asked = LaneInput {
-                    program,
-                    instance,
-                    frames: self.frames.all(),
-                    samples: &self.these,
-                    moment: self.moment,
-                };
-                let found = asked.in_lanes(&self.samples, count);
-                let drag = DragOn::new(program, instance, self.moment);
-                for lane in lanes_of(found.defined | found.doubtful) {
-                    let doubted = found.doubtful >> lane & 1 == 1;
-                    let force = if doubted {
-                        asked.interpreted(&self.samples[lane], &mut self.machine)
-                    } else {
-                        Some(found.exact_force(lane))
-                    };
-                    let Some(force) = force else {
-                        continue;
-                    };
-                    felt.add(lane, force);
-                    if let Some(drag) = &drag {
-                        let sample = &self.samples[lane];
-                        let slowing = drag.slowing(sample, sample.fraction, force);
-                        felt.slowings[lane].add(&slowing);
-                    }
-                }
+                self.add_program(program, instance, block, &mut felt);
             }
         }
         felt
     }
 
+    /// Adds the forces of an instance of a program.
+    fn add_program(
+        &mut self,
+        program: &Program,
+        instance: usize,
+        block: &CentreBlock,
+        felt: &mut CentreForce<Lanes>,
+    ) {
+        let drag = DragOn::new(program, instance, self.moment);
+        let doubtful = in_registers(
+            #[inline(always)]
+            || {
+                let queries = block.queries(self.moment);
+                let motion = Motion {
+                    point: widened(&block.world_coms),
+                    velocity: widened(&block.linvels),
+                };
+                let frames = self.frames.all();
+                let place = SampleContext::new(program, instance, frames, &queries, &motion);
+                let LaneForce {
+                    force,
+                    defined,
+                    doubtful,
+                } = place.in_lanes();
+                felt.add(&queries.numbers, defined, force, drag.as_ref());
+                doubtful.bits()
+            },
+        );
+        for lane in lanes_of(doubtful & ((1 << block.count) - 1)) {
+            self.single.bodies.clear();
+            self.single.bodies.push(block.bodies[lane]);
+            let query = self.single.query(&block.sample(lane), self.moment);
+            let frames = self.frames.all();
+            if let Some(force) = self.machine.force(program, instance, frames, &query) {
+                let numbers = block.queries(self.moment).numbers;
+                let there = LaneMask::from_fn(|other| other == lane);
+                felt.add(&numbers, there, constant(force), drag.as_ref());
+            }
+        }
+    }
+
     /// The forces of constants and radial fields.
-    fn sources(&self, compiled: &Compiled) -> CentreForces {
-        let pulls = self.samples.each_ref().map(|it| self.constants.on(it));
-        let pull = |axis| Lanes::from_fn(|lane| to_f64(pulls[lane][axis]));
-        let mut forces = Vec3::new(pull(0), pull(1), pull(2));
+    #[inline(always)]
+    fn sources(&self, compiled: &Compiled, block: &CentreBlock) -> Vec3<Lanes> {
+        let masses = lanes(&block.masses);
+        let mut force = self.constants.on(masses, 1.0.into());
+        let place = widened(&block.world_coms);
         let is_on = |batch: &RadialBatch| batch.prototype.is_on(self.moment.span);
         for (_, batch) in compiled.radials.iter().filter(|it| is_on(it.1)) {
-            let sum = dispatch!(level(), simd => simd.vectorize(
-                #[inline(always)]
-                || self.pulls(batch),
-            ));
-            let weight = |sample| self.these.weight(sample, &batch.weighting, self.moment);
-            let weights = self.samples.each_ref().map(weight);
-            forces += sum * Lanes::from_fn(|lane| to_f64(weights[lane]));
+            force += self.pulls(batch, place) * self.weight(&batch.weighting, masses);
         }
-        CentreForces {
-            forces,
-            slowings: [Slowing::default(); WIDTH],
-        }
+        force
     }
 
     /// The sum of the forces of a batch on bodies with a weight of one.
     #[inline(always)]
-    fn pulls(&self, batch: &RadialBatch) -> Vec3<Lanes> {
-        let place = |axis| Lanes::from_fn(|lane| to_f64(self.samples[lane].world_point[axis]));
-        let point = Vec3::new(place(0), place(1), place(2));
+    fn pulls(&self, batch: &RadialBatch, place: Vec3<Lanes>) -> Vec3<Lanes> {
         let range2 = batch.range.map_or(f64::INFINITY, |it| to_f64(it).powi(2));
         let mut sum = Vec3::<Lanes>::zero();
         for source in &batch.sources {
             let Some(frame) = &self.frames.all()[source.anchor as usize] else {
                 continue;
             };
-            let way = point - to_dvec3(frame.pose.translation);
+            let way = place - to_dvec3(frame.pose.translation);
             let r2 = way.dot(way);
             let factor = batch.law.factor(r2) * to_f64(source.strength);
             sum += way * Lanes::select(r2.above(range2), 0.0.into(), factor);
         }
         sum
     }
-}
 
-impl CentreForces {
-    fn add(&mut self, lane: usize, force: DVec3) {
-        let Vec3 { x, y, z } = &mut self.forces;
-        x.0[lane] += force.x;
-        y.0[lane] += force.y;
-        z.0[lane] += force.z;
+    /// The factor from the vector of a field to its force on bodies of these masses.
+    #[inline(always)]
+    fn weight(&self, weighting: &Weighting, masses: Lanes) -> Lanes {
+        let coupled = match &weighting.coupling {
+            Coupling::Axis(_) => masses,
+            Coupling::Share | Coupling::Each => 1.0.into(),
+        };
+        let whole = match weighting.mode {
+            ForceMode::Force => coupled,
+            ForceMode::Acceleration => coupled * masses,
+            ForceMode::VelocityChange => coupled * masses / to_f64(self.moment.dt),
+        };
+        whole * weighting.lifetime().share_of(self.moment.span)
     }
 }
 
-impl LaneInput<'_> {
-    fn in_lanes(&self, samples: &[SamplePoint; WIDTH], count: usize) -> LaneOutput {
-        let samples = samples.each_ref();
-        dispatch!(level(), simd => self.on_samples(simd, &samples[..count]))
+impl CentreForce<Lanes> {
+    /// Adds a force in some lanes, and what a drag adds to the derivative there.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        numbers: &Numbers<Lanes>,
+        there: LaneMask,
+        force: Vec3<Lanes>,
+        drag: Option<&DragOn>,
+    ) {
+        let zero = Lanes::from(0.0);
+        let force = Vec3::select(there, force, Vec3::zero());
+        self.force += force;
+        if let Some(drag) = drag {
+            let [mass, share] =
+                [numbers.mass, numbers.share].map(|it| Lanes::select(there, it, zero));
+            self.slowing.add(&drag.slowing(mass, share, force));
+        }
     }
 }

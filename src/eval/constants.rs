@@ -3,7 +3,8 @@
 use super::contract::{BatchEvaluator, Summing};
 use crate::compile::ConstantField;
 use crate::field::{ForceMode, Frames};
-use crate::math::{Real, Vector};
+use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::number::{Number, Vec3, constant, real};
 use crate::sample::SamplePoint;
 
 /// Evaluates constants. Those of one force mode are added up first, so that a body is weighted once for each.
@@ -13,39 +14,44 @@ pub(super) struct Constants;
 /// The sum of constants, by force mode.
 #[derive(Debug)]
 pub(super) struct ConstantPull {
-    force: Vector,
-    acceleration: Vector,
+    force: DVec3,
+    acceleration: DVec3,
     /// A change of velocity over the step (m/s).
-    change: Vector,
-    dt: Real,
+    change: DVec3,
+    dt: f64,
 }
 
 impl ConstantPull {
     /// The sums of some constants, for a step of length `dt` (s).
     pub(super) fn of(constants: &[ConstantField], dt: Real) -> Self {
-        let sum = |mode: ForceMode| -> Vector {
+        let sum = |mode: ForceMode| -> DVec3 {
             let fields = constants.iter().filter(|constant| constant.mode == mode);
-            fields.map(|constant| constant.vector).sum()
+            fields.map(|constant| to_dvec3(constant.vector)).sum()
         };
         ConstantPull {
             force: sum(ForceMode::Force),
             acceleration: sum(ForceMode::Acceleration),
             change: sum(ForceMode::VelocityChange),
-            dt,
+            dt: to_f64(dt),
         }
     }
 
-    /// The force on a body as a whole, or on a particle of a soft body.
-    pub(super) fn on(&self, sample: &SamplePoint) -> Vector {
-        let mass = sample.mass;
-        let mut pull = self.force * sample.share;
-        if self.acceleration != Vector::ZERO {
-            pull += self.acceleration * mass;
+    /// The force on a mass that is this share of its body.
+    #[inline(always)]
+    pub(super) fn on<T: Number>(&self, mass: T, share: T) -> Vec3<T> {
+        let mut pull = constant::<T>(self.force) * share;
+        if self.acceleration != DVec3::ZERO {
+            pull += constant::<T>(self.acceleration) * mass;
         }
-        if self.change != Vector::ZERO {
-            pull += self.change * (mass / self.dt);
+        if self.change != DVec3::ZERO {
+            pull += constant::<T>(self.change) * (mass / self.dt);
         }
         pull
+    }
+
+    /// The force on a body as a whole, or on a particle of a soft body.
+    fn on_sample(&self, sample: &SamplePoint) -> Vector {
+        from_dvec3(real(self.on(to_f64(sample.mass), to_f64(sample.share))))
     }
 }
 
@@ -55,7 +61,7 @@ impl BatchEvaluator<[ConstantField]> for Constants {
         let centres = on.scene.samples.centres.iter();
         let bodies = centres.zip(&mut *on.sums.wrenches);
         if !constants.is_empty() {
-            bodies.for_each(|(centre, wrench)| wrench.force += pull.on(centre));
+            bodies.for_each(|(centre, wrench)| wrench.force += pull.on_sample(centre));
         }
     }
 }

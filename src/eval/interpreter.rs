@@ -2,10 +2,11 @@
 
 use crate::compile::{Instruction, Program};
 use crate::field::{
-    Frame, LocalQuery, Mask, Motion, Neighbourhood, Normal, Number, Open, Operator, Override,
-    Query, QueryNumber, Sets, Single, Stack, Vec3, real,
+    Frame, LocalQuery, Motion, Neighbourhood, Normal, Open, Operator, Override, Query, QueryNumber,
+    Sets, Single, Stack,
 };
 use crate::math::DVec3;
+use crate::number::{Mask, Number, Vec3, real};
 
 /// The value of a composite at a sample.
 #[derive(Clone, Copy)]
@@ -147,6 +148,9 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
     #[inline(always)]
     pub(super) fn walk<S: Sets<T>>(&self, here: &S) -> Value<T, S::Set> {
         let undefined = Value::undefined(here.all(false.into()));
+        if let [Instruction::Leaf(leaf)] = self.program.steps[..] {
+            return self.leaf_value(leaf, here);
+        }
         let mut stack = Stack::<_, 8>::new(undefined);
         for step in &self.program.steps {
             match *step {

@@ -11,8 +11,9 @@ use super::quantity::{Quantity, Terms};
 use super::sampled_world::SampledWorld;
 use super::sources::Sources;
 use crate::compile::{Key, Program, RadialBatch};
-use crate::field::{Dual, Frame, Frames, Linearised, Motion, Query, SamplingRule};
+use crate::field::{Frame, Frames, Linearised, Motion, Query, SamplingRule};
 use crate::math::{to_dvec3, to_f64};
+use crate::number::Dual;
 use crate::sample::{Kind, SamplePoint};
 
 /// Evaluates forces with their derivatives; keeps its buffers between calls.

@@ -31,8 +31,11 @@ use crate::field::Frames;
 use crate::math::{Vector, to_f64};
 use crate::rigid::Wrench;
 
-pub(crate) use at_centres::{CentreEvaluator, CentreForce, TOGETHER};
+pub(crate) use at_centres::{
+    CentreBlock, CentreEvaluator, CentreForce, TOGETHER, in_lane, widened,
+};
 pub(crate) use interpreter::Interpreter;
+pub(crate) use lanes::{in_registers, lanes_of};
 pub(crate) use linearise::Lineariser;
 pub use quantity::PotentialEnergy;
 pub(crate) use quantity::Terms;

@@ -369,7 +369,7 @@ impl Programs {
             ..
         } = asked.wide;
         if let (Some(slowings), Some(drag)) = (&mut sums.slowings, &asked.drag) {
-            let slowing = drag.slowing(felt.part, felt.fraction, felt.exact);
+            let slowing = drag.of_part(felt.part, felt.fraction, felt.exact);
             slowings.add(felt.part.body, to_dvec3(felt.arm), felt.exact, &slowing);
         }
         if program.reacts {

@@ -3,6 +3,7 @@
 use crate::compile::Program;
 use crate::field::ForceMode;
 use crate::math::{DVec3, Real, to_f64};
+use crate::number::{Plain, Vec3, constant, real};
 use crate::rapier::na::{Matrix3, Matrix6, Vector3, Vector6};
 use crate::rigid::{Slowing, cross_matrix, six};
 use crate::sample::{Moment, SamplePoint};
@@ -31,20 +32,21 @@ impl DragOn {
         })
     }
 
-    /// The derivative by velocity of its `force` on a fraction of a part.
-    pub(super) fn slowing(&self, part: &SamplePoint, fraction: Real, force: DVec3) -> Slowing {
-        let weight = self.weight(part) * to_f64(fraction) * self.strength * self.share;
-        Slowing::of_drag(force, weight, self.rates)
-    }
-
-    /// The factor from the vector of a field that is shared out by mass to a force on a part.
-    fn weight(&self, part: &SamplePoint) -> f64 {
-        let mass = to_f64(part.mass);
-        match self.mode {
-            ForceMode::Force => to_f64(part.share),
+    /// The derivative by velocity of its `force` on a mass that is this share of its body.
+    #[inline(always)]
+    pub(super) fn slowing<T: Plain>(&self, mass: T, share: T, force: Vec3<T>) -> Slowing<T> {
+        let weight = match self.mode {
+            ForceMode::Force => share,
             ForceMode::Acceleration => mass,
             ForceMode::VelocityChange => mass / self.dt,
-        }
+        };
+        Slowing::of_drag(force, weight * (self.strength * self.share), self.rates)
+    }
+
+    /// [`Self::slowing`] of a fraction of a part.
+    pub(super) fn of_part(&self, part: &SamplePoint, fraction: Real, force: DVec3) -> Slowing {
+        let [mass, share] = [part.mass, part.share].map(|it| to_f64(it) * to_f64(fraction));
+        self.slowing(mass, share, constant(force))
     }
 }
 
@@ -109,7 +111,8 @@ impl BodySlowings {
             self.along.push(Matrix6::zeros());
             self.along.len() as u32 - 1
         });
-        let axis = six(slowing.axis, arm.cross(slowing.axis));
+        let axis = real(slowing.axis);
+        let axis = six(axis, arm.cross(axis));
         self.along[along as usize] += axis * axis.transpose() * slowing.along;
     }
 

@@ -10,8 +10,9 @@ use fearless_simd::Simd;
 
 use super::interpreter::{Interpreter, SampleContext};
 use crate::compile::Program;
-use crate::field::{Frame, LANES, Lanes, Motion, Number, Numbers, Open, Plain, Queries, Vec3};
+use crate::field::{Frame, Motion, Numbers, Open, Queries};
 use crate::math::{DVec3, Real, to_dvec3, to_f64};
+use crate::number::{LANES, LaneMask, Lanes, Number, Plain, Vec3};
 use crate::sample::{BLOCK, Moment, PlacedBlock, SamplePoint, Samples};
 
 /// The number of samples.
@@ -40,6 +41,31 @@ impl LaneOutput {
     pub(super) fn exact_force(&self, lane: usize) -> DVec3 {
         let [x, y, z] = &self.forces;
         DVec3::new(x[lane], y[lane], z[lane])
+    }
+}
+
+/// The force of a program in lanes.
+pub(super) struct LaneForce {
+    pub force: Vec3<Lanes>,
+    /// Where it is defined for certain.
+    pub defined: LaneMask,
+    /// Where only the interpreter can tell: on a border, or where numbers are not finite.
+    pub doubtful: LaneMask,
+}
+
+impl SampleContext<'_, Lanes> {
+    #[inline(always)]
+    pub(super) fn in_lanes(&self) -> LaneForce {
+        let here = Open::new();
+        let value = self.walk(&here);
+        let Vec3 { x, y, z } = value.vector;
+        let finite = is_finite(x) & is_finite(y) & is_finite(z);
+        let doubtful = here.on_a_surface() | (value.defined & !finite);
+        LaneForce {
+            force: value.vector,
+            defined: value.defined & !doubtful,
+            doubtful,
+        }
     }
 }
 
@@ -102,17 +128,14 @@ impl LaneInput<'_> {
                 ..LaneOutput::default()
             };
         }
-        let here = Open::new();
         let (program, frames) = (self.program, self.frames);
         let place = SampleContext::new(program, self.instance, frames, queries, motion);
-        let value = place.walk(&here);
-        let Vec3 { x, y, z } = value.vector;
-        let finite = is_finite(x) & is_finite(y) & is_finite(z);
-        let doubtful = here.on_a_surface() | (value.defined & !finite);
+        let felt = place.in_lanes();
+        let Vec3 { x, y, z } = felt.force;
         LaneOutput {
             forces: [x.0, y.0, z.0],
-            defined: (value.defined & !doubtful).bits() & asked,
-            doubtful: doubtful.bits() & asked,
+            defined: felt.defined.bits() & asked,
+            doubtful: felt.doubtful.bits() & asked,
         }
     }
 

@@ -3,11 +3,11 @@
 use super::anchor::Frame;
 use super::formula::Formula;
 use super::leaf::Field;
-use super::number::constant;
 use super::region::RegionStep;
 use super::solid::Solid;
 use super::surface::Face;
 use crate::math::{DPose3, DVec3, Pose, Vector, to_dpose3};
+use crate::number::constant;
 
 /// The surface of a solid in the world.
 #[derive(Clone, Debug)]

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use super::axis::Axis;
 use super::error::BuildError;
 use super::formula::{Law, alone};
-use super::number::{Vec3, chain, constant, differences, real};
 use super::query::{Alone, LocalQuery, QueryNumber, Sample, Single};
 use crate::math::{DVec3, Real, Vector, from_f64, to_dvec3, to_f64};
+use crate::number::{Vec3, chain, constant, differences, real};
 
 type Function<R> = dyn Fn(&Sample<'_>) -> R + Send + Sync;
 

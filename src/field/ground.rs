@@ -3,9 +3,9 @@
 mod cells;
 
 use super::error::{BuildError, FINITE, POSITIVE, require};
-use super::number::constant;
 use super::surface::Surface;
 use crate::math::{DVec2, DVec3, SharedShape, to_dvec3, to_f64};
+use crate::number::constant;
 use cells::{Cell, Cells, Triangle};
 
 /// The points below a height field, within its rectangle, at any depth. Points below removed cells and

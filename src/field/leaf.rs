@@ -8,12 +8,12 @@ use super::axis::Axis;
 use super::error::{BuildError, finite, not_negative, rigid};
 use super::formula::{Drag, Formula, Nearest, Profile, Radial, Uniform, Wind};
 use super::lifetime::{Lifetime, Span};
-use super::number::{Number, Vec3, limited, rotate};
 use super::query::{LocalQuery, Query, QueryNumber, QueryProperties, Single};
 use super::region::Region;
 use super::sampling::Sampling;
 use super::scalar::Scalar;
 use crate::math::{InteractionGroups, Pose, Real, SharedShape, to_f64};
+use crate::number::{Number, Vec3, limited, rotate};
 
 /// A vector field: a [`Formula`] on a [`Region`], anchored to the world, a body or a collider.
 ///

@@ -6,11 +6,11 @@ use std::sync::LazyLock;
 use super::closure::Closure;
 use super::formula::Formula;
 use super::leaf::Field;
-use super::number::{constant, real};
 use super::query::{LocalQuery, Query};
 use super::region::RegionStep;
 use super::solid::Solid;
 use crate::math::{DQuat, DVec3, to_f64};
+use crate::number::{constant, real};
 
 impl Field {
     /// Returns true if two fields that are on differ at most in name, anchor and strength.

@@ -1,7 +1,7 @@
 //! A force with its derivatives by place and velocity.
 
-use super::number::{Dual, Vec3, real};
 use crate::math::{DMat3, DVec3};
+use crate::number::{Dual, Vec3, real};
 
 /// A force and its derivatives at a sample, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

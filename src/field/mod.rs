@@ -21,7 +21,6 @@ mod likeness;
 mod linearised;
 mod modifier;
 mod nodes;
-mod number;
 mod operator;
 mod over_axes;
 mod presets;
@@ -81,7 +80,6 @@ pub(crate) use boundary::{Neighbourhood, Normal, Pieces};
 pub(crate) use likeness::Fingerprint;
 pub(crate) use modifier::Modifier;
 pub(crate) use nodes::{Node, Nodes};
-pub(crate) use number::{Dual, LANES, Lanes, Mask, Number, Plain, Vec3, each_lane, real};
 pub(crate) use priority::Override;
 pub(crate) use query::{
     LocalQuery, Motion, Numbers, POINT, Queries, QueryNumber, QueryProperties, Single,

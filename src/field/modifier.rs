@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::anchor::Anchor;
 use super::axis::Axis;
-use super::number::{Vec3, limited};
 use super::query::{LocalQuery, QueryNumber};
 use super::scalar::Scalar;
 use crate::math::{Real, to_f64};
+use crate::number::{Vec3, limited};
 
 /// A change of a composite's vector, where the composite is defined.
 #[derive(Clone, Debug)]

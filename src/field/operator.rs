@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use super::number::{Number, Plain, Vec3};
 use super::query::QueryNumber;
 use super::sets::Sets;
+use crate::number::{Number, Plain, Vec3};
 
 /// The operators of the algebra.
 ///

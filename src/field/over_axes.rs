@@ -3,9 +3,9 @@
 use super::axis::Axis;
 use super::boundary::Normal;
 use super::error::{BuildError, finite, positive, require, rigid};
-use super::number::{Vec3, rotate};
 use super::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
+use crate::number::{Vec3, rotate};
 
 /// A half-space or a ball over several axes. Its frame has a `pose` in that of the field.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,12 +6,12 @@ use super::anchor::Frame;
 use super::axis::Axis;
 use super::boundary::Normal;
 use super::lifetime::Span;
-use super::number::{
-    Dual, LANES, LaneMask, Lanes, Number, Plain, Vec3, constant, cross, length, real, rotate,
-};
 use crate::math::{
     ColliderHandle, DMat3, DQuat, DVec3, InteractionGroups, Real, RigidBodyHandle, Vector,
     from_f64, to_dpose3, to_dvec3,
+};
+use crate::number::{
+    Dual, LANES, LaneMask, Lanes, Number, Plain, Vec3, constant, cross, length, real, rotate,
 };
 
 /// Axes with a slot of their own in a [`Normal`]: world x, y, z, then these, then the user's.

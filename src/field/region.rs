@@ -7,13 +7,13 @@ use super::axis::Axis;
 use super::boundary::Normal;
 use super::closure::Closure;
 use super::error::{BuildError, rigid, validate_interval};
-use super::number::real;
 use super::over_axes::OverAxes;
 use super::query::{LocalQuery, QueryNumber, Sample, Single};
 use super::sets::{Outward, Sets};
 use super::solid::Solid;
 use super::stack::Stack;
 use crate::math::{Pose, Real, SharedShape, Vector, to_f64};
+use crate::number::real;
 
 /// The set where a field is defined: a set in the space of all axes, in the field's own frame.
 ///

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::axis::Axis;
 use super::closure::Closure;
 use super::error::{BuildError, finite, positive, require};
-use super::number::{Number, Plain, length};
 use super::query::{LocalQuery, QueryNumber, Sample};
 use super::region::Region;
 use super::stack::Stack;
 use crate::math::{Real, to_f64};
+use crate::number::{Number, Plain, length};
 
 /// A number for each sample: masks, soft edges, falloff curves, time envelopes.
 ///

@@ -4,9 +4,9 @@ use std::cell::Cell;
 
 use super::axis::Axis;
 use super::boundary::{Neighbourhood, Pieces};
-use super::number::{Number, Plain, Vec3, real};
 use super::over_axes::OverAxes;
 use super::query::{LocalQuery, QueryNumber, Single};
+use crate::number::{Number, Plain, Vec3, real};
 
 /// A representation of sets near one sample or several.
 pub(crate) trait Sets<T: QueryNumber> {

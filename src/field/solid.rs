@@ -1,10 +1,10 @@
 //! Closed solids in space. Each is the intersection of the inner sides of some surfaces.
 
 use super::error::{BuildError, positive, require, validate_interval};
-use super::number::{Number, Plain, Vec3, constant, direction, length, rotate};
 use super::solid_shape::SolidShape;
 use super::surface::{Face, Surface};
 use crate::math::{DPose3, DVec3, Pose, Real, Vector, to_dpose3, to_dvec3, to_f64};
+use crate::number::{Number, Plain, Vec3, constant, direction, length, rotate};
 
 /// A closed solid, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]

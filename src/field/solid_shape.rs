@@ -4,9 +4,9 @@ use super::any_shape::AnyShape;
 use super::closed_mesh::{MeshFault, oriented};
 use super::error::{BuildError, require};
 use super::ground::Ground;
-use super::number::{Plain, Vec3, constant, real};
 use super::surface::{Face, Surface};
 use crate::math::{DVec3, Pose, Real, SharedShape, from_dvec3, to_dvec3};
+use crate::number::{Plain, Vec3, constant, real};
 
 /// A shape of Parry's together with its inside; see [`Region::shape`](crate::Region::shape).
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! The surface of a solid as seen from a point.
 
-use super::number::{Plain, Vec3, constant, real};
 use crate::math::DVec3;
+use crate::number::{Plain, Vec3, constant, real};
 
 /// Signed distance from a surface (negative inside), and the outward direction.
 pub(super) struct Surface<P = f64> {

@@ -10,6 +10,7 @@ use super::coupling::Besides;
 use super::motion::VelocityUpdate;
 use crate::eval::CentreForce;
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
+use crate::number::{Plain, Vec3, constant, real};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Body, Lookup, Wrench, phi1, six, stopped};
 
@@ -97,19 +98,25 @@ impl FreeMotion {
 
     /// The velocity after a force at the centre of mass and these causes have acted for `duration`. It is exact where
     /// the force is linear in the velocity: a drag of any strength stops a body without turning it back.
-    #[inline]
-    pub(crate) fn slowed(
+    #[inline(always)]
+    pub(crate) fn slowed<T: Plain>(
         &self,
-        linvel: Vector,
-        inv_mass: Real,
-        felt: &CentreForce,
-        duration: Real,
-    ) -> Vector {
-        let (now, damping) = (to_dvec3(linvel), to_f64(self.damping[0]));
-        let (inv_mass, duration) = (to_f64(inv_mass), to_f64(duration));
-        let all = felt.force * inv_mass + to_dvec3(self.own) - now * damping;
+        linvel: Vec3<T>,
+        inv_mass: T,
+        felt: &CentreForce<T>,
+        duration: f64,
+    ) -> Vec3<T> {
+        let damping = to_f64(self.damping[0]);
+        let own = constant(to_dvec3(self.own));
+        let all = felt.force * inv_mass + own - linvel * damping.into();
         let mean = felt.slowing.mean(all, inv_mass, damping, duration);
-        from_dvec3(stopped(now, mean * duration))
+        stopped(linvel, mean * duration.into())
+    }
+
+    /// The same for one body.
+    pub(crate) fn slowed_body(&self, body: &Body, felt: &CentreForce, duration: Real) -> Vector {
+        let (linvel, inv_mass) = (constant(to_dvec3(body.linvel)), to_f64(body.inv_mass.x));
+        from_dvec3(real(self.slowed(linvel, inv_mass, felt, to_f64(duration))))
     }
 
     /// The velocity to give to Rapier so that the body moves at `linvel`.

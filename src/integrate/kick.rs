@@ -11,6 +11,7 @@ use super::motion::{
     Completion, FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked,
 };
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::number::{constant, real};
 use crate::rapier::na::Vector6;
 use crate::rigid::{
     Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, six, stopped, to_dquat, velocities,
@@ -269,7 +270,8 @@ impl<W: Lookup> Kick<'_, W> {
         let impulse = coupling.mean(&mobility, &here, &besides, duration)? * duration;
         let change = mobility.apply(&impulse);
         let (now, change) = (pair(&now), pair(&change));
-        let now = six(stopped(now.0, change.0), stopped(now.1, change.1));
+        let after = |was, more| real(stopped::<f64>(constant(was), constant(more)));
+        let now = six(after(now.0, change.0), after(now.1, change.1));
         Some((self.updated(&now), pair(&impulse).1))
     }
 

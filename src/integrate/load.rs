@@ -105,7 +105,7 @@ pub(crate) fn complete_slowed(
 ) -> VelocityUpdate {
     let acting = if was_free { *motion } else { FreeMotion::NONE };
     let mut update = acting.kicked(body, Wrench::ZERO, duration);
-    update.linvel = acting.slowed(body.linvel, body.inv_mass.x, felt, duration);
+    update.linvel = acting.slowed_body(body, felt, duration);
     update.linvel += motion.catches_up(was_free, true);
     update
 }

@@ -1,13 +1,14 @@
 //! Steps in which fields act on bodies at their centres of mass only: each body is visited once before Rapier's step
 //! and once after it, without a list of bodies or of samples.
 
+mod block;
 mod pass;
 
 use super::scene::{Now, iterations};
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Visit, WakePolicy, Wanted, WorldMut};
 use crate::integrate::{Evaluation, FASTEST, Scheme};
-pub(super) use pass::BodyBlock;
+pub(super) use block::BodyBlock;
 use pass::{FirstHalf, HalfStep, Pass};
 
 impl FieldPipeline {

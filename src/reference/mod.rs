@@ -10,8 +10,9 @@ mod walk;
 pub use crate::field::Linearised;
 pub use trace::{Contribution, Fate, Trace};
 
-use crate::field::{Anchor, BuildError, FieldSet, Frames, Motion, Nodes, Query, Tree, real};
+use crate::field::{Anchor, BuildError, FieldSet, Frames, Motion, Nodes, Query, Tree};
 use crate::math::DVec3;
+use crate::number::real;
 use walk::TreeWalk;
 
 /// The reference evaluator of a tree.

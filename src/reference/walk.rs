@@ -6,9 +6,10 @@ use std::cell::RefCell;
 use super::trace::{Contribution, Fate};
 use crate::field::{
     Anchor, Field, Frame, Frames, LocalQuery, Modifier, Motion, Neighbourhood, Node, Nodes, Normal,
-    Operator, Override, Pieces, Query, QueryProperties, Single, Vec3, real,
+    Operator, Override, Pieces, Query, QueryProperties, Single,
 };
 use crate::math::InteractionGroups;
+use crate::number::{Vec3, real};
 
 /// The value of a composite at a sample.
 pub(super) struct TracedValue<T> {

@@ -23,6 +23,6 @@ pub(crate) use mobility::{
 };
 pub(crate) use ordered::{find, find_by, find_near, find_next};
 pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel, to_dquat};
-pub(crate) use slowing::{Slowing, phi1};
-pub(crate) use state::{RigidState, Turning, stopped};
+pub(crate) use slowing::{Slowing, phi1, stopped};
+pub(crate) use state::{RigidState, Turning};
 pub(crate) use taylor_rotation::{Rotor, Top};

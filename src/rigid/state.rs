@@ -3,13 +3,11 @@
 use super::body::Body;
 use super::mobility::{self, Mobility, TurnedInertia, pair, six};
 use super::rotation::{Inertia, to_dquat};
-use super::slowing::phi1;
+use super::slowing::{phi1, stopped};
 use super::wrench::Wrench;
 use crate::math::{DQuat, DVec3, RigidBodyHandle, to_dvec3, to_f64};
+use crate::number::{constant, real};
 use crate::rapier::na::Vector6;
-
-/// Speeds up to this count as zero; the squares of much smaller ones would underflow.
-const SLOWEST: f64 = 1e-150;
 
 /// A body on its way through the inner steps, in 64-bit precision and world axes.
 #[derive(Clone, Debug)]
@@ -194,7 +192,8 @@ impl RigidState {
 
     /// Adds an impulse and an angular impulse to the velocities.
     pub(crate) fn kick(&mut self, impulse: DVec3, twist: DVec3) {
-        self.linvel = stopped(self.linvel, self.inv_mass * impulse);
+        let change = self.inv_mass * impulse;
+        self.linvel = real(stopped::<f64>(constant(self.linvel), constant(change)));
         match &mut self.turning {
             Turning::Free(inertia, momentum) => {
                 *momentum += twist;
@@ -207,14 +206,6 @@ impl RigidState {
             Turning::LeftAlone => {}
         }
     }
-}
-
-/// The velocity `was + more`, with zero for each component that is nothing but rounding, or whose square would
-/// be: a body that drag stops does not turn back.
-pub(crate) fn stopped(was: DVec3, more: DVec3) -> DVec3 {
-    let sum = was + more;
-    let rounding = was.abs() * (16.0 * f64::EPSILON) + DVec3::splat(SLOWEST);
-    DVec3::select(sum.abs().cmple(rounding), DVec3::ZERO, sum)
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@
 use std::ops::Range;
 
 use super::point::SamplePoint;
-use crate::field::{LANES, each_lane};
 use crate::math::{DVec3, Real, Vector, from_f64, to_f64};
+use crate::number::{LANES, each_lane};
 
 /// The number of samples that are placed together. Columns are padded to a multiple of it.
 pub(crate) const BLOCK: usize = LANES;

@@ -11,9 +11,10 @@ use crate::eval::Interpreter;
 use crate::eval::lanes::{lanes_of, level};
 use crate::field::{
     Anchor, Axis, Field, FieldSet, Frame, Frames, Layer, Motion, Operator, Region, Scalar, Span,
-    Tree, Turbulence, real,
+    Tree, Turbulence,
 };
 use crate::math::{Pose, Real, RigidBodyHandle, Vector, from_dvec3};
+use crate::number::real;
 use crate::sample::{Moment, Samples};
 
 /// Bodies that move and turn.

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use super::{Law, alone};
 use crate::field::error::{BuildError, all_finite};
-use crate::field::number::Vec3;
 use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, to_f64};
+use crate::number::Vec3;
 
 /// The weight of the displaced fluid: F = density · gravity · V(h) ŷ for a fluid that fills the
 /// field's frame below y = 0.

@@ -14,9 +14,9 @@ use super::{Law, alone};
 use crate::field::axis::Axis;
 use crate::field::error::BuildError;
 use crate::field::expression_error::ExpressionError;
-use crate::field::number::{Vec3, constant};
 use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::DVec3;
+use crate::number::{Vec3, constant};
 
 /// The components of a vector, written as text: `"-x / (x^2 + y^2)"`.
 ///

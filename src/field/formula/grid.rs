@@ -2,9 +2,9 @@
 
 use super::{Law, alone};
 use crate::field::error::{BuildError, finite_vector, positive, require};
-use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
+use crate::number::{Number, Vec3, constant};
 
 /// Vectors at the nodes of a regular grid, interpolated trilinearly between them. Where the field
 /// is used beyond the grid, the nearest cell's border counts.

@@ -2,9 +2,9 @@
 
 use super::{Law, alone};
 use crate::field::error::{BuildError, all_finite, finite_vector};
-use crate::field::number::{Number, Vec3, constant, direction, length, real};
 use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
+use crate::number::{Number, Vec3, constant, direction, length, real};
 
 /// In coordinates p of place and v of velocity,
 /// f_i = \[K + M_p (P − p) + M_v (V − v) + N a\]_i / (1 + l_i |P_i − p_i| + q_i (P_i − p_i)²)

@@ -2,8 +2,8 @@
 
 use crate::field::axis::Axis;
 use crate::field::error::BuildError;
-use crate::field::number::Vec3;
 use crate::field::query::{LocalQuery, QueryNumber, Single};
+use crate::number::Vec3;
 
 /// Implements [`Law::vector`] for a law that is evaluated at one sample at a time.
 macro_rules! alone {
@@ -11,7 +11,7 @@ macro_rules! alone {
         fn vector<T: $crate::field::QueryNumber>(
             &self,
             local: &$crate::field::LocalQuery<'_, T>,
-        ) -> $crate::field::Vec3<T> {
+        ) -> $crate::number::Vec3<T> {
             T::alone(self, local)
         }
 

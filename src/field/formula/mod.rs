@@ -35,9 +35,9 @@ use super::axis::Axis;
 use super::closure::Closure;
 use super::contact::ContactLaw;
 use super::error::{BuildError, require};
-use super::number::{Plain, Vec3, constant, length};
 use super::query::{Alone, LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Real, to_f64};
+use crate::number::{Plain, Vec3, constant, length};
 
 /// The vector of a field where it is defined. Made by the constructors of [`Field`](crate::Field).
 ///

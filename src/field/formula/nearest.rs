@@ -5,9 +5,9 @@ use super::{Law, alone};
 use crate::field::any_shape::AnyShape;
 use crate::field::closure::difference_step;
 use crate::field::error::BuildError;
-use crate::field::number::{Vec3, chain, constant, differences, limited};
 use crate::field::query::{Alone, LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, SharedShape, from_dvec3, to_dvec3, to_f64};
+use crate::number::{Vec3, chain, constant, differences, limited};
 
 /// A radial force whose distance vector d is measured from the nearest point of a shape: the pull
 /// of a ring, a wall, a planet that is a cube. Inside a solid shape d is zero, and so is the force

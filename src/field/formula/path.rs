@@ -2,9 +2,9 @@
 
 use super::{Law, alone};
 use crate::field::error::{BuildError, POSITIVE, all_finite, finite_vector, require};
-use crate::field::number::{Number, Vec3, constant};
 use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
+use crate::number::{Number, Vec3, constant};
 
 /// Towards and along a path of straight pieces: F = k (g − p) + c (speed · t − v), for the goal g
 /// on the path, `look_ahead` beyond the point nearest to p, and the direction t of the path there.

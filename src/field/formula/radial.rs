@@ -2,9 +2,9 @@
 
 use super::Law;
 use crate::field::error::{BuildError, finite, not_negative, positive, require};
-use crate::field::number::{Dual, Number, Plain, Vec3, limited};
 use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{Real, to_f64};
+use crate::number::{Dual, Number, Plain, Vec3, limited};
 
 /// A force d/r · (f(r) − f(r_c)) for the distance vector d from the field's origin, |d| = r.
 ///

@@ -2,9 +2,9 @@
 
 use super::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
-use crate::field::number::{Vec3, constant, direction, length};
 use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{Real, Vector, to_dvec3, to_f64};
+use crate::number::{Vec3, constant, direction, length};
 
 /// F = the vector. Potential −F·d.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,9 +2,9 @@
 
 use super::Law;
 use crate::field::error::{BuildError, all_finite, not_negative};
-use crate::field::number::{Plain, Vec3};
 use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{Real, to_f64};
+use crate::number::{Plain, Vec3};
 
 /// Around the y axis of the field's frame: with ρ the distance vector from the axis,
 /// s² = |ρ|² + core², F = sⁿ (around · ŷ×ρ/s − inward · ρ/s) + along · ŷ.

@@ -6,11 +6,11 @@ use approx::assert_relative_eq;
 
 use super::random::Random;
 use super::*;
-use crate::field::number::{Dual, real};
 use crate::field::{
-    Coupling, Field, Frame, Linearised, Motion, Query, Region, Sample, Scalar, Tree, number,
+    Coupling, Field, Frame, Linearised, Motion, Query, Region, Sample, Scalar, Tree,
 };
 use crate::math::{Pose, Real, SharedShape, Vector};
+use crate::number::{Dual, differences, real};
 
 /// One field of each formula, with those whose derivatives are numerical marked.
 fn fields() -> Vec<(&'static str, Field, bool)> {
@@ -164,7 +164,7 @@ fn derivatives_are_those_of_finite_differences() {
                 } else {
                     1e-6
                 };
-            let slopes = number::differences([x.x, x.y, x.z, v.x, v.y, v.z], [step; 6], |q| {
+            let slopes = differences([x.x, x.y, x.z, v.x, v.y, v.z], [step; 6], |q| {
                 let moved = Query {
                     world_point: DVec3::new(q[0], q[1], q[2]),
                     world_velocity: DVec3::new(q[3], q[4], q[5]),

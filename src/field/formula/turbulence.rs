@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use super::Law;
 use super::random::Random;
 use crate::field::error::{BuildError, all_finite, positive, require};
-use crate::field::number::{LANES, Lanes, Plain, Vec3, chain, constant, sin_cos};
 use crate::field::query::{LocalQuery, QueryNumber, QueryProperties};
 use crate::math::{DVec3, Real, to_f64};
+use crate::number::{LANES, Lanes, Plain, Vec3, chain, constant, sin_cos};
 
 /// A random flow without sources, the curl of a random vector potential: a sum of plane waves
 /// Σ (aₙ cos φₙ + bₙ sin φₙ), φₙ = kₙ·d + ωₙ t, with aₙ and bₙ across kₙ.

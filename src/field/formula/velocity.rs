@@ -2,9 +2,9 @@
 
 use super::law::Law;
 use crate::field::error::{BuildError, all_finite, finite_vector};
-use crate::field::number::{Number, Vec3, constant, length};
 use crate::field::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{Real, Vector, to_dvec3, to_f64};
+use crate::number::{Number, Vec3, constant, length};
 
 /// F = −(c₁ + c₂ |v|) v, with v relative to the field's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

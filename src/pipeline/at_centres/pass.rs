@@ -1,13 +1,15 @@
 //! One visit of all bodies: eight at a time are read, evaluated together, and written.
 
+use super::block::{BodyBlock, Columns, Kick, Kicked, Special};
 use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
-use crate::eval::{CentreEvaluator, CentreForce, TOGETHER};
+use crate::eval::{CentreEvaluator, CentreForce, TOGETHER, in_lane, lanes_of};
 use crate::integrate::{
     Before, Caps, Completion, Evaluation, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning,
     VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
 };
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
+use crate::number::real;
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
 use crate::rigid::{Body, BodySet, Wrench, drowsy, find_next, is_sound};
 use crate::sample::Moment;
@@ -47,35 +49,6 @@ struct Places {
     given: usize,
 }
 
-/// Bodies that are evaluated and kicked together.
-#[derive(Debug, Default)]
-pub(crate) struct BodyBlock {
-    members: Vec<Member>,
-    specials: Vec<Special>,
-}
-
-/// A body of a block: only the part of its state that all need, because most bodies need no more.
-#[derive(Debug)]
-struct Member {
-    handle: RigidBodyHandle,
-    world_com: Vector,
-    linvel: Vector,
-    mass: Real,
-    inv_mass: Vector,
-    /// Its place in the previous evaluation.
-    known: Option<usize>,
-    /// Its number among the specials of the block.
-    special: Option<usize>,
-}
-
-/// A body that other causes than fields move, too.
-#[derive(Debug)]
-struct Special {
-    body: Body,
-    free: FreeMotion,
-    before: Before,
-}
-
 /// A visit of all bodies.
 pub(super) struct Pass<'a> {
     pub walk: Walk<'a>,
@@ -107,7 +80,7 @@ struct Rules {
     suspicious: Option<Real>,
     /// True if there is gravity.
     falls: bool,
-    duration: Real,
+    kick: Kick,
     twice: bool,
     places: Places,
 }
@@ -118,7 +91,11 @@ impl Pass<'_> {
         Rules {
             suspicious: stiff_from(self.half.scheme).filter(|_| varies),
             falls: self.gravity != Vector::ZERO,
-            duration: self.half.duration(),
+            kick: Kick {
+                duration: self.half.duration(),
+                slows: self.compiled.reads_velocity,
+                cap: self.parameters.max_linear_velocity(),
+            },
             twice: self.half.scheme.kicks_twice(),
             places: Places::default(),
         }
@@ -147,13 +124,16 @@ impl Pass<'_> {
         let mut rules = self.rules();
         loop {
             self.read(&mut rules, block)?;
-            if block.members.is_empty() {
+            if block.seen.count == 0 {
                 return Ok(());
             }
-            let felt = self.evaluator.forces(self.compiled);
-            for (lane, member) in block.members.iter().enumerate() {
-                let special = member.special.map(|number| &block.specials[number]);
-                self.kick(&rules, member, special, &felt.on(lane))?;
+            let felt = self.evaluator.forces(self.compiled, &block.seen);
+            let kicked = block.kick(&felt, &rules.kick);
+            self.check_forces(&rules, block, &kicked)?;
+            self.show(&rules, block, &kicked.forces);
+            self.kick_plainly(block, &kicked)?;
+            for (lane, special) in lanes_of(block.special).zip(&block.specials) {
+                self.kick_specially(&rules, special, &felt.on(lane))?;
             }
         }
     }
@@ -161,40 +141,34 @@ impl Pass<'_> {
     /// Reads the next bodies, up to the number that is evaluated together. It does little else, so that the memory
     /// accesses of several bodies overlap.
     fn read(&mut self, rules: &mut Rules, block: &mut BodyBlock) -> Done {
-        block.members.clear();
-        block.specials.clear();
-        self.evaluator.clear();
-        while block.members.len() < TOGETHER
+        block.clear();
+        while block.seen.count < TOGETHER
             && let Some((handle, body)) = self.walk.next(self.visit.bodies())
         {
             if !is_sound(body) {
                 self.warnings.push(StepWarning::NotFinite { body: handle });
                 continue;
             }
-            let place = self.shown.bodies.len() + block.members.len();
+            let lane = block.seen.count;
+            let place = self.shown.bodies.len() + lane;
             let known = self.last.and_then(|last| last.place_near(place, handle));
             if !self.takes(rules, handle, body, known.is_some()) {
                 return Err(handle);
             }
-            let special = self.special(rules, handle, body);
-            let member = Member {
-                handle,
-                world_com: body.position().transform_point(body.local_center_of_mass()),
-                linvel: special.as_ref().map_or(body.linvel(), |it| it.body.linvel),
-                mass: body.mass(),
-                inv_mass: body.mass_properties().effective_inv_mass,
-                known,
-                special: special.is_some().then_some(block.specials.len()),
-            };
-            block.specials.extend(special);
-            let (world_com, linvel) = (member.world_com, member.linvel);
-            self.evaluator.ask(handle, world_com, linvel, member.mass);
-            block.members.push(member);
+            block.known[lane] = known;
+            let mut linvel = body.linvel();
+            if let Some(special) = self.special(rules, handle, body) {
+                linvel = special.body.linvel;
+                block.special |= 1 << lane;
+                block.specials.push(special);
+            }
+            block.add(handle, body, linvel);
         }
         Ok(())
     }
 
     /// Returns true if a visit suffices for a body, as far as it is known before its forces.
+    #[inline]
     fn takes(
         &self,
         rules: &Rules,
@@ -256,96 +230,123 @@ impl Pass<'_> {
             Some(_) => !before.free && before.load.is_none(),
         };
         let plain = quiet && coasts(rules, body) && !may_precess(body);
-        if plain && !self.held.contains(handle) {
-            return None;
-        }
+        let is_plain = plain && !self.held.contains(handle);
+        (!is_plain).then(|| self.made_special(handle, body, before))
+    }
+
+    #[inline(never)]
+    fn made_special(&self, handle: RigidBodyHandle, body: &RigidBody, before: Before) -> Special {
         let mut body = Body::of(handle, body);
         let free = FreeMotion::new(&body, self.gravity, self.iterations, self.half.dt);
         if before.free {
             [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
         }
-        Some(Special { body, free, before })
+        Special { body, free, before }
     }
 
-    /// Kicks a body.
-    fn kick(
-        &mut self,
-        rules: &Rules,
-        member: &Member,
-        special: Option<&Special>,
-        felt: &CentreForce,
-    ) -> Done {
-        let (force, handle) = (from_dvec3(felt.force), member.handle);
-        if !force.is_finite() || self.is_suspicious(rules, member, force) {
-            return Err(handle);
+    /// Returns an error if a force is not finite, or changed so much that the fields may be stiff.
+    fn check_forces(&self, rules: &Rules, block: &BodyBlock, kicked: &Kicked) -> Done {
+        let mut bad = block.all() & !kicked.finite;
+        if let (Some(most), Some(last)) = (rules.suspicious, self.last)
+            && (self.half.first.is_some() || !rules.twice)
+        {
+            bad |= block.all() & self.swings(block, kicked, last, most);
         }
+        match lanes_of(bad).next() {
+            Some(lane) => Err(block.seen.bodies[lane]),
+            None => Ok(()),
+        }
+    }
+
+    /// One bit for each body whose force changed much over its way since the last evaluation.
+    fn swings(&self, block: &BodyBlock, kicked: &Kicked, last: &Evaluation, most: Real) -> u64 {
+        let dt = self.half.dt;
+        let (mut changes, mut ways) = (Columns::default(), block.seen.linvels);
+        ways.as_flattened_mut()
+            .iter_mut()
+            .for_each(|way| *way *= dt);
+        for (lane, known) in block.known[..block.seen.count].iter().enumerate() {
+            let Some(place) = *known else {
+                continue;
+            };
+            let was = last.wrenches[place].force;
+            let from = match (&self.half.first, last.centres.get(place)) {
+                (Some(_), _) => None,
+                (None, Some(from)) => Some(from),
+                (None, None) => continue,
+            };
+            for axis in 0..3 {
+                changes[axis][lane] = kicked.forces[axis][lane] - was[axis];
+                if let Some(from) = from {
+                    ways[axis][lane] = block.seen.world_coms[axis][lane] - from[axis];
+                }
+            }
+        }
+        block.swings(&changes, &ways, dt, most)
+    }
+
+    /// Adds the forces to those that are shown.
+    fn show(&mut self, rules: &Rules, block: &BodyBlock, forces: &Columns) {
         let torque = Vector::ZERO;
-        self.shown.bodies.push(handle);
-        self.shown.wrenches.push(Wrench { force, torque });
+        let count = block.seen.count;
+        let wrenches = block.each(forces).map(|force| Wrench { force, torque });
+        self.shown
+            .bodies
+            .extend_from_slice(&block.seen.bodies[..count]);
+        self.shown.wrenches.extend(wrenches);
         if !rules.twice {
-            self.shown.centres.push(member.world_com);
+            self.shown
+                .centres
+                .extend(block.each(&block.seen.world_coms));
         }
-        let Some(special) = special else {
-            return self.kick_plainly(rules, member, felt);
-        };
+    }
+
+    /// Kicks the bodies of a block that only fields move.
+    fn kick_plainly(&mut self, block: &BodyBlock, kicked: &Kicked) -> Done {
+        let moved = block.all() & kicked.pushed & !block.special;
+        let first = self.half.first.is_none();
+        if let Some(lane) = lanes_of(moved & !kicked.sound).next() {
+            return Err(block.seen.bodies[lane]);
+        }
+        for lane in lanes_of(moved) {
+            let (handle, linvel) = (block.seen.bodies[lane], in_lane(&kicked.linvels, lane));
+            if first && kicked.fast >> lane & 1 == 1 {
+                self.warn_of_cap(handle, linvel);
+            }
+            self.visit.set_linvel(handle, linvel);
+        }
+        Ok(())
+    }
+
+    /// Kicks a body that other causes move, too.
+    fn kick_specially(&mut self, rules: &Rules, special: &Special, felt: &CentreForce) -> Done {
         let update = match self.half.first {
             None => self.first(rules, special, felt)?,
             Some(_) => self.second(rules, special, felt),
         };
-        if let Some(update) = update {
-            self.check(handle, update.linvel)?;
-            self.visit.write(&update);
-        }
-        Ok(())
-    }
-
-    /// Returns true if a force changed so much that the fields may be stiff.
-    fn is_suspicious(&self, rules: &Rules, member: &Member, force: Vector) -> bool {
-        let (Some(most), Some(last), Some(place)) = (rules.suspicious, self.last, member.known)
-        else {
-            return false;
-        };
-        let change = force - last.wrenches[place].force;
-        let dt = self.half.dt;
-        let way = match (&self.half.first, last.centres.get(place)) {
-            (Some(_), _) => member.linvel * dt,
-            (None, Some(was)) if !rules.twice => member.world_com - *was,
-            _ => return false,
-        };
-        let swing = change * (dt * dt / member.mass);
-        change != Vector::ZERO && swing.length_squared() > most * way.length_squared()
-    }
-
-    /// Kicks a body that only fields move.
-    fn kick_plainly(&mut self, rules: &Rules, member: &Member, felt: &CentreForce) -> Done {
-        let (was, inv_mass) = (member.linvel, member.inv_mass);
-        let linvel = if !felt.slowing.is_none() {
-            FreeMotion::NONE.slowed(was, inv_mass.x, felt, rules.duration)
-        } else if felt.force == DVec3::ZERO {
+        let Some(update) = update else {
             return Ok(());
-        } else {
-            was + from_dvec3(felt.force) * rules.duration * inv_mass
         };
-        self.check(member.handle, linvel)?;
-        self.visit.set_linvel(member.handle, linvel);
-        Ok(())
-    }
-
-    /// Returns an error if a velocity cannot be given to Rapier, and warns if Rapier will limit it.
-    fn check(&mut self, body: RigidBodyHandle, linvel: Vector) -> Done {
         // `max_element` may pass over NaN, which is tested by itself.
+        let linvel = update.linvel;
         let slow = linvel.abs().max_element() <= FASTEST * 0.5;
         if !slow || linvel.is_nan() {
-            return Err(body);
+            return Err(update.body);
         }
         if self.half.first.is_none() {
-            let caps = Caps {
-                speed: self.parameters.max_linear_velocity(),
-                dt: self.half.dt,
-            };
-            self.warnings.extend(caps.of_speed(body, linvel.length()));
+            self.warn_of_cap(update.body, linvel);
         }
+        self.visit.write(&update);
         Ok(())
+    }
+
+    /// Warns if Rapier will limit a velocity.
+    fn warn_of_cap(&mut self, body: RigidBodyHandle, linvel: Vector) {
+        let caps = Caps {
+            speed: self.parameters.max_linear_velocity(),
+            dt: self.half.dt,
+        };
+        self.warnings.extend(caps.of_speed(body, linvel.length()));
     }
 
     /// The first half for a body that other causes move, too.
@@ -355,7 +356,7 @@ impl Pass<'_> {
         Special { body, free, .. }: &Special,
         felt: &CentreForce,
     ) -> Result<Option<VelocityUpdate>, RigidBodyHandle> {
-        let (force, dt) = (from_dvec3(felt.force), self.half.dt);
+        let (force, dt) = (from_dvec3(real(felt.force)), self.half.dt);
         let torque = Vector::ZERO;
         let wrench = Wrench { force, torque };
         if body.drowsy > 0.0 {
@@ -372,10 +373,11 @@ impl Pass<'_> {
             return Ok(None);
         }
         let iterations = self.iterations;
-        let is_felt = force != Vector::ZERO || !felt.slowing.is_none();
+        let is_slowed = !felt.slowing.is_none();
+        let is_felt = force != Vector::ZERO || is_slowed;
         if !is_felt {
             let turns = self.compiled.torque_possible && body.angvel != Vector::ZERO;
-            let update = kicked(body, Wrench::ZERO, rules.duration);
+            let update = kicked(body, Wrench::ZERO, rules.kick.duration);
             let motions = &mut self.motions;
             let update =
                 turns.then(|| motions.turned(body, update, DVec3::ZERO, dt, iterations, false));
@@ -383,12 +385,12 @@ impl Pass<'_> {
         }
         let is_alone = self.half.scheme == Scheme::Kick || free.is_none();
         let (mut update, twist) = if is_alone {
-            (kicked(body, wrench, rules.duration), DVec3::ZERO)
+            (kicked(body, wrench, rules.kick.duration), DVec3::ZERO)
         } else {
-            free.along(body, wrench, rules.duration)
+            free.along(body, wrench, rules.kick.duration)
         };
-        if !felt.slowing.is_none() {
-            update.linvel = free.slowed(body.linvel, body.inv_mass.x, felt, rules.duration);
+        if is_slowed {
+            update.linvel = free.slowed_body(body, felt, rules.kick.duration);
         }
         let motions = &mut self.motions;
         let update = motions.turned(body, update, twist, dt, iterations, false);
@@ -411,12 +413,18 @@ impl Pass<'_> {
     ) -> Option<VelocityUpdate> {
         if !felt.slowing.is_none() {
             let was_free = before.free;
-            return Some(complete_slowed(body, free, felt, was_free, rules.duration));
+            return Some(complete_slowed(
+                body,
+                free,
+                felt,
+                was_free,
+                rules.kick.duration,
+            ));
         }
-        let (force, torque) = (from_dvec3(felt.force), Vector::ZERO);
+        let (force, torque) = (from_dvec3(real(felt.force)), Vector::ZERO);
         let held = self.held.contains(body.handle);
         let wrench = Wrench { force, torque };
-        complete(body, free, wrench, held, *before, rules.duration)
+        complete(body, free, wrench, held, *before, rules.kick.duration)
     }
 }
 

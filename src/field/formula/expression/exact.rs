@@ -4,7 +4,7 @@
 //! the crate. Elsewhere intermediate results must not multiply infinities by zeros, which would turn a finite
 //! slope into NaN.
 
-use crate::field::number::Number;
+use crate::number::Number;
 
 /// Below this 1/x may be infinite.
 const LEAST: f64 = f64::MIN_POSITIVE;

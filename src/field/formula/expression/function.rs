@@ -3,7 +3,7 @@
 use std::f64::consts::{LOG2_E, LOG10_E};
 
 use super::exact::{self, by};
-use crate::field::number::Number;
+use crate::number::Number;
 
 /// A function, or an operator that is evaluated like one.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::exact;
 use super::function::{Function, holds};
-use crate::field::number::Number;
+use crate::number::Number;
 
 /// An instruction. It takes its operands off the stack and puts its result there.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use super::parse::parse;
 use super::program::StackCode;
 use super::token::ParseError;
 use super::*;
-use crate::field::number::{Dual, Number};
+use crate::number::{Dual, Number};
 
 fn read(text: &str) -> Result<(StackCode, Vec<Axis>), ParseError> {
     let mut names = Axes::default();

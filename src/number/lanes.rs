@@ -45,7 +45,10 @@ impl LaneMask {
 
     #[inline(always)]
     pub(crate) fn from_fn(is_set: impl Fn(usize) -> bool) -> Self {
-        LaneMask(each_lane(|lane| if is_set(lane) { !0 } else { 0 }))
+        LaneMask(each_lane(
+            #[inline(always)]
+            |lane| if is_set(lane) { !0 } else { 0 },
+        ))
     }
 }
 

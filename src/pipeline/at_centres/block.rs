@@ -1,0 +1,181 @@
+//! Eight bodies in columns, and the kicks that forces at their centres of mass give them.
+
+use crate::eval::{CentreBlock, CentreForce, TOGETHER, in_lane, in_registers, widened};
+use crate::integrate::{Before, FASTEST, FreeMotion};
+use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
+use crate::number::{LaneMask, Lanes, Plain, Vec3, each_lane};
+use crate::rapier::dynamics::RigidBody;
+use crate::rigid::Body;
+
+/// One vector for each body, by axes.
+pub(super) type Columns = [[Real; TOGETHER]; 3];
+
+/// Bodies that are evaluated and kicked together. Entries after the last body are left from earlier blocks.
+#[derive(Debug, Default)]
+pub(crate) struct BodyBlock {
+    pub(super) seen: CentreBlock,
+    pub(super) inv_masses: Columns,
+    /// The places of the bodies in the previous evaluation.
+    pub(super) known: [Option<usize>; TOGETHER],
+    /// One bit for each body that other causes than fields move, too; and these bodies, in their order.
+    pub(super) special: u64,
+    pub(super) specials: Vec<Special>,
+}
+
+/// A body that other causes than fields move, too.
+#[derive(Debug)]
+pub(super) struct Special {
+    pub body: Body,
+    pub free: FreeMotion,
+    pub before: Before,
+}
+
+/// The causes by which a block is kicked.
+pub(super) struct Kick {
+    /// The time for which forces act.
+    pub duration: Real,
+    /// True if forces may depend on velocities.
+    pub slows: bool,
+    /// The speed that Rapier allows.
+    pub cap: Real,
+}
+
+/// The motion of the bodies of a block that only fields move; the masks have one bit for each body.
+pub(super) struct Kicked {
+    /// Forces, rounded to Rapier's numbers.
+    pub forces: Columns,
+    pub linvels: Columns,
+    /// Bodies on which any force acts, or would at another velocity.
+    pub pushed: u64,
+    /// Bodies whose forces are finite.
+    pub finite: u64,
+    /// Bodies whose velocities can be given to Rapier.
+    pub sound: u64,
+    /// Bodies that may be faster than Rapier allows.
+    pub fast: u64,
+}
+
+impl BodyBlock {
+    pub(super) fn clear(&mut self) {
+        self.seen.count = 0;
+        self.special = 0;
+        self.specials.clear();
+    }
+
+    /// Adds a body that moves at `linvel`.
+    #[inline(always)]
+    pub(super) fn add(&mut self, handle: RigidBodyHandle, body: &RigidBody, linvel: Vector) {
+        let seen = &mut self.seen;
+        let lane = seen.count % TOGETHER;
+        let inv_mass = body.mass_properties().effective_inv_mass;
+        let world_com = body.position().transform_point(body.local_center_of_mass());
+        seen.bodies[lane] = handle;
+        seen.masses[lane] = body.mass();
+        for axis in 0..3 {
+            seen.world_coms[axis][lane] = world_com[axis];
+            seen.linvels[axis][lane] = linvel[axis];
+            self.inv_masses[axis][lane] = inv_mass[axis];
+        }
+        seen.count += 1;
+    }
+
+    /// One bit for each body.
+    pub(super) fn all(&self) -> u64 {
+        (1 << self.seen.count) - 1
+    }
+
+    /// The vectors of all bodies.
+    pub(super) fn each<'a>(
+        &self,
+        columns: &'a Columns,
+    ) -> impl ExactSizeIterator<Item = Vector> + 'a {
+        (0..self.seen.count).map(|lane| in_lane(columns, lane))
+    }
+
+    /// Kicks all bodies as if only fields moved them.
+    pub(super) fn kick(&self, felt: &CentreForce<Lanes>, kick: &Kick) -> Kicked {
+        in_registers(
+            #[inline(always)]
+            || {
+                let force = felt.force;
+                let zero = force.x.equals(0.0) & force.y.equals(0.0) & force.z.equals(0.0);
+                let forces = rounded(force);
+                let linvels = if kick.slows {
+                    let (was, inv_mass) = (widened(&self.seen.linvels), widened(&self.inv_masses));
+                    let duration = to_f64(kick.duration);
+                    rounded(FreeMotion::NONE.slowed(was, inv_mass.x, felt, duration))
+                } else {
+                    std::array::from_fn(
+                        #[inline(always)]
+                        |axis| self.kicked(axis, &forces[axis], kick.duration),
+                    )
+                };
+                let (strongest, most) = (largest(&forces), largest(&linvels));
+                // A vector is no longer than √3 times its largest component.
+                let quick = kick.cap * 0.5;
+                Kicked {
+                    pushed: (!(zero & felt.slowing.is_none())).bits(),
+                    finite: mask(|lane| strongest[lane] < Real::INFINITY),
+                    sound: mask(|lane| most[lane] <= FASTEST * 0.5),
+                    fast: mask(|lane| most[lane] > quick),
+                    forces,
+                    linvels,
+                }
+            },
+        )
+    }
+
+    /// The velocities along an axis after constant forces.
+    #[inline(always)]
+    fn kicked(&self, axis: usize, forces: &[Real; TOGETHER], duration: Real) -> [Real; TOGETHER] {
+        let (was, inv_mass) = (&self.seen.linvels[axis], &self.inv_masses[axis]);
+        each_lane(|lane| was[lane] + forces[lane] * duration * inv_mass[lane])
+    }
+
+    /// One bit for each body whose force changed so much that it would move within a step by more than `share` of its
+    /// way. Both shares and ways are compared by their squares.
+    pub(super) fn swings(&self, changes: &Columns, ways: &Columns, dt: Real, share2: Real) -> u64 {
+        in_registers(
+            #[inline(always)]
+            || {
+                let per_force = each_lane(|lane| dt * dt / self.seen.masses[lane]);
+                let swing2 = squares(changes, &per_force);
+                let way2 = squares(ways, &[1.0; TOGETHER]);
+                mask(|lane| swing2[lane] > share2 * way2[lane])
+            },
+        )
+    }
+}
+
+/// Numbers rounded to Rapier's.
+#[inline(always)]
+fn rounded(vectors: Vec3<Lanes>) -> Columns {
+    let each = |of: Lanes| each_lane(|lane| from_f64(of.0[lane]));
+    [each(vectors.x), each(vectors.y), each(vectors.z)]
+}
+
+/// The largest component of each vector; NaN or infinite if any is.
+#[inline(always)]
+fn largest([x, y, z]: &Columns) -> [Real; TOGETHER] {
+    each_lane(|lane| {
+        let (x, y, z) = (x[lane].abs(), y[lane].abs(), z[lane].abs());
+        let most = if x > y { x } else { y };
+        let most = if most > z { most } else { z };
+        // Zero, or NaN.
+        most + x * 0.0 + y * 0.0 + z * 0.0
+    })
+}
+
+/// The square of the length of each vector times a factor.
+#[inline(always)]
+fn squares([x, y, z]: &Columns, factors: &[Real; TOGETHER]) -> [Real; TOGETHER] {
+    each_lane(|lane| {
+        let [x, y, z] = [x, y, z].map(|column| column[lane] * factors[lane]);
+        x * x + y * y + z * z
+    })
+}
+
+#[inline(always)]
+fn mask(is_set: impl Fn(usize) -> bool) -> u64 {
+    LaneMask::from_fn(is_set).bits()
+}
