@@ -119,7 +119,7 @@ impl Fields {
         mut state: FieldState,
     ) -> Result<Self, StepError> {
         set.validate_changes()?;
-        settings.scheme.validate()?;
+        settings.validate()?;
         state.check()?;
         Ok(Fields {
             settings,

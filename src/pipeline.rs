@@ -202,7 +202,9 @@ impl FieldPipeline {
         step: OpenStep,
         world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
-        set.validate_changes()?;
+        if let Err(edit) = set.validate_changes() {
+            return Err(self.give_up(state, step, world, edit.into()));
+        }
         let outcome = self.finish_step(&Definition { set, settings }, state, step, world)?;
         set.step_done(state.time);
         Ok(outcome)

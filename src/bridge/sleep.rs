@@ -1,5 +1,6 @@
 //! The rule by which fields wake sleeping bodies, and the wrenches that bodies sleep under.
 
+use crate::field::BuildError;
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
 use crate::rigid::{Body, Wrench, find};
 
@@ -30,6 +31,23 @@ pub enum WakePolicy {
 impl Default for WakePolicy {
     fn default() -> Self {
         WakePolicy::OnChange { fraction: 1e-3 }
+    }
+}
+
+impl WakePolicy {
+    /// An error if the fraction is negative or NaN.
+    pub(crate) fn validate(self) -> Result<(), BuildError> {
+        match self {
+            WakePolicy::OnChange { fraction } if fraction.is_nan() || fraction < 0.0 => {
+                Err(BuildError::Parameter {
+                    field: "the wake policy".into(),
+                    quantity: "the fraction",
+                    requirement: "zero or more",
+                    value: to_f64(fraction),
+                })
+            }
+            _ => Ok(()),
+        }
     }
 }
 

@@ -134,7 +134,7 @@ impl FieldsBuilder {
     /// Compiles the tree.
     ///
     /// # Errors
-    /// The tree is empty or too deep, a parameter of it or of the scheme is out of its range, or
+    /// The tree is empty or too deep, a parameter of it or a setting is out of its range, or
     /// an axis is unknown or declared twice.
     pub fn build(self) -> Result<Fields, BuildError> {
         let mut set = FieldSet::new();
@@ -146,7 +146,7 @@ impl FieldsBuilder {
         }
         set.insert(self.tree);
         set.validate_changes()?;
-        self.settings.scheme.validate()?;
+        self.settings.validate()?;
         let mut pipeline = FieldPipeline::new();
         pipeline.set_events(self.events);
         Ok(Fields {

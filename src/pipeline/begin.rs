@@ -40,7 +40,7 @@ impl FieldPipeline {
         if !(dt >= 0.0 && dt.is_finite()) {
             return Err(StepError::TimeStep { dt });
         }
-        fields.settings.scheme.validate()?;
+        fields.settings.validate()?;
         state.check()?;
         self.follow(fields);
         self.check_scheme(fields)?;

@@ -3,6 +3,7 @@
 use crate::bridge::WakePolicy;
 use crate::contact::{Detection, Responder, ResponderRules};
 use crate::cross_check::CrossCheck;
+use crate::field::BuildError;
 use crate::integrate::{FaultPolicy, Scheme};
 use crate::math::ColliderHandle;
 
@@ -35,6 +36,12 @@ pub struct FieldSettings {
 }
 
 impl FieldSettings {
+    /// An error if a setting is out of its range.
+    pub(crate) fn validate(&self) -> Result<(), BuildError> {
+        self.scheme.validate()?;
+        self.wake.validate()
+    }
+
     /// The side that answers contacts for which there is no rule by [`FieldSettings::set_responder_among`].
     pub fn responder(&self) -> Responder {
         self.rules.everywhere

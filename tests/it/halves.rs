@@ -158,3 +158,32 @@ fn one_is_never_told() {
         }
     }
 }
+
+/// An edit between the halves that does not fit: the world is as it was before `begin`, and goes on once the edit is
+/// taken back.
+#[test]
+fn an_edit_that_does_not_fit_is_an_error_and_leaves_the_world_as_it_was() {
+    for scheme in SCHEMES {
+        for tree in trees() {
+            let (mut world, mut fields) = yard(tree, scheme);
+            for _ in 0..5 {
+                fields.step(&mut world).expect("a step");
+            }
+            let before = bits(&world);
+            let open = fields.begin(WorldMut::from(&mut world)).expect("a step");
+            world.step_with_events(&open.hooks(&()), &());
+            let edit = fields.set.insert(Field::radial(Real::NAN, -2.0));
+            let error = fields
+                .finish(open, WorldMut::from(&mut world))
+                .expect_err("NaN");
+            assert!(matches!(error, StepError::Setting(_)), "{error}");
+            assert!(bits(&world) == before, "{scheme:?}");
+            assert!(fields.step(&mut world).is_err(), "the edit still stands");
+            fields.set.remove(edit);
+            for _ in 0..5 {
+                fields.step(&mut world).expect("a step");
+            }
+            assert!(bits(&world) != before);
+        }
+    }
+}

@@ -334,3 +334,20 @@ fn what_wakes_among_sleepers_misses_no_field() {
         }
     }
 }
+
+/// A fraction that no change is compared with.
+#[test]
+fn a_fraction_that_is_no_number_or_negative_is_refused() {
+    for fraction in [Real::NAN, -1.0] {
+        let policy = WakePolicy::OnChange { fraction };
+        let built = Fields::builder(Field::uniform(Vector::X))
+            .wake(policy)
+            .build();
+        let error = built.err().expect("the fraction").to_string();
+        assert!(error.contains("the wake policy"), "{error}");
+        let mut fields = Fields::new(Field::uniform(Vector::X)).expect("a valid tree");
+        fields.settings.wake = policy;
+        let error = fields.step(&mut PhysicsWorld::new());
+        assert!(matches!(error, Err(StepError::Setting(_))), "{error:?}");
+    }
+}
