@@ -35,11 +35,12 @@ use crate::threads::Pool;
 ///
 /// - The wrench on each awake dynamic body becomes motion by the [`Scheme`]. The user's own
 ///   forces, impulses, gravity, damping, locked axes, joints and contacts keep their meaning.
-/// - Bodies of unequal inertia rotate freely by this crate's own rotation step, which conserves
-///   angular momentum to rounding, wherever fields can rotate bodies at all. Rapier carries it out,
-///   so that contacts act on it. Bodies whose `gyroscopic_forces_enabled` is off are left alone.
+/// - Bodies of unequal inertia, and with [swept detection](crate::Detection::Swept) balls, too, rotate freely by
+///   this crate's own rotation step, which conserves angular momentum to rounding, wherever fields can rotate bodies
+///   at all. Rapier carries it out, so that contacts act on it. Bodies with a locked rotation, or whose
+///   `gyroscopic_forces_enabled` is off, are left alone.
 /// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them. They are evaluated when a
-///   field changed, moved, or depends on time.
+///   field changed, moved, or depends on time, but not under [`WakePolicy::Never`].
 /// - Fixed and kinematic bodies carry fields but feel none. Locked axes do not move. Bodies
 ///   without mass, or without inertia, are not moved, or not rotated; disabled bodies and colliders
 ///   are not sampled.
@@ -57,7 +58,8 @@ use crate::threads::Pool;
 ///   cells, the volume that a closed surface encloses is shared among its particles by the area around them.
 ///   Open sheets and ropes have no volume, whatever their contact skin: they displace nothing, and
 ///   [`StepWarning::NoVolume`](crate::StepWarning::NoVolume) warns where a field acts on volumes.
-/// - Only bodies on which a field acts are written to, once before and once after Rapier's step.
+/// - Velocities and forces are written only of bodies on which a field acts, that this crate rotates, or that a
+///   contact field pushes.
 /// - A force that is not finite, or too large for any velocity, never reaches Rapier: the
 ///   [`FaultPolicy`](crate::FaultPolicy) decides what happens to the body.
 ///
@@ -86,6 +88,7 @@ use crate::threads::Pool;
 /// [`Scheme::ExternalForce`]: crate::Scheme::ExternalForce
 /// [`WakePolicy`]: crate::WakePolicy
 /// [`WakePolicy::Always`]: crate::WakePolicy::Always
+/// [`WakePolicy::Never`]: crate::WakePolicy::Never
 pub struct Fields {
     /// The settings: how fields act.
     pub settings: FieldSettings,
@@ -112,7 +115,7 @@ impl Fields {
     /// ```
     ///
     /// # Errors
-    /// A field or a setting is out of its range, or the state is not one that a step leaves behind.
+    /// A field or the scheme is out of its range, or the state has a value that no step leaves behind.
     pub fn from_parts(
         mut set: FieldSet,
         settings: FieldSettings,
@@ -190,7 +193,7 @@ impl Fields {
     /// ```
     ///
     /// # Errors
-    /// See [`StepError`]; nothing has been written.
+    /// See [`StepError`]; nothing has been written, but by [`StepError::Unfinished`].
     pub fn begin(&mut self, world: WorldMut<'_>) -> Result<OpenStep, StepError> {
         let (settings, state) = (&self.settings, &mut self.state);
         self.pipeline.begin(&mut self.set, settings, state, world)
@@ -207,12 +210,13 @@ impl Fields {
 
     /// Finishes a step after Rapier's step. Call it once for each of Rapier's steps.
     ///
-    /// If fields wrote to a body before Rapier's step, and that step was not made, it returns [an
+    /// If fields wrote to a body before Rapier's step that is awake, and that step was not made, it returns [an
     /// error](StepError::NotStepped). If Rapier made several steps, it gives [a
     /// warning](crate::StepWarning::OtherSteps), as far as bodies that move freely or rest show it.
     ///
     /// # Errors
-    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin).
+    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin), but for [`StepError::NotTheirs`], after
+    /// which nothing has been changed.
     pub fn finish(
         &mut self,
         step: OpenStep,

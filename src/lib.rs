@@ -1,11 +1,11 @@
 //! Force fields for the [Rapier](rapier) physics engine: write vector fields, compose them in one
-//! tree, and every rigid body gets the right force and torque at every step.
+//! tree, and each awake dynamic body gets the force and torque that its samples of the tree add up to, in every step.
 //!
 //! # Terms
 //!
 //! - A **field** is a formula for a vector at a point, on a **region** of space, anchored to the world,
 //!   a body or a collider. Outside its region a field is *not defined*, which is not the same as zero.
-//! - A **tree** composes fields by the seven operators of the [table](Operator); it is one
+//! - A **tree** composes fields by the [operators](Operator), of which seven are the paper's; it is one
 //!   composite field.
 //! - A **sample** is a point of a body where the tree is sampled: the centre of mass for uniform
 //!   fields, the middle of each collider, points of their volumes or surfaces, or the centres of the

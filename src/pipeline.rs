@@ -62,8 +62,8 @@ pub struct StepOutcome {
     /// which any body was moved in this step, as far as its path shows it. A quarter of the tolerance if no body came
     /// near that, zero if no field varies.
     pub error: Option<Real>,
-    /// True if swept detection reached its limit of impacts in this step (10,000, and 256 for each body), which only
-    /// bodies that cannot come to rest do. The remaining impacts are answered in the next step.
+    /// True if swept detection reached its limit of impacts in this step (10,000, and 256 for each body), as bodies do
+    /// that cannot come to rest. The remaining impacts are answered in the next step.
     pub exhausted: bool,
 }
 
@@ -177,7 +177,7 @@ impl FieldPipeline {
     /// validated first, which is why it is borrowed mutably.
     ///
     /// # Errors
-    /// See [`StepError`]; nothing has been written.
+    /// See [`StepError`]; nothing has been written, but by [`StepError::Unfinished`].
     pub fn begin(
         &mut self,
         set: &mut FieldSet,
@@ -193,7 +193,8 @@ impl FieldPipeline {
     /// set.
     ///
     /// # Errors
-    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin).
+    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin), but for [`StepError::NotTheirs`], after
+    /// which nothing has been changed.
     pub fn finish(
         &mut self,
         set: &mut FieldSet,

@@ -5,7 +5,8 @@ use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
 /// The reason why a step was refused. The world is as it was before the step: bodies of all kinds with the next positions
-/// of kinematic ones, joints, soft bodies, and all switches. Forces that single bodies cannot take refuse a step only if
+/// of kinematic ones, joints, soft bodies, and all switches. Exceptions are [`Unfinished`](Self::Unfinished) and
+/// [`NotTheirs`](Self::NotTheirs). Forces that single bodies cannot take refuse a step only if
 /// [`FieldSettings::on_fault`](crate::FieldSettings::on_fault) says so.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -53,8 +54,8 @@ pub enum StepError {
         /// The body or collider that is missing.
         anchor: String,
     },
-    /// A field answers contacts under a scheme that does not keep the energy of bodies that are hit in a field: `Kick`,
-    /// `ExternalForce` and `LinearlyImplicit`, unless all fields are constant.
+    /// A field answers contacts, other than by springs, under a scheme that does not keep the energy of bodies that are
+    /// hit in a field: `Kick`, `ExternalForce` and `LinearlyImplicit`, unless all fields are constant.
     #[error(
         "{field} answers contacts, but {scheme:?} does not keep the energy of what is hit in a field: choose KickDriftKick, or Responder::Rapier"
     )]
@@ -83,14 +84,14 @@ pub enum StepError {
         body: RigidBodyHandle,
     },
     /// The last step was begun and never finished, because its `OpenStep` was dropped. The forces that stood in place
-    /// of the user's have now been taken back; the next call begins a step.
+    /// of the user's have now been taken back, but not what was written to velocities; the next call begins a step.
     #[error("the last step was begun but never finished: its OpenStep was dropped")]
     Unfinished,
     /// Rapier made no step between [`begin`](crate::Fields::begin) and [`finish`](crate::Fields::finish). Programs that
     /// draw between two steps may make none in some frames, or several. Call both around each of Rapier's steps.
     #[error("Rapier made no step between begin and finish: call both around each of its steps")]
     NotStepped,
-    /// The open step is not the last one that these fields began.
+    /// The open step is not the last one that these fields began. The world stays as it was given.
     #[error("this OpenStep is not the last one that these fields began")]
     NotTheirs,
 }

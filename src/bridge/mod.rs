@@ -1,4 +1,4 @@
-//! The bridge to Rapier: the only module that reads bodies for a step and writes into Rapier's sets.
+//! The bridge to Rapier: the walk over bodies that a step reads, and the only module that writes into Rapier's sets.
 
 mod constrained;
 mod error;

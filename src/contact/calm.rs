@@ -2,8 +2,8 @@
 //!
 //! Rapier reuses the contacts of a pair that hardly moved, unless a hook is active on one of its colliders. The
 //! [hooks](super::StepHooks) leave slow contacts to Rapier's solver, with the friction of the law and no restitution.
-//! So where nothing that may touch is fast, and Rapier's own friction equals that of the law, a hook would change
-//! nothing and is not requested: Rapier's part of the step is then the same as without fields.
+//! So where nothing that may touch is fast, Rapier's own friction equals that of the law, and its restitution is zero,
+//! a hook would change nothing and is not requested: Rapier's part of the step is then the same as without fields.
 
 use super::claims::Claims;
 use super::laws::combined;

@@ -3,7 +3,7 @@
 //! Contacts that happen at once are answered in rounds. In each round, the contacts that approach are resolved
 //! together: normal impulses λ ≥ 0 such that no contact of the round approaches, or separates more slowly than its
 //! restitution asks, and none is pulled (Moreau's law of impact, a linear complementarity problem). Rounds follow until
-//! no contact approaches. Each keeps momentum and adds no energy.
+//! no contact approaches, or [`ROUNDS`] were made. Each keeps momentum and adds no energy.
 
 use super::contact_body::ContactBody;
 use super::lcp;

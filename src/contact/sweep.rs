@@ -25,7 +25,7 @@ use crate::rapier::geometry::Aabb;
 use crate::rigid::Lookup;
 
 /// The limit of impacts in one step: a constant, and an allowance for each body. A billiard of mass ratio 10⁴ has 314
-/// impacts; a step that reaches the limit has bodies that cannot come to rest.
+/// impacts; bodies that cannot come to rest reach the limit.
 const MOST_IMPACTS: usize = 10_000;
 const MOST_PER_BODY: usize = 256;
 

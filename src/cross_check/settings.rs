@@ -13,8 +13,9 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// Settings of a [cross-check](crate::FieldsBuilder::cross_check): it compares the contacts of detection fields with
 /// those of Rapier's narrow phase at the same poses.
 ///
-/// It costs a detection and a walk over Rapier's contact pairs per step; if it is off, which is the default, it costs
-/// the test of one option.
+/// It costs a detection and a walk over Rapier's contact pairs per step. Rapier then recycles no contacts of the
+/// watched colliders, unless [`let_recycle`](Self::let_recycle) is set, so resting bodies differ by roundings from a
+/// world without the check. If it is off, which is the default, it costs the test of one option.
 ///
 /// It compares pairs of which at least one collider has a detection field, of any shapes. A contact of Rapier's counts
 /// if it overlaps, contact skins included; contacts that Rapier holds ready at a distance (`prediction_distance`) do
@@ -64,8 +65,8 @@ impl CrossCheck {
     /// Leaves Rapier's `contact_recycling` as it is. Recycled contacts are up to 0.05 length units out of date, so
     /// contacts that may be recycled are counted as not comparable, and the report says so.
     ///
-    /// Otherwise the check keeps the watched colliders from being recycled: those that have no `active_hooks` get the
-    /// one that filters contact pairs, so the user's hooks are called for them.
+    /// Otherwise the check keeps the contacts of the watched colliders from being recycled: each gets the bit of
+    /// `active_hooks` that filters contact pairs. The user's hooks are called only for the bits that the user has set.
     pub fn let_recycle(mut self) -> Self {
         self.lets_recycle = true;
         self

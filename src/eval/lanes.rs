@@ -1,5 +1,5 @@
 //! Numbers in SIMD lanes. The number of lanes and the order of sums are fixed whatever registers the machine has,
-//! and no multiply-add is fused: so every machine gives the same bits.
+//! and no multiply-add is fused: so the width of the registers changes no bit.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdCombine, SimdFloat, dispatch};
 

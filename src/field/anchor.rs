@@ -5,7 +5,9 @@ use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 /// The frame that a field moves with.
 ///
 /// The field's own frame is `local_pose` seen from the world, the body or the collider. A field
-/// anchored to a body, or to a collider of a body, never acts on that body.
+/// anchored to a body, or to a collider of a body, does not act on that body, but a
+/// [reacting](crate::Field::reacting) one gives it the opposite force, and a law of a
+/// [contact](crate::Field::contact) field may push both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub enum Anchor {

@@ -32,9 +32,9 @@ impl Fields {
     /// three times the steps, and two copies.
     ///
     /// The estimate holds where errors fall as the order says. Steps that are too long for the fields give an estimate
-    /// that is wrong, but large. A contact within the steps is of first order. Rounding does not fall with the step and
-    /// is not seen. A path that is chaotic over the steps shows how far it may stray. Your own hooks are not called on
-    /// the copies, and no events are sent.
+    /// that is wrong: large where motions explode, and too small where the scheme damps them in both copies. A contact
+    /// within the steps is of first order. Rounding does not fall with the step and is not seen. A path that is chaotic
+    /// over the steps shows how far it may stray. Your own hooks are not called on the copies, and no events are sent.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

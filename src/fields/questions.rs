@@ -59,7 +59,7 @@ impl Fields {
         self.pipeline.set_timed(on);
     }
 
-    /// The simulated time: the sum of all steps.
+    /// The simulated time: the sum of all steps since zero, or since it was [set](crate::FieldState::set_time).
     #[must_use]
     pub fn time(&self) -> f64 {
         self.state.time
@@ -156,8 +156,8 @@ impl Fields {
             .potential_energy(&self.definition(), &self.state, world.into())
     }
 
-    /// The reasons for the wrench on a body in the present world: the force of each field, the fields that overrule it,
-    /// and the resulting wrench. `None` for a body that fields cannot move.
+    /// The reasons for the wrench on a body in the present world: the force of each field but contact fields, the
+    /// fields that overrule it, and the resulting wrench. `None` for a body that fields cannot move.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

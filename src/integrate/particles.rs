@@ -4,7 +4,6 @@
 //! its mean along the free path of the particle under it, gravity, the user's force and damping, applied where Rapier
 //! applies gravity. So drag sees the velocity that gravity makes, whatever number of iterations Rapier divides its step
 //! into.
-//! into however many iterations Rapier divides its step.
 
 use super::coupling::{Besides, LinearisedWrench};
 use super::jacobian::by_velocity;

@@ -1,4 +1,5 @@
-//! Sine and cosine by arithmetic alone, with the same bits for one number and for several, on every machine.
+//! Sine and cosine by arithmetic alone, with the same bits for one number and for several, and up to a million on every
+//! machine.
 
 use super::{Mask, Plain};
 

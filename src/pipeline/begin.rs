@@ -17,7 +17,7 @@ use crate::rigid::{Body, Wrench};
 
 impl FieldPipeline {
     /// Makes the first half of a step. `alone` if Rapier's step follows at once. After an error nothing has been
-    /// written.
+    /// written, except that an unfinished step before it is taken back.
     pub(crate) fn begin_step(
         &mut self,
         fields: &Definition<'_>,

@@ -20,7 +20,8 @@ use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rigid::Wrench;
 
 impl FieldPipeline {
-    /// Makes the second half of a step. After an error the world is as it was before the step began.
+    /// Makes the second half of a step. After an error the world is as it was before the step began, but for
+    /// [`StepError::NotTheirs`], after which it is as it was given.
     pub(crate) fn finish_step(
         &mut self,
         fields: &Definition<'_>,

@@ -95,7 +95,7 @@ impl OpenRecord {
 }
 
 impl FieldState {
-    /// Simulated time: the sum of all steps.
+    /// Simulated time: the sum of all steps since zero, or since it was [set](Self::set_time).
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -109,7 +109,7 @@ impl FieldState {
         self.evaluation = None;
     }
 
-    /// Returns an error if it cannot have been left behind by a step.
+    /// Returns an error if one of its values shows that no step has left it behind.
     pub(crate) fn check(&mut self) -> Result<(), StepError> {
         let amiss = if self.checked { None } else { self.amiss() };
         let time = (!self.time.is_finite()).then(|| format!("time is {}", self.time));

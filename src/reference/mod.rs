@@ -68,8 +68,9 @@ impl<'a> Reference<'a> {
     /// The force with its derivatives by the point and the velocity of the sample; `None` where
     /// the field is not defined.
     ///
-    /// Exact but for shapes and closures, which are differentiated numerically. Regions are taken
-    /// as they are at the sample: the jump at a border is not a slope.
+    /// Exact but for shapes and closures, which are differentiated numerically, and the random part of a
+    /// [`LinearKernel`](crate::field::LinearKernel), which is not. Regions are taken as they are at the
+    /// sample: the jump at a border is not a slope.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

@@ -2,7 +2,7 @@
 //!
 //! Flat borders cut parts made of triangles exactly. At a curved border pieces are halved until the border is
 //! almost flat in each, and then cut by its tangent plane. A ball through which a single plane or sphere passes
-//! is cut in closed form.
+//! is cut in closed form, where there is one (`cap.rs`).
 
 use super::cap;
 use super::clip::{Plane, Triangle, content, extent, halving};
