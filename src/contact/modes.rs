@@ -21,11 +21,11 @@ pub enum Detection {
     /// law, and move on freely for the rest of the step. So a body may bounce several times in one step, in the right
     /// order, without tunnelling.
     ///
-    /// Balls and half-spaces are exact, to some roundings in 64 bits. Other shapes are found by Parry's distance, in
-    /// time to some roundings of their size (in [`Real`](crate::math::Real)) divided by the speed of approach: see
-    /// [`Capability`](crate::Capability). After an impact, collisions of that body with parts that only Rapier answers
-    /// are not detected before the next step. If a step reaches its limit of impacts, the bodies stay where they touch
-    /// for the rest of it, and the outcome says so.
+    /// Two balls, and a ball and a half-space that does not turn, are exact, to some roundings in 64 bits. Other shapes
+    /// are found by Parry's distance, in time to some roundings of their size (in [`Real`](crate::math::Real)) divided
+    /// by the speed of approach: see [`Capability`](crate::Capability). After an impact, collisions of that body with
+    /// parts that only Rapier answers are not detected before the next step. If a step reaches its limit of impacts,
+    /// the bodies stay where they touch for the rest of it, and the outcome says so.
     ///
     /// Bodies move as they do for Rapier: on parabolas, under its gravity, their users' forces and the fields. Bodies
     /// that rotate freely are rotated by this crate, balls included, where Rapier would use linearised substeps. If
@@ -62,10 +62,10 @@ pub enum Responder {
     /// gravity, fields and their users' forces, and h is Rapier's allowed linear error, 0.005 length units: a contact
     /// that would rebound lower than that is at rest. Under laws without loss (a restitution of one, the paper's) the
     /// limit is a dt, or energy would be lost. Where nothing accelerates the bodies no contact lasts; the load of
-    /// joints alone is not known. A pair that still overlaps after three steps in each of which it was answered, or
-    /// whose overlap grows in three, is Rapier's until it separates; of the second,
-    /// [`ContactDeepens`](crate::StepWarning::ContactDeepens) warns. Springs ([`Penalty`](crate::ContactLaw::Penalty))
-    /// hold resting bodies themselves.
+    /// joints alone is not known. A pair that still overlaps after three steps in each of which it was answered by a
+    /// law that loses speed, or whose overlap grows in three, is Rapier's until it separates; of the second,
+    /// [`ContactDeepens`](crate::StepWarning::ContactDeepens) warns if the overlap exceeds h. Springs
+    /// ([`Penalty`](crate::ContactLaw::Penalty)) hold resting bodies themselves.
     ///
     /// Impacts that happen at once are answered together (see [`Impulse`](crate::ContactLaw::Impulse)): of a row of
     /// touching balls that is hit, all move on, where one after the other only the last would.

@@ -54,7 +54,8 @@ pub enum ContactLaw {
     /// Newton's law along the normal, with both bodies' effective masses including rotation:
     /// equal and opposite impulses at one point, so that momentum and angular momentum are
     /// exact, and for a restitution of one without friction the energy too. Contacts that happen
-    /// at once are resolved together (Moreau's law of impact; rounds, until none approaches).
+    /// at once are resolved together, up to 48 connected ones (Moreau's law of impact; rounds,
+    /// until none approaches, at most 64).
     ///
     /// Friction is Coulomb's: after the normal impulse, one against the slip at the point, large
     /// enough to stop it or as large as friction times the normal impulse. It never adds energy.

@@ -59,10 +59,10 @@ pub enum Sampling {
     Centre,
     /// Once per collider, in its middle.
     Parts,
-    /// At 27 or more points in each collider (a cuboid that is not long has 27). Mass, centre
-    /// and second moments are those of the shape, filled uniformly, so forces up to the second
-    /// power of the coordinates are exact, also in their torque up to the first; for shapes that
-    /// are their own mirror image in their centre, one power more. Forces that are linear in place and
+    /// At 27 or more points in each collider (a cuboid that is not long has 27, and a thin, slanted shape
+    /// may have eight). Mass, centre and second moments are those of the shape, filled uniformly, so forces
+    /// up to the second power of the coordinates are exact, also in their torque up to the first; for shapes
+    /// that are their own mirror image in their centre, one power more. Forces that are linear in place and
     /// velocity, and act everywhere, are asked at four points that have the same moments.
     Volume,
     /// At points of each collider's surface, by area: a cuboid at 2 × 2 Gauss points of each

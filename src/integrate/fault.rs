@@ -12,8 +12,8 @@ use crate::sample::{Moment, Samples};
 /// The treatment of a body to which fields give a force that is infinite or NaN, or that would make it so fast that the
 /// square of its speed overflows. No such number reaches Rapier under any policy.
 ///
-/// All other bodies move as they would without that body, unless the policy is [`FaultPolicy::Refuse`]. The policy at
-/// the start of a step holds for the whole step.
+/// Under [`FaultPolicy::Quarantine`] fields act on all other bodies as if that body were disabled, from that half of
+/// the step on. The policy at the start of a step holds for the whole step.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -59,7 +59,7 @@ pub enum FaultPolicy {
     Quarantine,
     /// The step is refused with [`StepError::NonFinite`](crate::StepError::NonFinite) or
     /// [`StepError::TooFast`](crate::StepError::TooFast), and the world is as it was before. Because Rapier may have
-    /// made its step by then, each step begins with a copy of all bodies.
+    /// made its step by then, each step in which fields can reach a body begins with a copy of all bodies.
     Refuse,
 }
 

@@ -19,22 +19,25 @@ use crate::math::{Real, to_f64};
 /// | [`Auto`](Scheme::Auto) | 2 or 4 | 1, more where stiff | as fine as its tolerance asks for, body by body |
 /// | [`ExternalForce`](Scheme::ExternalForce) | 1 | 1 | gains energy at any dt·ω with Rapier's default of 4 solver iterations |
 ///
-/// Contacts, joints, gravity, damping, locked axes, dominance and continuous collision detection
-/// stay Rapier's under every scheme. `Substep`, `Forward4` and `Auto` compute the motion in the
-/// fields alone in smaller steps, give the body the mean velocity of that motion before Rapier's
-/// step, and after it the velocity at its end, plus the changes that Rapier made in the meantime.
+/// The bounds of dt·ω hold for steps of equal length.
 ///
-/// Bodies that Rapier's solver holds by contacts or joints are loaded as by gravity (except under `Kick`
-/// and `ExternalForce`): the force is spread over the iterations of Rapier's step, so that a body held by
-/// friction stays in place, and a resting body shows no velocity. The shown velocity lags behind that
-/// of `KickDriftKick` by half an iteration of the force; the map is the same.
+/// Contacts, joints, locked axes, dominance and continuous collision detection stay Rapier's under every
+/// scheme. `Substep`, `Forward4` and `Auto` compute the motion in the fields alone in smaller steps, give
+/// the body the mean velocity of that motion before Rapier's step, and after it the velocity at its end. If
+/// Rapier changes the velocity in the meantime, the result counts as the velocity of the middle of the step,
+/// and half a kick follows.
+///
+/// Bodies that Rapier's solver holds by contacts or joints are loaded as by gravity (not under `ExternalForce`,
+/// and under `Kick` only where forces read velocities): the force is spread over the iterations of Rapier's
+/// step, so that a body held by friction stays in place, and a resting body shows no velocity. The shown
+/// velocity lags behind that of `KickDriftKick` by half an iteration of the force; the map is the same.
 ///
 /// The kicks of a free body in fields include Rapier's gravity, the user's force and Rapier's damping, so the order holds
 /// with all of them on. `Kick` and `ExternalForce`, which serve for comparison, leave all three to Rapier unless forces
 /// read velocities; `LinearlyImplicit` leaves it the damping. A body on which no field acts is moved by Rapier. The free
 /// rotation of bodies of unequal inertia, however, is this crate's, whether a field reaches them or not, wherever any
-/// field can rotate bodies (see [`Fields`](crate::Fields)): a world of balls, or of bodies that do not spin, is the same
-/// as in Rapier bit for bit.
+/// field can rotate bodies (see [`Fields`](crate::Fields)). Without contact fields, balls, and bodies that do not spin,
+/// move as in Rapier bit for bit where no field acts.
 ///
 /// Forces that read velocities: kicks follow their linear part exactly (with gravity and damping), so
 /// a drag of any strength stops a body without turning it back, a falling body reaches its terminal
@@ -83,10 +86,11 @@ pub enum Scheme {
     /// tolerance; in parts of unequal lengths where the motion is stiff for a moment only, like a close pass.
     ///
     /// Bodies are monitored by the change of their wrench along their path, which costs next to nothing. Jacobians are
-    /// computed only for bodies that are new, that looked stiff, or whose velocities were changed by hand. A motion
-    /// that was too coarse is repeated more finely before Rapier sees any of it. A body that entered a stiff field in a
-    /// step that was not expected to be stiff is put where the finer motion leads, after Rapier's step, if nothing else
-    /// touched it. Otherwise, and where not even the finest plan meets the tolerance,
+    /// computed for all bodies after fields were edited or bodies came or went, and else only for bodies that looked
+    /// stiff, that feel a fast drag, or whose velocities were changed by hand. A motion that was too coarse is repeated
+    /// more finely before Rapier sees any of it. A body that entered a stiff field in a step that was not expected to
+    /// be stiff is put where the finer motion leads, after Rapier's step, if nothing else touched it, no field reads
+    /// velocities, and no field detects contacts. Otherwise, and where not even the finest plan meets the tolerance,
     /// [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed) says so in that step; such a body alone in
     /// a stiff well is damped, as by `LinearlyImplicit`.
     ///
