@@ -115,7 +115,7 @@ impl Fields {
     /// ```
     ///
     /// # Errors
-    /// A field or the scheme is out of its range, or the state has a value that no step leaves behind.
+    /// A field or a setting is out of its range, or the state has a value that no step leaves behind.
     pub fn from_parts(
         mut set: FieldSet,
         settings: FieldSettings,
