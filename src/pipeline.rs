@@ -190,7 +190,8 @@ impl FieldPipeline {
     }
 
     /// Finishes a step after Rapier's: call it once for each of its steps. Fields whose time is over leave the
-    /// set.
+    /// set. Edits since [`begin`](Self::begin) count, unless one of them does not fit: then the step is finished with
+    /// the fields that it began with, and the next `begin` refuses the edit.
     ///
     /// # Errors
     /// See [`StepError`]; the world is as it was before [`begin`](Self::begin), but for [`StepError::NotTheirs`], after
@@ -203,10 +204,12 @@ impl FieldPipeline {
         step: OpenStep,
         world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
-        if let Err(edit) = set.validate_changes() {
-            return Err(self.give_up(state, step, world, edit.into()));
+        let fits = set.validate_changes().is_ok();
+        let fields = Definition { set, settings };
+        if fits {
+            self.follow(&fields);
         }
-        let outcome = self.finish_step(&Definition { set, settings }, state, step, world)?;
+        let outcome = self.finish_step(&fields, state, step, world)?;
         set.step_done(state.time);
         Ok(outcome)
     }
@@ -269,11 +272,8 @@ impl FieldPipeline {
         let claims_for = (settings.rules.clone(), settings.detection);
         if stale || self.claims_for != claims_for {
             self.detectors_revision = found;
-            self.watched.clear();
-            for detector in &self.scene.compiled.detectors {
-                let everywhere = self.watched.entry(detector.collider).or_default();
-                *everywhere |= detector.mask.is_none();
-            }
+            let detectors = self.scene.compiled.detectors.iter();
+            self.watched = Watched::new(detectors.map(|it| (it.collider, it.mask.is_none())));
             let swept = settings.detection == Detection::Swept;
             self.claims = Arc::new(Claims::new(&settings.rules, &self.scene.compiled, swept));
             self.claims_for = claims_for;

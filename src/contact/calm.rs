@@ -129,13 +129,18 @@ impl Calm {
         // A collider that no field claims has no hook, however fast it is.
         let mut unclaimed: Real = 0.0;
         for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
-            let speed = fastest(body, world, near, parameters.dt);
             let mut colliders = body.colliders().iter();
-            if speed > 0.0 && colliders.any(|it| claims.bits(*it).is_empty()) {
-                unclaimed = unclaimed.max(speed);
-            }
+            let any_unclaimed = colliders.any(|it| claims.bits(*it).is_empty());
             let limit = SURELY * claims.slow(starts, handle);
             let dynamic = body.is_dynamic() && body.soft_ccd_prediction() <= 0.0;
+            // Most moving bodies are fast enough by their linear velocity alone.
+            if body.is_dynamic() && !any_unclaimed && 2.0 * body.linvel().length() >= limit {
+                continue;
+            }
+            let speed = fastest(body, world, near, parameters.dt);
+            if any_unclaimed {
+                unclaimed = unclaimed.max(speed);
+            }
             if dynamic && 2.0 * speed < limit {
                 self.slow.push((handle, limit - speed));
             } else if !body.is_dynamic() && speed == 0.0 {

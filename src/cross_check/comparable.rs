@@ -1,7 +1,5 @@
 //! The pairs that can be compared, and the reasons why others cannot.
 
-use std::collections::HashMap;
-
 use super::bands::Bands;
 use super::counts::Reason;
 use super::settings::CrossCheck;
@@ -12,8 +10,51 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::{Collider, NarrowPhase};
 use crate::rigid::Lookup;
 
-/// Colliders with a detection field; true if the field acts everywhere.
-pub(crate) type Watched = HashMap<ColliderHandle, bool>;
+/// Colliders with a detection field, each once and in the order of their handles, so that a walk over them meets a
+/// world's colliders as they lie in memory.
+#[derive(Debug, Default)]
+pub(crate) struct Watched(Vec<WatchedCollider>);
+
+#[derive(Clone, Copy, Debug)]
+struct WatchedCollider {
+    collider: ColliderHandle,
+    /// True if the field acts everywhere.
+    everywhere: bool,
+}
+
+impl Watched {
+    /// Made from the colliders of all detection fields, each with true if the field acts everywhere.
+    pub(crate) fn new(detectors: impl Iterator<Item = (ColliderHandle, bool)>) -> Self {
+        let of_field = |(collider, everywhere)| WatchedCollider {
+            collider,
+            everywhere,
+        };
+        let mut all: Vec<_> = detectors.map(of_field).collect();
+        all.sort_unstable_by_key(|it| it.collider.into_raw_parts());
+        all.dedup_by(|other, kept| {
+            let same = other.collider == kept.collider;
+            kept.everywhere |= same && other.everywhere;
+            same
+        });
+        Watched(all)
+    }
+
+    fn of(&self, collider: ColliderHandle) -> Option<WatchedCollider> {
+        let key = collider.into_raw_parts();
+        let place = self
+            .0
+            .binary_search_by_key(&key, |it| it.collider.into_raw_parts());
+        place.ok().map(|place| self.0[place])
+    }
+
+    pub(crate) fn contains(&self, collider: ColliderHandle) -> bool {
+        self.of(collider).is_some()
+    }
+
+    pub(crate) fn colliders(&self) -> impl Iterator<Item = ColliderHandle> {
+        self.0.iter().map(|it| it.collider)
+    }
+}
 
 /// The world after Rapier's step.
 pub(crate) struct AfterStep<'a, W> {
@@ -31,7 +72,7 @@ pub(super) fn is_watched(
     watched: &Watched,
     pair: [ColliderHandle; 2],
 ) -> bool {
-    pair.iter().any(|it| watched.contains_key(it)) && settings.watches(pair)
+    pair.iter().any(|it| watched.contains(*it)) && settings.watches(pair)
 }
 
 /// The inputs of the comparison of a step.
@@ -84,7 +125,8 @@ impl<W: Lookup> Judging<'_, W> {
         if !found.any(|it| it.is_dynamic()) {
             return Some(|it| &mut it.immovable);
         }
-        let masked = |handle: &ColliderHandle| self.watched.get(handle) != Some(&true);
+        let masked =
+            |handle: &ColliderHandle| !self.watched.of(*handle).is_some_and(|it| it.everywhere);
         pair.iter().all(masked).then_some(|it| &mut it.masked)
     }
 

@@ -87,7 +87,7 @@ impl FieldPipeline {
             if !self.calm.is_quiet(collider) {
                 bits |= self.claims.bits(collider);
             }
-            if fresh && self.watched.contains_key(&collider) {
+            if fresh && self.watched.contains(collider) {
                 bits |= ActiveHooks::FILTER_CONTACT_PAIRS;
             }
             bits
@@ -99,10 +99,10 @@ impl FieldPipeline {
             }
         }
         let view = world.view();
-        let silent = self.watched.keys().filter_map(|collider| {
-            let own = view.collider(*collider)?.active_hooks();
-            let bits = wanted(*collider);
-            (!own.contains(bits)).then_some((*collider, own, bits))
+        let silent = self.watched.colliders().filter_map(|collider| {
+            let own = view.collider(collider)?.active_hooks();
+            let bits = wanted(collider);
+            (!own.contains(bits)).then_some((collider, own, bits))
         });
         let silent: Vec<_> = silent.collect();
         for (collider, own, bits) in silent {
