@@ -29,78 +29,39 @@ impl FieldPipeline {
         mut open: OpenStep,
         mut world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
-        let record = self.take_record(state, &open)?;
+        let mut record = match state.open.take() {
+            Some(record) if [record.number, self.last_begun] == [open.number; 2] => record,
+            other => {
+                state.open = other;
+                return Err(StepError::NotTheirs);
+            }
+        };
         self.stopwatch.go_on();
-        self.follow(fields);
         self.condemned.clear();
         (self.held_is_known, self.pushed_is_known) = (false, false);
         self.on_fault = open.on_fault;
         let outcome = self.finish_all(fields, state, &mut open, &record, &mut world);
-        if let Err(error) = &outcome {
-            self.take_all_back(state, &mut open, &mut world, error);
+        if outcome.is_err() {
+            open.rollback.restore(&mut world);
+            if open.soft.is_some() {
+                self.softs.restore(world.soft_bodies);
+            }
+            // No time has passed, so the next step begins with the same evaluation.
+            let not_stepped = outcome == Err(StepError::NotStepped);
+            if not_stepped {
+                state.mark = open.mark;
+                std::mem::swap(&mut state.reactions, &mut open.motions.reactions);
+            } else {
+                state.reactions.clear();
+            }
+            if !not_stepped || !state.knows_all() {
+                state.forget();
+            }
+            if let Some(drowsing) = open.stepped.drowsing.take() {
+                state.drowsing = drowsing;
+            }
         }
-        self.reuse(open, record);
-        outcome
-    }
-
-    /// Ends a step that cannot be finished: the world is as it was before its beginning. Returns the error.
-    pub(super) fn give_up(
-        &mut self,
-        state: &mut FieldState,
-        mut open: OpenStep,
-        mut world: WorldMut<'_>,
-        error: StepError,
-    ) -> StepError {
-        let record = match self.take_record(state, &open) {
-            Ok(record) => record,
-            Err(not_theirs) => return not_theirs,
-        };
-        self.take_all_back(state, &mut open, &mut world, &error);
-        self.reuse(open, record);
-        error
-    }
-
-    /// Takes the record of a step out of the state, if it is the one that was begun last.
-    fn take_record(
-        &self,
-        state: &mut FieldState,
-        open: &OpenStep,
-    ) -> Result<OpenRecord, StepError> {
-        let last = [open.number; 2];
-        let is_theirs = |record: &mut OpenRecord| [record.number, self.last_begun] == last;
-        state.open.take_if(is_theirs).ok_or(StepError::NotTheirs)
-    }
-
-    /// Restores the world, and what the state knows of it.
-    fn take_all_back(
-        &mut self,
-        state: &mut FieldState,
-        open: &mut OpenStep,
-        world: &mut WorldMut<'_>,
-        error: &StepError,
-    ) {
-        open.rollback.restore(world);
-        if open.soft.is_some() {
-            self.softs.restore(world.soft_bodies);
-        }
-        // No time has passed, so the next step begins with the same evaluation.
-        let not_stepped = *error == StepError::NotStepped;
-        if not_stepped {
-            state.mark = open.mark;
-            std::mem::swap(&mut state.reactions, &mut open.motions.reactions);
-        } else {
-            state.reactions.clear();
-        }
-        if !not_stepped || !state.knows_all() {
-            state.forget();
-        }
-        if let Some(drowsing) = open.stepped.drowsing.take() {
-            state.drowsing = drowsing;
-        }
-    }
-
-    /// Keeps the buffers of a step for the next one.
-    fn reuse(&mut self, open: OpenStep, mut record: OpenRecord) {
+        // The buffers are used again.
         record.clear();
         self.spare_record = record;
         self.motions = open.motions;
@@ -108,6 +69,7 @@ impl FieldPipeline {
         self.softs.spare = open.soft.unwrap_or_default();
         self.stepped = open.stepped;
         self.late_bodies = std::mem::replace(&mut self.scene.bodies, open.bodies);
+        outcome
     }
 
     fn finish_all(
@@ -193,7 +155,7 @@ impl FieldPipeline {
             report.add_answers(check, &self.watched, contacts, pairs, &world.view());
             self.stopwatch.lap(StepStage::CrossCheck);
         }
-        if fields.settings.audit {
+        if fields.settings.audit && fields.set.is_checked() {
             let view = world.view();
             let (_, samples) =
                 Self::sample_everyone(&self.properties, &view, self.scene.compiled.requirements);

@@ -45,4 +45,9 @@ impl FieldSet {
         self.unchecked.leaves.clear();
         Ok(())
     }
+
+    /// Returns true if all changes have been checked.
+    pub(crate) fn is_checked(&self) -> bool {
+        self.unchecked.terms.is_empty() && self.unchecked.leaves.is_empty()
+    }
 }
