@@ -1,16 +1,15 @@
 //! The properties that users give to colliders and bodies, in tables for a fast look-up by handle.
 
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
 use super::point::UserValues;
 use super::samples::Samples;
-use crate::field::{Change, ColliderProperties, FieldSet, Sampling};
+use crate::field::{Change, ColliderProperties, FieldSet, Fingerprint, Sampling};
 use crate::math::{ColliderHandle, RigidBodyHandle, to_f64};
-use crate::rapier::data::Index;
 
-/// Handles of larger indices are looked up in a map, since a file may hold any index, and memory must not grow
-/// with it.
-const DENSE: u32 = 1 << 20;
+/// Values by handle. It is no list by index, since a file may hold any index, and memory must not grow with it.
+type ByHandle<Handle, Value> = HashMap<Handle, Value, BuildHasherDefault<Fingerprint>>;
 
 /// The properties of all colliders that have some, by handle. It follows a [`FieldSet`].
 #[derive(Clone, Debug, Default)]
@@ -20,11 +19,9 @@ pub(crate) struct Properties {
     /// The number of changes.
     pub(super) changes: u64,
     world: UserValues,
-    entries: ByHandle<Entry>,
+    entries: ByHandle<ColliderHandle, Entry>,
     /// The sampling that a body asks for, by body.
-    samplings: ByHandle<Sampling>,
-    /// True if any body asks for a sampling of its own.
-    any_sampling: bool,
+    samplings: ByHandle<RigidBodyHandle, Sampling>,
 }
 
 #[derive(Clone, Debug)]
@@ -65,15 +62,12 @@ impl Properties {
             revision: self.revision,
             changes: self.changes,
             world: data.axes().iter().cloned().collect(),
-            any_sampling: !data.samplings().is_empty(),
             ..Properties::default()
         };
         for (collider, _) in data.colliders() {
             self.take_up(set, *collider);
         }
-        for (body, own) in data.samplings() {
-            self.samplings.insert(body.0, *own);
-        }
+        self.samplings.extend(data.samplings().iter().copied());
     }
 
     fn take_up(&mut self, set: &FieldSet, collider: ColliderHandle) {
@@ -82,7 +76,7 @@ impl Properties {
                 properties: properties.clone(),
                 user: self.values(properties),
             };
-            self.entries.insert(collider.0, entry);
+            self.entries.insert(collider, entry);
         }
     }
 
@@ -93,15 +87,15 @@ impl Properties {
 
     /// Returns true if any body asks for a sampling of its own.
     pub(crate) fn any_sampling(&self) -> bool {
-        self.any_sampling
+        !self.samplings.is_empty()
     }
 
     pub(crate) fn sampling(&self, body: RigidBodyHandle) -> Option<Sampling> {
-        self.samplings.get(body.0).copied()
+        self.samplings.get(&body).copied()
     }
 
     pub(crate) fn get(&self, collider: ColliderHandle) -> Option<&Entry> {
-        self.entries.get(collider.0)
+        self.entries.get(&collider)
     }
 
     fn values(&self, properties: &ColliderProperties) -> UserValues {
@@ -112,57 +106,5 @@ impl Properties {
             (name.clone(), value)
         };
         self.world.iter().map(value).collect()
-    }
-}
-
-/// Values by the index and generation of a handle.
-#[derive(Clone, Debug)]
-struct ByHandle<T> {
-    values: Vec<(Index, T)>,
-    /// For indices below [`DENSE`]: the number of the value plus one, or zero.
-    dense: Vec<u32>,
-    /// The same for larger indices.
-    sparse: HashMap<u32, u32>,
-}
-
-impl<T> Default for ByHandle<T> {
-    fn default() -> Self {
-        ByHandle {
-            values: Vec::new(),
-            dense: Vec::new(),
-            sparse: HashMap::new(),
-        }
-    }
-}
-
-impl<T> ByHandle<T> {
-    fn number(&self, index: u32) -> Option<usize> {
-        let dense = self.dense.get(index as usize);
-        let number = dense.or_else(|| self.sparse.get(&index))?;
-        (*number as usize).checked_sub(1)
-    }
-
-    fn get(&self, handle: Index) -> Option<&T> {
-        let (known, value) = &self.values[self.number(handle.into_raw_parts().0)?];
-        (*known == handle).then_some(value)
-    }
-
-    /// Of two handles with the same index the last one inserted stays.
-    fn insert(&mut self, handle: Index, value: T) {
-        let (index, _) = handle.into_raw_parts();
-        if let Some(number) = self.number(index) {
-            self.values[number] = (handle, value);
-            return;
-        }
-        self.values.push((handle, value));
-        let number = self.values.len() as u32;
-        if index >= DENSE {
-            self.sparse.insert(index, number);
-            return;
-        }
-        if self.dense.len() <= index as usize {
-            self.dense.resize(index as usize + 1, 0);
-        }
-        self.dense[index as usize] = number;
     }
 }
