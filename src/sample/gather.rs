@@ -387,9 +387,7 @@ impl Making<'_> {
         let local_pose = local_pose.unwrap_or(Pose::IDENTITY);
         let (middle, _) = self.shapes.middle(handle, collider);
         for points in wanted {
-            let Some(rule) = self.shapes.rule(handle, collider, points, middle) else {
-                continue;
-            };
+            let rule = self.shapes.rule(handle, collider, points, middle);
             let kind = Kind::Several(points);
             let mut spread = 0;
             if self.requirements.displaced && rule.spread != DMat3::ZERO {

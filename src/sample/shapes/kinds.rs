@@ -1,7 +1,7 @@
 //! Groups equal shapes into kinds, so that moments, samples and meshes are computed once for each kind.
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, OnceLock, Weak};
 
 use super::content;
 use super::moments::Moments;
@@ -18,10 +18,9 @@ pub(super) struct Known {
     pub shape: SharedShape,
     pub ball: (Vector, Real),
     moments: OnceLock<Option<Moments>>,
-    /// The samples for each set of [`Points`]; `None` if not yet computed.
-    pub rules: [Option<Arc<Quadrature>>; Points::ALL.len()],
-    /// `None` if not yet computed.
-    pub solid: Option<PartSolid>,
+    /// The samples for each set of [`Points`].
+    rules: [OnceLock<Arc<Quadrature>>; Points::ALL.len()],
+    pub solid: OnceLock<PartSolid>,
 }
 
 impl Known {
@@ -32,19 +31,16 @@ impl Known {
             ball: (bounds.center, bounds.radius),
             moments: OnceLock::new(),
             rules: Default::default(),
-            solid: None,
+            solid: OnceLock::new(),
         }
     }
 
     /// The samples of a set of points; `middle` alone if the shape has none.
-    pub(super) fn rule(&mut self, points: Points, middle: Vector) -> Arc<Quadrature> {
-        if let Some(rule) = &self.rules[points as usize] {
-            return rule.clone();
-        }
+    pub(super) fn rule(&self, points: Points, middle: Vector) -> Arc<Quadrature> {
         let few = |all: Arc<Quadrature>| all.few().map_or(all, Arc::new);
         let or_middle =
             |rule: Option<Quadrature>| rule.unwrap_or_else(|| Quadrature::single(middle)).into();
-        let rule = match points {
+        let make = || match points {
             Points::Volume => {
                 let moments = self.moments();
                 or_middle(moments.and_then(|it| volume::rule(&self.shape, it)))
@@ -53,8 +49,7 @@ impl Known {
             Points::FewOfVolume => few(self.rule(Points::Volume, middle)),
             Points::FewOfSurface => few(self.rule(Points::Surface, middle)),
         };
-        self.rules[points as usize] = Some(rule.clone());
-        rule
+        self.rules[points as usize].get_or_init(make).clone()
     }
 
     /// The moments of the volume; `None` if the shape has no volume.
@@ -64,79 +59,33 @@ impl Known {
     }
 }
 
-/// The kinds of shapes that colliders have.
+/// The kinds of shapes that colliders have. Each lives as long as a collider has it.
 #[derive(Debug, Default)]
 pub(super) struct Kinds {
-    list: Vec<Option<ShapeKind>>,
-    /// Numbers of vacant entries of the list.
-    free: Vec<usize>,
-    by_content: HashMap<Arc<[u64]>, usize>,
+    by_content: HashMap<Vec<u64>, Weak<Known>>,
     /// A buffer.
     words: Vec<u64>,
 }
 
-#[derive(Debug)]
-struct ShapeKind {
-    known: Known,
-    /// `None` for shapes that cannot be compared: each is a kind of its own.
-    content: Option<Arc<[u64]>>,
-    /// The number of colliders that have this kind.
-    users: usize,
-}
-
 impl Kinds {
-    /// The number of the kind of a shape, for one more collider.
-    pub(super) fn take(&mut self, shape: &SharedShape) -> usize {
+    /// The kind of a shape.
+    pub(super) fn take(&mut self, shape: &SharedShape) -> Arc<Known> {
         self.words.clear();
-        let is_plain = content::of(shape, &mut self.words).is_some();
-        let alike = self.by_content.get(&self.words[..]).filter(|_| is_plain);
-        if let Some(number) = alike.copied()
-            && let Some(Some(kind)) = self.list.get_mut(number)
-        {
-            kind.users += 1;
-            return number;
+        if content::of(shape, &mut self.words).is_none() {
+            // A shape that cannot be compared is a kind of its own.
+            return Arc::new(Known::of(shape));
         }
-        let content = is_plain.then(|| Arc::from(&self.words[..]));
-        let kind = Some(ShapeKind {
-            known: Known::of(shape),
-            content: content.clone(),
-            users: 1,
-        });
-        let number = match self.free.pop() {
-            Some(number) => {
-                self.list[number] = kind;
-                number
-            }
-            None => {
-                self.list.push(kind);
-                self.list.len() - 1
-            }
-        };
-        self.by_content.extend(content.map(|it| (it, number)));
-        number
-    }
-
-    /// Takes one collider off a kind. A kind without colliders is removed.
-    pub(super) fn release(&mut self, number: usize) {
-        let Some(place) = self.list.get_mut(number) else {
-            return;
-        };
-        let Some(kind) = place else {
-            return;
-        };
-        kind.users -= 1;
-        if kind.users == 0 {
-            if let Some(content) = &kind.content {
-                self.by_content.remove(content);
-            }
-            *place = None;
-            self.free.push(number);
+        let alike = self.by_content.get(&self.words[..]);
+        if let Some(known) = alike.and_then(Weak::upgrade) {
+            return known;
         }
-    }
-
-    pub(super) fn get_mut(&mut self, number: usize) -> Option<&mut Known> {
-        let kind = self.list.get_mut(number)?.as_mut()?;
-        Some(&mut kind.known)
+        let known = Arc::new(Known::of(shape));
+        if self.by_content.len() == self.by_content.capacity() {
+            self.by_content.retain(|_, kind| kind.strong_count() > 0);
+        }
+        let kind = Arc::downgrade(&known);
+        self.by_content.insert(self.words.clone(), kind);
+        known
     }
 }
 
@@ -148,7 +97,8 @@ mod tests {
 
     impl Kinds {
         fn count(&self) -> usize {
-            self.list.iter().flatten().count()
+            let kinds = self.by_content.values();
+            kinds.filter(|kind| kind.strong_count() > 0).count()
         }
     }
 
@@ -189,20 +139,17 @@ mod tests {
         let taken = makes.map(|make| {
             let first = kinds.take(&make());
             for _ in 1..100 {
-                assert_eq!(kinds.take(&make()), first);
+                assert!(Arc::ptr_eq(&kinds.take(&make()), &first));
             }
             first
         });
         assert_eq!(kinds.count(), makes.len(), "none is like another");
-        for number in taken {
-            for _ in 0..100 {
-                assert!(kinds.get_mut(number).is_some());
-                kinds.release(number);
-            }
-        }
+        drop(taken);
         assert_eq!(kinds.count(), 0, "nothing is kept");
-        assert!(kinds.by_content.is_empty());
-        kinds.take(&hull(3.0));
-        assert_eq!(kinds.list.len(), makes.len(), "places are used again");
+        let room = kinds.by_content.capacity();
+        for k in 0..10 * room {
+            kinds.take(&SharedShape::cuboid(k as Real, 1.0, 1.0));
+        }
+        assert!(kinds.by_content.capacity() <= room, "places are used again");
     }
 }

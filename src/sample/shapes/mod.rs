@@ -33,7 +33,7 @@ pub(crate) struct Shapes {
 struct Met {
     /// Held so that Rapier copies the shape before a change, and the changed shape has another address.
     shape: SharedShape,
-    kind: usize,
+    known: Arc<Known>,
 }
 
 impl Shapes {
@@ -43,8 +43,7 @@ impl Shapes {
             return std::f64::consts::PI * 4.0 / 3.0 * to_f64(ball.radius).powi(3);
         }
         let known = self.known(handle, collider);
-        let moments = known.and_then(|known| known.moments());
-        moments.map_or(0.0, |moments| moments.measure)
+        known.moments().map_or(0.0, |moments| moments.measure)
     }
 
     /// The point at which a collider is sampled once, in its own frame, and the radius that the sample gets.
@@ -63,8 +62,7 @@ impl Shapes {
         handle: ColliderHandle,
         collider: &Collider,
     ) -> (Vector, Real) {
-        let known = self.known(handle, collider);
-        known.map_or((Vector::ZERO, Real::INFINITY), |known| known.ball)
+        self.known(handle, collider).ball
     }
 
     /// The samples of a collider; `middle` alone if its shape has none.
@@ -74,9 +72,8 @@ impl Shapes {
         collider: &Collider,
         points: Points,
         middle: Vector,
-    ) -> Option<Arc<Quadrature>> {
-        let known = self.known(handle, collider)?;
-        Some(known.rule(points, middle))
+    ) -> Arc<Quadrature> {
+        self.known(handle, collider).rule(points, middle)
     }
 
     /// The solid of a collider that is cut at borders.
@@ -88,33 +85,25 @@ impl Shapes {
             let of_radius = |mesh| PartSolid::Ball(to_f64(ball.radius), mesh);
             return mesh.map_or(PartSolid::Point, of_radius);
         }
-        let Some(known) = self.known(handle, collider) else {
-            return PartSolid::Point;
-        };
+        let known = self.known(handle, collider);
         let shape = &known.shape;
         let make = || mesh::of(shape).map_or(PartSolid::Point, |mesh| PartSolid::Mesh(mesh.into()));
-        known.solid.get_or_insert_with(make).clone()
+        known.solid.get_or_init(make).clone()
     }
 
-    fn known(&mut self, handle: ColliderHandle, collider: &Collider) -> Option<&mut Known> {
+    fn known(&mut self, handle: ColliderHandle, collider: &Collider) -> Arc<Known> {
         let shape = collider.shared_shape();
         let met = self.colliders.get(handle.0).and_then(Option::as_ref);
         let same = met.filter(|met| std::ptr::addr_eq(&*met.shape.0, &*shape.0));
-        let kind = match same {
-            Some(met) => met.kind,
-            None => {
-                let kind = self.kinds.take(shape);
-                let shape = shape.clone();
-                // The collider may have the place of one that was removed.
-                let place = handle.0.into_raw_parts().0;
-                let before = self.colliders.get_unknown_gen(place);
-                if let Some(before) = before.and_then(Option::as_ref) {
-                    self.kinds.release(before.kind);
-                }
-                self.colliders.insert(handle.0, Some(Met { shape, kind }));
-                kind
-            }
+        if let Some(met) = same {
+            return met.known.clone();
+        }
+        let (shape, known) = (shape.clone(), self.kinds.take(shape));
+        let met = Met {
+            shape,
+            known: known.clone(),
         };
-        self.kinds.get_mut(kind)
+        self.colliders.insert(handle.0, Some(met));
+        known
     }
 }
