@@ -40,7 +40,7 @@ use crate::cross_check::Watched;
 use crate::eval::CentreEvaluator;
 use crate::field::FieldSet;
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Redone, StepWarning};
-use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::math::{Real, RigidBodyHandle};
 use crate::rigid::{Body, BodySet, Wrench};
 use crate::sample::{Gatherer, Properties};
 
@@ -99,8 +99,6 @@ pub struct FieldPipeline {
     gatherer: Gatherer,
     /// A buffer for the bodies of the second half.
     late_bodies: Vec<Body>,
-    /// The velocities that fields see.
-    seen: Vec<(Vector, Vector)>,
     integrator: Integrator,
     motions: Motions,
     /// The motions of the second half.

@@ -110,7 +110,7 @@ impl Stage {
         let mut samples = Samples::default();
         let wanted = self.compiled.requirements;
         Gatherer::default().make(&mut samples, &properties, wanted, &bodies, &view);
-        samples.place(&bodies, None);
+        samples.place(&bodies);
         samples
     }
 

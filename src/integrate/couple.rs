@@ -8,7 +8,7 @@ use super::{Integrator, StepContext};
 use crate::eval::Terms;
 use crate::math::Vector;
 use crate::rapier::na::{Matrix3, Vector6};
-use crate::rigid::{Lookup, Wrench, of_wrench};
+use crate::rigid::{Lookup, Wrench, of_wrench, velocities};
 
 impl Integrator {
     /// The part of a body's wrench that reads velocities, and its slope: for drag and wind from the last evaluation,
@@ -59,7 +59,7 @@ impl Integrator {
             if (felt || still) && !evaluation.is_left_out(place) {
                 let (part, slope) = self.by_velocity(context, place);
                 if felt || !slope.is_zero() {
-                    let sampled_at = evaluation.sampled_at[place];
+                    let sampled_at = velocities(body);
                     coupling = Some(LinearisedWrench::new(
                         &part,
                         slope,

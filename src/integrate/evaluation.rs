@@ -7,9 +7,8 @@ use super::fault::Fault;
 use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Treatment};
 use super::{Integrator, StepContext};
-use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
-use crate::rapier::na::Vector6;
-use crate::rigid::{Lookup, Wrench, find, find_near, six};
+use crate::math::{Real, RigidBodyHandle, Vector};
+use crate::rigid::{Lookup, Wrench, find, find_near};
 
 /// The wrenches on some bodies, and what is known beyond them. It outlives its step: unless something changes, the next
 /// step begins with it.
@@ -23,8 +22,6 @@ pub(crate) struct Evaluation {
     pub wrenches: Vec<Wrench>,
     /// The centres of mass, in world space, under schemes that do not kick twice a step; else empty.
     pub centres: Vec<Vector>,
-    /// The velocities that the fields saw; empty if no field reads them.
-    pub sampled_at: Vec<Vector6<f64>>,
     /// By place; empty if no field reads velocities, or the scheme samples them as they are.
     pub couplings: Vec<Option<LinearisedWrench>>,
     /// True if the last kick changed forces that read velocities so much that the next step has to evaluate them again.
@@ -70,7 +67,6 @@ impl Evaluation {
         self.bodies.clear();
         self.wrenches.clear();
         self.centres.clear();
-        self.sampled_at.clear();
         self.couplings.clear();
         self.estimates.clear();
         self.treatments.clear();
@@ -92,7 +88,6 @@ impl Evaluation {
         let lengths = [
             ("wrenches", self.wrenches.len(), false),
             ("centres", self.centres.len(), true),
-            ("sampled_at", self.sampled_at.len(), true),
             ("couplings", self.couplings.len(), true),
         ];
         for (name, length, or_none) in lengths {
@@ -154,7 +149,6 @@ impl Evaluation {
         keep(&mut self.bodies, &places);
         keep(&mut self.wrenches, &places);
         keep(&mut self.centres, &places);
-        keep(&mut self.sampled_at, &places);
         keep(&mut self.couplings, &places);
         let moved = |place: &mut usize| places[*place].map(|now| *place = now).is_some();
         self.estimates.retain_mut(|it| moved(&mut it.place));
@@ -181,12 +175,10 @@ fn keep<T>(list: &mut Vec<T>, places: &[Option<usize>]) {
 }
 
 impl Integrator {
-    /// Evaluates the wrenches on the bodies of the context, at the places of their samples. `seen` are the linear and
-    /// angular velocities that the fields see.
+    /// Evaluates the wrenches on the bodies of the context, at the places of their samples.
     pub(crate) fn evaluate(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
-        seen: &[(Vector, Vector)],
         evaluation: &mut Evaluation,
     ) -> Result<(), Fault> {
         evaluation.clear();
@@ -200,13 +192,11 @@ impl Integrator {
                 .extend(centres.map(|centre| centre.world_point));
         }
         if context.compiled.reads_velocity {
-            for (handle, (linvel, angvel)) in evaluation.bodies.iter().zip(seen) {
-                let both = six(to_dvec3(*linvel), to_dvec3(*angvel));
-                evaluation.sampled_at.push(both);
-                // Fields anchored to bodies move with the velocities that these will have, too.
-                let (linvel, angvel) = (*linvel, *angvel);
+            // Fields anchored to bodies move with their velocities, too.
+            for body in context.bodies {
+                let (linvel, angvel) = (body.linvel, body.angvel);
                 self.motions
-                    .assign(*handle, PredictedMotion::CoastsAt { linvel, angvel });
+                    .assign(body.handle, PredictedMotion::CoastsAt { linvel, angvel });
             }
         }
         let frames = self.motions.frames(context, &[], 0.0);

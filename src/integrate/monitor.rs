@@ -11,7 +11,7 @@ use super::stability::COUPLED;
 use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
-use crate::rigid::{Lookup, Mobility, Wrench, find, pair};
+use crate::rigid::{Lookup, Mobility, Wrench, find};
 
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and the body is damped.
 const BROKEN: f64 = 1.0;
@@ -331,7 +331,7 @@ impl Integrator {
             if evaluation.is_left_out(*place) {
                 continue;
             }
-            let estimate = self.estimate(context, evaluation, *place);
+            let estimate = self.estimate(context, *place);
             evaluation.estimates.push(estimate);
         }
         self.candidates = candidates;
@@ -348,10 +348,9 @@ impl Integrator {
     pub(super) fn estimate(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
         place: usize,
     ) -> Estimate {
-        let jacobian = self.jacobian(context, evaluation, place);
+        let jacobian = self.jacobian(context, place);
         Estimate {
             place,
             rates: Rates::new(&jacobian, &Mobility::of(&context.bodies[place])),
@@ -363,13 +362,9 @@ impl Integrator {
     pub(super) fn jacobian(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
         place: usize,
     ) -> Jacobian {
-        let angvel = match evaluation.sampled_at.get(place) {
-            Some(velocities) => pair(velocities).1,
-            None => to_dvec3(context.bodies[place].angvel),
-        };
+        let angvel = to_dvec3(context.bodies[place].angvel);
         let frames = self.motions.frames(context, &[], 0.0);
         let scene = context.sampled(&frames);
         jacobian::of_body(&mut self.lineariser, &scene, place, angvel)

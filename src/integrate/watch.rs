@@ -62,7 +62,7 @@ impl Integrator {
             self.prepare(context);
         }
         let worst = new.iter().filter_map(|place| {
-            let estimate = self.estimate(context, evaluation, *place);
+            let estimate = self.estimate(context, *place);
             judged(context, evaluation, &estimate)
         });
         let worst = worst.max_by(|one, other| one.0.total_cmp(&other.0));
@@ -86,7 +86,7 @@ impl Integrator {
             let Some(place) = evaluation.place_of(*link).filter(|_| new) else {
                 continue;
             };
-            let estimate = self.estimate(context, evaluation, place);
+            let estimate = self.estimate(context, place);
             let dt_omega = estimate.rates.report(context.dt, 0.0).dt_omega;
             if dt_omega > worst.0 {
                 worst = (dt_omega, Some(*link));
@@ -162,7 +162,7 @@ impl Integrator {
             return;
         }
         self.prepare(context);
-        let estimate = self.estimate(context, evaluation, place);
+        let estimate = self.estimate(context, place);
         if limit(place) == Some(BY_FORCE) {
             let dt_omega = estimate.rates.report(context.dt, 0.0).dt_omega;
             let told = to_f64(dt_omega) > BY_FORCE;
@@ -249,7 +249,7 @@ impl Integrator {
     ) -> Option<Stiffness> {
         let place = evaluation.place_of(body)?;
         self.prepare(context);
-        let estimate = self.estimate(context, evaluation, place);
+        let estimate = self.estimate(context, place);
         Some(report(context, &estimate))
     }
 }

@@ -226,7 +226,6 @@ impl FieldPipeline {
         };
         self.read(world, wanted);
         self.weigh(state, world);
-        self.see();
         let remade = self.gather(&world.view(), false);
         let anew = remade || first || self.is_stale(fields.set, state, &world.view(), dt);
         self.find_held(fields, world);

@@ -21,7 +21,7 @@ impl FieldPipeline {
         let view = world.view();
         loop {
             let context = self.scene.context(fields, world, &view, now);
-            let outcome = self.integrator.evaluate(&context, &self.seen, evaluation);
+            let outcome = self.integrator.evaluate(&context, evaluation);
             let Err(fault) = outcome else {
                 return Ok(());
             };
@@ -31,7 +31,6 @@ impl FieldPipeline {
                 return Ok(());
             }
             // Again, without the bodies that are to be disabled.
-            self.see();
             self.gather(&view, false);
             self.place();
         }

@@ -245,7 +245,6 @@ impl FieldPipeline {
         };
         self.read(world, wanted);
         self.complete(&open.motions, world);
-        self.see();
         self.gather(&world.view(), open.alone);
         self.place();
         self.stopwatch.lap(StepStage::Samples);

@@ -336,9 +336,8 @@ impl<'a> Scene<'a> {
         }
         let mut evaluation = Evaluation::default();
         let mut integrator = Integrator::default();
-        let seen: Vec<_> = self.bodies.iter().map(|b| (b.linvel, b.angvel)).collect();
         integrator
-            .evaluate(&self.context(fields), &seen, &mut evaluation)
+            .evaluate(&self.context(fields), &mut evaluation)
             .map_err(|fault| blame(self.set, &fault))?;
         Ok((evaluation, integrator))
     }

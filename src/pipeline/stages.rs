@@ -120,11 +120,9 @@ impl FieldPipeline {
         )
     }
 
-    /// Moves the samples to the poses of the bodies that were read, with the velocities in `self.seen`.
+    /// Moves the samples to the poses of the bodies that were read.
     pub(super) fn place(&mut self) {
-        self.scene
-            .samples
-            .place(&self.scene.bodies, Some(&self.seen));
+        self.scene.samples.place(&self.scene.bodies);
     }
 
     /// Makes the next step evaluate again.
@@ -245,14 +243,6 @@ impl FieldPipeline {
         (way.is_finite() && !reach.low.is_nan() && !reach.high.is_nan()).then_some(reach)
     }
 
-    /// Takes the present velocities of the bodies as those that fields see.
-    pub(super) fn see(&mut self) {
-        self.seen.clear();
-        let bodies = self.scene.bodies.iter();
-        self.seen
-            .extend(bodies.map(|body| (body.linvel, body.angvel)));
-    }
-
     /// All samples of all bodies that fields can move, with sleepers.
     pub(super) fn sample_everyone(
         properties: &Properties,
@@ -268,7 +258,7 @@ impl FieldPipeline {
         let mut samples = Samples::default();
         let mut gatherer = crate::sample::Gatherer::default();
         gatherer.make(&mut samples, properties, requirements, &bodies, view);
-        samples.place(&bodies, None);
+        samples.place(&bodies);
         (bodies, samples)
     }
 

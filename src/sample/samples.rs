@@ -8,8 +8,7 @@ use super::point::{Kind, Moment, SamplePoint, UserValues};
 use crate::compile::{Weighting, unique};
 use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
 use crate::math::{
-    ColliderHandle, DMat3, Pose, Real, RigidBodyHandle, Vector, from_f64, to_dpose3, to_dvec3,
-    to_f64,
+    ColliderHandle, DMat3, Pose, Real, RigidBodyHandle, from_f64, to_dpose3, to_dvec3, to_f64,
 };
 use crate::rigid::{Body, to_dquat};
 
@@ -111,24 +110,19 @@ impl Samples {
         self.spreads.len() as u32 - 1
     }
 
-    /// Moves the samples to where their bodies are. Velocities (linear and angular) are those of the bodies, or those
-    /// given.
-    pub(crate) fn place(&mut self, bodies: &[Body], velocities: Option<&[(Vector, Vector)]>) {
+    /// Moves the samples to where their bodies are, with the velocities there.
+    pub(crate) fn place(&mut self, bodies: &[Body]) {
         self.are_placed = true;
-        let velocity = |body: usize| match velocities {
-            Some(velocities) => velocities[body],
-            None => (bodies[body].linvel, bodies[body].angvel),
-        };
-        for (number, (centre, body)) in self.centres.iter_mut().zip(bodies).enumerate() {
+        for (centre, body) in self.centres.iter_mut().zip(bodies) {
             centre.world_point = body.world_com();
-            centre.velocity = velocity(number).0;
+            centre.velocity = body.linvel;
         }
         for sample in &mut self.sites {
             let number = sample.body as usize;
-            let (linvel, angvel) = velocity(number);
-            sample.arm = bodies[number].pose.rotation * sample.local_arm;
+            let body = &bodies[number];
+            sample.arm = body.pose.rotation * sample.local_arm;
             sample.world_point = self.centres[number].world_point + sample.arm;
-            sample.velocity = linvel + angvel.cross(sample.arm);
+            sample.velocity = body.linvel + body.angvel.cross(sample.arm);
         }
         let spreads = self.spreads[1..].iter_mut();
         for (spread, (body, local_pose, local)) in spreads.zip(&self.local_spreads) {
@@ -136,9 +130,9 @@ impl Samples {
             let turned = DMat3::from_quat(to_dpose3(&pose).rotation);
             *spread = turned * *local * turned.transpose();
         }
-        for (number, (attitude, body)) in self.attitudes.iter_mut().zip(bodies).enumerate() {
+        for (attitude, body) in self.attitudes.iter_mut().zip(bodies) {
             attitude.rotation = to_dquat(body.pose.rotation);
-            attitude.angvel = velocity(number).1;
+            attitude.angvel = body.angvel;
         }
     }
 
