@@ -6,8 +6,8 @@ use super::jacobian;
 use super::stiffness::Estimate;
 use super::{Integrator, StepContext};
 use crate::eval::Terms;
-use crate::math::Vector;
-use crate::rapier::na::{Matrix3, Vector6};
+use crate::math::{Vector, to_dvec3};
+use crate::rapier::na::Vector6;
 use crate::rigid::{Lookup, Wrench, of_wrench, velocities};
 
 impl Integrator {
@@ -18,22 +18,22 @@ impl Integrator {
         context: &StepContext<'_, impl Lookup>,
         place: usize,
     ) -> (Vector6<f64>, Slope) {
-        let drags = self.slowings.on(place);
-        let terms = match drags {
-            Some(_) => Terms::ThatReadVelocitiesOtherwise,
-            None => Terms::ThatReadVelocities,
-        };
-        let mut sum = drags.map(|it| (it.wrench, Slope::of_drags(&it)));
-        if sum.is_none() || context.compiled.reads_velocity_otherwise {
+        let mut of_terms = |terms: Terms| {
             let frames = self.motions.frames(context, &[], 0.0);
-            let scene = context.sampled(&frames);
-            let other = jacobian::by_velocity(&mut self.lineariser, &scene, place, terms);
-            sum = Some(match sum {
-                Some((wrench, slope)) => (wrench + other.0, slope.plus(&other.1)),
-                None => other,
-            });
+            let (scene, angvel) = (context.sampled(&frames), context.bodies[place].angvel);
+            let angvel = to_dvec3(angvel);
+            let own = jacobian::of_body(&mut self.lineariser, &scene, terms, place, angvel);
+            (own.wrench, Slope::of_body(&own.by_velocity))
+        };
+        let Some(drags) = self.slowings.on(place) else {
+            return of_terms(Terms::ThatReadVelocities);
+        };
+        let slope = Slope::of_drags(&drags);
+        if !context.compiled.reads_velocity_otherwise {
+            return (drags.wrench, slope);
         }
-        sum.unwrap_or_else(|| (Vector6::zeros(), Slope::OfPoint(Matrix3::zeros())))
+        let other = of_terms(Terms::ThatReadVelocitiesOtherwise);
+        (drags.wrench + other.0, slope.plus(&other.1))
     }
 
     /// Sets the couplings: the derivatives by velocity, for which kicks are solved.

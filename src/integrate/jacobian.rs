@@ -1,6 +1,5 @@
 //! Jacobians: the derivatives of the wrench on a body by its motion and its velocities.
 
-use super::coupling::Slope;
 use crate::eval::{Lineariser, SampledWorld, Terms};
 use crate::field::Frames;
 use crate::math::{DVec3, Vector, to_dvec3};
@@ -29,18 +28,19 @@ impl Jacobian {
 }
 
 /// The Jacobian of the wrench on one body in the world for which the lineariser was prepared, with the bodies that
-/// carry fields at rest.
+/// carry fields at rest. Of terms that read velocities it has the derivatives by velocity only.
 ///
 /// A sample at arm a moves by dx + dθ × a, and its velocity w × a changes as a turns; the torque a × F also changes by
 /// dθ × a × F.
 pub(crate) fn of_body(
     lineariser: &mut Lineariser,
     scene: &SampledWorld<'_, impl Frames>,
+    terms: Terms,
     body: usize,
     angvel: DVec3,
 ) -> Jacobian {
     let mut sum = Jacobian::default();
-    lineariser.of_body(scene, Terms::All, body, |sample, slope| {
+    lineariser.of_body(scene, terms, body, |sample, slope| {
         let (a, b) = (matrix(slope.by_position), matrix(slope.by_velocity));
         sum.wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
         if sample.arm == Vector::ZERO {
@@ -58,37 +58,6 @@ pub(crate) fn of_body(
         add(&mut sum.by_velocity, [b, -b * arm], arm);
     });
     sum
-}
-
-/// The wrench of the fields that read velocities on one body, and its derivative by them: the part of [`of_body`] that
-/// a kick needs. No other field is evaluated.
-pub(crate) fn by_velocity(
-    lineariser: &mut Lineariser,
-    scene: &SampledWorld<'_, impl Frames>,
-    body: usize,
-    terms: Terms,
-) -> (Vector6<f64>, Slope) {
-    let (mut wrench, mut at_centre) = (Vector6::zeros(), matrix(DMat3::ZERO));
-    let mut whole: Option<Matrix6<f64>> = None;
-    lineariser.of_body(scene, terms, body, |sample, slope| {
-        let b = matrix(slope.by_velocity);
-        wrench += six(slope.force, to_dvec3(sample.arm).cross(slope.force));
-        if sample.arm == Vector::ZERO {
-            match &mut whole {
-                None => at_centre += b,
-                Some(whole) => {
-                    let mut force = whole.fixed_view_mut::<3, 3>(0, 0);
-                    force += b;
-                }
-            }
-            return;
-        }
-        let whole = whole.get_or_insert_with(|| Slope::OfPoint(at_centre).matrix());
-        let arm = cross_matrix(to_dvec3(sample.arm));
-        add(whole, [b, -b * arm], arm);
-    });
-    let slope = whole.map_or(Slope::OfPoint(at_centre), |whole| Slope::of_body(&whole));
-    (wrench, slope)
 }
 
 /// Adds the derivatives of a force, by translation and rotation, and of its torque.

@@ -10,6 +10,7 @@ use super::secant::fourth_power;
 use super::stability::COUPLED;
 use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
 use super::{Integrator, Scheme, StepContext};
+use crate::eval::Terms;
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
 use crate::rigid::{Lookup, Mobility, Wrench, find};
 
@@ -367,7 +368,7 @@ impl Integrator {
         let angvel = to_dvec3(context.bodies[place].angvel);
         let frames = self.motions.frames(context, &[], 0.0);
         let scene = context.sampled(&frames);
-        jacobian::of_body(&mut self.lineariser, &scene, place, angvel)
+        jacobian::of_body(&mut self.lineariser, &scene, Terms::All, place, angvel)
     }
 }
 

@@ -5,8 +5,8 @@
 //! applies gravity. So drag sees the velocity that gravity makes, whatever number of iterations Rapier divides its step
 //! into.
 
-use super::coupling::{Besides, LinearisedWrench};
-use super::jacobian::by_velocity;
+use super::coupling::{Besides, LinearisedWrench, Slope};
+use super::jacobian;
 use super::scheme::Scheme;
 use crate::eval::{Lineariser, SampledWorld, Terms};
 use crate::field::Frames;
@@ -96,11 +96,12 @@ impl Particles {
         let centres = &scene.samples.centres;
         for (place, force) in forces.iter().enumerate() {
             let coupling = (!left_out[place]).then(|| {
-                let terms = Terms::ThatReadVelocities;
-                let (part, slope) = by_velocity(&mut self.lineariser, scene, place, terms);
+                let (lineariser, terms) = (&mut self.lineariser, Terms::ThatReadVelocities);
+                let own = jacobian::of_body(lineariser, scene, terms, place, DVec3::ZERO);
+                let slope = Slope::of_body(&own.by_velocity);
                 let at = six(to_dvec3(centres[place].velocity), DVec3::ZERO);
                 let felt = slope.is_finite() && !slope.is_zero();
-                felt.then(|| LinearisedWrench::new(&part, slope, &of_wrench(*force), at))
+                felt.then(|| LinearisedWrench::new(&own.wrench, slope, &of_wrench(*force), at))
             });
             self.couplings.push(coupling.flatten());
         }

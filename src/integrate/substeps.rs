@@ -18,7 +18,7 @@ use super::predicted::{PredictedFrames, PredictedMotions};
 use super::stiffness::Rates;
 use group::{Group, Solution};
 
-use crate::eval::SampledWorld;
+use crate::eval::{SampledWorld, Terms};
 use crate::math::{DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rigid::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
 use crate::rigid::{Lookup, Mobility, RigidState, Wrench, of_wrench, pair, phi1, six};
@@ -227,7 +227,13 @@ impl<W: Lookup> Run<'_, W> {
         for (body, state) in self.states.iter().enumerate() {
             let jacobian = match group.left_out.binary_search(&body) {
                 Ok(_) => Jacobian::default(),
-                Err(_) => jacobian::of_body(&mut group.lineariser, &scene, body, state.angvel),
+                Err(_) => jacobian::of_body(
+                    &mut group.lineariser,
+                    &scene,
+                    Terms::All,
+                    body,
+                    state.angvel,
+                ),
             };
             let velocities = six(state.linvel, state.angvel);
             let evaluated = of_wrench(group.wrenches[body]);
@@ -308,7 +314,7 @@ impl<W: Lookup> Run<'_, W> {
                 continue;
             }
             let lineariser = &mut group.lineariser;
-            let jacobian = jacobian::of_body(lineariser, &scene, number, state.angvel);
+            let jacobian = jacobian::of_body(lineariser, &scene, Terms::All, number, state.angvel);
             found.push((number, Rates::new(&jacobian, &state.mobility()).omega2()));
         }
         for (number, omega2) in found {
