@@ -99,14 +99,6 @@ impl<'a> WorldRef<'a> {
     pub fn new(bodies: &'a RigidBodySet, colliders: &'a ColliderSet) -> Self {
         WorldRef { bodies, colliders }
     }
-
-    pub(crate) fn body_count(&self) -> usize {
-        self.bodies.len()
-    }
-
-    pub(crate) fn collider_count(&self) -> usize {
-        self.colliders.len()
-    }
 }
 
 impl Lookup for WorldRef<'_> {

@@ -197,7 +197,7 @@ fn kind_of(
     collider: &Collider,
 ) -> usize {
     let kind = ContactKind {
-        law: claims.law_of(handle),
+        law: claims.laws.of(handle),
         material: *collider.material(),
     };
     let known = kinds.iter().position(|known| *known == kind);

@@ -15,7 +15,7 @@ use crate::rapier::pipeline::ActiveHooks;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Claims {
     rules: ResponderRules,
-    laws: LawTable,
+    pub(super) laws: LawTable,
     /// True if some rule gives contacts to the fields and some detection field has a law other than `Observe`.
     any: bool,
     /// True if some law loses no speed, so that its contacts may rebound as fast as they came.
@@ -143,11 +143,6 @@ impl Claims {
         let law = self.law(pair);
         let free = || released.is_empty() || !released.contains(&in_order(pair));
         law.filter(|_| free() && !is_dominated(bodies))
-    }
-
-    /// The law of a collider, if it has a detection field.
-    pub(super) fn law_of(&self, collider: ColliderHandle) -> Option<ContactLaw> {
-        self.laws.of(collider)
     }
 
     /// The resting threshold of a body under any law of this world: a contact with it that approaches more slowly is no

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::approach::approach_speed;
 use super::discrete::{Discrete, FoundContacts};
 use super::field_contact::FieldContact;
-use super::field_mask::{DetectionFields, FieldMasks};
+use super::field_mask::{At, DetectionFields, FieldMasks};
 use super::hooks::Verdicts;
 use super::meet::next_touch;
 use super::modes::Detection;
@@ -38,7 +38,7 @@ pub(crate) struct Detector {
     /// True if an overlap in `found` may be an impact. If false, only springs need an answer.
     hit: bool,
     /// Touches found by the sweep of this step, until [`Detector::add_touches`] moves them into `contacts`.
-    touched: Vec<FieldContact>,
+    pub(super) touched: Vec<FieldContact>,
     /// Pairs whose impulses in this step were not finite, and were left out.
     pub not_finite: Vec<[ColliderHandle; 2]>,
     /// True if the last sweep reached its limit of impacts.
@@ -128,11 +128,6 @@ impl Detector {
         self.not_finite.append(&mut sweep.not_finite);
     }
 
-    /// The touches of this step that are not yet in `contacts`.
-    pub(super) fn touches(&self) -> &[FieldContact] {
-        &self.touched
-    }
-
     /// Puts the touches of the step before the overlaps at its end. An overlap without an impulse is dropped if its
     /// pair is among the touches.
     pub(crate) fn add_touches(&mut self) {
@@ -177,7 +172,7 @@ impl Detector {
             let fields = DetectionFields::new(touch, compiled, moment);
             found
                 .contacts
-                .retain(|(contact, _)| masks.let_touch(fields, contact.colliders));
+                .retain(|(contact, _)| masks.any_acts(fields, contact.colliders, At::Now));
         }
         found
             .contacts
@@ -205,7 +200,7 @@ impl Detector {
         let (touch, masks, starts) = (&self.touch, &mut self.masks, &self.starts);
         let fields = DetectionFields::new(touch, compiled, moment);
         let mut acts = |pair: &[ColliderHandle; 2]| {
-            masks.let_touch(fields, *pair)
+            masks.any_acts(fields, *pair, At::Now)
                 || next_touch(starts, *pair, world).is_some_and(|meeting| {
                     let gained = |body| starts.gained(body);
                     masks.let_meet(fields, &meeting, gained)

@@ -94,16 +94,8 @@ impl FieldMasks {
             .extend(compiled.anchors.iter().map(|anchor| frames.frame(anchor)));
     }
 
-    /// Returns true if a detection field of either collider acts on the other at their present poses.
-    pub(super) fn let_touch(
-        &mut self,
-        fields: DetectionFields<'_>,
-        pair: [ColliderHandle; 2],
-    ) -> bool {
-        self.any_acts(fields, pair, At::Now)
-    }
-
-    fn any_acts(
+    /// Returns true if a detection field of either collider acts on the other.
+    pub(super) fn any_acts(
         &mut self,
         fields: DetectionFields<'_>,
         [first, second]: [ColliderHandle; 2],
@@ -116,7 +108,7 @@ impl FieldMasks {
         })
     }
 
-    /// As [`Self::let_touch`], with both colliders and all anchors moved on to a predicted touch, so that the borders
+    /// As [`Self::any_acts`], with both colliders and all anchors moved on to a predicted touch, so that the borders
     /// of regions stand where they will be then. `gained` is the velocity that a body gains within Rapier's step.
     pub(super) fn let_meet(
         &mut self,

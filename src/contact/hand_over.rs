@@ -78,7 +78,7 @@ impl HandOver {
     ) -> Given {
         let mut given = Given::default();
         let unsound = &detector.not_finite;
-        let [overlaps, touches] = [&detector.contacts, detector.touches()];
+        let [overlaps, touches] = [&detector.contacts, &detector.touched];
         let idle = self.0.is_empty() && verdicts.lifted.is_empty() && unsound.is_empty();
         if idle
             && !overlaps

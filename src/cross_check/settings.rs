@@ -39,7 +39,7 @@ pub struct CrossCheck {
     pub(crate) on: bool,
     /// Each in the order of its handles; `None` for all pairs.
     pairs: Option<HashSet<[ColliderHandle; 2]>>,
-    pub(super) lets_recycle: bool,
+    pub(crate) lets_recycle: bool,
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub(super) listener: Option<Arc<Listener>>,
 }
@@ -90,10 +90,6 @@ impl CrossCheck {
     /// Returns true if the cross-check is on.
     pub fn is_on(&self) -> bool {
         self.on
-    }
-
-    pub(crate) fn lets_recycle(&self) -> bool {
-        self.lets_recycle
     }
 
     /// Returns true if a pair, in the order of its handles, is watched.

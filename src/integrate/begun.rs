@@ -32,17 +32,8 @@ pub(crate) struct BegunStep<'a> {
 }
 
 impl BegunStep<'_> {
-    /// Returns true if a body was put on another path.
-    pub(super) fn is_hit(&self, body: RigidBodyHandle) -> bool {
-        self.hit(body).is_some()
-    }
-
-    /// Returns true if a body missed the first half.
-    pub(super) fn is_late(&self, body: RigidBodyHandle) -> bool {
-        find_by(self.late, body, |late| *late).is_some()
-    }
-
-    fn hit(&self, body: RigidBodyHandle) -> Option<&MidStepImpact> {
+    /// How a body was put on another path, if it was.
+    pub(super) fn hit(&self, body: RigidBodyHandle) -> Option<&MidStepImpact> {
         let place = find_by(self.hits, body, |hit| hit.body)?;
         Some(&self.hits[place])
     }

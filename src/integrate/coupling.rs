@@ -269,7 +269,7 @@ mod tests {
             let by_velocity = slope;
             let rates = Rates::new(&Jacobian { by_velocity, ..Jacobian::default() }, &mobility);
             let bound = Slope::of_body(&slope).fastest(&mobility);
-            let fastest = rates.damping().max(rates.turns_by(1.0));
+            let fastest = rates.damping.max(rates.turns_by(1.0));
             prop_assert!(fastest <= bound * (1.0 + 1e-9), "{fastest} of {bound}");
         }
     }

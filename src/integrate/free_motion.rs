@@ -17,11 +17,11 @@ use crate::rigid::{Body, Lookup, Wrench, phi1, six, stopped};
 /// The causes that move a body freely in a step, apart from fields.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeMotion {
-    /// Rapier's own acceleration.
-    own: Vector,
+    /// Rapier's own acceleration: by gravity and the user's force.
+    pub(super) own: Vector,
     damping: [Real; 2],
     /// The part of a step that is one iteration.
-    iteration: Real,
+    pub(super) iteration: Real,
     dt: Real,
 }
 
@@ -49,16 +49,6 @@ impl FreeMotion {
             iteration: (count as Real).recip(),
             dt,
         }
-    }
-
-    /// The part of a step that is one iteration.
-    pub(super) fn iteration(&self) -> Real {
-        self.iteration
-    }
-
-    /// The acceleration by gravity and the user's force.
-    pub(super) fn own(&self) -> Vector {
-        self.own
     }
 
     /// Returns true if nothing but fields moves the body.

@@ -41,14 +41,14 @@ pub(super) fn own_lag(
 }
 
 fn half_iteration(context: &StepContext<'_, impl Lookup>, body: &Body) -> f64 {
-    0.5 * to_f64(context.dt) * to_f64(context.free_motion(body).iteration())
+    0.5 * to_f64(context.dt) * to_f64(context.free_motion(body).iteration)
 }
 
 /// The acceleration of a body apart from fields: by Rapier's gravity and the user's force, and, if it is held and any
 /// field reads velocities, by contacts and joints.
 pub(super) fn all_else(context: &StepContext<'_, impl Lookup>, body: &Body) -> DVec3 {
     if !context.compiled.reads_velocity || !context.is_held(body) {
-        return to_dvec3(context.free_motion(body).own());
+        return to_dvec3(context.free_motion(body).own);
     }
     let known = context
         .rules
@@ -117,7 +117,7 @@ impl FreeMotion {
         if held && load == Some(wrench) {
             return Wrench::ZERO;
         }
-        let behind = self.iteration();
+        let behind = self.iteration;
         let share = if held { 1.0 - behind } else { 1.0 };
         let had = load.unwrap_or(Wrench::ZERO).times(behind - 1.0);
         wrench.times(share).plus(had)
@@ -125,7 +125,7 @@ impl FreeMotion {
 
     /// The part of a change of the load over a step that acts at its end.
     pub(super) fn completes(&self, change: Wrench, loaded: bool) -> Wrench {
-        let share = if loaded { 1.0 - self.iteration() } else { 1.0 };
+        let share = if loaded { 1.0 - self.iteration } else { 1.0 };
         change.times(share)
     }
 

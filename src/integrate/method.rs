@@ -43,7 +43,7 @@ pub(super) fn method_of(
         if begun.completion == Some(Completion::Bounced) {
             return Some(Method::Kick(dt * 0.5));
         }
-        let late = begun.step.is_late(body);
+        let late = find(begun.step.late, body).is_some();
         let settled = begun.completion.is_some_and(Completion::is_settled);
         let redone = || evaluation.missed.binary_search(&place).is_ok();
         if !(context.rules.scheme.kicks_twice() || late) || settled || redone() {

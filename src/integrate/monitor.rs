@@ -96,7 +96,7 @@ impl Integrator {
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
                     let known = first.resolved(body).is_some();
-                    let new = last.is_none() || begun.is_hit(body);
+                    let new = last.is_none() || begun.hit(body).is_some();
                     match (known, new) {
                         (true, _) => (!together).then_some(0.0),
                         (false, true) => Some(Real::INFINITY),
@@ -195,7 +195,7 @@ impl Integrator {
                 let body = &context.bodies[*place];
                 before(*place) != Some(Treatment::Damp)
                     && !context.compiled.reads_velocity
-                    && !begun.is_hit(body.handle)
+                    && begun.hit(body.handle).is_none()
                     && !context.is_held(body)
                     && first.load(body.handle).is_none()
             };

@@ -221,10 +221,10 @@ impl StepWarning {
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Rates {
-    omega: f64,
+    pub omega: f64,
     /// The rate at which a motion away from equilibrium grows.
-    divergence: f64,
-    damping: f64,
+    pub divergence: f64,
+    pub damping: f64,
     gyration: f64,
 }
 
@@ -242,19 +242,6 @@ impl Rates {
             // The square of an antisymmetric matrix is symmetric, with eigenvalues −Ω².
             gyration: (-extremes(&(skew * skew))[0].min(0.0)).sqrt(),
         }
-    }
-
-    pub(super) fn omega(&self) -> f64 {
-        self.omega
-    }
-
-    #[cfg(test)]
-    pub(super) fn damping(&self) -> f64 {
-        self.damping
-    }
-
-    pub(super) fn divergence(&self) -> f64 {
-        self.divergence
     }
 
     /// The angle by which fields turn the velocity in a step.

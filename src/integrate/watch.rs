@@ -359,8 +359,8 @@ fn judged(
     let share = if coupled { COUPLED.sqrt() } else { 1.0 };
     let rates = &estimate.rates;
     let rate = match scheme {
-        Scheme::LinearlyImplicit => rates.divergence(),
-        _ => share * rates.omega(),
+        Scheme::LinearlyImplicit => rates.divergence,
+        _ => share * rates.omega,
     };
     let body = &context.bodies[estimate.place];
     let gains = || {

@@ -60,7 +60,7 @@ impl FieldPipeline {
         state: &mut FieldState,
         view: &WorldRef<'_>,
     ) -> Result<(), StepError> {
-        let counts = [view.body_count(), view.collider_count()];
+        let counts = [view.bodies.len(), view.colliders.len()];
         let edited = state.mark != Some(set.mark());
         let known = state.anchored.map_or([None; 2], |known| known.map(Some));
         self.other_bodies = known[0] != Some(counts[0]);

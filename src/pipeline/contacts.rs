@@ -78,7 +78,7 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) {
         let check = &fields.settings.cross_check;
-        let fresh = check.on && !check.lets_recycle();
+        let fresh = check.on && !check.lets_recycle;
         let (view, starts) = (world.view(), &self.detector.starts);
         self.calm
             .find(&self.claims, starts, &view, world.integration_parameters);
