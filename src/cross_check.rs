@@ -255,7 +255,7 @@ impl CrossCheckReport {
                 .colliders
                 .map(|it| [pose_before(it), pose_of(it, world)]);
             let outcome = judge.weigh(record, [one, two], ends);
-            outcome.count(&mut self.last_touches);
+            self.last_touches.add(outcome.counts);
             let (colliders, world_point) = (record.colliders, record.world_point);
             self.tell(settings, colliders, world_point, outcome.differences);
         }

@@ -45,50 +45,22 @@ const SAMPLES: u32 = 16;
 #[derive(Debug, Default)]
 pub(super) struct TouchOutcome {
     pub differences: Vec<(Difference, Real)>,
-    /// The errors of gap, normal, point and way.
-    errors: [Real; 4],
-    /// The largest of them divided by its band.
-    worst: Real,
-    /// The reason why it cannot be judged.
-    obstacle: Option<Reason>,
-    missed_by_sampling: bool,
+    /// The touch as it counts for the report.
+    pub counts: TouchCounts,
 }
 
 /// The counter in [`TouchesNotComparable`] of the reason why a touch cannot be judged.
 type Reason = fn(&mut TouchesNotComparable) -> &mut u64;
 
-/// Indices into the errors of a [`TouchOutcome`].
-const GAP: usize = 0;
-const NORMAL: usize = 1;
-const POINT: usize = 2;
-const WAY: usize = 3;
+/// The largest error of one kind in [`TouchCounts`].
+type Largest = fn(&mut TouchCounts) -> &mut Real;
 
 impl TouchOutcome {
-    pub(super) fn count(&self, counts: &mut TouchCounts) {
-        counts.missed_by_sampling += u64::from(self.missed_by_sampling);
-        if let Some(reason) = self.obstacle {
-            *reason(&mut counts.not_comparable) += 1;
-            return;
-        }
-        let agrees = self.differences.is_empty();
-        counts.agreed += u64::from(agrees);
-        counts.disagreed += u64::from(!agrees);
-        let largest = [
-            &mut counts.gap_error,
-            &mut counts.normal_error,
-            &mut counts.point_error,
-            &mut counts.way_error,
-        ];
-        for (largest, error) in largest.into_iter().zip(self.errors) {
-            *largest = largest.max(error);
-        }
-        counts.worst = counts.worst.max(self.worst);
-    }
-
     /// Records an error, and a difference if it exceeds its band.
-    fn judge(&mut self, which: usize, [error, band]: [Real; 2], difference: Difference) {
-        self.errors[which] = self.errors[which].max(error);
-        self.worst = self.worst.max(error / band);
+    fn judge(&mut self, largest: Largest, [error, band]: [Real; 2], difference: Difference) {
+        let largest = largest(&mut self.counts);
+        *largest = largest.max(error);
+        self.counts.worst = self.counts.worst.max(error / band);
         if error > band || error.is_nan() {
             self.differences.push((difference, band));
         }
@@ -120,18 +92,29 @@ impl TouchJudge {
         ends: [[Option<Pose>; 2]; 2],
     ) -> TouchOutcome {
         let parts = Parts::new(record, colliders);
-        let mut outcome = TouchOutcome {
-            // A body that returns within a step touches the pair again, which sampling did not miss a second time.
-            missed_by_sampling: self.met.insert(record.colliders) && !parts.overlap(self.dt),
-            ..TouchOutcome::default()
-        };
-        outcome.obstacle = match parts.judge(&mut outcome) {
+        // A body that returns within a step touches the pair again, which sampling did not miss a second time.
+        let missed = self.met.insert(record.colliders) && !parts.overlap(self.dt);
+        let mut outcome = TouchOutcome::default();
+        let obstacle: Option<Reason> = match parts.judge(&mut outcome) {
             Ok(obstacle) => obstacle,
             Err(_) => Some(|it| &mut it.no_distance),
         };
         for (which, ends) in ends.into_iter().enumerate() {
             self.judge_way(&parts, which, ends, &mut outcome);
         }
+        let TouchOutcome {
+            differences,
+            counts,
+        } = &mut outcome;
+        match obstacle {
+            Some(reason) => {
+                *counts = TouchCounts::default();
+                *reason(&mut counts.not_comparable) = 1;
+            }
+            None if differences.is_empty() => counts.agreed = 1,
+            None => counts.disagreed = 1,
+        }
+        counts.missed_by_sampling = u64::from(missed);
         outcome
     }
 
@@ -157,7 +140,7 @@ impl TouchJudge {
             let band = 2.0 * CrossCheckReport::band(from_dvec3(theirs), from_f64(parts.size));
             let error = from_f64(ours.distance(theirs));
             let difference = Difference::Way { time, error };
-            outcome.judge(WAY, [error, band], difference);
+            outcome.judge(|it| &mut it.way_error, [error, band], difference);
         };
         if way.whole {
             for (time, pose) in [0.0, self.dt].into_iter().zip(ends) {
@@ -264,7 +247,8 @@ impl<'a> Parts<'a> {
             // Parts that have overlapped all the way have no time of touch.
             return Ok(Some(|it| &mut it.overlapping));
         }
-        outcome.judge(GAP, [gap.abs(), length], Difference::Gap { time, gap });
+        let difference = Difference::Gap { time, gap };
+        outcome.judge(|it| &mut it.gap_error, [gap.abs(), length], difference);
         if let Some((earlier, depth)) = first_overlap(&before, 2.0 * length) {
             let difference = Difference::Late {
                 time,
@@ -285,7 +269,7 @@ impl<'a> Parts<'a> {
                 rapier: from_dvec3(frame.transform_point(to_dvec3(surface))),
             };
             let error = (local.distance(surface) - skin).abs();
-            outcome.judge(POINT, [error, length + far], difference);
+            outcome.judge(|it| &mut it.point_error, [error, length + far], difference);
         }
         Ok(None)
     }
@@ -327,7 +311,11 @@ impl<'a> Parts<'a> {
             rapier: theirs,
         };
         let error = turned(&theirs);
-        outcome.judge(NORMAL, [error, from_f64(band)], difference);
+        outcome.judge(
+            |it| &mut it.normal_error,
+            [error, from_f64(band)],
+            difference,
+        );
         Ok(())
     }
 }
