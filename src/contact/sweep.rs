@@ -5,8 +5,7 @@
 //! the law, and move on freely for the rest of the step; earlier predictions for them are discarded and made anew.
 //! Touches at the same moment are answered together.
 
-use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::FieldContact;
 use super::field_mask::{DetectionFields, FieldMasks};
@@ -44,7 +43,8 @@ pub(super) struct Sweep {
     /// Pairs that Rapier held at rest. They are skipped unless one of the bodies was hit in this step.
     held: Pairs,
     separations: Separations,
-    queue: BinaryHeap<Event>,
+    /// By time. The new touch of a pair replaces a void one at the same time.
+    queue: BTreeMap<(u64, [usize; 2]), Event>,
     /// Pairs of parts, by index, that need no more answers in this step: only observed, or at rest.
     pub(super) settled: HashSet<[usize; 2]>,
     /// For pairs of parts that lose speed when they meet: the number of impacts, and the time until which they are left
@@ -70,27 +70,12 @@ pub(super) struct Event {
     generations: [u32; 2],
 }
 
-impl Ord for Event {
-    /// The earliest event is the greatest, because a binary heap pops the greatest.
-    fn cmp(&self, other: &Self) -> Ordering {
-        let later = other.time.total_cmp(&self.time);
-        later.then_with(|| other.parts.cmp(&self.parts))
+impl Event {
+    /// The key by which events are ordered: bits of times, which are never negative, have the order of the times.
+    fn key(&self) -> (u64, [usize; 2]) {
+        (self.time.to_bits(), self.parts)
     }
 }
-
-impl PartialOrd for Event {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Event {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Event {}
 
 /// The inputs of a sweep.
 pub(super) struct SweepScene<'a> {
@@ -220,19 +205,20 @@ impl Sweep {
         let generations = [a.generation, b.generation];
         self.separations = separations;
         if let Some((time, parts)) = first {
-            self.queue.push(Event {
+            let event = Event {
                 time,
                 tracks,
                 parts,
                 generations,
-            });
+            };
+            self.queue.insert(event.key(), event);
         }
     }
 
     /// Takes the earliest touches, which happen at once, out of the queue.
     fn next_batch(&mut self, dt: f64) -> Option<Vec<Event>> {
         let mut batch: Vec<Event> = Vec::new();
-        while let Some(event) = self.queue.peek().copied() {
+        while let Some((_, &event)) = self.queue.first_key_value() {
             let stands = |which: usize| {
                 let track = &self.tracks.list[event.tracks[which]];
                 track.generation == event.generations[which]
@@ -242,7 +228,7 @@ impl Sweep {
             if valid && event.time > first + AT_ONCE * dt {
                 break;
             }
-            self.queue.pop();
+            self.queue.pop_first();
             if valid {
                 batch.push(event);
                 self.add_twins(event, &mut batch, dt);
