@@ -1,6 +1,6 @@
 //! The contact detector: finds contacts over a step or at its end, and answers them by their laws.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::approach::approach_speed;
@@ -10,8 +10,6 @@ use super::field_mask::{At, DetectionFields, FieldMasks};
 use super::hooks::Verdicts;
 use super::meet::next_touch;
 use super::modes::Detection;
-use super::paper_push::PaperPushes;
-use super::respond::Response;
 use super::resting::HeldPairs;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
@@ -27,14 +25,14 @@ use crate::sample::{Moment, Samples};
 /// Finds contacts and answers them; its buffers and caches are kept between steps.
 #[derive(Debug)]
 pub(crate) struct Detector {
-    touch: Discrete,
-    masks: FieldMasks,
+    pub(super) touch: Discrete,
+    pub(super) masks: FieldMasks,
     /// `Some` only with [`Detection::Swept`] and at least one detection field.
     sweep: Option<Box<Sweep>>,
     /// The state of the bodies when Rapier's step began.
     pub starts: Arc<Starts>,
     /// Overlaps at the end of the step.
-    found: FoundContacts,
+    pub(super) found: FoundContacts,
     /// True if an overlap in `found` may be an impact. If false, only springs need an answer.
     hit: bool,
     /// Touches found by the sweep of this step, until [`Detector::add_touches`] moves them into `contacts`.
@@ -231,23 +229,11 @@ impl Detector {
         if !self.hit && !self.contacts.iter().any(springs) {
             return None;
         }
-        let response = Response {
-            world,
-            starts: &self.starts,
-            dt,
-            paper: PaperPushes {
-                masks: is_masked(compiled).then_some(&mut self.masks),
-                fields: DetectionFields::new(&self.touch, compiled, moment),
-                known: HashMap::new(),
-            },
-            pushes,
-            not_finite: &mut self.not_finite,
-        };
-        response.answer(&mut self.contacts, &self.found, answers)
+        self.answer(world, compiled, moment, dt, answers, pushes)
     }
 }
 
 /// Returns true if any detection field stands under operators.
-fn is_masked(compiled: &Compiled) -> bool {
+pub(super) fn is_masked(compiled: &Compiled) -> bool {
     compiled.detectors.iter().any(|it| it.mask.is_some())
 }

@@ -1,38 +1,38 @@
 //! Answers to the overlaps found at the end of a step.
 
+use std::collections::HashMap;
+
 use super::FieldContact;
 use super::contact_body::ContactBody;
-use super::discrete::FoundContacts;
+use super::detector::{Detector, is_masked};
+use super::field_mask::DetectionFields;
 use super::paper_push::PaperPushes;
 use super::solve::{ContactPoint, Meeting, resolve};
-use super::starts::Starts;
 use crate::bridge::Push;
+use crate::compile::Compiled;
 use crate::field::ContactLaw;
-use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
+use crate::math::{DVec3, Real, RigidBodyHandle, from_dvec3, to_dvec3, to_f64};
 use crate::rigid::Lookup;
+use crate::sample::Moment;
 
-/// The inputs of the answer, and the lists that its results are added to.
-pub(super) struct Response<'a, W> {
-    pub world: &'a W,
-    pub starts: &'a Starts,
-    pub dt: Real,
-    pub paper: PaperPushes<'a>,
-    /// New velocities of the bodies that were pushed.
-    pub pushes: &'a mut Vec<Push>,
-    /// Pairs whose impulses are not finite.
-    pub not_finite: &'a mut Vec<[ColliderHandle; 2]>,
-}
-
-impl<W: Lookup> Response<'_, W> {
-    /// Answers contacts by their laws, and adds up their impulses. Returns the body between the stiffest springs, with
-    /// an upper bound of the square of its angular frequency.
+impl Detector {
+    /// Answers the contacts by their laws, adds up their impulses, and appends the new velocities to `pushes`. Returns
+    /// the body between the stiffest springs, with an upper bound of the square of its angular frequency.
     pub(super) fn answer(
-        self,
-        contacts: &mut [FieldContact],
-        found: &FoundContacts,
+        &mut self,
+        world: &impl Lookup,
+        compiled: &Compiled,
+        moment: Moment,
+        dt: Real,
         answers: impl Fn(&FieldContact) -> bool,
+        pushes: &mut Vec<Push>,
     ) -> Option<(RigidBodyHandle, f64)> {
-        let (world, starts, mut paper) = (self.world, self.starts, self.paper);
+        let (starts, found, contacts) = (&self.starts, &self.found, &mut self.contacts);
+        let mut paper = PaperPushes {
+            masks: is_masked(compiled).then_some(&mut self.masks),
+            fields: DetectionFields::new(&self.touch, compiled, moment),
+            known: HashMap::new(),
+        };
         let mut handles: Vec<RigidBodyHandle> =
             contacts.iter().flat_map(|c| c.bodies).flatten().collect();
         handles.sort_unstable_by_key(|handle| handle.into_raw_parts());
@@ -79,7 +79,7 @@ impl<W: Lookup> Response<'_, W> {
                 paper.note(last, contact, &movers, [None; 2]);
             }
         }
-        let stiffest = resolve(&mut movers, &mut meetings, to_f64(self.dt));
+        let stiffest = resolve(&mut movers, &mut meetings, to_f64(dt));
         let stiffest = stiffest.map(|it| (handles[it.place], it.omega2));
         for (number, meeting) in owners.into_iter().zip(&meetings) {
             if meeting.failed {
@@ -96,7 +96,7 @@ impl<W: Lookup> Response<'_, W> {
             let behind = mover.resistance.rotor.angvel(mover.attitude, behind);
             let linvel = from_dvec3(mover.linvel) - start.behind;
             let angvel = from_dvec3(mover.angvel - behind);
-            self.pushes.push(Push {
+            pushes.push(Push {
                 body: *body,
                 pose: None,
                 linvel,
