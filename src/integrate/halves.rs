@@ -102,10 +102,13 @@ impl Integrator {
                 wake,
                 felt: true,
             };
-            let mark = motions.mark();
+            let drop = |motions: &mut Motions| {
+                motions.drop_last(body.handle);
+                motions.completions.pop_if(|it| it.body == body.handle);
+            };
             let mut done = kick.done(method, motions);
             if let Err(Faster(speed)) = done {
-                motions.back_to(mark);
+                drop(motions);
                 too_fast.note(place, speed);
                 match policy {
                     FaultPolicy::Refuse => break,
@@ -116,7 +119,7 @@ impl Integrator {
             let Ok(Some((update, twist))) = done else {
                 // Without fields it is too fast as well: nothing of it is kept.
                 if done.is_err() {
-                    motions.back_to(mark);
+                    drop(motions);
                 }
                 continue;
             };

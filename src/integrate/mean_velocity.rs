@@ -31,7 +31,6 @@ impl Integrator {
         let mut faults = std::mem::take(&mut motions.faults);
         let take = |integrator: &Self, found: Found<'_>| {
             let place = found.start.place;
-            let mark = motions.mark();
             motions.resolved.extend(found.resolved);
             let (body, wake) = (&context.bodies[place], found.start.wake);
             let speed = correct(context, motions, found.state, found.wrench, body, wake);
@@ -42,7 +41,7 @@ impl Integrator {
             if context.rules.on_fault == FaultPolicy::Refuse {
                 return Err(fault);
             }
-            motions.back_to(mark);
+            motions.drop_last(body.handle);
             motions.faults.push(fault);
             Ok(())
         };

@@ -42,17 +42,6 @@ pub(crate) struct Motions {
     pub(super) resolved: Vec<Resolved>,
 }
 
-/// The lengths of the lists in [`Motions`], to return to.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Mark {
-    updates: usize,
-    turns: usize,
-    means: usize,
-    loads: usize,
-    completions: usize,
-    resolved: usize,
-}
-
 /// The part of a body's motion that is left after a half of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyCompletion {
@@ -290,26 +279,13 @@ impl Motions {
         find_next(&self.completions, at, body, |it| it.body).map(|it| it.completion)
     }
 
-    /// The present lengths of the lists.
-    pub(super) fn mark(&self) -> Mark {
-        Mark {
-            updates: self.updates.len(),
-            turns: self.turns.len(),
-            means: self.means.len(),
-            loads: self.loads.len(),
-            completions: self.completions.len(),
-            resolved: self.resolved.len(),
-        }
-    }
-
-    /// Removes everything added since a mark.
-    pub(super) fn back_to(&mut self, mark: Mark) {
-        self.updates.truncate(mark.updates);
-        self.turns.truncate(mark.turns);
-        self.means.truncate(mark.means);
-        self.loads.truncate(mark.loads);
-        self.completions.truncate(mark.completions);
-        self.resolved.truncate(mark.resolved);
+    /// Removes the motion of the last body, if that was added; what completes it stays.
+    pub(super) fn drop_last(&mut self, body: RigidBodyHandle) {
+        self.updates.pop_if(|it| it.body == body);
+        self.turns.pop_if(|it| it.body == body);
+        self.means.pop_if(|it| it.body == body);
+        self.loads.pop_if(|it| it.body == body);
+        self.resolved.pop_if(|it| it.body == body);
     }
 
     /// The velocity that Rapier was given for a body.
