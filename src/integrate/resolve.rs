@@ -145,13 +145,12 @@ impl Integrator {
             }
             state
         };
+        let bodies = begins.before.unwrap_or(context.bodies);
         let places = starts.iter().map(|start| start.place);
         substeps.states.clear();
-        substeps.states.extend(
-            places
-                .clone()
-                .map(|place| state(&context.bodies[place], place)),
-        );
+        substeps
+            .states
+            .extend(places.map(|place| state(&bodies[place], place)));
         self.predict_motions(begins.updates, &substeps.states);
         let map = if !plan.forward {
             StepMap::KickDriftKick(plan.count)
@@ -179,9 +178,7 @@ impl Integrator {
                 0.0
             },
         };
-        let before = begins.before;
-        let rewound = before.map(|before| places.map(|place| state(&before[place], place)));
-        substeps.integrate(setting, starts, wrenches, rewound)
+        substeps.integrate(setting, starts, wrenches)
     }
 
     /// Sets the predicted motions of all bodies while some are moved.

@@ -75,13 +75,12 @@ pub(super) struct SubstepIntegrator {
 
 impl SubstepIntegrator {
     /// Integrates over all ticks, from the states of the bodies in `starts`. `wrenches` are those at the start, by the
-    /// place of a body among the samples. `rewound` are the states at the start, if the samples are at other places.
+    /// place of a body among the samples.
     pub(super) fn integrate(
         &mut self,
         setting: Setting<'_, impl Lookup>,
         starts: &[Start],
         wrenches: &[Wrench],
-        rewound: Option<impl Iterator<Item = RigidState>>,
     ) -> Result<(), Fault> {
         let samples = setting.context.samples;
         let group = &mut self.group;
@@ -90,11 +89,7 @@ impl SubstepIntegrator {
             group.take(state.body, start.place, samples);
             group.wrenches.push(wrenches[start.place]);
         }
-        group.close(&self.states);
-        if let Some(rewound) = rewound {
-            self.states.clear();
-            self.states.extend(rewound);
-        }
+        group.samples.number();
         self.tracks.clear();
         if setting.tracked {
             self.tracks.resize_with(starts.len(), Track::default);

@@ -12,8 +12,6 @@ use crate::sample::{SamplePoint, Samples};
 pub(super) struct Group {
     /// The samples of the moved bodies, in the order of their states.
     pub samples: Samples,
-    /// The vector from the centre of mass to each site, in the body's axes.
-    pub arms: Vec<DVec3>,
     pub wrenches: Vec<Wrench>,
     /// By body, where forces read velocities.
     pub solutions: Vec<Solution>,
@@ -70,27 +68,16 @@ impl Group {
         own.bodies.push(handle);
     }
 
-    /// Orders the samples, once all bodies are taken in.
-    pub fn close(&mut self, states: &[RigidState]) {
-        let samples = &mut self.samples;
-        samples.number();
-        let state = |body: u32| &states[body as usize];
-        let arm =
-            |sample: &SamplePoint| state(sample.body).attitude.inverse() * to_dvec3(sample.arm);
-        self.arms.clear();
-        self.arms.extend(samples.sites.iter().map(arm));
-    }
-
     /// Moves the samples to the present places of their bodies.
     pub fn place(&mut self, states: &[RigidState], midway: bool) {
         let solutions = midway.then_some(&self.solutions);
         let velocity = |body: usize, state: &RigidState| {
             solutions.map_or((state.linvel, state.angvel), |all| all[body].velocities)
         };
-        for (sample, arm) in self.samples.sites.iter_mut().zip(&self.arms) {
+        for sample in &mut self.samples.sites {
             let state = &states[sample.body as usize];
             let (linvel, angvel) = velocity(sample.body as usize, state);
-            let arm = state.attitude * *arm;
+            let arm = state.attitude * to_dvec3(sample.local_arm);
             sample.arm = from_dvec3(arm);
             sample.world_point = from_dvec3(state.position + arm);
             sample.velocity = from_dvec3(linvel + angvel.cross(arm));
