@@ -379,7 +379,7 @@ impl FieldSet {
     /// There is an axis of that name already, or the value is not finite.
     pub fn declare_axis(&mut self, name: &str, value: Real) -> Result<(), BuildError> {
         self.data.declare(name, value)?;
-        self.changes.push(Change::Axes);
+        self.changes.push(Change::Properties);
         Ok(())
     }
 
@@ -389,7 +389,7 @@ impl FieldSet {
     /// The axis was not declared, or the value is not finite.
     pub fn set_axis(&mut self, name: &str, value: Real) -> Result<(), PropertyError> {
         self.data.set_axis(name, value)?;
-        self.changes.push(Change::Axes);
+        self.changes.push(Change::Properties);
         Ok(())
     }
 
@@ -409,7 +409,7 @@ impl FieldSet {
         properties: ColliderProperties,
     ) -> Result<(), PropertyError> {
         self.data.set(collider, properties)?;
-        self.changes.push(Change::Collider(collider));
+        self.changes.push(Change::Properties);
         Ok(())
     }
 

@@ -36,48 +36,24 @@ impl Properties {
         if self.revision == set.revision() {
             return;
         }
-        let concerns = |change: &Change| !matches!(change, Change::Term(_));
-        let of_collider = |change: &Change| match change {
-            Change::Collider(collider) => Some(*collider),
-            _ => None,
-        };
         let changes = set.changes_since(self.revision);
         self.revision = set.revision();
-        let Some(changes) = changes else {
-            self.changes += 1;
-            return self.take_up_all(set);
-        };
-        let changes: Vec<Change> = changes.filter(concerns).collect();
-        self.changes += u64::from(!changes.is_empty());
-        let colliders: Option<Vec<ColliderHandle>> = changes.iter().map(of_collider).collect();
-        match colliders {
-            Some(colliders) => colliders.into_iter().for_each(|c| self.take_up(set, c)),
-            None => self.take_up_all(set),
+        let concerns = |change: Change| !matches!(change, Change::Term(_));
+        if !changes.is_none_or(|mut changes| changes.any(concerns)) {
+            return;
         }
-    }
-
-    fn take_up_all(&mut self, set: &FieldSet) {
+        self.changes += 1;
         let data = set.data();
-        *self = Properties {
-            revision: self.revision,
-            changes: self.changes,
-            world: data.axes().iter().cloned().collect(),
-            ..Properties::default()
-        };
-        for (collider, _) in data.colliders() {
-            self.take_up(set, *collider);
-        }
-        self.samplings.extend(data.samplings().iter().copied());
-    }
-
-    fn take_up(&mut self, set: &FieldSet, collider: ColliderHandle) {
-        if let Some(properties) = set.data().get(collider) {
+        self.world = data.axes().iter().cloned().collect();
+        let entries = data.colliders().iter().map(|(collider, properties)| {
             let entry = Entry {
                 properties: properties.clone(),
                 user: self.values(properties),
             };
-            self.entries.insert(collider, entry);
-        }
+            (*collider, entry)
+        });
+        self.entries = entries.collect();
+        self.samplings = data.samplings().iter().copied().collect();
     }
 
     /// Begins the list of user values with the world's, for samples without values of their own.

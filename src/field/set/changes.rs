@@ -4,17 +4,13 @@ use std::hash::{BuildHasher, RandomState};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::math::ColliderHandle;
-
 /// A change of a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
     /// The term of this serial was inserted, changed or removed.
     Term(u64),
-    /// Axes were declared or set.
-    Axes,
-    /// The properties of a collider were set.
-    Collider(ColliderHandle),
+    /// Axes were declared or set, or the properties of a collider.
+    Properties,
     /// The samplings of bodies were set.
     Samplings,
 }
@@ -81,7 +77,7 @@ impl Default for Changes {
             list: Vec::new(),
             mark: 0,
         };
-        changes.push(Change::Axes);
+        changes.push(Change::Properties);
         changes
     }
 }
