@@ -21,13 +21,13 @@ pub use disagreement::{Difference, Disagreement};
 pub use report::CrossCheckReport;
 pub use settings::CrossCheck;
 
-pub(crate) use comparable::{AfterStep, Watched};
+pub(crate) use comparable::{Judging, Watched};
 pub(crate) use sighting::Expected;
 
 use std::collections::BTreeMap;
 
 use bands::{Bands, Sizes};
-use comparable::{Judging, is_watched};
+use comparable::is_watched;
 use judge::{FoundBy, Placed, Verdict, judge};
 use sighting::{RapierPoint, spots};
 use touches::TouchJudge;
@@ -78,34 +78,25 @@ impl CrossCheckReport {
     /// had when that step began.
     pub(crate) fn compare(
         &mut self,
-        settings: &CrossCheck,
-        watched: &Watched,
-        expected: &Expected,
-        after: &AfterStep<'_, impl Lookup>,
+        judging: &Judging<'_, impl Lookup>,
         pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
     ) {
-        let judging = Judging {
-            settings,
-            watched,
-            expected,
-            after,
-        };
         self.steps += 1;
         self.disagreements.clear();
         self.last_step = ContactCounts::default();
         self.last_touches = TouchCounts::default();
         self.last_step.not_comparable.sensor = judging.sensors();
         let mut pairs: BTreeMap<Key, SeenPair> = BTreeMap::new();
-        for our in &expected.contacts {
+        for our in &judging.expected.contacts {
             let seen = pairs.entry(key(our.colliders)).or_default();
             (seen.colliders, seen.ours) = (our.colliders, Some(*our));
         }
-        for pair in after.narrow_phase.contact_pairs() {
+        for pair in judging.narrow_phase.contact_pairs() {
             let handles = in_order([pair.collider1, pair.collider2]);
             if !judging.watches(handles) {
                 continue;
             }
-            let found = spots(pair, after.world, &pose_before).unwrap_or_default();
+            let found = spots(pair, judging.world, &pose_before).unwrap_or_default();
             let overlaps = found.iter().any(|spot| spot.depth > 0.0);
             if overlaps || pairs.contains_key(&key(handles)) {
                 let seen = pairs.entry(key(handles)).or_default();
@@ -113,7 +104,7 @@ impl CrossCheckReport {
             }
         }
         for seen in pairs.into_values() {
-            self.weigh(&judging, &seen, &pose_before);
+            self.weigh(judging, &seen, &pose_before);
         }
         self.total.add(self.last_step);
     }
@@ -146,7 +137,7 @@ impl CrossCheckReport {
         seen: &SeenPair,
         pose_before: impl Fn(ColliderHandle) -> Option<Pose>,
     ) {
-        let (world, pair) = (judging.after.world, seen.colliders);
+        let (world, pair) = (judging.world, seen.colliders);
         let [one, two] = pair.map(|handle| world.collider(handle).zip(pose_before(handle)));
         let (Some(one), Some(two)) = (one, two) else {
             self.last_step.not_comparable.removed += 1;

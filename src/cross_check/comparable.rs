@@ -56,16 +56,6 @@ impl Watched {
     }
 }
 
-/// The world after Rapier's step.
-pub(crate) struct AfterStep<'a, W> {
-    pub world: &'a W,
-    pub narrow_phase: &'a NarrowPhase,
-    pub joints: Joints<'a>,
-    pub parameters: &'a IntegrationParameters,
-    /// Pairs that the user's hooks have hidden from Rapier.
-    pub hidden: &'a Pairs,
-}
-
 /// Returns true if the fields look at a pair and the settings watch it.
 pub(super) fn is_watched(
     settings: &CrossCheck,
@@ -75,12 +65,17 @@ pub(super) fn is_watched(
     pair.iter().any(|it| watched.contains(*it)) && settings.watches(pair)
 }
 
-/// The inputs of the comparison of a step.
-pub(super) struct Judging<'a, W> {
+/// The inputs of the comparison of a step: what is compared, and the world after Rapier's step.
+pub(crate) struct Judging<'a, W> {
     pub settings: &'a CrossCheck,
     pub watched: &'a Watched,
     pub expected: &'a Expected,
-    pub after: &'a AfterStep<'a, W>,
+    pub world: &'a W,
+    pub narrow_phase: &'a NarrowPhase,
+    pub joints: Joints<'a>,
+    pub parameters: &'a IntegrationParameters,
+    /// Pairs that the user's hooks have hidden from Rapier.
+    pub hidden: &'a Pairs,
 }
 
 impl<W: Lookup> Judging<'_, W> {
@@ -98,11 +93,11 @@ impl<W: Lookup> Judging<'_, W> {
         spots: &[RapierPoint],
         bands: &Bands,
     ) -> Option<Reason> {
-        let world = self.after.world;
+        let world = self.world;
         let [one, two] = pair.map(|handle| world.collider(handle));
         let colliders = [one?, two?];
         let bodies = colliders.map(Collider::parent);
-        if self.after.parameters.max_ccd_substeps > 1 {
+        if self.parameters.max_ccd_substeps > 1 {
             return Some(|it| &mut it.ccd_substeps);
         }
         if self.may_recycle(colliders) {
@@ -132,7 +127,7 @@ impl<W: Lookup> Judging<'_, W> {
 
     fn may_recycle(&self, colliders: [&Collider; 2]) -> bool {
         self.settings.lets_recycle
-            && self.after.parameters.contact_recycling
+            && self.parameters.contact_recycling
             && colliders.iter().all(|it| it.active_hooks().is_empty())
     }
 
@@ -141,7 +136,7 @@ impl<W: Lookup> Judging<'_, W> {
         let Some(handle) = body else {
             return false;
         };
-        let found = self.after.world.body(handle);
+        let found = self.world.body(handle);
         let moves = found.is_some_and(|body| !body.is_fixed());
         moves && !self.expected.asleep.contains(&handle)
     }
@@ -151,16 +146,16 @@ impl<W: Lookup> Judging<'_, W> {
         pair: [ColliderHandle; 2],
         bodies: [Option<RigidBodyHandle>; 2],
     ) -> Option<Reason> {
-        if self.after.hidden.contains(&pair) {
+        if self.hidden.contains(&pair) {
             return Some(|it| &mut it.hidden);
         }
-        let apart = self.after.joints.keep_apart(bodies);
+        let apart = self.joints.keep_apart(bodies);
         apart.then_some(|it| &mut it.jointed)
     }
 
     /// The number of watched sensor pairs that overlap.
     pub(super) fn sensors(&self) -> u64 {
-        let pairs = self.after.narrow_phase.intersection_pairs();
+        let pairs = self.narrow_phase.intersection_pairs();
         let overlapping =
             pairs.filter(|(one, two, overlaps)| *overlaps && self.watches(in_order([*one, *two])));
         overlapping.count() as u64

@@ -11,7 +11,7 @@ use super::state::OpenRecord;
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
 use crate::bridge::{self, Constraints, Made, Push, StepError, Wanted, WorldMut};
 use crate::contact::was_to_ask;
-use crate::cross_check::AfterStep;
+use crate::cross_check::Judging;
 use crate::diagnose::{SampledFields, blame, sifted};
 use crate::integrate::{
     BegunStep, Completion, Fault, FreeMotion, MidStepImpact, Motions, StepWarning,
@@ -98,9 +98,11 @@ impl FieldPipeline {
         }
         self.stopwatch.lap(StepStage::Bookkeeping);
         if let Some(expected) = &open.expected {
-            let settings = &fields.settings.cross_check;
             let (view, rollback) = (world.view(), &open.rollback);
-            let after = AfterStep {
+            let judging = Judging {
+                settings: &fields.settings.cross_check,
+                watched: &self.watched,
+                expected,
                 world: &view,
                 narrow_phase: world.narrow_phase,
                 joints: joints(world),
@@ -108,8 +110,7 @@ impl FieldPipeline {
                 hidden: &open.heard.take_hidden(),
             };
             let pose_before = |handle| rollback.pose_before(handle, &view);
-            let report = &mut state.cross_check;
-            report.compare(settings, &self.watched, expected, &after, pose_before);
+            state.cross_check.compare(&judging, pose_before);
             self.stopwatch.lap(StepStage::CrossCheck);
         }
         if let Some(pair) = open.to_ask.filter(|_| !*open.heard.asked.get_mut())
