@@ -1,7 +1,7 @@
 //! The parts of a Rapier world that a step needs, borrowed mutably or read only.
 
 use crate::field::{Anchor, Frame, Frames};
-use crate::math::{ColliderHandle, ColliderSet, Pose, RigidBodyHandle, RigidBodySet, Vector};
+use crate::math::{ColliderHandle, ColliderSet, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{
     ImpulseJointSet, IntegrationParameters, IslandManager, MultibodyJointSet, RigidBody,
     SoftBodySet,
@@ -133,19 +133,6 @@ impl Frames for WorldRef<'_> {
                 collider: None,
             })
         };
-        let base = match anchor {
-            Anchor::World { .. } => Frame::at_rest(Pose::IDENTITY),
-            Anchor::Body { handle, .. } => of_body(*handle)?,
-            Anchor::Collider { handle, .. } => {
-                let collider = colliders.get(*handle)?;
-                let frame = match (collider.parent(), collider.position_wrt_parent()) {
-                    // A collider's own world pose lags behind its body until Rapier's next step.
-                    (Some(parent), Some(local_pose)) => of_body(parent)?.then(local_pose),
-                    _ => Frame::at_rest(*collider.position()),
-                };
-                frame.of_collider(*handle)
-            }
-        };
-        Some(base.then(anchor.local_pose()))
+        anchor.frame(of_body, |handle| colliders.get(handle))
     }
 }

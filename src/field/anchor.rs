@@ -1,6 +1,7 @@
 //! The frames that fields are anchored to: that of the world, a body or a collider.
 
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
+use crate::rapier::geometry::Collider;
 
 /// The frame that a field moves with.
 ///
@@ -74,6 +75,41 @@ impl Anchor {
             }
             _ => *self,
         }
+    }
+
+    /// The body that carries the field, if one does. `collider` looks colliders up.
+    pub(crate) fn carrier<'a>(
+        &self,
+        collider: impl FnOnce(ColliderHandle) -> Option<&'a Collider>,
+    ) -> Option<RigidBodyHandle> {
+        match self {
+            Anchor::World { .. } => None,
+            Anchor::Body { handle, .. } => Some(*handle),
+            Anchor::Collider { handle, .. } => collider(*handle)?.parent(),
+        }
+    }
+
+    /// The present frame of the field, if its carrier is in the world. `of_body` has the frames of bodies, and
+    /// `collider` looks colliders up.
+    pub(crate) fn frame<'a>(
+        &self,
+        of_body: impl FnOnce(RigidBodyHandle) -> Option<Frame>,
+        collider: impl FnOnce(ColliderHandle) -> Option<&'a Collider>,
+    ) -> Option<Frame> {
+        let base = match self {
+            Anchor::World { .. } => Frame::at_rest(Pose::IDENTITY),
+            Anchor::Body { handle, .. } => of_body(*handle)?,
+            Anchor::Collider { handle, .. } => {
+                let collider = collider(*handle)?;
+                let frame = match (collider.parent(), collider.position_wrt_parent()) {
+                    // A collider's own world pose lags behind its body until Rapier's next step.
+                    (Some(parent), Some(local_pose)) => of_body(parent)?.then(local_pose),
+                    _ => Frame::at_rest(*collider.position()),
+                };
+                frame.of_collider(*handle)
+            }
+        };
+        Some(base.then(self.local_pose()))
     }
 }
 

@@ -6,7 +6,7 @@ use super::reaction::Reactions;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
 use crate::eval::SampledWorld;
-use crate::field::{Anchor, Span};
+use crate::field::Span;
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, BodySet, Lookup};
 use crate::sample::{Moment, Samples};
@@ -87,14 +87,7 @@ impl<W: Lookup> StepContext<'_, W> {
     pub(super) fn is_coupled(&self) -> bool {
         let mut moving = self.compiled.anchors.moving();
         moving.any(|(_, anchor)| {
-            let carrier = match anchor {
-                Anchor::World { .. } => None,
-                Anchor::Body { handle, .. } => Some(*handle),
-                Anchor::Collider { handle, .. } => self
-                    .world
-                    .collider(*handle)
-                    .and_then(|collider| collider.parent()),
-            };
+            let carrier = anchor.carrier(|handle| self.world.collider(handle));
             let body = carrier.and_then(|carrier| self.world.body(carrier));
             body.is_some_and(|body| body.is_dynamic())
         })

@@ -163,18 +163,6 @@ pub(super) fn from_dquat(q: DQuat) -> Rotation {
 
 impl<W: Lookup> Frames for PredictedFrames<'_, W> {
     fn frame(&self, anchor: &Anchor) -> Option<Frame> {
-        let base = match anchor {
-            Anchor::World { .. } => Frame::at_rest(Pose::IDENTITY),
-            Anchor::Body { handle, .. } => self.of_body(*handle)?,
-            Anchor::Collider { handle, .. } => {
-                let collider = self.world.collider(*handle)?;
-                let frame = match (collider.parent(), collider.position_wrt_parent()) {
-                    (Some(parent), Some(local_pose)) => self.of_body(parent)?.then(local_pose),
-                    _ => Frame::at_rest(*collider.position()),
-                };
-                frame.of_collider(*handle)
-            }
-        };
-        Some(base.then(anchor.local_pose()))
+        anchor.frame(|body| self.of_body(body), |it| self.world.collider(it))
     }
 }

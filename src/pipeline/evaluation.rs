@@ -134,13 +134,7 @@ impl FieldPipeline {
     pub(super) fn note_carriers(&self, state: &mut FieldState, view: &WorldRef<'_>) {
         state.carriers.clear();
         for (_, anchor) in self.scene.compiled.anchors.moving() {
-            let carrier = match anchor {
-                Anchor::World { .. } => continue,
-                Anchor::Body { handle, .. } => Some(*handle),
-                Anchor::Collider { handle, .. } => view
-                    .collider(*handle)
-                    .and_then(|collider| collider.parent()),
-            };
+            let carrier = anchor.carrier(|handle| view.collider(handle));
             // Colliders of sampled bodies are covered by the samples.
             let sampled = |body: RigidBodyHandle| {
                 let parts = self.scene.compiled.requirements.parts;
