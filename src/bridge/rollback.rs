@@ -7,22 +7,15 @@ use joints::SavedJoints;
 use super::world::{WorldMut, WorldRef};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle};
 use crate::rapier::dynamics::{RigidBody, RigidBodyBuilder};
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, find_by};
 
 /// Copies of the bodies, and of the state that Rapier keeps of joints.
 #[derive(Debug, Default)]
 pub(crate) struct Rollback {
-    /// By the index of a body.
-    copies: Vec<Option<BodyCopy>>,
+    /// In the order of their handles. Those beyond `count` are kept for their allocations only.
+    copies: Vec<(RigidBodyHandle, RigidBody)>,
+    count: usize,
     joints: SavedJoints,
-}
-
-/// A copy of a body. One that is not `current` is kept for its allocations only.
-#[derive(Debug)]
-struct BodyCopy {
-    handle: RigidBodyHandle,
-    body: RigidBody,
-    current: bool,
 }
 
 impl Rollback {
@@ -30,37 +23,27 @@ impl Rollback {
     pub(crate) fn take(&mut self, world: &WorldMut<'_>) {
         self.clear();
         for (handle, body) in world.bodies.iter() {
-            self.put(handle, body);
+            if self.copies.len() == self.count {
+                let fresh = RigidBodyBuilder::fixed().build();
+                self.copies.push((handle, fresh));
+            }
+            let copy = &mut self.copies[self.count];
+            copy.0 = handle;
+            copy.1.copy_from(body);
+            self.count += 1;
         }
         self.joints.take(world);
     }
 
     /// Marks all copies as unused: this step cannot fail once it has begun.
     pub(crate) fn clear(&mut self) {
-        let copies = self.copies.iter_mut().flatten();
-        copies.for_each(|copy| copy.current = false);
+        self.count = 0;
         self.joints.clear();
     }
 
-    fn put(&mut self, handle: RigidBodyHandle, body: &RigidBody) {
-        let index = handle.into_raw_parts().0 as usize;
-        if self.copies.len() <= index {
-            self.copies.resize_with(index + 1, || None);
-        }
-        let copy = self.copies[index].get_or_insert_with(|| BodyCopy {
-            handle,
-            body: RigidBodyBuilder::fixed().build(),
-            current: true,
-        });
-        (copy.handle, copy.current) = (handle, true);
-        copy.body.copy_from(body);
-    }
-
     fn copy(&self, handle: RigidBodyHandle) -> Option<&RigidBody> {
-        let index = handle.into_raw_parts().0 as usize;
-        let copy = self.copies.get(index)?.as_ref();
-        let copy = copy.filter(|copy| copy.current && copy.handle == handle);
-        copy.map(|copy| &copy.body)
+        let place = find_by(&self.copies[..self.count], handle, |copy| copy.0)?;
+        Some(&self.copies[place].1)
     }
 
     /// The world pose that a collider had when the copies were taken. A body without a copy has not moved.
@@ -77,8 +60,7 @@ impl Rollback {
     /// Restores all bodies and joints that have changed.
     pub(crate) fn restore(&self, world: &mut WorldMut<'_>) {
         let mut moved = false;
-        let copies = self.copies.iter().flatten();
-        for BodyCopy { handle, body, .. } in copies.filter(|copy| copy.current) {
+        for (handle, body) in &self.copies[..self.count] {
             let same = |now: &RigidBody| is_same(now, body);
             if world.bodies.get(*handle).is_none_or(same) {
                 continue;
