@@ -36,7 +36,7 @@ use crate::contact::{FieldContact, TouchRecord, in_order};
 use crate::math::{ColliderHandle, Pose, Real, Vector, to_f64};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::NarrowPhase;
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, world_pose};
 
 /// The fields' contacts and the sleeping bodies before a step, for comparison after it.
 pub(crate) fn expect(
@@ -242,9 +242,8 @@ impl CrossCheckReport {
                 self.last_touches.not_comparable.removed += 1;
                 continue;
             };
-            let ends = record
-                .colliders
-                .map(|it| [pose_before(it), pose_of(it, world)]);
+            let pose_now = |it| world_pose(world.collider(it)?, |body| world.body(body));
+            let ends = record.colliders.map(|it| [pose_before(it), pose_now(it)]);
             let outcome = judge.weigh(record, [one, two], ends);
             self.last_touches.add(outcome.counts);
             let (colliders, world_point) = (record.colliders, record.world_point);
@@ -252,13 +251,4 @@ impl CrossCheckReport {
         }
         self.touches.add(self.last_touches);
     }
-}
-
-/// The world pose of a collider from that of its body, because Rapier has moved the body.
-fn pose_of(handle: ColliderHandle, world: &impl Lookup) -> Option<Pose> {
-    let collider = world.collider(handle)?;
-    let (Some(parent), Some(local)) = (collider.parent(), collider.position_wrt_parent()) else {
-        return Some(*collider.position());
-    };
-    Some(*world.body(parent)?.position() * *local)
 }

@@ -7,7 +7,7 @@ use joints::SavedJoints;
 use super::world::{WorldMut, WorldRef};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle};
 use crate::rapier::dynamics::{RigidBody, RigidBodyBuilder};
-use crate::rigid::{Lookup, find_by};
+use crate::rigid::{Lookup, find_by, world_pose};
 
 /// Copies of the bodies, and of the state that Rapier keeps of joints.
 #[derive(Debug, Default)]
@@ -49,12 +49,9 @@ impl Rollback {
     /// The world pose that a collider had when the copies were taken. A body without a copy has not moved.
     pub(crate) fn pose_before(&self, handle: ColliderHandle, world: &WorldRef<'_>) -> Option<Pose> {
         let collider = world.collider(handle)?;
-        let (Some(parent), Some(local_pose)) = (collider.parent(), collider.position_wrt_parent())
-        else {
-            return Some(*collider.position());
-        };
-        let body = self.copy(parent).or_else(|| world.body(parent));
-        Some(*body?.position() * *local_pose)
+        world_pose(collider, |body| {
+            self.copy(body).or_else(|| world.body(body))
+        })
     }
 
     /// Restores all bodies and joints that have changed.

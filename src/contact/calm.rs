@@ -14,7 +14,7 @@ use crate::rapier::dynamics::{
     CoefficientCombineRule, IntegrationParameters, RigidBody, RigidBodyType,
 };
 use crate::rapier::geometry::{Collider, ColliderMaterial};
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, local_pose};
 
 /// A body counts as slow only below this share of the impact threshold, so that rounding cannot make it an impact.
 const SURELY: Real = 0.98;
@@ -181,8 +181,7 @@ fn fastest(body: &RigidBody, world: &impl Lookup, near: Real, dt: Real) -> Real 
     let reaches = colliders.filter_map(|handle| {
         let collider = world.collider(*handle)?;
         let bounds = collider.shape().compute_local_bounding_sphere();
-        let arm = collider.position_wrt_parent();
-        let arm = arm.map_or(0.0, |pose| pose.translation.length());
+        let arm = local_pose(collider).translation.length();
         Some(arm + bounds.center.length() + bounds.radius + collider.contact_skin())
     });
     let reach = reaches.fold(0.0, Real::max) + pivot(body).length() + near;

@@ -18,7 +18,7 @@ use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 use crate::neighbors::{Cluster, VerletList};
 use crate::rapier::geometry::{Aabb, Collider};
 use crate::rapier::parry::bounding_volume::BoundingVolume;
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, local_pose};
 
 /// All colliders that may touch, at their present poses, and the caches that find their pairs.
 #[derive(Debug)]
@@ -167,8 +167,7 @@ impl Discrete {
             let (owner, dynamic) = (Some(handle), body.is_dynamic());
             for handle in body.colliders() {
                 if let Some(collider) = world.collider(*handle) {
-                    let local_pose = collider.position_wrt_parent();
-                    let pose = *body.position() * local_pose.copied().unwrap_or(Pose::IDENTITY);
+                    let pose = *body.position() * local_pose(collider);
                     let part = self.part_of(*handle, collider, owner, dynamic);
                     self.part(part, collider, pose);
                 }

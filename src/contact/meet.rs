@@ -4,10 +4,10 @@ use super::field_mask::NextTouch;
 use super::hooks::velocity_at;
 use super::overlap::distance;
 use super::starts::Starts;
-use crate::math::{ColliderHandle, Pose, Vector};
+use crate::math::{ColliderHandle, Vector};
 use crate::rapier::geometry::Collider;
 use crate::rapier::parry::query::{ShapeCastOptions, cast_shapes};
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, local_pose};
 
 /// The next touch of two colliders within two steps, if nothing else hits them. Rotation is ignored.
 pub(super) fn next_touch(
@@ -24,8 +24,7 @@ pub(super) fn next_touch(
         let Some((handle, body)) = body else {
             return (*collider.position(), Vector::ZERO);
         };
-        let local = collider.position_wrt_parent().copied();
-        let pose = *body.position() * local.unwrap_or(Pose::IDENTITY);
+        let pose = *body.position() * local_pose(collider);
         let velocity = velocity_at(body, pose.translation, starts.dt());
         (pose, velocity + starts.gained(handle))
     };

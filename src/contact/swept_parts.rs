@@ -7,7 +7,7 @@ use super::swept_body::SweptBody;
 use crate::math::{DQuat, DVec3, Pose, Real, SharedShape, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::geometry::{Aabb, Collider};
 use crate::rapier::parry::bounding_volume::BoundingVolume;
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, local_pose};
 
 /// A collider of a body on its path.
 #[derive(Debug)]
@@ -67,8 +67,7 @@ impl SweptBodies {
             for collider in body.colliders() {
                 if let Some(found) = world.collider(*collider) {
                     let part = touch.part_of(*collider, found, Some(handle), body.is_dynamic());
-                    let local = found.position_wrt_parent().copied();
-                    let local = local.unwrap_or(Pose::IDENTITY);
+                    let local = local_pose(found);
                     let pose = still.then(|| *body.position() * local);
                     self.add_part(part, found, &local, pose.as_ref(), local_com);
                 }

@@ -18,6 +18,7 @@ use super::report::CrossCheckReport;
 use super::sighting::RapierPoint;
 use crate::math::{Real, Vector};
 use crate::rapier::geometry::Collider;
+use crate::rigid::local_pose;
 
 /// Parry's limits for kept points: the shift, and the turn of 1°, in radians.
 const MOST_SHIFT: Real = 1.001e-3;
@@ -64,10 +65,7 @@ impl Sizes {
             let sphere = collider.shape().compute_local_bounding_sphere();
             sphere.center.length() + sphere.radius
         });
-        let arm = |collider: &Collider| {
-            let local = collider.position_wrt_parent();
-            local.map_or(0.0, |local| local.translation.length())
-        };
+        let arm = |collider: &Collider| local_pose(collider).translation.length();
         // An unbounded part counts by its arm only: a plane has no farthest point.
         let bounded = extent.map(|extent| if extent.is_finite() { extent } else { 0.0 });
         let radius = |collider: &Collider| Some(collider.shape().as_ball()?.radius);

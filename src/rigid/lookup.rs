@@ -1,6 +1,6 @@
 //! Read access to bodies and colliders by their handles, for stages that do not write.
 
-use crate::math::{ColliderHandle, RigidBodyHandle};
+use crate::math::{ColliderHandle, Pose, RigidBodyHandle};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
 
@@ -34,5 +34,22 @@ impl<L: Lookup> Lookup for &L {
 
     fn free_colliders(&self) -> impl Iterator<Item = (ColliderHandle, &Collider)> {
         (**self).free_colliders()
+    }
+}
+
+/// The pose of a collider on its body.
+pub(crate) fn local_pose(collider: &Collider) -> Pose {
+    let local_pose = collider.position_wrt_parent().copied();
+    local_pose.unwrap_or(Pose::IDENTITY)
+}
+
+/// The world pose of a collider, from that of its body: its own lags until Rapier's next step. `None` without the body.
+pub(crate) fn world_pose<'a>(
+    collider: &Collider,
+    body: impl FnOnce(RigidBodyHandle) -> Option<&'a RigidBody>,
+) -> Option<Pose> {
+    match collider.parent() {
+        Some(parent) => Some(*body(parent)?.position() * local_pose(collider)),
+        None => Some(*collider.position()),
     }
 }

@@ -17,7 +17,7 @@ pub use wrench::Wrench;
 
 pub(crate) use body::{Body, SMALLEST_TIME, drowsy, is_sound, origin_velocity};
 pub(crate) use body_set::BodySet;
-pub(crate) use lookup::Lookup;
+pub(crate) use lookup::{Lookup, local_pose, world_pose};
 pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };

@@ -17,7 +17,7 @@ use crate::math::{
 use crate::math::{from_f64, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
-use crate::rigid::{Body, Lookup, to_dquat};
+use crate::rigid::{Body, Lookup, local_pose, to_dquat};
 
 /// Makes samples, and keeps what they were made from, so that changes are noticed.
 #[derive(Debug, Default)]
@@ -56,11 +56,10 @@ struct PartStamp {
 
 impl PartStamp {
     fn of(handle: ColliderHandle, collider: Option<&Collider>) -> Self {
-        let local_pose = collider.and_then(Collider::position_wrt_parent).copied();
         PartStamp {
             collider: handle,
             shape: collider.map(|collider| collider.shared_shape().clone()),
-            local_pose: local_pose.unwrap_or(Pose::IDENTITY),
+            local_pose: collider.map_or(Pose::IDENTITY, local_pose),
             groups: collider.map_or(InteractionGroups::all(), Collider::collision_groups),
             is_sampled: collider.is_some_and(is_sampled),
         }
@@ -72,10 +71,9 @@ impl PartStamp {
         };
         let shape = self.shape.as_ref();
         let same = |shape: &SharedShape| std::ptr::addr_eq(&*shape.0, &*collider.shared_shape().0);
-        let local_pose = collider.position_wrt_parent().copied();
         self.collider == handle
             && shape.is_some_and(same)
-            && self.local_pose == local_pose.unwrap_or(Pose::IDENTITY)
+            && self.local_pose == local_pose(collider)
             && self.groups == collider.collision_groups()
             && self.is_sampled == is_sampled(collider)
     }
@@ -119,8 +117,7 @@ impl Gatherer {
                 Some(ball) => (Vector::ZERO, ball.radius),
                 None => self.shapes.bounding_ball(*handle, collider),
             };
-            let local_pose = collider.position_wrt_parent().copied();
-            let point = local_pose.unwrap_or(Pose::IDENTITY).transform_point(point);
+            let point = local_pose(collider).transform_point(point);
             extent = extent.max((point - body.local_center_of_mass()).length() + radius);
         }
         extent
@@ -285,12 +282,8 @@ impl Making<'_> {
         collider: &Collider,
         alone: bool,
     ) {
-        let local_pose = collider.position_wrt_parent().copied();
         let (local_point, radius) = self.shapes.middle(handle, collider);
-        let body_point = local_pose
-            .unwrap_or(Pose::IDENTITY)
-            .transform_point(local_point);
-        let local_arm = body_point - body.local_com;
+        let local_arm = local_pose(collider).transform_point(local_point) - body.local_com;
         let mut sample = SamplePoint {
             local_arm,
             radius,
@@ -334,8 +327,7 @@ impl Making<'_> {
                 let collider = world.collider(handle)?;
                 let solid = self.shapes.solid(handle, collider);
                 let solid = Some(solid).filter(|solid| !matches!(solid, PartSolid::Point))?;
-                let local_pose = collider.position_wrt_parent().copied();
-                Some((to_dpose3(&local_pose.unwrap_or(Pose::IDENTITY)), solid))
+                Some((to_dpose3(&local_pose(collider)), solid))
             });
             let shape = match part {
                 Some((mut local_pose, solid)) => {
@@ -383,8 +375,7 @@ impl Making<'_> {
             }
             return;
         };
-        let local_pose = collider.position_wrt_parent().copied();
-        let local_pose = local_pose.unwrap_or(Pose::IDENTITY);
+        let local_pose = local_pose(collider);
         let (middle, _) = self.shapes.middle(handle, collider);
         for points in wanted {
             let rule = self.shapes.rule(handle, collider, points, middle);
