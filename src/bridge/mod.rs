@@ -30,6 +30,6 @@ pub(crate) use stepped::{Made, StepMark, Stepped};
 pub(crate) use undo::Undo;
 pub(crate) use visit::Visit;
 pub(crate) use write::{
-    ForceOverride, Hit, Push, apply, finish, let_precess, place, push, quarantine, restore, rouse,
+    ForceOverride, Push, apply, finish, let_precess, place, push, quarantine, restore, rouse,
     set_hooks, weigh, write,
 };

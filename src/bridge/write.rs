@@ -9,7 +9,7 @@ use crate::math::{
 };
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Inertia, to_dquat};
+use crate::rigid::{Body, Inertia, MidStepImpact, to_dquat};
 
 /// The user's force and torque on a body, while those of fields are added to them.
 #[derive(Clone, Copy, Debug)]
@@ -231,16 +231,7 @@ pub(crate) struct Push {
     pub linvel: Vector,
     pub angvel: Vector,
     /// The last impact, if the body was put on another path within the step.
-    pub hit: Option<Hit>,
-}
-
-/// The last impact of a body within a step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Hit {
-    /// The share of the step before it.
-    pub share: Real,
-    /// The acceleration and torque by fields that were assumed from then on, if the body is moved within the step.
-    pub presumed: Option<[Vector; 2]>,
+    pub hit: Option<MidStepImpact>,
 }
 
 /// Writes the states after impacts; returns the number of bodies written. Like Rapier's contacts, they wake the bodies.

@@ -18,10 +18,10 @@ use super::swept_body::{SweptBody, near_each_other};
 use super::swept_parts::SweptBodies;
 use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
 use super::touch_record::TouchRecord;
-use crate::bridge::{Hit, Push};
+use crate::bridge::Push;
 use crate::math::{ColliderHandle, from_dpose3, from_dvec3, from_f64};
 use crate::rapier::geometry::Aabb;
-use crate::rigid::Lookup;
+use crate::rigid::{Lookup, MidStepImpact};
 
 /// The limit of impacts in one step: a constant, and an allowance for each body. A billiard of mass ratio 10⁴ has 314
 /// impacts; bodies that cannot come to rest reach the limit.
@@ -323,7 +323,8 @@ impl Sweep {
                     pose: Some(from_dpose3(&pose)),
                     linvel: from_dvec3(linvel),
                     angvel: from_dvec3(angvel),
-                    hit: track.hit_at.map(|time| Hit {
+                    hit: track.hit_at.map(|time| MidStepImpact {
+                        body,
                         share: from_f64(time / dt),
                         presumed: track.presumed.map(|them| them.map(from_dvec3)),
                     }),

@@ -5,17 +5,9 @@ use super::coupling::Besides;
 use super::evaluation::Evaluation;
 use super::motion::{Completion, Motions, VelocityUpdate, kicked};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
-use crate::rigid::{Body, Lookup, Mobility, Wrench, find_by, rounded, to_dquat, velocities};
-
-/// A body that was put on another path within the step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MidStepImpact {
-    pub body: RigidBodyHandle,
-    /// The share of the step before that.
-    pub share: Real,
-    /// The acceleration and torque by fields with which it goes on, if it is moved within the step.
-    pub presumed: Option<[Vector; 2]>,
-}
+use crate::rigid::{
+    Body, Lookup, MidStepImpact, Mobility, Wrench, find_by, rounded, to_dquat, velocities,
+};
 
 /// The part of a step before Rapier's own, as the part after it sees it.
 #[derive(Clone, Copy)]

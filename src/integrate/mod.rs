@@ -37,7 +37,7 @@ pub use fault::FaultPolicy;
 pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
 
-pub(crate) use begun::{BegunStep, MidStepImpact};
+pub(crate) use begun::BegunStep;
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use coupling::LinearisedWrench;
 pub(crate) use evaluation::Evaluation;

@@ -13,11 +13,9 @@ use crate::bridge::{self, Constraints, Made, Push, StepError, Wanted, WorldMut};
 use crate::contact::was_to_ask;
 use crate::cross_check::Judging;
 use crate::diagnose::{SampledFields, blame, sifted};
-use crate::integrate::{
-    BegunStep, Completion, Fault, FreeMotion, MidStepImpact, Motions, StepWarning,
-};
+use crate::integrate::{BegunStep, Completion, Fault, FreeMotion, Motions, StepWarning};
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
-use crate::rigid::Wrench;
+use crate::rigid::{MidStepImpact, Wrench};
 
 impl FieldPipeline {
     /// Makes the second half of a step. After an error the world is as it was before the step began, but for
@@ -359,15 +357,7 @@ impl FieldPipeline {
 
     /// The bodies that were put on another path within the step, in the order of their handles.
     fn redirected(&self) -> Vec<MidStepImpact> {
-        let hits = self.pushes.iter().filter_map(|push| {
-            let hit = push.hit?;
-            Some(MidStepImpact {
-                body: push.body,
-                share: hit.share,
-                presumed: hit.presumed,
-            })
-        });
-        let mut hits: Vec<_> = hits.collect();
+        let mut hits: Vec<_> = self.pushes.iter().filter_map(|push| push.hit).collect();
         hits.sort_unstable_by_key(|hit| hit.body.into_raw_parts().0);
         hits
     }

@@ -3,6 +3,7 @@
 
 mod body;
 mod body_set;
+mod impact;
 mod lookup;
 mod mobility;
 mod ordered;
@@ -17,6 +18,7 @@ pub use wrench::Wrench;
 
 pub(crate) use body::{Body, SMALLEST_TIME, drowsy, is_sound, origin_velocity};
 pub(crate) use body_set::BodySet;
+pub(crate) use impact::MidStepImpact;
 pub(crate) use lookup::{Lookup, local_pose, world_pose};
 pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
