@@ -46,8 +46,6 @@ pub(super) struct FreeTurn {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Starts {
     list: Vec<Option<BodyStart>>,
-    /// The magnitude of each body's acceleration; apart, because hooks read only this of the bodies.
-    pressed: Vec<(RigidBodyHandle, Real)>,
     setting: StepSetting,
 }
 
@@ -246,15 +244,6 @@ impl Starts {
             self.list.resize(self.list.len().max(index + 1), None);
             self.list[index] = Some(BodyStart::now(handle, body, &self.setting));
         }
-        self.press();
-    }
-
-    fn press(&mut self) {
-        let none = (RigidBodyHandle::invalid(), 0.0);
-        let pressed = |start: &BodyStart| (start.body, start.acceleration().length());
-        self.pressed.clear();
-        let pressed = self.list.iter().map(|it| it.as_ref().map_or(none, pressed));
-        self.pressed.extend(pressed);
     }
 
     /// Records the bodies after the first kicks. `share` says which part of its kicks a body got. `momenta` are, for
@@ -281,7 +270,6 @@ impl Starts {
                 start.turn = Some(FreeTurn::new(start.share, changes, dt));
             }
         }
-        self.press();
     }
 
     /// Clears the lag of bodies whose velocities do not lag behind any more.
@@ -349,9 +337,8 @@ impl Starts {
 
     /// The magnitude of a body's acceleration in this step; zero if it is not known.
     fn pressed(&self, handle: Option<RigidBodyHandle>) -> Real {
-        let known = handle.and_then(|it| self.pressed.get(it.into_raw_parts().0 as usize));
-        let known = known.filter(|(body, _)| Some(*body) == handle);
-        known.map_or(0.0, |(_, pressed)| *pressed)
+        let known = handle.and_then(|handle| self.known(handle));
+        known.map_or(0.0, |start| start.acceleration().length())
     }
 
     /// The resting threshold: contacts that approach or separate more slowly last, and Rapier holds them. They would
