@@ -72,3 +72,18 @@ pub fn to_f64(x: Real) -> f64 {
 pub fn from_f64(x: f64) -> Real {
     x as Real
 }
+
+/// The border between the numbers that are low and those that are not, by halving an interval from a low number to one
+/// that is not. The result is low.
+pub(crate) fn bisect(
+    [mut low, mut high]: [f64; 2],
+    rounds: u32,
+    is_low: impl Fn(f64) -> bool,
+) -> f64 {
+    for _ in 0..rounds {
+        let middle = 0.5 * (low + high);
+        let half = if is_low(middle) { &mut low } else { &mut high };
+        *half = middle;
+    }
+    low
+}

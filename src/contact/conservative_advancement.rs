@@ -6,6 +6,8 @@
 //! would take ever smaller steps; after [`MAX_ITERATIONS`] evaluations the gap is sampled instead, and a change of sign
 //! is bracketed.
 
+use crate::math::bisect;
+
 /// Evaluations before sampling begins.
 const MAX_ITERATIONS: usize = 128;
 
@@ -16,6 +18,9 @@ const SAMPLES: f64 = 4096.0;
 /// find when they close again.
 const DEAR_ITERATIONS: usize = 32;
 const DEAR_SAMPLES: f64 = 64.0;
+
+/// Halvings of the interval in which the sign changes.
+const BISECTIONS: u32 = 60;
 
 /// A gap at one moment, with the bounds that advancement needs.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +61,7 @@ pub(super) fn first_touch(
             return (seen.slope < 0.0).then_some(time);
         }
         if close && seen.value > 0.0 && look(next).value < 0.0 {
-            return Some(bracketed(time, next, |t| look(t).value));
+            return Some(bisect([time, next], BISECTIONS, |t| look(t).value > 0.0));
         }
         time = next;
     }
@@ -83,19 +88,6 @@ fn free_stretch(seen: &GapBound) -> Option<f64> {
     stretch.is_finite().then_some(stretch)
 }
 
-/// The root between a positive and a negative value, by 60 bisections.
-fn bracketed(mut positive: f64, mut negative: f64, value: impl Fn(f64) -> f64) -> f64 {
-    for _ in 0..60 {
-        let middle = 0.5 * (positive + negative);
-        if value(middle) > 0.0 {
-            positive = middle;
-        } else {
-            negative = middle;
-        }
-    }
-    positive
-}
-
 /// As [`first_touch`], for a gap of which only the value and the maximal closing speed are known. Advances by gap /
 /// speed until the gap is at most `tolerance`.
 pub(super) fn first_touch_of_distance(
@@ -118,7 +110,9 @@ pub(super) fn first_touch_of_distance(
             let closing = last.is_some() || gap(soon).is_none_or(|g| g < seen);
             if closing {
                 return Some(if seen < 0.0 {
-                    bracketed(before, time, |t| gap(t).unwrap_or(f64::INFINITY))
+                    bisect([before, time], BISECTIONS, |t| {
+                        gap(t).is_none_or(|g| g > 0.0)
+                    })
                 } else {
                     time
                 });

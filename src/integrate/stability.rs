@@ -1,6 +1,7 @@
 //! The limits of stability of the schemes.
 
 use super::scheme::{Scheme, Substeps};
+use crate::math::bisect;
 use crate::rapier::na::Complex;
 
 /// The dt·ω from which on the energy of a vibration is unbounded; zero if it is unbounded at any step.
@@ -110,17 +111,8 @@ impl Mode {
         let Some(first) = tried.find(|dt| unstable(*dt)) else {
             return end;
         };
-        let (mut stable, mut not) = (first - step, first);
-        for _ in 0..f64::MANTISSA_DIGITS {
-            let middle = 0.5 * (stable + not);
-            let half = if unstable(middle) {
-                &mut not
-            } else {
-                &mut stable
-            };
-            *half = middle;
-        }
-        stable
+        let stable = |dt: f64| !unstable(dt);
+        bisect([first - step, first], f64::MANTISSA_DIGITS, stable)
     }
 
     /// The limit without gyration: h ω² tanh(γh/2) = 2γ, which is h ω = 2 without damping. Solved for u = γh/2.
@@ -130,18 +122,10 @@ impl Mode {
         if goal.is_nan() || goal < 1e-12 {
             return plain;
         }
-        let mut low = goal.sqrt();
-        let mut high = goal / low.tanh();
-        for _ in 0..f64::MANTISSA_DIGITS {
-            let middle = 0.5 * (low + high);
-            let half = if middle * middle.tanh() < goal {
-                &mut low
-            } else {
-                &mut high
-            };
-            *half = middle;
-        }
-        2.0 * low / self.damping
+        let low = goal.sqrt();
+        let high = goal / low.tanh();
+        let is_low = |u: f64| u * u.tanh() < goal;
+        2.0 * bisect([low, high], f64::MANTISSA_DIGITS, is_low) / self.damping
     }
 }
 

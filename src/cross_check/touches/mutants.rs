@@ -2,7 +2,7 @@
 //! first vanishes.
 
 use super::*;
-use crate::math::{ColliderHandle, DQuat, Rotation, from_dpose3};
+use crate::math::{ColliderHandle, DQuat, Rotation, bisect, from_dpose3};
 use crate::rapier::geometry::ColliderBuilder;
 use crate::rigid::Rotor;
 
@@ -76,12 +76,7 @@ impl Scene {
         let gap = |time| parts.gap(time, 5.0).expect("a distance");
         let steps = (0..2000).map(|step| DT * f64::from(step) / 2000.0);
         let after = steps.clone().find(|time| gap(*time) <= 0.0)?;
-        let mut span = [after - DT / 2000.0, after];
-        for _ in 0..60 {
-            let middle = 0.5 * (span[0] + span[1]);
-            span[usize::from(gap(middle) <= 0.0)] = middle;
-        }
-        let time = span[0];
+        let time = bisect([after - DT / 2000.0, after], 60, |time| gap(time) > 0.0);
         // The normal is taken a little before the touch, while it has hardly turned.
         let near = 1.5 * to_f64(Real::EPSILON).sqrt();
         let shapes = colliders.each_ref().map(|it| it.shape());
