@@ -146,12 +146,9 @@ impl FieldPipeline {
             world.view(),
             moment(state.time, world.integration_parameters.dt),
         );
-        let properties = &self.properties;
-        let displaced = self.scene.compiled.requirements.displaced;
-        self.detector
-            .run(&self.scene.compiled, &view, moment, None, |samples| {
-                Self::sites(properties, &view, displaced, samples);
-            });
+        let compiled = &self.scene.compiled;
+        let sites = Self::sites(&self.properties, compiled, &view);
+        self.detector.run(compiled, &view, moment, None, sites);
         let contacts = &self.detector.contacts;
         Some(crate::cross_check::expect(settings, contacts, &view))
     }

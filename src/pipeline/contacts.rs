@@ -6,8 +6,8 @@ use super::scene::moment;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, WorldMut, WorldRef};
 use crate::contact::{
-    Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, Pairs, SweptStep,
-    Verdicts, is_dominated, report,
+    Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, Pairs, ResponderRules,
+    SweptStep, Verdicts, is_dominated, report,
 };
 use crate::integrate::{Completion, Evaluation, FASTEST, StepWarning, TurnAfter, warn_of_springs};
 use crate::math::Vector;
@@ -63,10 +63,10 @@ impl FieldPipeline {
         let pairs = pairs.map(|pair| [pair.collider1, pair.collider2]);
         let claimed = pairs.filter(|pair| claims.law(*pair).is_some());
         let moment = moment(state.time, world.integration_parameters.dt);
-        let displaced = self.scene.compiled.requirements.displaced;
-        let sites = |samples: &mut _| Self::sites(properties, &view, displaced, samples);
+        let compiled = &self.scene.compiled;
+        let sites = Self::sites(properties, compiled, &view);
         self.detector
-            .released(&self.scene.compiled, &view, claimed, moment, sites)
+            .released(compiled, &view, claimed, moment, sites)
     }
 
     /// Gives the colliders whose contacts are claimed or checked the hook bits that they need, and restores the bits of
@@ -122,24 +122,16 @@ impl FieldPipeline {
     ) {
         let rules = &fields.settings.rules;
         self.pushes.clear();
-        let (view, joints) = (world.view(), joints(world));
-        let properties = &self.properties;
-        let displaced = self.scene.compiled.requirements.displaced;
-        self.detector.sweep(
-            &self.scene.compiled,
-            &view,
-            SweptStep {
-                moment: moment(began, open.dt),
-                dt: open.dt,
-                answers: |contact: &FieldContact| {
-                    rules.answers(contact, &verdicts.vetoed)
-                        && !is_rapiers(contact, joints, &open.given, &view)
-                },
-                verdicts,
-            },
-            |samples| Self::sites(properties, &view, displaced, samples),
-            &mut self.pushes,
-        );
+        let (view, joints, compiled) = (world.view(), joints(world), &self.scene.compiled);
+        let step = SweptStep {
+            moment: moment(began, open.dt),
+            dt: open.dt,
+            answers: answers(rules, verdicts, joints, &open.given, &view),
+            verdicts,
+        };
+        let sites = Self::sites(&self.properties, compiled, &view);
+        self.detector
+            .sweep(compiled, &view, step, sites, &mut self.pushes);
     }
 
     /// Writes the results of contacts to bodies, except velocities that are too fast and poses that are not finite.
@@ -176,23 +168,16 @@ impl FieldPipeline {
         self.pushes.clear();
         let view = world.view();
         let moment = moment(state.time, dt);
-        let properties = &self.properties;
-        let displaced = self.scene.compiled.requirements.displaced;
+        let compiled = &self.scene.compiled;
         let held = Some(HeldPairs {
             pairs: &verdicts.held,
             narrow_phase: world.narrow_phase,
         });
-        self.detector
-            .run(&self.scene.compiled, &view, moment, held, |samples| {
-                Self::sites(properties, &view, displaced, samples);
-            });
+        let sites = Self::sites(&self.properties, compiled, &view);
+        let detector = &mut self.detector;
+        detector.run(compiled, &view, moment, held, sites);
         if rules.answer_any() {
-            let joints = joints(world);
-            let answers = |contact: &FieldContact| {
-                rules.answers(contact, &verdicts.vetoed)
-                    && !is_rapiers(contact, joints, &open.given, &view)
-            };
-            let (detector, compiled) = (&mut self.detector, &self.scene.compiled);
+            let answers = answers(rules, verdicts, joints(world), &open.given, &view);
             let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
             self.warnings
                 .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
@@ -210,15 +195,21 @@ impl FieldPipeline {
     }
 }
 
-/// Returns true if fields leave a contact to Rapier's solver, whatever the rules say.
-fn is_rapiers(
-    contact: &FieldContact,
-    joints: Joints<'_>,
-    given: &Pairs,
-    view: &WorldRef<'_>,
-) -> bool {
-    let bodies = contact.bodies.map(|body| view.body(body?));
-    given.contains(&contact.colliders) || joints.keep_apart(contact.bodies) || is_dominated(bodies)
+/// Tells which contacts the fields answer. Some they leave to Rapier's solver, whatever the rules say.
+fn answers<'a>(
+    rules: &'a ResponderRules,
+    verdicts: &'a Verdicts,
+    joints: Joints<'a>,
+    given: &'a Pairs,
+    view: &'a WorldRef<'a>,
+) -> impl Fn(&FieldContact) -> bool + 'a {
+    move |contact| {
+        let bodies = contact.bodies.map(|body| view.body(body?));
+        rules.answers(contact, &verdicts.vetoed)
+            && !given.contains(&contact.colliders)
+            && !joints.keep_apart(contact.bodies)
+            && !is_dominated(bodies)
+    }
 }
 
 /// The warnings for pairs that are handed over to Rapier; there is none for a pair that rests.

@@ -3,7 +3,7 @@
 use super::scene::iterations;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, StepMark, Wanted, WorldMut, WorldRef, is_movable, most_sleep};
-use crate::compile::{FieldReach as Box, Prepared};
+use crate::compile::{Compiled, FieldReach as Box, Prepared};
 use crate::field::{FieldSet, Frame};
 use crate::integrate::{FASTEST, StepWarning, kicked};
 use crate::math::{DVec3, Real, Vector};
@@ -266,14 +266,13 @@ impl FieldPipeline {
     /// reads those.
     pub(super) fn sites(
         properties: &Properties,
+        compiled: &Compiled,
         view: &WorldRef<'_>,
-        displaced: bool,
-        samples: &mut Samples,
-    ) {
+    ) -> impl Fn(&mut Samples) {
         let only_sites = crate::compile::SamplingRequirements {
-            displaced,
+            displaced: compiled.requirements.displaced,
             ..Default::default()
         };
-        *samples = Self::sample_everyone(properties, view, only_sites).1;
+        move |samples| *samples = Self::sample_everyone(properties, view, only_sites).1
     }
 }
