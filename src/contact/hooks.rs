@@ -35,16 +35,6 @@ impl Heard {
         }
     }
 
-    fn verdicts(&mut self) -> &mut Verdicts {
-        let verdicts = self.verdicts.get_mut();
-        verdicts.unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Takes the pairs that the user's hooks hid from Rapier; empty if they were not recorded.
-    pub(crate) fn take_hidden(&mut self) -> Pairs {
-        std::mem::take(&mut self.verdicts().hidden)
-    }
-
     /// Adds a pair to one of the lists of verdicts.
     fn note(&self, pair: [ColliderHandle; 2], list: impl FnOnce(&mut Verdicts) -> &mut Pairs) {
         let verdicts = self.verdicts.lock();
@@ -52,9 +42,10 @@ impl Heard {
         list(&mut verdicts).insert(in_order(pair));
     }
 
-    /// Takes the decisions on claimed pairs out of the record.
+    /// Takes the decisions out of the record.
     pub(crate) fn take(&mut self) -> Verdicts {
-        let mut verdicts = std::mem::take(self.verdicts());
+        let verdicts = self.verdicts.get_mut();
+        let mut verdicts = std::mem::take(verdicts.unwrap_or_else(PoisonError::into_inner));
         // A shape of several pieces may have several manifolds; a pair with any lifted point counts as lifted.
         let Verdicts { lifted, held, .. } = &mut verdicts;
         held.retain(|pair| !lifted.contains(pair));
@@ -102,7 +93,7 @@ pub(crate) struct Verdicts {
     /// All contact points were left to Rapier's solver.
     pub held: Pairs,
     /// The user's hooks hide the pair from Rapier, whether fields claim it or not; recorded only for the cross-check.
-    hidden: Pairs,
+    pub hidden: Pairs,
 }
 
 /// The hooks of an [open step](crate::OpenStep): hand them to `PhysicsPipeline::step`.

@@ -95,6 +95,7 @@ impl FieldPipeline {
             open.starts = Arc::default();
         }
         self.stopwatch.lap(StepStage::Bookkeeping);
+        let mut verdicts = open.heard.take();
         if let Some(expected) = &open.expected {
             let (view, rollback) = (world.view(), &open.rollback);
             let judging = Judging {
@@ -105,7 +106,7 @@ impl FieldPipeline {
                 narrow_phase: world.narrow_phase,
                 joints: joints(world),
                 parameters: world.integration_parameters,
-                hidden: &open.heard.take_hidden(),
+                hidden: &verdicts.hidden,
             };
             let pose_before = |handle| rollback.pose_before(handle, &view);
             state.cross_check.compare(&judging, pose_before);
@@ -124,7 +125,6 @@ impl FieldPipeline {
             self.move_soft(fields, Now::last(began, dt), world, Some(flight))?;
             self.stopwatch.lap(StepStage::SoftBodies);
         }
-        let mut verdicts = open.heard.take();
         if open.unasked {
             let (claims, released) = (&*open.claims, &open.released);
             verdicts.add_unasked(claims, released, world.narrow_phase, &world.view());
