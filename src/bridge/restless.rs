@@ -5,7 +5,7 @@ use super::constrained::Constraints;
 use crate::math::{Pose, Real, RigidBodyHandle, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::ContactPair;
-use crate::rigid::{Body, Wrench, find_by};
+use crate::rigid::{Body, Wrench, find_by, is_in_order};
 
 /// The relative resolution of balance. The same in both precisions, because with `f64`'s bodies would take minutes to
 /// settle.
@@ -96,13 +96,11 @@ impl Drowsing {
 
     /// Returns true if the list is sorted and finite, which a deserialized one may not be.
     pub(crate) fn is_sound(&self) -> bool {
-        let index = |known: &Drowsy| known.body.into_raw_parts().0;
-        let sorted = self.0.is_sorted_by(|a, b| index(a) < index(b));
         let finite = |it: &Drowsy| {
             let vectors = [it.began, it.linvel, it.gain];
             vectors.iter().all(|v| v.is_finite()) && it.bob.is_finite()
         };
-        sorted && self.0.iter().all(finite)
+        is_in_order(&self.0, |known| known.body) && self.0.iter().all(finite)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::field::BuildError;
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
-use crate::rigid::{Body, Wrench, find};
+use crate::rigid::{Body, Wrench, find, is_in_order};
 
 /// The rule by which fields wake sleeping bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,9 +129,8 @@ impl Resting {
 
     /// Returns true if the list is sorted and finite, which a deserialized one may not be.
     pub(crate) fn is_sound(&self) -> bool {
-        let index = |(handle, _): &(RigidBodyHandle, Wrench)| handle.into_raw_parts().0;
-        let sorted = self.0.is_sorted_by(|a, b| index(a) < index(b));
-        sorted && self.0.iter().all(|(_, wrench)| wrench.is_finite())
+        is_in_order(&self.0, |(body, _)| *body)
+            && self.0.iter().all(|(_, wrench)| wrench.is_finite())
     }
 }
 

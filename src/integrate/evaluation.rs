@@ -8,7 +8,7 @@ use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Treatment};
 use super::{Integrator, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector};
-use crate::rigid::{Lookup, Wrench, find, find_near};
+use crate::rigid::{Lookup, Wrench, find, find_near, is_in_order};
 
 /// The wrenches on some bodies, and what is known beyond them. It outlives its step: unless something changes, the next
 /// step begins with it.
@@ -81,8 +81,7 @@ impl Evaluation {
         if !(self.dt >= 0.0 && self.dt.is_finite()) {
             return Some(format!("dt is {}", self.dt));
         }
-        let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
-        if !self.bodies.is_sorted_by(|a, b| index(a) < index(b)) {
+        if !is_in_order(&self.bodies, |body| *body) {
             return Some("bodies are out of order".to_owned());
         }
         let lengths = [

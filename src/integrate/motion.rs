@@ -6,7 +6,9 @@ use super::pace::Pace;
 use super::plan::StepPlan;
 use super::reaction::Reactions;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
-use crate::rigid::{Body, Inertia, Lookup, Wrench, find_by, find_next, steady_angvel, to_dquat};
+use crate::rigid::{
+    Body, Inertia, Lookup, Wrench, find_by, find_next, sort_by_body, steady_angvel, to_dquat,
+};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -475,13 +477,5 @@ pub(crate) fn kicked(body: &Body, wrench: Wrench, duration: Real) -> VelocityUpd
         angvel: body.angvel + twist,
         spins: false,
         wake: false,
-    }
-}
-
-/// Sorts a list by the handles of its bodies; mostly it is sorted already.
-fn sort_by_body<T>(list: &mut [T], body: impl Fn(&T) -> RigidBodyHandle) {
-    let index = |it: &T| body(it).into_raw_parts().0;
-    if !list.is_sorted_by_key(index) {
-        list.sort_unstable_by_key(index);
     }
 }

@@ -6,7 +6,7 @@
 
 use super::coupling::Besides;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
-use crate::rigid::{Body, find_by, six, to_dquat};
+use crate::rigid::{Body, find_by, is_in_order, six, sort_by_body, to_dquat};
 
 /// The loaded bodies whose forces read velocities, in the order of their handles.
 #[derive(Clone, Debug, Default)]
@@ -41,10 +41,7 @@ impl Reactions {
     }
 
     pub(super) fn sort(&mut self) {
-        let index = |known: &Loaded| known.body.into_raw_parts().0;
-        if !self.0.is_sorted_by_key(index) {
-            self.0.sort_unstable_by_key(index);
-        }
+        sort_by_body(&mut self.0, |known| known.body);
     }
 
     fn of(&self, body: &Body) -> Option<&Loaded> {
@@ -74,14 +71,13 @@ impl Reactions {
 
     /// Returns true if the list is sorted and finite, which a deserialized one may not be.
     pub(crate) fn is_sound(&self) -> bool {
-        let index = |known: &Loaded| known.body.into_raw_parts().0;
         let finite = |known: &Loaded| {
             let pairs = [known.loaded, known.before.unwrap_or_default()];
             known.dt > 0.0
                 && known.dt.is_finite()
                 && pairs.as_flattened().iter().all(|v| v.is_finite())
         };
-        self.0.is_sorted_by(|a, b| index(a) < index(b)) && self.0.iter().all(finite)
+        is_in_order(&self.0, |known| known.body) && self.0.iter().all(finite)
     }
 }
 

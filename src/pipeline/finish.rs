@@ -15,7 +15,7 @@ use crate::cross_check::Judging;
 use crate::diagnose::{SampledFields, blame, sifted};
 use crate::integrate::{BegunStep, Completion, Fault, FreeMotion, Motions, StepWarning};
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
-use crate::rigid::{MidStepImpact, Wrench};
+use crate::rigid::{MidStepImpact, Wrench, sort_by_body};
 
 impl FieldPipeline {
     /// Makes the second half of a step. After an error the world is as it was before the step began, but for
@@ -358,7 +358,7 @@ impl FieldPipeline {
     /// The bodies that were put on another path within the step, in the order of their handles.
     fn redirected(&self) -> Vec<MidStepImpact> {
         let mut hits: Vec<_> = self.pushes.iter().filter_map(|push| push.hit).collect();
-        hits.sort_unstable_by_key(|hit| hit.body.into_raw_parts().0);
+        sort_by_body(&mut hits, |hit| hit.body);
         hits
     }
 }

@@ -8,7 +8,7 @@ use crate::field::{FieldSet, Frame};
 use crate::integrate::{FASTEST, StepWarning, kicked};
 use crate::math::{DVec3, Real, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
-use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound};
+use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound, sort_by_body};
 use crate::sample::{Properties, Samples};
 
 /// An empty set.
@@ -48,9 +48,7 @@ impl FieldPipeline {
             let links = multibody.links().map(|link| link.rigid_body_handle());
             self.scene.links.extend(links);
         }
-        self.scene
-            .links
-            .sort_unstable_by_key(|link| link.into_raw_parts().0);
+        sort_by_body(&mut self.scene.links, |link| *link);
     }
 
     /// Collects the bodies that Rapier's solver holds, if the scheme treats them differently; once in each half of a

@@ -1,6 +1,23 @@
-//! Binary search in lists that are in the order of the indices of body handles.
+//! Lists that are in the order of the indices of body handles, and binary search in them.
 
 use crate::math::RigidBodyHandle;
+
+fn index(handle: RigidBodyHandle) -> u32 {
+    handle.into_raw_parts().0
+}
+
+/// Puts a list in order; mostly it is already.
+pub(crate) fn sort_by_body<T>(list: &mut [T], body: impl Fn(&T) -> RigidBodyHandle) {
+    let index = |it: &T| index(body(it));
+    if !list.is_sorted_by_key(index) {
+        list.sort_unstable_by_key(index);
+    }
+}
+
+/// Returns true if a list is in order and has each body once.
+pub(crate) fn is_in_order<T>(list: &[T], body: impl Fn(&T) -> RigidBodyHandle) -> bool {
+    list.is_sorted_by(|a, b| index(body(a)) < index(body(b)))
+}
 
 /// The place of a body in a list of handles.
 pub(crate) fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Option<usize> {
@@ -25,7 +42,6 @@ pub(crate) fn find_by<T>(
     handle: RigidBodyHandle,
     body: impl Fn(&T) -> RigidBodyHandle,
 ) -> Option<usize> {
-    let index = |handle: RigidBodyHandle| handle.into_raw_parts().0;
     let found = list.binary_search_by_key(&index(handle), |known| index(body(known)));
     found.ok().filter(|place| body(&list[*place]) == handle)
 }
@@ -38,10 +54,9 @@ pub(crate) fn find_next<'a, T>(
     handle: RigidBodyHandle,
     body: impl Fn(&T) -> RigidBodyHandle,
 ) -> Option<&'a T> {
-    let index = handle.into_raw_parts().0;
     while let Some(known) = list.get(*at) {
         let next = body(known);
-        if next.into_raw_parts().0 >= index {
+        if index(next) >= index(handle) {
             return (next == handle).then_some(known);
         }
         *at += 1;
