@@ -69,7 +69,8 @@ impl Integrator {
         };
         let mut at = 0;
         let policy = context.rules.on_fault;
-        let mut too_fast = TooFast::default();
+        // The places of bodies that are too fast, and the speed of the first.
+        let mut too_fast: Option<(Vec<usize>, Real)> = None;
         for (place, body) in context.bodies.iter().enumerate() {
             let begun = begun.map(|begun| BegunBody {
                 step: begun,
@@ -109,7 +110,8 @@ impl Integrator {
             let mut done = kick.done(method, motions);
             if let Err(Faster(speed)) = done {
                 drop(motions);
-                too_fast.note(place, speed);
+                let known = too_fast.get_or_insert_with(|| (Vec::new(), speed));
+                known.0.push(place);
                 match policy {
                     FaultPolicy::Refuse => break,
                     FaultPolicy::Quarantine => continue,
@@ -130,7 +132,7 @@ impl Integrator {
             };
             motions.updates.push(update);
         }
-        let Some((places, speed)) = too_fast.0 else {
+        let Some((places, speed)) = too_fast else {
             return Ok(());
         };
         let fault = self.too_fast(context, places, speed);
@@ -152,16 +154,5 @@ impl Integrator {
         let frames = self.motions.frames(context, &[], 0.0);
         let kind = FaultKind::TooFast { speed };
         Fault::new(kind, &context.sampled(&frames), places)
-    }
-}
-
-/// The places of bodies that are too fast, and the speed of the first; it allocates only if there is one.
-#[derive(Default)]
-struct TooFast(Option<(Vec<usize>, Real)>);
-
-impl TooFast {
-    fn note(&mut self, place: usize, speed: Real) {
-        let known = self.0.get_or_insert_with(|| (Vec::new(), speed));
-        known.0.push(place);
     }
 }
