@@ -1,7 +1,5 @@
 //! Detection fields under operators, and the test whether they act on an approaching collider.
 
-use std::collections::HashMap;
-
 use super::discrete::Discrete;
 use crate::compile::{Compiled, DetectionField, FieldMask};
 use crate::eval::Interpreter;
@@ -39,7 +37,6 @@ impl<'a> DetectionFields<'a> {
 pub(super) struct FieldMasks {
     machine: Interpreter,
     samples: Samples,
-    probe_of: HashMap<ColliderHandle, usize>,
     frames: Vec<Option<Frame>>,
 }
 
@@ -84,11 +81,6 @@ impl FieldMasks {
         samples: impl FnOnce(&mut Samples),
     ) {
         samples(&mut self.samples);
-        self.probe_of.clear();
-        for (place, sample) in self.samples.sites.iter().enumerate() {
-            self.probe_of
-                .extend(sample.collider.map(|collider| (collider, place)));
-        }
         self.frames.clear();
         self.frames
             .extend(compiled.anchors.iter().map(|anchor| frames.frame(anchor)));
@@ -166,8 +158,8 @@ impl FieldMasks {
 
     /// The sample of a collider as a query for fields, if it has one.
     pub(super) fn sample(&self, collider: ColliderHandle, moment: Moment) -> Option<Query> {
-        let place = self.probe_of.get(&collider)?;
-        Some(self.samples.query(&self.samples.sites[*place], moment))
+        let place = self.samples.of_collider(collider)?;
+        Some(self.samples.query(&self.samples.sites[place], moment))
     }
 
     /// The query at which a field is evaluated for `other`: its own sample, else that of the field's owner. `None` if
