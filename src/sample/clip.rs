@@ -135,14 +135,7 @@ pub(super) fn halving(triangles: &[Triangle]) -> Plane {
     for corner in triangles.iter().flatten() {
         (low, high) = (low.min(*corner), high.max(*corner));
     }
-    let edges = high - low;
-    let axis = if edges.x >= edges.y && edges.x >= edges.z {
-        0
-    } else if edges.y >= edges.z {
-        1
-    } else {
-        2
-    };
+    let axis = (high - low).max_position();
     Plane {
         normal: DVec3::AXES[axis],
         offset: (low[axis] + high[axis]) * 0.5,
