@@ -20,6 +20,16 @@ pub(in crate::sample) struct Quadrature {
 }
 
 impl Quadrature {
+    /// Points with their fractions.
+    pub(super) fn of(points: impl IntoIterator<Item = (DVec3, f64)>, spread: DMat3) -> Self {
+        let points = points.into_iter();
+        let samples = points.map(|(point, fraction)| (from_dvec3(point), fraction));
+        Quadrature {
+            samples: samples.collect(),
+            spread,
+        }
+    }
+
     /// Four points with the same moments up to the second; `None` if the points are flat, or not more than
     /// four.
     pub(super) fn few(&self) -> Option<Self> {
@@ -30,11 +40,8 @@ impl Quadrature {
         let moments = Moments::of_points(&points);
         let root = cholesky(moments.second).filter(|_| points.len() > CORNERS.len())?;
         let part = moments.measure / CORNERS.len() as f64;
-        let sample = |corner| (from_dvec3(moments.centre + root * corner), part);
-        Some(Quadrature {
-            samples: CORNERS.map(sample).to_vec(),
-            spread: DMat3::ZERO,
-        })
+        let sample = |corner| (moments.centre + root * corner, part);
+        Some(Quadrature::of(CORNERS.map(sample), DMat3::ZERO))
     }
 
     /// One sample, for a shape that has no others.

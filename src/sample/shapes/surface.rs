@@ -2,7 +2,7 @@
 
 use super::moments::{Moments, matched, outer};
 use super::rule::{Quadrature, bounds};
-use crate::math::{DMat3, DVec3, Pose, SharedShape, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::math::{DMat3, DVec3, Pose, SharedShape, Vector, to_dvec3, to_f64};
 use crate::rapier::parry::shape::TypedShape;
 
 /// Facets around round shapes.
@@ -38,11 +38,11 @@ pub(super) fn rule(shape: &SharedShape) -> Option<Quadrature> {
 
 fn of_points(points: Vec<(DVec3, f64)>) -> Quadrature {
     let total: f64 = points.iter().map(|(_, area)| area).sum();
-    let sample = |(point, area): (DVec3, f64)| (from_dvec3(point), area / total);
-    Quadrature {
-        samples: points.into_iter().map(sample).collect(),
-        spread: DMat3::ZERO,
-    }
+    let points = points.into_iter();
+    Quadrature::of(
+        points.map(|(point, area)| (point, area / total)),
+        DMat3::ZERO,
+    )
 }
 
 /// 2 × 2 Gauss points on each face.

@@ -23,13 +23,12 @@ pub(super) fn rule(shape: &SharedShape, moments: &Moments) -> Option<Quadrature>
             && let Some((points, map)) = matched(&points, moments)
         {
             let edge = DMat3::from_diagonal(edges * edges / 12.0);
-            return Some(finished(points, map * edge * map.transpose()));
+            return Some(Quadrature::of(points, map * edge * map.transpose()));
         }
         if counts.iter().product::<usize>() > MOST_TRIED {
             break;
         }
-        let longest = (0..3).max_by(|a, b| edges[*a].total_cmp(&edges[*b]).then(b.cmp(a)))?;
-        counts[longest] += 1;
+        counts[edges.max_position()] += 1;
     }
     corners(moments)
 }
@@ -60,13 +59,5 @@ fn corners(moments: &Moments) -> Option<Quadrature> {
         (moments.centre + root * offset, 0.125)
     };
     // Each stands for an eighth of the shape that is half as wide.
-    Some(finished((0..8).map(point).collect(), moments.second * 0.25))
-}
-
-fn finished(points: Vec<(DVec3, f64)>, spread: DMat3) -> Quadrature {
-    let sample = |(point, fraction): (DVec3, f64)| (from_dvec3(point), fraction);
-    Quadrature {
-        samples: points.into_iter().map(sample).collect(),
-        spread,
-    }
+    Some(Quadrature::of((0..8).map(point), moments.second * 0.25))
 }
