@@ -1,9 +1,9 @@
 //! A body as the laws see it: its velocities at the moment of an answer, and its response to impulses.
 
 use super::starts::{BodyStart, pivot};
-use crate::math::{DQuat, DVec3, Vector, to_dpose3, to_dvec3, to_f64};
+use crate::math::{DQuat, DVec3, Vector, to_dpose3, to_dvec3};
 use crate::rapier::dynamics::{LockedAxes, RigidBody};
-use crate::rigid::Rotor;
+use crate::rigid::{Rotor, to_dquat};
 
 /// The response of a body to impulses, without its place.
 #[derive(Clone, Copy, Debug)]
@@ -40,11 +40,10 @@ impl Resistance {
             free(LockedAxes::ROTATION_LOCKED_Y),
             free(LockedAxes::ROTATION_LOCKED_Z),
         );
-        let [x, y, z, w] = local.principal_inertia_local_frame.to_array().map(to_f64);
         let rotor = if body.is_dynamic() {
             Rotor {
                 inverse_moments: to_dvec3(local.inv_principal_inertia),
-                principal_to_body: DQuat::from_xyzw(x, y, z, w).normalize(),
+                principal_to_body: to_dquat(local.principal_inertia_local_frame),
             }
         } else {
             // For an open mesh both may be NaN.

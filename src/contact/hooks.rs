@@ -167,19 +167,19 @@ impl StepHooks<'_> {
         let (mut lifted, mut bounces) = (false, false);
         for contact in manifold.solver_contacts.iter_mut() {
             let point = (contact.anchor1 + contact.anchor2) * 0.5;
-            let approach = (velocity(0, point) - velocity(1, point)).dot(normal).abs();
+            let closing = (velocity(0, point) - velocity(1, point)).dot(normal);
             // A speed that is not finite is left to Rapier as well.
-            let fast = approach >= slow;
+            let fast = closing.abs() >= slow;
             if !fast {
                 continue;
             }
-            if (velocity(0, point) - velocity(1, point)).dot(normal) * dt - contact.dist > deepest {
+            if closing * dt - contact.dist > deepest {
                 bounces = true;
                 continue;
             }
             // Both anchors move equally, because the solver takes its lever arms from their middle. The lift exceeds
             // the approach within the step by far, so the solver sees no contact.
-            let lift = 10.0 + 4.0 * approach * dt + 10.0 * self.starts.rebound();
+            let lift = 10.0 + 4.0 * closing.abs() * dt + 10.0 * self.starts.rebound();
             contact.anchor1 -= normal * (0.5 * lift);
             contact.anchor2 += normal * (0.5 * lift);
             contact.dist += lift;
