@@ -148,9 +148,6 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
     #[inline(always)]
     pub(super) fn walk<S: Sets<T>>(&self, here: &S) -> Value<T, S::Set> {
         let undefined = Value::undefined(here.all(false.into()));
-        if let [Instruction::Leaf(leaf)] = self.program.steps[..] {
-            return self.leaf_value(leaf, here);
-        }
         let mut stack = Stack::<_, 8>::new(undefined);
         for step in &self.program.steps {
             match *step {

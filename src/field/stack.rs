@@ -4,7 +4,8 @@
 pub(crate) struct Stack<T, const FEW: usize> {
     /// The value of an empty stack before the first push.
     top: T,
-    few: [Option<T>; FEW],
+    /// `None` until a second value is pushed: most programs have one step, and values in lanes are large.
+    few: Option<[T; FEW]>,
     more: Vec<T>,
     len: usize,
 }
@@ -14,7 +15,7 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
     pub(crate) fn new(none: T) -> Self {
         Stack {
             top: none,
-            few: [const { None }; FEW],
+            few: None,
             more: Vec::new(),
             len: 0,
         }
@@ -23,8 +24,9 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
     #[inline(always)]
     pub(crate) fn push(&mut self, value: T) {
         if let Some(below) = self.len.checked_sub(1) {
-            match self.few.get_mut(below) {
-                Some(place) => *place = Some(self.top),
+            let few = self.few.get_or_insert([self.top; FEW]);
+            match few.get_mut(below) {
+                Some(place) => *place = self.top,
                 None => self.more.push(self.top),
             }
         }
@@ -44,9 +46,10 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
         if place + 1 == self.len {
             return self.top;
         }
-        match self.few.get(place) {
-            Some(value) => value.unwrap_or(self.top),
-            None => self.more[place - FEW],
+        match &self.few {
+            Some(few) if place < FEW => few[place],
+            Some(_) => self.more[place - FEW],
+            None => self.top,
         }
     }
 

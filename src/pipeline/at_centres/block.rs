@@ -105,10 +105,13 @@ impl BodyBlock {
                     let duration = to_f64(kick.duration);
                     rounded(FreeMotion::NONE.slowed(was, inv_mass.x, felt, duration))
                 } else {
-                    std::array::from_fn(
-                        #[inline(always)]
-                        |axis| self.kicked(axis, &forces[axis], kick.duration),
-                    )
+                    let [x, y, z] = &forces;
+                    let time = kick.duration;
+                    [
+                        self.kicked(0, x, time),
+                        self.kicked(1, y, time),
+                        self.kicked(2, z, time),
+                    ]
                 };
                 let (strongest, most) = (largest(&forces), largest(&linvels));
                 // A vector is no longer than √3 times its largest component.
@@ -170,7 +173,8 @@ fn largest([x, y, z]: &Columns) -> [Real; TOGETHER] {
 #[inline(always)]
 fn squares([x, y, z]: &Columns, factors: &[Real; TOGETHER]) -> [Real; TOGETHER] {
     each_lane(|lane| {
-        let [x, y, z] = [x, y, z].map(|column| column[lane] * factors[lane]);
+        let factor = factors[lane];
+        let (x, y, z) = (x[lane] * factor, y[lane] * factor, z[lane] * factor);
         x * x + y * y + z * z
     })
 }
