@@ -189,11 +189,11 @@ impl Choice {
         let count = f64::from(wanted.count) * wanted.length() / length;
         let count = self.count(count, wanted.forward);
         let finer = StepPlan { count, ..wanted };
-        // With few substeps, a path that is sampled coarsely looks uneven.
-        let is_brief = self.damps && pace.jump > EVEN * pace.omega2;
+        let is_brief = pace.jump > EVEN * pace.omega2;
         let most = if is_brief { self.tolerance } else { HOPELESS };
         let misses = self.error(pace, wanted, dt) > most || !pace.omega2.is_finite();
-        if uneven && misses {
+        // With few substeps, an even path that is sampled coarsely looks uneven.
+        if self.damps && uneven && misses {
             return Some(StepPlan::UNEVEN);
         }
         (finer.length() < 0.75 * than.length()).then_some(finer)
