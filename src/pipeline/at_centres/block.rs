@@ -31,7 +31,7 @@ pub(super) struct Special {
 }
 
 /// The causes by which a block is kicked.
-pub(super) struct Kick {
+pub(super) struct KickRules {
     /// The time for which forces act.
     pub duration: Real,
     /// True if forces may depend on velocities.
@@ -93,7 +93,7 @@ impl BodyBlock {
     }
 
     /// Kicks all bodies as if only fields moved them.
-    pub(super) fn kick(&self, felt: &CentreForce<Lanes>, kick: &Kick) -> Kicked {
+    pub(super) fn kick(&self, felt: &CentreForce<Lanes>, kick: &KickRules) -> Kicked {
         in_registers(
             #[inline(always)]
             || {

@@ -1,6 +1,6 @@
 //! One visit of all bodies: eight at a time are read, evaluated together, and written.
 
-use super::block::{BodyBlock, Columns, Kick, Kicked, Special};
+use super::block::{BodyBlock, Columns, KickRules, Kicked, Special};
 use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{CentreEvaluator, CentreForce, TOGETHER, in_lane, lanes_of};
@@ -80,7 +80,7 @@ struct Rules {
     suspicious: Option<Real>,
     /// True if there is gravity.
     falls: bool,
-    kick: Kick,
+    kick: KickRules,
     twice: bool,
     places: Places,
 }
@@ -91,7 +91,7 @@ impl Pass<'_> {
         Rules {
             suspicious: stiff_from(self.half.scheme).filter(|_| varies),
             falls: self.gravity != Vector::ZERO,
-            kick: Kick {
+            kick: KickRules {
                 duration: self.half.duration(),
                 slows: self.compiled.reads_velocity,
                 cap: self.parameters.max_linear_velocity(),
