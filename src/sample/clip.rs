@@ -3,8 +3,6 @@
 //! The enclosed volume is a sum of signed tetrahedra. So a solid need not be convex, and the lid on a cut may
 //! overlap itself: it is closed by a fan of triangles.
 
-use std::ops::Range;
-
 use crate::math::DVec3;
 
 pub(super) type Triangle = [DVec3; 3];
@@ -30,16 +28,6 @@ impl Plane {
         }
     }
 
-    /// Returns true if triangles reach farther than `least` on both sides.
-    pub(super) fn parts(&self, triangles: &[Triangle], least: f64) -> bool {
-        let (mut lowest, mut highest) = (0.0_f64, 0.0_f64);
-        for corner in triangles.iter().flatten() {
-            let above = self.above(*corner);
-            (lowest, highest) = (lowest.min(above), highest.max(above));
-        }
-        lowest < -least && highest > least
-    }
-
     /// The area of the plane's section through the solid that triangles enclose, and the integral over it of
     /// the square of the distance from `apex`, a point of the plane. Distances along `straight`, a unit vector,
     /// do not count.
@@ -63,41 +51,53 @@ impl Plane {
         sum
     }
 
-    /// Appends the part below the plane of the solid that some of the triangles enclose. `near` is any point;
-    /// the fan of the lid starts at its foot on the plane.
-    pub(super) fn keep_below(
-        &self,
-        triangles: &mut Vec<Triangle>,
-        solid: Range<usize>,
-        near: DVec3,
-    ) {
-        let apex = near - self.normal * self.above(near);
-        for number in solid {
-            let [a, b, c] = triangles[number];
-            let heights = [a, b, c].map(|corner| self.above(corner));
-            match heights.map(|height| height < 0.0) {
-                [true, true, true] => triangles.push([a, b, c]),
-                [false, false, false] => {}
-                [true, false, false] => self.one_below([a, b, c], apex, triangles),
-                [false, true, false] => self.one_below([b, c, a], apex, triangles),
-                [false, false, true] => self.one_below([c, a, b], apex, triangles),
-                [false, true, true] => self.two_below([a, b, c], apex, triangles),
-                [true, false, true] => self.two_below([b, c, a], apex, triangles),
-                [true, true, false] => self.two_below([c, a, b], apex, triangles),
+    /// The content of the part below the plane of the solid that triangles enclose. `near` is any point.
+    pub(super) fn below(&self, triangles: &[Triangle], near: DVec3) -> Content {
+        // Seen from a point of the plane, the lid on the cut encloses nothing.
+        let mut sum = Sum::from(self.foot(near));
+        self.clip(triangles, |[a, b, c], _| sum.add([a, b, c]));
+        sum.content()
+    }
+
+    /// Appends the surface of that part; the lid on the cut is a fan of triangles around the foot of `near`.
+    pub(super) fn keep_below(&self, triangles: &[Triangle], near: DVec3, kept: &mut Vec<Triangle>) {
+        let apex = self.foot(near);
+        self.clip(triangles, |triangle, cut| {
+            kept.push(triangle);
+            kept.extend(cut.map(|[from, to]| [apex, to, from]));
+        });
+    }
+
+    fn foot(&self, point: DVec3) -> DVec3 {
+        point - self.normal * self.above(point)
+    }
+
+    /// Calls `keep` with the triangles of which the parts below the plane consist, and the edge of each at which it
+    /// was cut.
+    fn clip(&self, triangles: &[Triangle], mut keep: impl FnMut(Triangle, Option<[DVec3; 2]>)) {
+        for [a, b, c] in triangles {
+            let (a, b, c, one) = match [a, b, c].map(|corner| self.above(*corner) < 0.0) {
+                [true, true, true] => {
+                    keep([*a, *b, *c], None);
+                    continue;
+                }
+                [false, false, false] => continue,
+                [true, false, false] => (*a, *b, *c, true),
+                [false, true, false] => (*b, *c, *a, true),
+                [false, false, true] => (*c, *a, *b, true),
+                [false, true, true] => (*a, *b, *c, false),
+                [true, false, true] => (*b, *c, *a, false),
+                [true, true, false] => (*c, *a, *b, false),
+            };
+            if one {
+                let (ab, ac) = (self.crossing(a, b), self.crossing(a, c));
+                keep([a, ab, ac], Some([ab, ac]));
+            } else {
+                let (ab, ac) = (self.crossing(b, a), self.crossing(c, a));
+                keep([b, c, ac], None);
+                keep([b, ac, ab], Some([ac, ab]));
             }
         }
-    }
-
-    /// For a triangle of which only the first corner is below.
-    fn one_below(&self, [a, b, c]: Triangle, apex: DVec3, triangles: &mut Vec<Triangle>) {
-        let (ab, ac) = (self.crossing(a, b), self.crossing(a, c));
-        triangles.extend([[a, ab, ac], [apex, ac, ab]]);
-    }
-
-    /// For a triangle of which only the first corner is not below.
-    fn two_below(&self, [a, b, c]: Triangle, apex: DVec3, triangles: &mut Vec<Triangle>) {
-        let (ab, ac) = (self.crossing(b, a), self.crossing(c, a));
-        triangles.extend([[b, c, ac], [b, ac, ab], [apex, ab, ac]]);
     }
 
     /// The point where an edge crosses the plane; bit for bit the same for both triangles at the edge.
@@ -107,19 +107,59 @@ impl Plane {
     }
 }
 
-/// The volume that triangles enclose, and the centre of that volume.
-pub(super) fn content(triangles: &[Triangle]) -> (f64, DVec3) {
-    let Some([origin, ..]) = triangles.first() else {
-        return (0.0, DVec3::ZERO);
-    };
-    let (mut volume, mut first) = (0.0, DVec3::ZERO);
-    for [a, b, c] in triangles {
-        let (a, b, c) = (*a - *origin, *b - *origin, *c - *origin);
-        let six = a.dot(b.cross(c));
-        volume += six;
-        first += (a + b + c) * six;
+/// A volume, and its centre.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Content {
+    pub volume: f64,
+    pub centre: DVec3,
+}
+
+impl Content {
+    /// The rest of it without a part.
+    pub(super) fn without(&self, part: &Content) -> Self {
+        let volume = self.volume - part.volume;
+        let first = (self.centre - part.centre) * part.volume;
+        let centre = self.centre + first / volume;
+        Content { volume, centre }
     }
-    (volume / 6.0, *origin + first / (4.0 * volume))
+}
+
+/// The content of a solid, added up over the triangles that enclose it.
+struct Sum {
+    origin: DVec3,
+    /// Six times the volume.
+    six: f64,
+    first: DVec3,
+}
+
+impl Sum {
+    fn from(origin: DVec3) -> Self {
+        let (six, first) = (0.0, DVec3::ZERO);
+        Sum { origin, six, first }
+    }
+
+    /// Adds the tetrahedron of a triangle and the origin.
+    fn add(&mut self, triangle: Triangle) {
+        let [a, b, c] = triangle.map(|corner| corner - self.origin);
+        let six = a.dot(b.cross(c));
+        self.six += six;
+        self.first += (a + b + c) * six;
+    }
+
+    fn content(&self) -> Content {
+        Content {
+            volume: self.six / 6.0,
+            centre: self.origin + self.first / (4.0 * self.six),
+        }
+    }
+}
+
+/// The content of the solid that triangles enclose.
+pub(super) fn content(triangles: &[Triangle]) -> Content {
+    let origin = triangles.first().map_or(DVec3::ZERO, |first| first[0]);
+    let mut sum = Sum::from(origin);
+    triangles.iter().for_each(|triangle| sum.add(*triangle));
+    sum.content()
 }
 
 /// The largest distance of a corner from a point.
@@ -168,20 +208,26 @@ mod tests {
             hollow.extend(face.map(|face| face.map(corner)));
             hollow.extend(face.map(|[a, b, c]| [a, c, b].map(|n| corner(n) * 0.5)));
         }
-        let (volume, centre) = content(&hollow);
-        assert!((volume - 7.0).abs() < 1e-14 && centre.length() < 1e-14);
+        let whole = content(&hollow);
+        assert!((whole.volume - 7.0).abs() < 1e-14 && whole.centre.length() < 1e-14);
         let plane = Plane {
             normal: DVec3::X,
             offset: 0.25,
         };
-        let below = |plane: Plane| {
-            let mut triangles = hollow.clone();
-            plane.keep_below(&mut triangles, 0..hollow.len(), DVec3::ONE * 0.1);
-            content(&triangles[hollow.len()..])
-        };
-        let (low, high) = (below(plane), below(plane.flipped()));
-        assert!((low.0 - (1.25 * 4.0 - 0.75)).abs() < 1e-14, "{low:?}");
-        assert!((high.0 - (0.75 * 4.0 - 0.25)).abs() < 1e-14, "{high:?}");
-        assert!((low.1 * low.0 + high.1 * high.0).length() < 1e-14);
+        let near = DVec3::ONE * 0.1;
+        for (plane, volume) in [
+            (plane, 1.25 * 4.0 - 0.75),
+            (plane.flipped(), 0.75 * 4.0 - 0.25),
+        ] {
+            let mut kept = Vec::new();
+            plane.keep_below(&hollow, near, &mut kept);
+            let (part, same) = (plane.below(&hollow, near), content(&kept));
+            let rest = plane.flipped().below(&hollow, near);
+            assert!((part.volume - volume).abs() < 1e-14, "{part:?}");
+            for (one, other) in [(same, part), (whole.without(&rest), part)] {
+                assert!((one.volume - other.volume).abs() < 1e-14, "{one:?}");
+                assert!((one.centre - other.centre).length() < 1e-14, "{one:?}");
+            }
+        }
     }
 }

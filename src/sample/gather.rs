@@ -1,9 +1,7 @@
 //! Makes samples of bodies and their colliders. Offsets, weights and properties are kept until something they
 //! were made from changes; places and velocities are set before each evaluation.
 
-use std::collections::HashMap;
-
-use super::known_points::{KnownPoints, PointsKey};
+use super::known_points::{KnownPoints, PointsKey, PointsMap};
 use super::part_shape::{Attitude, Bulk, PartShape, PartSolid};
 use super::properties::Properties;
 use super::shapes::Shapes;
@@ -28,7 +26,7 @@ pub(crate) struct Gatherer {
     bodies: Vec<BodyStamp>,
     parts: Vec<PartStamp>,
     /// The columns of points that were made for parts of other bodies.
-    columns: HashMap<PointsKey, KnownPoints>,
+    columns: PointsMap,
 }
 
 /// The state of a body that its samples were made from.
@@ -195,7 +193,7 @@ struct Making<'a> {
     properties: &'a Properties,
     shapes: &'a mut Shapes,
     requirements: SamplingRequirements,
-    columns: &'a mut HashMap<PointsKey, KnownPoints>,
+    columns: &'a mut PointsMap,
     parts: &'a mut Vec<PartStamp>,
     samples: &'a mut Samples,
 }

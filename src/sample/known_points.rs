@@ -1,10 +1,15 @@
 //! Points of parts that have been turned into the axes of a body, to be found again for other bodies.
 
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 use std::sync::Arc;
 
 use super::cloud::Columns;
 use super::shapes::Quadrature;
+use crate::field::Fingerprint;
 use crate::math::{Pose, Vector, to_f64};
+
+pub(super) type PointsMap = HashMap<PointsKey, KnownPoints, BuildHasherDefault<Fingerprint>>;
 
 /// The origins of points in the axes of a body, bit for bit: equal keys have equal points.
 #[derive(Debug, PartialEq, Eq, Hash)]

@@ -1,8 +1,8 @@
 //! The solids that bodies consist of, for cutting them at borders.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use super::clip::Triangle;
+use super::clip::{Content, Plane, Triangle, content, extent, halving};
 use crate::math::{DPose3, DQuat, DVec3, Vector};
 
 /// The rotation of a body, and how fast it turns, in world axes.
@@ -43,18 +43,44 @@ pub(crate) enum PartSolid {
 #[derive(Debug)]
 pub(crate) struct Mesh {
     pub triangles: Vec<Triangle>,
-    /// Negative if the surface is inside out.
-    pub volume: f64,
-    pub centre: DVec3,
-    /// The largest distance of a corner from `centre`.
+    /// Of negative volume if the surface is inside out.
+    pub(super) content: Content,
+    /// The largest distance of a corner from the centre.
     pub extent: f64,
+    halves: OnceLock<Box<[Mesh; 2]>>,
+}
+
+impl Mesh {
+    pub(super) fn new(triangles: Vec<Triangle>, content: Content) -> Self {
+        Mesh {
+            content,
+            extent: extent(&triangles, content.centre),
+            triangles,
+            halves: OnceLock::new(),
+        }
+    }
+
+    /// The parts on both sides of the plane that halves the bounding box across its longest edge. They are kept,
+    /// because all bodies of a shape need the same.
+    pub(super) fn halves(&self) -> &[Mesh; 2] {
+        self.halves.get_or_init(|| {
+            let plane = halving(&self.triangles);
+            let half = |plane: Plane| {
+                let mut triangles = Vec::new();
+                plane.keep_below(&self.triangles, self.content.centre, &mut triangles);
+                let content = content(&triangles);
+                Mesh::new(triangles, content)
+            };
+            Box::new([half(plane), half(plane.flipped())])
+        })
+    }
 }
 
 impl PartSolid {
     /// The centre of the volume.
     pub(super) fn centre(&self) -> DVec3 {
         match self {
-            PartSolid::Mesh(mesh) => mesh.centre,
+            PartSolid::Mesh(mesh) => mesh.content.centre,
             _ => DVec3::ZERO,
         }
     }

@@ -5,8 +5,8 @@
 //! is cut in closed form, where there is one (`cap.rs`).
 
 use super::cap;
-use super::clip::{Plane, Triangle, content, extent, halving};
-use super::part_shape::{Bulk, PartSolid};
+use super::clip::{Content, Plane, Triangle};
+use super::part_shape::{Bulk, Mesh, PartSolid};
 use super::point::{Moment, SamplePoint};
 use super::samples::Samples;
 use crate::field::{Border, Cuts, Face, POINT, Query, SamplingRule};
@@ -105,15 +105,25 @@ impl Samples {
 /// Cuts bodies into pieces; keeps its buffers between calls.
 #[derive(Debug, Default)]
 pub(crate) struct Cutter {
-    /// The triangles of the present piece, after those of the pieces it is cut from.
-    triangles: Vec<Triangle>,
     pieces: Vec<Piece>,
+    /// Empty lists.
+    spare: Vec<Vec<Triangle>>,
+}
+
+/// The next cut of a solid.
+enum Cut {
+    /// Into its halves; with the face to go on with.
+    Halves(FacePlace),
+    /// By a plane, below which there is a part; with the face to go on with.
+    Plane(Plane, Content, FacePlace),
 }
 
 /// The borders that cut a part, and the measures by which a piece is fine enough.
 struct Cutting<'a> {
     borders: &'a [Border],
     pose: DPose3,
+    /// The unit of length in the frame of the part.
+    scale: f64,
     site: usize,
     volume: f64,
     extent: f64,
@@ -142,6 +152,7 @@ impl Cutter {
             let cutting = Cutting {
                 borders,
                 pose: pose * shape.local_pose,
+                scale: 1.0,
                 site,
                 volume: 0.0,
                 extent: bulk.extent,
@@ -165,23 +176,14 @@ impl Cutter {
                 return;
             }
         };
-        let centre = mesh.centre * scale;
-        let (point, within) = (cutting.pose.transform_point(centre), mesh.extent * scale);
-        let mut borders = cutting.borders.iter();
-        if !borders.any(|border| border.passes(point, within)) {
-            self.pieces.push(cutting.piece(1.0, centre));
-            return;
-        }
-        self.triangles.clear();
-        let scaled = mesh
-            .triangles
-            .iter()
-            .map(|t| t.map(|corner| corner * scale));
-        self.triangles.extend(scaled);
-        let volume = mesh.volume * scale.powi(3);
-        let cutting = Cutting { volume, ..cutting };
+        let cutting = Cutting {
+            volume: mesh.content.volume,
+            extent: cutting.extent / scale,
+            scale,
+            ..cutting
+        };
         let most = self.pieces.len() + MOST_PIECES;
-        self.cell(&cutting, FacePlace::default(), 0, MOST_CUTS, most);
+        self.cut(&cutting, FacePlace::default(), mesh, MOST_CUTS, most);
     }
 
     /// Cuts a ball in closed form, if at most one face passes through it. Returns true if it did.
@@ -225,37 +227,57 @@ impl Cutter {
         true
     }
 
-    /// Cuts the cell that the triangles from `start` on enclose, by the faces of the borders from the given one
-    /// on, and removes its triangles. At most `left` cuts may lead from it to a piece.
-    fn cell(
-        &mut self,
-        cutting: &Cutting<'_>,
-        from: FacePlace,
-        start: usize,
-        left: u32,
-        most: usize,
-    ) {
-        let cell = &self.triangles[start..];
-        let (volume, centre) = content(cell);
-        let share = volume / cutting.volume;
-        let stop = left == 0 || self.pieces.len() >= most;
-        let next = if stop || share.is_nan() || share <= LEAST {
-            None
-        } else {
-            cutting.next(cell, volume, centre, from)
-        };
-        match next {
-            None if share > LEAST => self.pieces.push(cutting.piece(share, centre)),
-            None => {}
-            Some((plane, from)) => {
-                let end = self.triangles.len();
-                for plane in [plane, plane.flipped()] {
-                    plane.keep_below(&mut self.triangles, start..end, centre);
-                    self.cell(cutting, from, end, left - 1, most);
+    /// Cuts a solid by the faces of the borders from the given one on. At most `left` cuts may lead from it to a
+    /// piece.
+    fn cut(&mut self, cutting: &Cutting<'_>, from: FacePlace, mesh: &Mesh, left: u32, most: usize) {
+        let may_go_on = left > 0 && self.pieces.len() < most;
+        let cut = may_go_on.then(|| cutting.next(mesh, from)).flatten();
+        match cut {
+            None => self.pieces.push(cutting.piece_of(&mesh.content)),
+            Some(Cut::Halves(from)) => {
+                for half in mesh.halves() {
+                    if self.is_open(cutting, from, &half.content, half.extent) {
+                        self.cut(cutting, from, half, left - 1, most);
+                    }
+                }
+            }
+            Some(Cut::Plane(plane, below, from)) => {
+                let Content { centre, .. } = mesh.content;
+                let above = mesh.content.without(&below);
+                for (plane, content) in [(plane, below), (plane.flipped(), above)] {
+                    let reach = mesh.extent + content.centre.distance(centre);
+                    if !self.is_open(cutting, from, &content, reach) {
+                        continue;
+                    }
+                    let mut triangles = self.spare.pop().unwrap_or_default();
+                    plane.keep_below(&mesh.triangles, centre, &mut triangles);
+                    let mut part = Mesh::new(triangles, content);
+                    self.cut(cutting, from, &part, left - 1, most);
+                    part.triangles.clear();
+                    self.spare.push(part.triangles);
                 }
             }
         }
-        self.triangles.truncate(start);
+    }
+
+    /// Returns true if faces from the given one on may pass within a distance of the centre of a part of a solid.
+    /// Otherwise it is a piece, unless it is too small.
+    fn is_open(
+        &mut self,
+        cutting: &Cutting<'_>,
+        from: FacePlace,
+        part: &Content,
+        within: f64,
+    ) -> bool {
+        let piece = cutting.piece_of(part);
+        if piece.fraction.is_nan() || piece.fraction <= LEAST {
+            return false;
+        }
+        let is_open = cutting.faces(part.centre, within, from).next().is_some();
+        if !is_open {
+            self.pieces.push(piece);
+        }
+        is_open
     }
 }
 
@@ -265,13 +287,51 @@ impl Cutting<'_> {
         Piece {
             site: self.site,
             fraction,
-            world_point: self.pose.transform_point(centre),
+            world_point: self.pose.transform_point(centre * self.scale),
         }
     }
 
-    /// The plane that cuts a cell like a face that is almost flat there: parallel to its tangent plane, and
+    fn piece_of(&self, content: &Content) -> Piece {
+        self.piece(content.volume / self.volume, content.centre)
+    }
+
+    /// The faces from the given one on whose tangent planes pass within a distance of a point, as seen from there.
+    /// Distances are in the frame of the part, directions in the world's.
+    fn faces(
+        &self,
+        centre: DVec3,
+        within: f64,
+        from: FacePlace,
+    ) -> impl Iterator<Item = (FacePlace, Face)> {
+        let scale = self.scale;
+        let world_point = self.pose.transform_point(centre * scale);
+        let reach = within * scale;
+        let borders = self.borders.iter().enumerate().skip(from.border);
+        let borders = borders.filter(move |(_, border)| border.passes(world_point, reach));
+        let faces = borders.flat_map(move |(number, border)| {
+            let first = if number == from.border { from.face } else { 0 };
+            (first..).map_while(move |face| {
+                let seen = border.face(face, world_point, reach)?;
+                let place = FacePlace {
+                    border: number,
+                    face,
+                };
+                let local = Face {
+                    distance: seen.distance / scale,
+                    curvature: seen.curvature * scale,
+                    ..seen
+                };
+                Some((place, local))
+            })
+        });
+        // A tangent plane may reach where its face does not.
+        faces.filter(move |(_, face)| face.distance.abs() < within)
+    }
+
+    /// The plane that cuts a solid like a face that is almost flat there: parallel to its tangent plane, and
     /// behind it by the mean deviation of the face.
-    fn plane(&self, face: &Face, cell: &[Triangle], centre: DVec3) -> Plane {
+    fn plane(&self, face: &Face, mesh: &Mesh) -> Plane {
+        let centre = mesh.content.centre;
         let to_local = self.pose.rotation.inverse();
         let normal = to_local * face.outward;
         let tangent = Plane {
@@ -282,53 +342,32 @@ impl Cutting<'_> {
             return tangent;
         };
         let apex = centre - normal * face.distance;
-        let [area, squares] = tangent.section(cell, apex, to_local * straight);
+        let [area, squares] = tangent.section(&mesh.triangles, apex, to_local * straight);
         let behind = face.curvature * 0.5 * squares / area;
         let offset = tangent.offset - if behind > 0.0 { behind } else { 0.0 };
         Plane { offset, ..tangent }
     }
 
-    /// The next plane that cuts a cell, and the border and face to go on with after that.
-    fn next(
-        &self,
-        cell: &[Triangle],
-        volume: f64,
-        centre: DVec3,
-        from: FacePlace,
-    ) -> Option<(Plane, FacePlace)> {
-        let world_point = self.pose.transform_point(centre);
-        let radius = extent(cell, centre);
+    /// The next cut of a solid by the faces from the given one on.
+    fn next(&self, mesh: &Mesh, from: FacePlace) -> Option<Cut> {
+        let (Content { volume, centre }, radius) = (mesh.content, mesh.extent);
         let thickness = (volume / (radius * radius)).abs();
         let most = (BEND * self.extent).min(BEND_OF_THICKNESS * thickness);
-        let borders = self.borders.iter().enumerate().skip(from.border);
-        for (border_number, border) in borders {
-            if !border.passes(world_point, radius) {
-                continue;
+        let mut faces = self.faces(centre, radius, from);
+        faces.find_map(|(here, face)| {
+            let straight = most >= face.curvature * radius * radius;
+            if !straight && radius > FINEST * self.extent {
+                return Some(Cut::Halves(here));
             }
-            let is_begun = border_number == from.border;
-            let first = if is_begun { from.face } else { 0 };
-            let faces =
-                (first..).map_while(|face| Some((face, border.face(face, world_point, radius)?)));
-            for (number, face) in faces {
-                let here = FacePlace {
-                    border: border_number,
-                    face: number,
-                };
-                // A tangent plane may reach where its face does not.
-                if face.distance.is_nan() || face.distance.abs() >= radius {
-                    continue;
-                }
-                let straight = most >= face.curvature * radius * radius;
-                if !straight && radius > FINEST * self.extent {
-                    return Some((halving(cell), here));
-                }
-                let plane = self.plane(&face, cell, centre);
-                if plane.parts(cell, LEAST * self.extent) {
-                    let face = number + 1;
-                    return Some((plane, FacePlace { face, ..here }));
-                }
-            }
-        }
-        None
+            let plane = self.plane(&face, mesh);
+            let below = plane.below(&mesh.triangles, centre);
+            let share = below.volume / volume;
+            let next = FacePlace {
+                face: here.face + 1,
+                ..here
+            };
+            let parts = share > LEAST && share < 1.0 - LEAST;
+            parts.then_some(Cut::Plane(plane, below, next))
+        })
     }
 }

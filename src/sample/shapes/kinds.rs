@@ -1,13 +1,14 @@
 //! Groups equal shapes into kinds, so that moments, samples and meshes are computed once for each kind.
 
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 use std::sync::{Arc, OnceLock, Weak};
 
 use super::content;
 use super::moments::Moments;
 use super::rule::Quadrature;
 use super::{surface, volume};
-use crate::field::Points;
+use crate::field::{Fingerprint, Points};
 use crate::math::{Real, SharedShape, Vector};
 use crate::sample::part_shape::PartSolid;
 
@@ -62,7 +63,7 @@ impl Known {
 /// The kinds of shapes that colliders have. Each lives as long as a collider has it.
 #[derive(Debug, Default)]
 pub(super) struct Kinds {
-    by_content: HashMap<Vec<u64>, Weak<Known>>,
+    by_content: HashMap<Vec<u64>, Weak<Known>, BuildHasherDefault<Fingerprint>>,
     /// A buffer.
     words: Vec<u64>,
 }

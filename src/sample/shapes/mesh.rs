@@ -4,7 +4,7 @@ use super::moments::{Moments, outer};
 use super::surface::add_triangles;
 use crate::math::{DMat3, DVec3, Pose, SharedShape, to_dpose3};
 use crate::rapier::parry::shape::TypedShape;
-use crate::sample::clip::{Triangle, content, extent};
+use crate::sample::clip::{Content, Triangle, content};
 use crate::sample::part_shape::Mesh;
 
 /// Facets around round shapes. Corners stand out by half a percent.
@@ -20,14 +20,10 @@ const ROUNDING: f64 = 1e-4;
 pub(super) fn of(shape: &SharedShape) -> Option<Mesh> {
     let mut triangles = Vec::new();
     add(shape, &mut triangles)?;
-    let (volume, centre) = content(&triangles);
+    let content = content(&triangles);
+    let Content { volume, centre } = content;
     let sound = volume.abs() > 0.0 && volume.is_finite() && centre.is_finite();
-    (sound && is_closed(&triangles)).then(|| Mesh {
-        volume,
-        centre,
-        extent: extent(&triangles, centre),
-        triangles,
-    })
+    (sound && is_closed(&triangles)).then(|| Mesh::new(triangles, content))
 }
 
 fn add(shape: &SharedShape, triangles: &mut Vec<Triangle>) -> Option<()> {
@@ -69,7 +65,7 @@ fn has_flat_faces(shape: &SharedShape) -> bool {
 /// Moments of the volume that triangles enclose: of the tetrahedra that they make with its centre, each with
 /// ∫ x xᵀ = (Σ v vᵀ + (Σ v)(Σ v)ᵀ)/20 of its volume, over its corners v.
 fn moments(triangles: &[Triangle]) -> Moments {
-    let (measure, centre) = content(triangles);
+    let Content { volume, centre } = content(triangles);
     let mut second = DMat3::ZERO;
     for triangle in triangles {
         let [a, b, c] = triangle.map(|corner| corner - centre);
@@ -78,9 +74,9 @@ fn moments(triangles: &[Triangle]) -> Moments {
         second += corners * (volume / 20.0);
     }
     Moments {
-        measure,
+        measure: volume,
         centre,
-        second: second * measure.recip(),
+        second: second * volume.recip(),
     }
 }
 
