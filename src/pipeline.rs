@@ -152,8 +152,6 @@ pub struct FieldPipeline {
     redone: Vec<Redone>,
     /// True if bodies were added or removed since the last step.
     other_bodies: bool,
-    /// True if colliders were added or removed since the last step.
-    other_colliders: bool,
     /// Bodies sampled in the last step.
     sampled: usize,
     /// True once it has compared a state with a world.

@@ -100,14 +100,15 @@ impl<'a> Constraints<'a> {
         })
     }
 
-    /// Collects all bodies that contacts pushed in Rapier's last step, with one walk over all contacts. Only those of
-    /// bodies that are not yet collected are looked into: that is what takes time.
+    /// Collects all bodies that contacts pushed in Rapier's last step, with one walk over all contacts. Impulses are
+    /// added up only for bodies that are not yet collected.
     pub(crate) fn find_pushed(&self, pushed: &mut BodySet) {
         pushed.clear();
-        for pair in self.pairs.contact_pairs() {
+        let pairs = self.pairs.contact_pairs();
+        for pair in pairs.filter(|pair| pair.has_any_active_contact()) {
             let sides = [pair.collider1, pair.collider2].map(|it| self.parent(it));
             let new = |set: &BodySet| sides.iter().flatten().any(|body| !set.contains(*body));
-            if new(pushed) && is_pushed(pair) {
+            if new(pushed) && pair.total_impulse_magnitude() > 0.0 {
                 sides
                     .into_iter()
                     .flatten()

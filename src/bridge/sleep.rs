@@ -2,7 +2,7 @@
 
 use crate::field::BuildError;
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
-use crate::rigid::{Body, Wrench, find, is_in_order};
+use crate::rigid::{Body, Wrench, is_in_order};
 
 /// The rule by which fields wake sleeping bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,18 +70,15 @@ impl Resting {
         if self.0.is_empty() && !bodies.iter().any(|body| body.sleeping) {
             return;
         }
+        let awake = bodies.iter().filter(|body| !body.sleeping);
+        self.forget(awake.map(|body| body.handle));
         for (body, wrench) in bodies.iter().zip(wrenches) {
-            acting.push(self.acts(body, *wrench, policy));
+            acting.push(!body.sleeping || self.wakes(body, *wrench, policy));
         }
     }
 
-    fn acts(&mut self, body: &Body, wrench: Wrench, policy: WakePolicy) -> bool {
-        if !body.sleeping {
-            if let Ok(place) = self.place_of(body.handle) {
-                self.0.remove(place);
-            }
-            return true;
-        }
+    /// Returns true if a wrench wakes a sleeper.
+    fn wakes(&mut self, body: &Body, wrench: Wrench, policy: WakePolicy) -> bool {
         match policy {
             WakePolicy::Never => false,
             WakePolicy::Always => wrench != Wrench::ZERO,
@@ -113,14 +110,18 @@ impl Resting {
     }
 
     fn place_of(&self, handle: RigidBodyHandle) -> Result<usize, usize> {
-        let index = |handle: &RigidBodyHandle| handle.into_raw_parts().0;
         self.0
-            .binary_search_by_key(&index(&handle), |(known, _)| index(known))
+            .binary_search_by_key(&index(handle), |(known, _)| index(*known))
     }
 
     /// Removes bodies that are awake; they are given in the order of their handles.
-    pub(crate) fn forget(&mut self, awake: &[RigidBodyHandle]) {
-        self.0.retain(|(body, _)| find(awake, *body).is_none());
+    pub(crate) fn forget(&mut self, awake: impl Iterator<Item = RigidBodyHandle>) {
+        let mut awake = awake.map(index).peekable();
+        self.0.retain(|(body, _)| {
+            let body = index(*body);
+            while awake.next_if(|next| *next < body).is_some() {}
+            awake.peek() != Some(&body)
+        });
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -132,6 +133,10 @@ impl Resting {
         is_in_order(&self.0, |(body, _)| *body)
             && self.0.iter().all(|(_, wrench)| wrench.is_finite())
     }
+}
+
+fn index(body: RigidBodyHandle) -> u32 {
+    body.into_raw_parts().0
 }
 
 /// The strength of a wrench on a body: the square root of twice the energy that it gives the body at rest in a unit of

@@ -38,6 +38,13 @@ impl<'a> Visit<'a> {
         self.colliders.get(handle)
     }
 
+    /// Recomputes the mass of a body as Rapier will in its next step.
+    pub(crate) fn weigh(&mut self, handle: RigidBodyHandle) {
+        if let Some(body) = self.bodies.get_mut(handle) {
+            body.recompute_mass_properties_from_colliders(self.colliders);
+        }
+    }
+
     /// Records and writes the linear velocity of a body.
     #[inline]
     pub(crate) fn set_linvel(&mut self, handle: RigidBodyHandle, linvel: Vector) {

@@ -26,7 +26,7 @@ pub(crate) struct CentreForce<T = f64> {
 }
 
 /// Up to eight bodies, in columns. Entries after the last body are left from earlier blocks.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct CentreBlock {
     pub count: usize,
     pub bodies: [RigidBodyHandle; TOGETHER],

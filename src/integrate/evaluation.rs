@@ -8,7 +8,7 @@ use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Treatment};
 use super::{Integrator, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector};
-use crate::rigid::{Lookup, Wrench, find, find_near, is_in_order};
+use crate::rigid::{Lookup, PartsMark, Wrench, find, is_in_order};
 
 /// The wrenches on some bodies, and what is known beyond them. It outlives its step: unless something changes, the next
 /// step begins with it.
@@ -22,6 +22,8 @@ pub(crate) struct Evaluation {
     pub wrenches: Vec<Wrench>,
     /// The centres of mass, in world space, under schemes that do not kick twice a step; else empty.
     pub centres: Vec<Vector>,
+    /// The colliders of each body.
+    pub parts: Vec<PartsMark>,
     /// By place; empty if no field reads velocities, or the scheme samples them as they are.
     pub couplings: Vec<Option<LinearisedWrench>>,
     /// True if the last kick changed forces that read velocities so much that the next step has to evaluate them again.
@@ -43,11 +45,6 @@ impl Evaluation {
         find(&self.bodies, body)
     }
 
-    /// The place of a body that is usually at the place `guess`.
-    pub(crate) fn place_near(&self, guess: usize, body: RigidBodyHandle) -> Option<usize> {
-        find_near(&self.bodies, guess, body)
-    }
-
     pub(super) fn estimate(&self, place: usize) -> Option<&Estimate> {
         let found = self.estimates.binary_search_by_key(&place, |e| e.place);
         found.ok().map(|found| &self.estimates[found])
@@ -67,6 +64,7 @@ impl Evaluation {
         self.bodies.clear();
         self.wrenches.clear();
         self.centres.clear();
+        self.parts.clear();
         self.couplings.clear();
         self.estimates.clear();
         self.treatments.clear();
@@ -87,6 +85,7 @@ impl Evaluation {
         let lengths = [
             ("wrenches", self.wrenches.len(), false),
             ("centres", self.centres.len(), true),
+            ("parts", self.parts.len(), false),
             ("couplings", self.couplings.len(), true),
         ];
         for (name, length, or_none) in lengths {
@@ -148,6 +147,7 @@ impl Evaluation {
         keep(&mut self.bodies, &places);
         keep(&mut self.wrenches, &places);
         keep(&mut self.centres, &places);
+        keep(&mut self.parts, &places);
         keep(&mut self.couplings, &places);
         let moved = |place: &mut usize| places[*place].map(|now| *place = now).is_some();
         self.estimates.retain_mut(|it| moved(&mut it.place));
@@ -183,6 +183,8 @@ impl Integrator {
         evaluation.clear();
         evaluation.dt = context.dt;
         evaluation.bodies.extend_from_slice(&context.samples.bodies);
+        let parts = context.bodies.iter().map(|body| body.parts);
+        evaluation.parts.extend(parts);
         self.motions.clear();
         if !context.rules.scheme.kicks_twice() {
             let centres = context.samples.centres.iter();

@@ -23,7 +23,6 @@ impl FieldPipeline {
             && settings.wake != WakePolicy::Always
             && self.scene.links.is_empty()
             && world.soft_bodies.is_empty()
-            && !self.other_colliders
             && parameters.dt > 0.0
             && parameters.max_linear_velocity() < FASTEST * 1e-3
     }
@@ -56,7 +55,7 @@ impl FieldPipeline {
         }
         self.retire(state);
         state.carriers.clear();
-        state.resting.forget(&self.shown.bodies);
+        state.resting.forget(self.shown.bodies.iter().copied());
         state.evaluation = Some(std::mem::take(&mut self.shown));
         self.find_restless(state, world);
         let loads = &self.motions.loads;

@@ -62,9 +62,7 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let counts = [view.bodies.len(), view.colliders.len()];
         let edited = state.mark != Some(set.mark());
-        let known = state.anchored.map_or([None; 2], |known| known.map(Some));
-        self.other_bodies = known[0] != Some(counts[0]);
-        self.other_colliders = known[1] != Some(counts[1]);
+        self.other_bodies = state.anchored.is_none_or(|[bodies, _]| bodies != counts[0]);
         if !edited && state.anchored == Some(counts) {
             return Ok(());
         }

@@ -5,23 +5,25 @@ use super::state::BodyRecord;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{self, StepError, WorldMut, WorldRef};
 use crate::field::{Anchor, FieldSet, Frames, Span};
+use crate::integrate::Evaluation;
 use crate::math::{Real, RigidBodyHandle, to_f64};
-use crate::rigid::{Body, Lookup, find_near};
+use crate::rigid::{Body, Lookup, find_next_place};
 
 impl FieldPipeline {
     /// Recomputes the masses of bodies that are new or were moved: Rapier does so only in its next step, and an impulse
     /// before it would be lost.
     pub(super) fn weigh(&mut self, state: &FieldState, world: &mut WorldMut<'_>) {
+        let Evaluation { bodies, parts, .. } = match &state.evaluation {
+            Some(last) => last,
+            None => &Evaluation::default(),
+        };
+        let mut at = 0;
         for place in 0..self.scene.bodies.len() {
             let body = &self.scene.bodies[place];
-            let known = state.evaluation.as_ref().and_then(|last| {
-                let place = find_near(&last.bodies, place, body.handle)?;
-                state.records.get(place)
-            });
-            let stands = known.is_some_and(|was| {
-                was.pose == body.pose
-                    && was.sleeping == body.sleeping
-                    && was.colliders == body.colliders
+            let known = find_next_place(bodies, &mut at, body.handle);
+            let known = known.and_then(|place| parts.get(place).zip(state.records.get(place)));
+            let stands = known.is_some_and(|(parts, was)| {
+                was.pose == body.pose && was.sleeping == body.sleeping && *parts == body.parts
             });
             if stands {
                 continue;

@@ -66,7 +66,6 @@ pub(crate) struct BodyRecord {
     pub linvel: Vector,
     pub angvel: Vector,
     pub sleeping: bool,
-    pub colliders: u32,
 }
 
 /// The record of a step that was begun.
@@ -166,7 +165,6 @@ impl BodyRecord {
             linvel: body.linvel,
             angvel: body.angvel,
             sleeping: body.sleeping,
-            colliders: body.colliders,
         }
     }
 }

@@ -1,7 +1,9 @@
 //! A copy of the state of one rigid body, which the stages of a step read in place of Rapier's set.
 
 use super::rotation::{Inertia, to_dquat};
-use crate::math::{AngularInertia, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, to_dvec3};
+use crate::math::{
+    AngularInertia, ColliderHandle, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, to_dvec3,
+};
 use crate::rapier::dynamics::RigidBody;
 
 /// A dynamic body at one moment, in world axes unless a member says otherwise.
@@ -36,8 +38,26 @@ pub(crate) struct Body {
     pub damping: [Real; 2],
     /// Solver iterations on top of those of the world.
     pub extra_iterations: u32,
-    /// Number of its colliders.
-    pub colliders: u32,
+    pub parts: PartsMark,
+}
+
+/// It changes whenever colliders are added to a body or removed, because new ones come last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
+pub(crate) struct PartsMark {
+    count: u32,
+    last: Option<ColliderHandle>,
+}
+
+impl PartsMark {
+    #[inline]
+    pub(crate) fn of(body: &RigidBody) -> Self {
+        let colliders = body.colliders();
+        PartsMark {
+            count: colliders.len() as u32,
+            last: colliders.last().copied(),
+        }
+    }
 }
 
 impl Body {
@@ -67,7 +87,7 @@ impl Body {
             user_torque: body.user_torque(),
             damping: [body.linear_damping(), body.angular_damping()],
             extra_iterations: u32::try_from(extra).unwrap_or(u32::MAX),
-            colliders: body.colliders().len() as u32,
+            parts: PartsMark::of(body),
         }
     }
 

@@ -16,14 +16,14 @@ mod wrench;
 
 pub use wrench::Wrench;
 
-pub(crate) use body::{Body, SMALLEST_TIME, drowsy, is_sound, origin_velocity};
+pub(crate) use body::{Body, PartsMark, SMALLEST_TIME, drowsy, is_sound, origin_velocity};
 pub(crate) use body_set::BodySet;
 pub(crate) use impact::MidStepImpact;
 pub(crate) use lookup::{Lookup, local_pose, world_pose};
 pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };
-pub(crate) use ordered::{find, find_by, find_near, find_next, is_in_order, sort_by_body};
+pub(crate) use ordered::{find, find_by, find_next, find_next_place, is_in_order, sort_by_body};
 pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel, to_dquat};
 pub(crate) use slowing::{Slowing, phi1, stopped};
 pub(crate) use state::{RigidState, Turning};

@@ -24,16 +24,14 @@ pub(crate) fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Opti
     find_by(handles, handle, |known| *known)
 }
 
-/// [`find`] for a body that is usually at the place `guess`, which is tried first.
-pub(crate) fn find_near(
+/// [`find`] for callers that ask in the order of the list: `at` is the place that the walk through it has reached.
+#[inline]
+pub(crate) fn find_next_place(
     handles: &[RigidBodyHandle],
-    guess: usize,
+    at: &mut usize,
     handle: RigidBodyHandle,
 ) -> Option<usize> {
-    match handles.get(guess) {
-        Some(known) if *known == handle => Some(guess),
-        _ => find(handles, handle),
-    }
+    find_next(handles, at, handle, |known| *known).map(|_| *at)
 }
 
 /// [`find`] in a list of any items that have a `body`.

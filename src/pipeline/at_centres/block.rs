@@ -5,7 +5,7 @@ use crate::integrate::{Before, FASTEST, FreeMotion};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::number::{LaneMask, Lanes, Plain, Vec3, each_lane};
 use crate::rapier::dynamics::RigidBody;
-use crate::rigid::Body;
+use crate::rigid::{Body, PartsMark};
 
 /// One vector for each body, by axes.
 pub(super) type Columns = [[Real; TOGETHER]; 3];
@@ -15,6 +15,7 @@ pub(super) type Columns = [[Real; TOGETHER]; 3];
 pub(crate) struct BodyBlock {
     pub(super) seen: CentreBlock,
     pub(super) inv_masses: Columns,
+    pub(super) parts: [PartsMark; TOGETHER],
     /// The places of the bodies in the previous evaluation.
     pub(super) known: [Option<usize>; TOGETHER],
     /// One bit for each body that other causes than fields move, too; and these bodies, in their order.
@@ -71,6 +72,7 @@ impl BodyBlock {
         let world_com = body.position().transform_point(body.local_center_of_mass());
         seen.bodies[lane] = handle;
         seen.masses[lane] = body.mass();
+        self.parts[lane] = PartsMark::of(body);
         for axis in 0..3 {
             seen.world_coms[axis][lane] = world_com[axis];
             seen.linvels[axis][lane] = linvel[axis];
@@ -82,6 +84,11 @@ impl BodyBlock {
     /// One bit for each body.
     pub(super) fn all(&self) -> u64 {
         (1 << self.seen.count) - 1
+    }
+
+    /// One bit for each body that is not in the previous evaluation.
+    pub(super) fn unknown(&self) -> u64 {
+        self.all() & mask(|lane| self.known[lane].is_none())
     }
 
     /// The vectors of all bodies.
@@ -152,7 +159,7 @@ impl BodyBlock {
 
 /// Numbers rounded to Rapier's.
 #[inline(always)]
-fn rounded(vectors: Vec3<Lanes>) -> Columns {
+pub(super) fn rounded(vectors: Vec3<Lanes>) -> Columns {
     let each = |of: Lanes| each_lane(|lane| from_f64(of.0[lane]));
     [each(vectors.x), each(vectors.y), each(vectors.z)]
 }

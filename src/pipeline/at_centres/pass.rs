@@ -1,6 +1,6 @@
 //! One visit of all bodies: eight at a time are read, evaluated together, and written.
 
-use super::block::{BodyBlock, Columns, KickRules, Kicked, Special};
+use super::block::{BodyBlock, Columns, KickRules, Kicked, Special, rounded};
 use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{CentreEvaluator, CentreForce, TOGETHER, in_lane, lanes_of};
@@ -8,10 +8,12 @@ use crate::integrate::{
     Before, Caps, Completion, Evaluation, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning,
     VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
 };
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
-use crate::number::real;
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64};
+use crate::number::{each_lane, real};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
-use crate::rigid::{Body, BodySet, Wrench, drowsy, find_next, is_sound};
+use crate::rigid::{
+    Body, BodySet, PartsMark, Wrench, drowsy, find_next, find_next_place, is_sound,
+};
 use crate::sample::Moment;
 
 /// One half of a step.
@@ -44,6 +46,7 @@ impl HalfStep<'_> {
 /// The position of a walk in the lists of the first half.
 #[derive(Default)]
 struct Places {
+    known: usize,
     completions: usize,
     loads: usize,
     given: usize,
@@ -143,15 +146,22 @@ impl Pass<'_> {
     fn read(&mut self, rules: &mut Rules, block: &mut BodyBlock) -> Done {
         block.clear();
         while block.seen.count < TOGETHER
-            && let Some((handle, body)) = self.walk.next(self.visit.bodies())
+            && let Some((handle, mut body)) = self.walk.next(self.visit.bodies())
         {
             if !is_sound(body) {
                 self.warnings.push(StepWarning::NotFinite { body: handle });
                 continue;
             }
             let lane = block.seen.count;
-            let place = self.shown.bodies.len() + lane;
-            let known = self.last.and_then(|last| last.place_near(place, handle));
+            let bodies = self.last.map_or(&[][..], |last| &last.bodies);
+            let known = find_next_place(bodies, &mut rules.places.known, handle);
+            if self.half.first.is_none() && !self.is_weighed(known, body) {
+                self.visit.weigh(handle);
+                match self.visit.body(handle) {
+                    Some(weighed) => body = weighed,
+                    None => continue,
+                }
+            }
             if !self.takes(rules, handle, body, known.is_some()) {
                 return Err(handle);
             }
@@ -167,6 +177,15 @@ impl Pass<'_> {
         Ok(())
     }
 
+    /// Returns true if a body has the colliders that it had in the last step, so that Rapier has computed its mass.
+    #[inline]
+    fn is_weighed(&self, known: Option<usize>, body: &RigidBody) -> bool {
+        let (Some(place), Some(last)) = (known, self.last) else {
+            return false;
+        };
+        last.parts.get(place) == Some(&PartsMark::of(body))
+    }
+
     /// Returns true if a visit suffices for a body, as far as it is known before its forces.
     #[inline]
     fn takes(
@@ -179,12 +198,9 @@ impl Pass<'_> {
         let same_parts = is_known && self.half.first.is_some_and(|first| first.alone);
         let anywhere = self.compiled.at_centres == Some(AtCentres::Bodies);
         let is_whole = anywhere || same_parts || self.is_one_ball(body);
-        // New bodies are linearised where fields may be stiff.
-        let goes_on = self.half.first.is_some() && self.last.is_some();
-        let is_expected = is_known || goes_on || !self.compiled.varies();
         let is_slowed = || self.is_slowed_simply(rules, handle, body);
         let is_kicked = !self.compiled.reads_velocity || is_slowed();
-        is_harmless(body) && is_whole && is_expected && is_kicked
+        is_harmless(body) && is_whole && is_kicked
     }
 
     /// Returns true if all samples of a body are at its centre of mass.
@@ -245,12 +261,17 @@ impl Pass<'_> {
     }
 
     /// Returns an error if a force is not finite, or changed so much that the fields may be stiff.
-    fn check_forces(&self, rules: &Rules, block: &BodyBlock, kicked: &Kicked) -> Done {
+    fn check_forces(&mut self, rules: &Rules, block: &BodyBlock, kicked: &Kicked) -> Done {
         let mut bad = block.all() & !kicked.finite;
         if let (Some(most), Some(last)) = (rules.suspicious, self.last)
             && (self.half.first.is_some() || !rules.twice)
         {
             bad |= block.all() & self.swings(block, kicked, last, most);
+        }
+        if let Some(most) = rules.suspicious.filter(|_| self.half.first.is_none())
+            && block.unknown() != 0
+        {
+            bad |= block.unknown() & self.swings_ahead(block, kicked, most);
         }
         match lanes_of(bad).next() {
             Some(lane) => Err(block.seen.bodies[lane]),
@@ -285,6 +306,26 @@ impl Pass<'_> {
         block.swings(&changes, &ways, dt, most)
     }
 
+    /// One bit for each body whose force will have changed much at the end of its way.
+    fn swings_ahead(&mut self, block: &BodyBlock, kicked: &Kicked, most: Real) -> u64 {
+        let dt = self.half.dt;
+        let mut ahead = block.seen.clone();
+        let mut ways = kicked.linvels;
+        for (points, ways) in ahead.world_coms.iter_mut().zip(&mut ways) {
+            for (point, way) in points.iter_mut().zip(ways) {
+                *way *= dt;
+                *point += *way;
+            }
+        }
+        let forces = rounded(self.evaluator.forces(self.compiled, &ahead).force);
+        let mut changes = Columns::default();
+        for axis in 0..3 {
+            changes[axis] = each_lane(|lane| forces[axis][lane] - kicked.forces[axis][lane]);
+        }
+        // A quarter of the limit of (dt·ω)², because along its path a body need not meet the stiffest direction.
+        block.swings(&changes, &ways, dt, most * from_f64(0.0625))
+    }
+
     /// Adds the forces to those that are shown.
     fn show(&mut self, rules: &Rules, block: &BodyBlock, forces: &Columns) {
         let torque = Vector::ZERO;
@@ -294,6 +335,7 @@ impl Pass<'_> {
             .bodies
             .extend_from_slice(&block.seen.bodies[..count]);
         self.shown.wrenches.extend(wrenches);
+        self.shown.parts.extend_from_slice(&block.parts[..count]);
         if !rules.twice {
             self.shown
                 .centres

@@ -4,6 +4,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::StepWarning;
 use crate::field::{Field, FieldSet, ForceMode, Operator, Region, Tree, Turbulence};
 use crate::math::{Real, Vector};
 use crate::pipeline::FieldSettings;
@@ -269,5 +270,82 @@ fn quadratic_drags_at_rest_add_up() {
             );
             assert!(runs[0].at_centres.len() > 5, "they meet later than that");
         }
+    }
+}
+
+impl Run {
+    /// One ball goes, another comes, and a third gets a heavier collider in place of its own.
+    fn exchange(&mut self, step: usize) {
+        let world = &mut self.world;
+        let balls: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
+        world.remove_body(balls[(step * 7) % balls.len()]);
+        let at = Vector::new(-6.0 + step as Real * 1.5, 14.0, 0.0);
+        let ball = RigidBodyBuilder::dynamic().translation(at);
+        let ball = ball.additional_mass(0.2).linvel(Vector::Z);
+        world.insert(ball, ColliderBuilder::ball(0.4));
+        let changed = balls[(step * 5 + 1) % balls.len()];
+        if let Some(body) = world.bodies.get(changed) {
+            let collider = body.colliders()[0];
+            world.remove_collider(collider);
+            let heavier = ColliderBuilder::ball(0.4).density(2.0);
+            world.insert_collider(heavier, Some(changed));
+        }
+    }
+}
+
+#[test]
+fn they_go_on_where_bodies_come_and_go() {
+    for fields in [vec![0, 0], vec![1], vec![4], vec![6], vec![7]] {
+        for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
+            let scene = Scene {
+                gravity: false,
+                damped: false,
+                floor: false,
+                spinning: false,
+                fields: fields.clone(),
+                seed: 11,
+            };
+            let run = |audit| Run::new(scene.world(), scene.tree(), scheme, audit);
+            let mut runs = [false, true].map(run);
+            for step in 0..16 {
+                for run in &mut runs {
+                    run.exchange(step);
+                    run.step();
+                }
+                let apart = runs[0].apart(&runs[1]);
+                assert!(apart < 1e-4, "{fields:?} {scheme:?} {step}: {apart}");
+            }
+            assert!(!runs[0].touches());
+            let later = &runs[0].at_centres[1..];
+            assert!(later.iter().all(|it| *it), "{fields:?} {later:?}");
+        }
+    }
+}
+
+/// A visit cannot tell how stiff a field is where a body is new: where it suspects that, it leaves the step to samples,
+/// which warn.
+#[test]
+fn new_bodies_in_stiff_fields_are_warned_of() {
+    let scene = Scene {
+        gravity: false,
+        damped: false,
+        floor: false,
+        spinning: false,
+        fields: Vec::new(),
+        seed: 3,
+    };
+    let hook = Field::spring(9e4).within(Region::ball(2.0));
+    // With a field that reaches all.
+    let tree = hook.at(Vector::Y * 30.0) + Field::uniform(Vector::X * 0.1);
+    for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
+        let mut run = Run::new(scene.world(), tree.clone(), scheme, false);
+        (0..3).for_each(|_| run.step());
+        let ball = RigidBodyBuilder::dynamic().translation(Vector::new(0.5, 30.0, 0.0));
+        run.world.insert(ball, ColliderBuilder::ball(0.4).mass(1.0));
+        run.step();
+        assert_eq!(run.at_centres[1..], [true, true, false]);
+        let warned = run.pipeline.warnings.iter();
+        let mut stiff = warned.filter(|it| matches!(it, StepWarning::Stiff { .. }));
+        assert!(stiff.next().is_some(), "{scheme:?}");
     }
 }
