@@ -36,11 +36,11 @@ pub enum Axis {
     TimeToClosest,
     /// Distance of the sample from the field's origin at that moment.
     ClosestDistance,
-    /// Radius of the sample.
+    /// Radius of the part that is sampled.
     Radius,
-    /// Mass that the sample stands for; over the samples of a body it adds up to the body's mass.
+    /// Mass of the part that is sampled, however often it is; over the parts of a body it adds up to the body's mass.
     Mass,
-    /// Electric charge of the sample.
+    /// Electric charge of the part that is sampled.
     Charge,
     /// A number of the user's own, declared with
     /// [`FieldsBuilder::axis`](crate::FieldsBuilder::axis) and set per world or per collider.

@@ -14,14 +14,14 @@ use crate::support::{assert_at_most, either, weightless};
 /// What lets a field act on one of two colliders only.
 type Filter = (&'static str, fn(Field) -> Field);
 
-const IRON: Group = Group::GROUP_1;
+pub(crate) const IRON: Group = Group::GROUP_1;
 const WOOD: Group = Group::GROUP_2;
 
-fn groups(of: Group) -> InteractionGroups {
+pub(crate) fn groups(of: Group) -> InteractionGroups {
     InteractionGroups::new(of, Group::ALL, Default::default())
 }
 
-fn only_iron(field: Field) -> Field {
+pub(crate) fn only_iron(field: Field) -> Field {
     field.groups(InteractionGroups::new(Group::ALL, IRON, Default::default()))
 }
 
@@ -60,14 +60,14 @@ const FILTERS: [Filter; 10] = [
 ];
 
 /// Within its own region and another one.
-fn within(field: Field, region: Region) -> Field {
+pub(crate) fn within(field: Field, region: Region) -> Field {
     let both = field.region.clone().intersection(region);
     field.within(both)
 }
 
 /// Two cubes on one body: of iron, with charge 1 and δ = 1, and a larger one of wood, with charge −1 and
 /// δ = 5. It turns, so that its parts have velocities of their own.
-fn dumbbell() -> (PhysicsWorld, RigidBodyHandle, [ColliderHandle; 2]) {
+pub(crate) fn dumbbell() -> (PhysicsWorld, RigidBodyHandle, [ColliderHandle; 2]) {
     let mut world = weightless(1.0 / 64.0);
     let body = RigidBodyBuilder::dynamic()
         .translation(Vector::new(0.5, 2.0, -0.25))
@@ -89,7 +89,7 @@ fn dumbbell() -> (PhysicsWorld, RigidBodyHandle, [ColliderHandle; 2]) {
     (world, body, parts)
 }
 
-fn fields(tree: impl Into<Tree>, parts: [ColliderHandle; 2]) -> Fields {
+pub(crate) fn fields(tree: impl Into<Tree>, parts: [ColliderHandle; 2]) -> Fields {
     let fields = Fields::builder(tree).axis("delta", 7.0).build();
     let mut fields = fields.expect("a sound tree");
     for (collider, charge, delta) in [(parts[0], 1.0, 1.0), (parts[1], -1.0, 5.0)] {
@@ -103,7 +103,7 @@ fn fields(tree: impl Into<Tree>, parts: [ColliderHandle; 2]) -> Fields {
 }
 
 /// All laws that may be sampled anywhere, the presets among them.
-fn laws() -> Vec<(&'static str, Field)> {
+pub(crate) fn laws() -> Vec<(&'static str, Field)> {
     let everywhere = || Region::ball(50.0);
     vec![
         ("uniform", Field::uniform(Vector::new(1.0, -2.0, 3.0))),
@@ -131,7 +131,7 @@ fn laws() -> Vec<(&'static str, Field)> {
     ]
 }
 
-const SAMPLINGS: [Sampling; 5] = [
+pub(crate) const SAMPLINGS: [Sampling; 5] = [
     Sampling::Auto,
     Sampling::Centre,
     Sampling::Parts,
@@ -140,7 +140,7 @@ const SAMPLINGS: [Sampling; 5] = [
 ];
 
 /// What samples of the list a law of that sampling takes.
-fn kind(law: &str, asked: Sampling) -> Sampling {
+pub(crate) fn kind(law: &str, asked: Sampling) -> Sampling {
     match asked {
         Sampling::Auto if matches!(law, "wind zone" | "drag") => Sampling::Surface,
         Sampling::Auto => Sampling::Volume,
@@ -149,7 +149,7 @@ fn kind(law: &str, asked: Sampling) -> Sampling {
 }
 
 /// The force and torque that a tree gives the samples of some colliders by the reference.
-fn literal<'a>(
+pub(crate) fn literal<'a>(
     tree: &Tree,
     world: &PhysicsWorld,
     body: RigidBodyHandle,
@@ -169,7 +169,7 @@ fn literal<'a>(
     [force, torque]
 }
 
-fn agree(found: Wrench, expected: [DVec3; 2], place: &str) {
+pub(crate) fn agree(found: Wrench, expected: [DVec3; 2], place: &str) {
     let size = expected[0].length().max(expected[1].length()).max(1.0);
     let bound = either(2e-5, 1e-12) * size;
     let [force, torque] = expected;

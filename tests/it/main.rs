@@ -36,6 +36,7 @@ mod detection;
 mod each_collider;
 mod estimates;
 mod evaluators_agree;
+mod every_axis;
 mod explain;
 mod expressions;
 mod far_fields;
