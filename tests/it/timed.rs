@@ -3,7 +3,9 @@
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::support::{assert_at_most, either, insert_ball, weightless};
+use crate::support::{assert_at_most, build, either, insert_ball, weightless};
+
+mod bodies;
 
 const SCHEMES: [Scheme; 8] = [
     Scheme::KickDriftKick,
