@@ -18,6 +18,8 @@ mod scene_files;
 #[path = "../../tests/it/support/trees/mod.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod trees;
+#[path = "it/uneven_mesh.rs"]
+mod uneven_mesh;
 #[path = "../../tests/it/support/worlds.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod worlds;
