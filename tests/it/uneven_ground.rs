@@ -50,9 +50,10 @@ fn no_more_are_lost_than_with_rapier_alone() {
         (Ground::Mesh, 0.15, Carried::Led),
         (Ground::HeightField, 0.03, Carried::Fixed),
         (Ground::Compound, 0.03, Carried::Led),
+        (Ground::Voxels, 0.15, Carried::Fixed),
     ];
     for (ground, bumps, carried) in grounds {
-        for shape in SHAPES {
+        for shape in SHAPES.into_iter().filter(|it| ground.bears(*it)) {
             let drops = Drops {
                 ground,
                 bumps,
@@ -61,10 +62,17 @@ fn no_more_are_lost_than_with_rapier_alone() {
                 count: 20,
                 seed: 1,
             };
-            let alone = drops.run(Answer::Rapier).lost.len();
-            for detection in [Detection::Discrete, Detection::Swept] {
-                let lost = drops.run(Answer::Fields(detection, Side::Body)).lost;
-                assert!(lost.len() <= alone, "{drops:?}, {detection:?}: {lost:?}");
+            let alone = drops.run(Answer::Rapier).lost;
+            for (detection, side) in ALL {
+                // Of a field on the ground, or on both, the first few.
+                let count = if side == Side::Body { drops.count } else { 4 };
+                let drops = Drops { count, ..drops };
+                let lost = drops.run(Answer::Fields(detection, side)).lost;
+                let alone = alone.iter().filter(|number| **number < count).count();
+                assert!(
+                    lost.len() <= alone,
+                    "{drops:?}, {detection:?}, {side:?}: {lost:?}"
+                );
             }
         }
     }

@@ -8,7 +8,12 @@ use rapier3d_fields::Detection;
 
 use crate::support::drops::*;
 
-const GROUNDS: [Ground; 3] = [Ground::Mesh, Ground::HeightField, Ground::Compound];
+const GROUNDS: [Ground; 4] = [
+    Ground::Mesh,
+    Ground::HeightField,
+    Ground::Compound,
+    Ground::Voxels,
+];
 const AT_ONCE: usize = 100;
 const BUMPS: [f64; 3] = [0.0, 0.03, 0.15];
 
@@ -39,7 +44,7 @@ fn no_more_fall_through_grounds_than_with_rapier_alone() {
     for carried in [Carried::Fixed, Carried::Led] {
         for ground in GROUNDS {
             for bumps in BUMPS {
-                for shape in SHAPES {
+                for shape in SHAPES.into_iter().filter(|it| ground.bears(*it)) {
                     let drops = Drops {
                         ground,
                         bumps,
@@ -76,8 +81,9 @@ fn no_more_fall_through_grounds_than_with_rapier_alone() {
             }
         }
     }
-    let drops = count() * GROUNDS.len() * BUMPS.len() * 2;
     for (shape, alone, fields) in totals {
+        let grounds = GROUNDS.into_iter().filter(|it| it.bears(shape));
+        let drops = count() * grounds.count() * BUMPS.len() * 2;
         println!("{shape:?} in all: of {drops} Rapier {alone}, fields {fields:?}");
         let most = alone as f64 + (alone as f64).sqrt() + 1.0;
         if fields.into_iter().any(|lost| lost as f64 > most) {

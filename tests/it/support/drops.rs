@@ -2,17 +2,19 @@
 
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
+use rapier3d_fields::rapier::parry::math::IVector;
 use rapier3d_fields::rapier::parry::utils::Array2;
 use rapier3d_fields::{Detection, StepWarning};
 
-/// What bodies fall on. No voxels: on them Rapier 0.36.1 panics by itself ("stale ContactRef manifold
-/// ordinal").
+/// What bodies fall on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ground {
     Mesh,
     HeightField,
     /// Boxes in one collider.
     Compound,
+    /// Cubes in steps.
+    Voxels,
 }
 
 /// How the ground moves: not at all, or sideways and up and down.
@@ -110,6 +112,12 @@ impl Random {
 }
 
 impl Ground {
+    /// Returns true if Rapier 0.36.1 can have such bodies on it: on balls on voxels it panics by itself ("stale
+    /// ContactRef manifold ordinal").
+    pub fn bears(self, shape: Dropped) -> bool {
+        (self, shape) != (Ground::Voxels, Dropped::Ball)
+    }
+
     fn collider(self, bumps: f64) -> ColliderBuilder {
         let side = 2.0 * EXTENT / f64::from(SQUARES);
         let height = |x: i32, z: i32| bumps * (1.3 * f64::from(x) + f64::from(z)).sin();
@@ -150,6 +158,18 @@ impl Ground {
                     (Pose::from_parts(middle, Rotation::IDENTITY), shape)
                 };
                 ColliderBuilder::compound(squares().map(tile).collect())
+            }
+            Ground::Voxels => {
+                // Cubes of half a square each way, their tops at the nearest step below the height.
+                let size = 0.5 * side;
+                let column = |(x, z): (i32, i32)| {
+                    let top = (height(x / 2, z / 2) / size).floor() as i32 - 1;
+                    [top - 1, top].map(|y| IVector::new(x as _, y as _, z as _))
+                };
+                let all =
+                    (-2 * half..2 * half).flat_map(|x| (-2 * half..2 * half).map(move |z| (x, z)));
+                let cubes: Vec<_> = all.flat_map(column).collect();
+                ColliderBuilder::voxels(Vector::splat(from_f64(size)), &cubes)
             }
         }
     }
