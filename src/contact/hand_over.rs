@@ -7,12 +7,17 @@ use super::{Detector, FieldContact};
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Real};
 
-/// A pair is handed over once it was answered in this number of steps running and overlaps after each, or once its
-/// overlap grew in this number of steps running.
+/// A pair is handed over once it was answered in this number of steps running and overlaps after each, or once it
+/// went deeper than before this number of times. A pair that Rapier's solver held for more steps running is not
+/// watched.
 const STEPS: u8 = 3;
 
 /// A depth that grows by less than this share counts as unchanged.
 const SAME_DEPTH: Real = 1.0e-3;
+
+/// A pair that comes out to less than this share of its largest overlap, or of which Rapier's solver would leave as
+/// much, is counted anew.
+const RECOVERED: Real = 0.5;
 
 /// The pairs that are watched, and those handed over, in the order of their handles.
 #[derive(Clone, Debug, Default)]
@@ -23,12 +28,15 @@ pub(crate) struct HandOver(Vec<WatchedPair>);
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 struct WatchedPair {
     pair: [ColliderHandle; 2],
-    /// The overlap at the end of the last step.
-    depth: Real,
-    /// Steps running in which it was answered, by a law that loses speed, and overlapped at the end; and steps running
-    /// in which its overlap grew.
+    /// The largest overlap at the end of a step since it was last far less; zero for a new pair.
+    deepest: Real,
+    /// Steps running in which it was answered, by a law that loses speed, and overlapped at the end.
     answered: u8,
+    /// Times that it went deeper than before. Where it is deep they need not follow each other: what is squeezed goes
+    /// down and up.
     deeper: u8,
+    /// Steps running in which Rapier's solver had it.
+    quiet: u8,
     given: bool,
 }
 
@@ -44,9 +52,10 @@ impl WatchedPair {
     fn new(pair: [ColliderHandle; 2]) -> Self {
         WatchedPair {
             pair,
-            depth: Real::INFINITY,
+            deepest: 0.0,
             answered: 0,
             deeper: 0,
+            quiet: 0,
             given: false,
         }
     }
@@ -95,8 +104,8 @@ impl HandOver {
             let pair = contact.colliders;
             let was = self.of(pair);
             let answered = contact.is_answered() || touched.contains(&pair);
-            let lifted = verdicts.lifted.contains(&pair);
-            if !(answered || lifted || was.is_some_and(|it| it.given)) {
+            let ours = answered || verdicts.lifted.contains(&pair);
+            if !(ours || was.is_some()) {
                 continue;
             }
             let Some(law) = claims
@@ -107,13 +116,27 @@ impl HandOver {
             };
             let mut entry = was.copied().unwrap_or(WatchedPair::new(pair));
             let count = |steps: u8, again: bool| if again { steps.saturating_add(1) } else { 0 };
-            let grows = contact.depth > entry.depth * (1.0 + SAME_DEPTH);
             entry.answered = count(entry.answered, answered && !law.keeps_speed());
-            entry.deeper = count(entry.deeper, grows);
-            entry.depth = contact.depth;
+            entry.quiet = count(entry.quiet, !ours);
+            if entry.quiet > STEPS && !entry.given {
+                continue;
+            }
             // A pair that sinks by less than the tolerance of Rapier's solver is at rest, and not reported.
-            if entry.deeper == STEPS && contact.depth > detector.starts.rebound() {
-                given.deeper.push((pair, contact.depth));
+            let shallow = contact.depth <= detector.starts.rebound();
+            let known = entry.deepest > 0.0;
+            let grows = known && contact.depth > entry.deepest * (1.0 + SAME_DEPTH);
+            let comes_out = shallow || contact.depth < entry.deepest * RECOVERED;
+            if grows && (ours || entry.given) {
+                entry.deeper = entry.deeper.saturating_add(1);
+                if entry.deeper == STEPS && !shallow {
+                    given.deeper.push((pair, contact.depth));
+                }
+            }
+            if !grows && comes_out {
+                entry.deeper = 0;
+            }
+            if grows || comes_out || !known {
+                entry.deepest = contact.depth;
             }
             entry.given |= entry.answered.max(entry.deeper) >= STEPS;
             now.push(entry);
@@ -124,7 +147,6 @@ impl HandOver {
         for pair in unsound.iter().map(|pair| in_order(*pair)) {
             given.not_finite.push(pair);
             now.push(WatchedPair {
-                depth: 0.0,
                 given: true,
                 ..WatchedPair::new(pair)
             });

@@ -101,8 +101,8 @@ pub(crate) struct Verdicts {
 /// Rapier finds and reports contacts that the fields answer as any other. Its solver holds those that last, with the
 /// friction of the law and no restitution. Contact points that approach or separate fast are moved apart so that the
 /// solver finds nothing to do there: they are impacts, which the fields answer. A pair that was answered in three steps
-/// running by a law that loses speed and still overlaps, or whose overlap grew in three, is left to Rapier until it
-/// separates; springs are not.
+/// running by a law that loses speed and still overlaps, or that went deeper than before three times, is left to Rapier
+/// until it separates; springs are not.
 ///
 /// All other pairs go to the user's hooks, for the colliders whose own `active_hooks` ask for it. A contact that the
 /// user's hooks remove is answered by neither side.

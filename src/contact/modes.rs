@@ -63,8 +63,8 @@ pub enum Responder {
     /// that would rebound lower than that is at rest. Under laws without loss (a restitution of one, the paper's) the
     /// limit is a dt, or energy would be lost. Where nothing accelerates the bodies no contact lasts; the load of
     /// joints alone is not known. A pair that still overlaps after three steps in each of which it was answered by a
-    /// law that loses speed, or whose overlap grows in three, is Rapier's until it separates; of the second,
-    /// [`ContactDeepens`](crate::StepWarning::ContactDeepens) warns if the overlap exceeds h. Springs
+    /// law that loses speed, or that goes deeper than before three times, is Rapier's until it separates; of the
+    /// second, [`ContactDeepens`](crate::StepWarning::ContactDeepens) warns if the overlap exceeds h. Springs
     /// ([`Penalty`](crate::ContactLaw::Penalty)) hold resting bodies themselves.
     ///
     /// Impacts that happen at once are answered together (see [`Impulse`](crate::ContactLaw::Impulse)): of a row of

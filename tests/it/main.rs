@@ -44,6 +44,7 @@ mod faults;
 mod force_lifetime;
 mod ground;
 mod halves;
+mod handed_over;
 mod impacts_under_force;
 mod implosion;
 mod integrator_maps;
