@@ -14,7 +14,7 @@ use crate::math::{Real, to_f64};
 /// | [`KickDriftKick`](Scheme::KickDriftKick) | 2 | 1 | symplectic: energy bounded while dt·ω < 2 |
 /// | [`Kick`](Scheme::Kick) | 1 | 1 | symplectic: energy bounded while dt·ω < 2 |
 /// | [`Substep`](Scheme::Substep) | 2 | 1 + n | symplectic: energy bounded while dt·ω < 2 n |
-/// | [`Forward4`](Scheme::Forward4) | 4 | 4 | symplectic: energy bounded while dt·ω < 3.46; for fields that are smooth |
+/// | [`Forward4`](Scheme::Forward4) | 4 | 4 | symplectic: energy bounded while dt·ω < 3.46 (2.72 where forces read velocities); for fields that are smooth |
 /// | [`LinearlyImplicit`](Scheme::LinearlyImplicit) | 1 | 1 and Jacobians | damped: in a well that stands still energy falls at any dt·ω |
 /// | [`Auto`](Scheme::Auto) | 2 or 4 | 1, more where stiff | as fine as its tolerance asks for, body by body |
 /// | [`ExternalForce`](Scheme::ExternalForce) | 1 | 1 | gains energy at any dt·ω with Rapier's default of 4 solver iterations |

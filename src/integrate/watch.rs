@@ -33,7 +33,7 @@ impl Integrator {
         last: &Evaluation,
         warnings: &mut Vec<StepWarning>,
     ) {
-        let Some(limit) = warns_from(context.rules.scheme) else {
+        let Some(limit) = limit(context) else {
             return;
         };
         let mut new = std::mem::take(&mut self.candidates);
@@ -125,12 +125,12 @@ impl Integrator {
         fourth_power: impl Fn(usize) -> Real,
         warnings: &mut Vec<StepWarning>,
     ) {
-        let others = warns_from(context.rules.scheme);
+        let others = limit(context);
         let links = context.rules.links;
         if others.is_none() && links.is_empty() {
             return;
         }
-        let limit = |place: usize| match others {
+        let limit_of = |place: usize| match others {
             // Links are pushed by forces under every scheme.
             _ if find(links, evaluation.bodies[place]).is_some() => Some(BY_FORCE),
             others => others,
@@ -141,7 +141,7 @@ impl Integrator {
             let most = if links.is_empty() {
                 others
             } else {
-                limit(place)
+                limit_of(place)
             };
             let share = most.map_or(0.0, |limit| fourth_power(place) / from_f64(limit.powi(4)));
             if share > worst.0 {
@@ -163,7 +163,7 @@ impl Integrator {
         }
         self.prepare(context);
         let estimate = self.estimate(context, place);
-        if limit(place) == Some(BY_FORCE) {
+        if limit_of(place) == Some(BY_FORCE) {
             let dt_omega = estimate.rates.report(context.dt, 0.0).dt_omega;
             let told = to_f64(dt_omega) > BY_FORCE;
             warnings.extend(told.then(|| by_force(body, dt_omega, context.dt)));
@@ -292,12 +292,16 @@ impl Integrator {
 
 /// The (dt·ω)⁴ from which on a body is linearised, under a scheme that does not choose.
 pub(crate) fn stiff_from(scheme: Scheme) -> Option<Real> {
-    warns_from(scheme).map(|limit| from_f64(limit.powi(4)))
+    warns_from(scheme, false).map(|limit| from_f64(limit.powi(4)))
+}
+
+fn limit(context: &StepContext<'_, impl Lookup>) -> Option<f64> {
+    warns_from(context.rules.scheme, context.compiled.reads_velocity)
 }
 
 /// The square of the highest frequency that a scheme that does not choose can follow.
 pub(super) fn most_to_follow(context: &StepContext<'_, impl Lookup>) -> Option<f64> {
-    let limit = warns_from(context.rules.scheme)?;
+    let limit = limit(context)?;
     Some((limit / to_f64(context.dt)).powi(2))
 }
 
@@ -329,7 +333,11 @@ fn stiff(
         Scheme::LinearlyImplicit => Scheme::Kick,
         scheme => scheme,
     };
-    told(body, from_f64(dt_omega), mode.largest_stable_dt(scheme))
+    told(
+        body,
+        from_f64(dt_omega),
+        mode.largest_stable_dt(scheme, context.compiled.reads_velocity),
+    )
 }
 
 /// The warning for forces, which gain energy at any step; `dt_omega` is beyond the limit of a percent in a hundred
@@ -354,7 +362,7 @@ fn judged(
     estimate: &Estimate,
 ) -> Option<(f64, StepWarning)> {
     let (scheme, dt) = (context.rules.scheme, to_f64(context.dt));
-    let limit = warns_from(scheme)?;
+    let limit = limit(context)?;
     let coupled = context.is_coupled();
     let share = if coupled { COUPLED.sqrt() } else { 1.0 };
     let rates = &estimate.rates;
@@ -385,7 +393,7 @@ fn report(context: &StepContext<'_, impl Lookup>, estimate: &Estimate) -> Stiffn
     let scheme = context.rules.scheme;
     let coupled = scheme != Scheme::LinearlyImplicit && context.is_coupled();
     let modes = estimate.modes(&Mobility::of(body), body.damping, coupled);
-    let stable = modes.map(|mode| mode.largest_stable_dt(scheme));
+    let stable = modes.map(|mode| mode.largest_stable_dt(scheme, context.compiled.reads_velocity));
     let largest = stable.into_iter().fold(f64::INFINITY, f64::min);
     estimate.rates.report(context.dt, from_f64(largest))
 }
