@@ -3,6 +3,7 @@
 mod matrix;
 mod quiet;
 mod rebounds;
+mod sleepers;
 mod stacks;
 mod users;
 
