@@ -4,7 +4,7 @@
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::support::{assert_at_most, build, weightless};
+use crate::support::{assert_at_most, assert_close, build, weightless};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -93,6 +93,43 @@ fn bounces_of_divided_steps_give_no_energy() {
                 assert_at_most(peak, 1.02, format_args!("{what}"));
                 assert!(!silent, "{what}");
             }
+        }
+    }
+}
+
+/// A body that Rapier bounces has the velocity of the middle of the step, and half a kick where it is follows:
+/// v = v_out + dt/2 F(x_out)/m. The velocity that is shown lags by half an iteration of the force, as that of all
+/// bodies that contacts push.
+#[test]
+fn half_a_kick_follows_a_bounce() {
+    let fixed = Scheme::Substep(Substeps::Fixed(4));
+    for scheme in [Scheme::Auto { tolerance: 1e-3 }, Scheme::Forward4, fixed] {
+        for (restitution, wall, swing) in [(1.0, -0.7, 0.3), (0.8, -0.2, 1.0), (1.0, -0.2, 1.5)] {
+            let what = format!("{scheme:?}, e = {restitution}, wall at {wall}, dt·ω {swing}");
+            let mut spring = Spring::new(Hung::Ball, scheme, restitution, wall, swing);
+            let (ball, world) = (spring.ball, &mut spring.world);
+            let mut bounces = 0;
+            for _ in 0..60 {
+                let open = spring.fields.begin(WorldMut::from(&mut *world));
+                let open = open.expect("a step");
+                let given = world.bodies[ball].linvel();
+                world.step();
+                let out = world.bodies[ball].linvel();
+                let place = world.bodies[ball].translation();
+                let finished = spring.fields.finish(open, WorldMut::from(&mut *world));
+                finished.expect("a step");
+                if given.x >= 0.0 || out.x <= 0.0 {
+                    continue;
+                }
+                bounces += 1;
+                let lag = (world.integration_parameters.num_solver_iterations as f64).recip();
+                let push = 0.5 * DT * (1.0 - lag) * spring.omega.powi(2) * to_f64(place.x);
+                let due = to_f64(out.x) - push;
+                let found = to_f64(world.bodies[ball].linvel().x);
+                let size = to_f64(out.x) + push.abs();
+                assert_close(found, due, 1e-6 * size, format_args!("{what}"));
+            }
+            assert!(bounces > 0, "{what}");
         }
     }
 }
