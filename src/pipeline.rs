@@ -31,7 +31,8 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use crate::bridge::{
-    Push, Reader, Rollback, SoftBodies, StepError, StepMark, Stepped, Undo, WakePolicy, WorldMut,
+    Outlived, Push, Reader, Rollback, SoftBodies, StepError, StepMark, Stepped, Undo, WakePolicy,
+    WorldMut,
 };
 use crate::contact::{
     Calm, Claims, ContactEvent, Detection, Detector, FieldContact, ResponderRules,
@@ -152,10 +153,13 @@ pub struct FieldPipeline {
     redone: Vec<Redone>,
     /// True if bodies were added or removed since the last step.
     other_bodies: bool,
+    /// True if colliders were added or removed since the last step.
+    other_colliders: bool,
     /// Bodies sampled in the last step.
     sampled: usize,
     /// True once it has compared a state with a world.
     met: bool,
+    outlived: Outlived,
     /// The number of the last step that it began. Its buffers are of that step, and of no use for another state.
     last_begun: u64,
     stopwatch: Stopwatch,

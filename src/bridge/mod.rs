@@ -2,6 +2,7 @@
 
 mod constrained;
 mod error;
+mod outlived;
 mod read;
 mod restless;
 mod rollback;
@@ -20,6 +21,7 @@ pub use sleep::WakePolicy;
 pub use world::{WorldMut, WorldRef};
 
 pub(crate) use constrained::Constraints;
+pub(crate) use outlived::Outlived;
 pub(crate) use read::{Reader, Walk, Wanted, is_movable, most_sleep};
 pub(crate) use restless::{Balance, Drowsing};
 pub(crate) use rollback::Rollback;

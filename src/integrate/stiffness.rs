@@ -174,6 +174,20 @@ pub enum StepWarning {
         /// The depth of the overlap.
         depth: Real,
     },
+    /// One of two colliders was given another shape by `set_shape`, and Rapier keeps contacts of the former one, which had
+    /// several parts (a compound, a mesh, a height field, voxels): where those were, the two go on to touch. Remove such
+    /// a collider and insert another one instead of setting its shape.
+    ///
+    /// Rapier 0.36 by itself may end the program then (with `contact_clustering`, its default): its solver reads beyond
+    /// its contacts once the two separate. A step of fields makes it sort its contacts anew each time, after which it
+    /// does not, unless it makes several passes of continuous detection (`max_ccd_substeps` above 1).
+    #[error(
+        "Rapier keeps contacts of a former shape of one of {colliders:?}: instead of set_shape, remove the collider and insert another one"
+    )]
+    ContactsOutliveShape {
+        /// The two colliders, in Rapier's order.
+        colliders: [ColliderHandle; 2],
+    },
     /// The body or collider to which a field was anchored was removed; the field is defined nowhere from now on.
     #[error("{field} was removed with the body or collider that it was anchored to")]
     AnchorRemoved {

@@ -12,7 +12,7 @@ use crate::bridge::{
 use crate::contact::{Heard, to_ask};
 use crate::diagnose::{SampledFields, Tally, blame, sifted};
 use crate::field::{Anchor, Frames};
-use crate::integrate::{Fault, FaultPolicy, Scheme, warn_of_caps};
+use crate::integrate::{Fault, FaultPolicy, Scheme, StepWarning, warn_of_caps};
 use crate::rigid::{Body, Wrench};
 
 impl FieldPipeline {
@@ -84,6 +84,7 @@ impl FieldPipeline {
             self.softs.first_half(policy, world.soft_bodies, lent)
         });
         self.stopwatch.lap_if(soft.is_some(), StepStage::SoftBodies);
+        self.look_for_outlived(&mut world);
         if !idle || !self.motions.turns.is_empty() {
             self.note_kicks(fields, state.evaluation.as_ref(), &world);
         }
@@ -125,6 +126,14 @@ impl FieldPipeline {
             unasked: self.calm.any(),
             heard: Heard::new(self.cross_checks(fields)),
         })
+    }
+
+    /// Looks for contacts that have outlived a shape, and warns of them.
+    fn look_for_outlived(&mut self, world: &mut WorldMut<'_>) {
+        let anew = self.other_bodies || self.other_colliders;
+        let pairs = self.outlived.find(world, anew).into_iter();
+        let told = pairs.map(|colliders| StepWarning::ContactsOutliveShape { colliders });
+        self.warnings.extend(told);
     }
 
     fn expect(

@@ -62,7 +62,8 @@ impl FieldPipeline {
     ) -> Result<(), StepError> {
         let counts = [view.bodies.len(), view.colliders.len()];
         let edited = state.mark != Some(set.mark());
-        self.other_bodies = state.anchored.is_none_or(|[bodies, _]| bodies != counts[0]);
+        let changed = |of: usize| state.anchored.is_none_or(|known| known[of] != counts[of]);
+        (self.other_bodies, self.other_colliders) = (changed(0), changed(1));
         if !edited && state.anchored == Some(counts) {
             return Ok(());
         }
