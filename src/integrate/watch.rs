@@ -346,13 +346,17 @@ fn by_force(body: RigidBodyHandle, dt_omega: Real, dt: Real) -> StepWarning {
     told(body, dt_omega, to_f64(dt) * BY_FORCE / to_f64(dt_omega))
 }
 
-/// The warning, with a step that is never zero.
 fn told(body: RigidBodyHandle, dt_omega: Real, largest_stable_dt: f64) -> StepWarning {
     StepWarning::Stiff {
         body,
         dt_omega,
-        largest_stable_dt: from_f64(largest_stable_dt).max(Real::MIN_POSITIVE),
+        largest_stable_dt: some_step(largest_stable_dt),
     }
+}
+
+/// The length of a step, which is never zero.
+fn some_step(dt: f64) -> Real {
+    from_f64(dt).max(Real::MIN_POSITIVE)
 }
 
 /// The warning for a linearised body, if there is one, and the rate by which warnings are compared.
@@ -392,10 +396,16 @@ fn report(context: &StepContext<'_, impl Lookup>, estimate: &Estimate) -> Stiffn
     let body = &context.bodies[estimate.place];
     let scheme = context.rules.scheme;
     let coupled = scheme != Scheme::LinearlyImplicit && context.is_coupled();
-    let modes = estimate.modes(&Mobility::of(body), body.damping, coupled);
-    let stable = modes.map(|mode| mode.largest_stable_dt(scheme, context.compiled.reads_velocity));
-    let largest = stable.into_iter().fold(f64::INFINITY, f64::min);
-    estimate.rates.report(context.dt, from_f64(largest))
+    let largest = if scheme == Scheme::ExternalForce {
+        // Zero may be negative.
+        BY_FORCE / estimate.rates.omega.abs()
+    } else {
+        let reads_velocity = context.compiled.reads_velocity;
+        let modes = estimate.modes(&Mobility::of(body), body.damping, coupled);
+        let stable = modes.map(|mode| mode.largest_stable_dt(scheme, reads_velocity));
+        stable.into_iter().fold(f64::INFINITY, f64::min)
+    };
+    estimate.rates.report(context.dt, some_step(largest))
 }
 
 /// The warning for a body between springs of contacts, whose ω² there is at most `omega2`: springs act as kicks once a

@@ -283,6 +283,35 @@ fn a_stable_step_is_never_of_length_zero() {
     }
 }
 
+/// The same of the stiffness that is asked for: 0.02/ω under `ExternalForce`, 2/ω under `KickDriftKick`, infinite
+/// without any field that varies; and no field is so stiff that the step rounds to zero.
+#[test]
+fn the_stable_step_that_is_asked_for_is_never_of_length_zero() {
+    let mut world = weightless(0.01);
+    let ball = insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);
+    world.bodies[ball].recompute_mass_properties_from_colliders(&world.colliders);
+    let largest = |tree: Field, scheme| {
+        let report = build(tree, scheme).stiffness(ball, 0.01, &world);
+        report.expect("finite").expect("a ball").largest_stable_dt
+    };
+    for (scheme, limit) in [
+        (Scheme::ExternalForce, 0.02),
+        (Scheme::KickDriftKick, 2.0),
+        (Scheme::Kick, 2.0),
+    ] {
+        let found = largest(Field::spring(2500.0), scheme);
+        assert_close(to_f64(found), limit / 50.0, 1e-5, format!("{scheme:?}"));
+        let found = largest(Field::uniform(Vector::X), scheme);
+        assert_eq!(found, Real::INFINITY, "{scheme:?}");
+    }
+    for scheme in SCHEMES {
+        for stiffness in [1.0, 1e30, Real::MAX] {
+            let found = largest(Field::spring(stiffness), scheme);
+            assert!(found > 0.0, "{scheme:?}, {stiffness:e}: {found:e}");
+        }
+    }
+}
+
 /// Auto tells what it reached in every step, not only what it missed.
 #[test]
 fn the_error_that_was_reached_is_told() {
