@@ -210,9 +210,10 @@ impl Fields {
 
     /// Finishes a step after Rapier's step. Call it once for each of Rapier's steps.
     ///
-    /// If fields wrote to a body before Rapier's step that is awake, and that step was not made, it returns [an
-    /// error](StepError::NotStepped). If Rapier made several steps, it gives [a
-    /// warning](crate::StepWarning::OtherSteps), as far as bodies that move freely or rest show it.
+    /// If Rapier's step was not made, it returns [an error](StepError::NotStepped). If Rapier made several steps, it
+    /// gives [a warning](crate::StepWarning::OtherSteps), as far as bodies that move freely or rest show it. Both show
+    /// only on dynamic bodies that are awake: in a world without any, a step that was not made is not noticed, and
+    /// neither is one of zero length.
     ///
     /// # Errors
     /// See [`StepError`]; the world is as it was before [`begin`](Self::begin), but for [`StepError::NotTheirs`], after

@@ -5,7 +5,7 @@ use super::restless::Drowsing;
 use super::undo::Undo;
 use super::world::WorldMut;
 use crate::math::{Real, RigidBodyHandle, RigidBodySet, Vector};
-use crate::rapier::dynamics::RigidBody;
+use crate::rapier::dynamics::{IslandManager, RigidBody};
 use crate::rigid::SMALLEST_TIME;
 
 /// The bodies that fields wrote to before Rapier's step, and the witnesses by which that step is recognised.
@@ -122,8 +122,15 @@ impl Stepped {
         self.condemned.extend(copies);
     }
 
-    /// Chooses witnesses among the recorded bodies, evenly spread.
-    pub(crate) fn choose(&mut self, bodies: &mut RigidBodySet, dt: Real) {
+    /// Chooses witnesses among the recorded bodies, evenly spread; if there is none, the first active body that Rapier's
+    /// step moves. `anew` if there may be bodies that Rapier has not seen yet.
+    pub(crate) fn choose(
+        &mut self,
+        bodies: &mut RigidBodySet,
+        islands: &IslandManager,
+        dt: Real,
+        anew: bool,
+    ) {
         // A step of zero length shows on no body.
         if dt <= 0.0 {
             return;
@@ -132,18 +139,38 @@ impl Stepped {
         let every = count.div_ceil(WITNESSES).max(1);
         for number in (0..count).step_by(every) {
             let handle = self.before.body(number);
-            let Some(body) = bodies.get_mut(handle).filter(|it| is_moved(it)) else {
-                continue;
-            };
-            self.before.note(handle, body);
-            let slow_for = mark(body, 0);
-            self.witnesses.push(Witness {
-                body: handle,
-                slow_for,
-                centre: centre(body),
-                linvel: body.linvel(),
-            });
+            self.watch(handle, bodies, dt);
         }
+        if self.witnesses.is_empty() {
+            let moved = |handle: &RigidBodyHandle| bodies.get(*handle).is_some_and(is_moved);
+            let first = islands.active_bodies().find(moved);
+            let unseen = || bodies.iter().map(|it| it.0).find(moved);
+            if let Some(handle) = first.or_else(|| anew.then(unseen).flatten()) {
+                self.watch(handle, bodies, dt);
+            }
+        }
+    }
+
+    /// Adds a witness, if Rapier's step moves it. It is written to only if that step may leave no trace in the time for
+    /// which it has been slow: a write makes Rapier sort its contacts anew.
+    fn watch(&mut self, handle: RigidBodyHandle, bodies: &mut RigidBodySet, dt: Real) {
+        let Some(body) = bodies.get(handle).filter(|it| is_moved(it)) else {
+            return;
+        };
+        let slow_for = body.activation().time_since_can_sleep;
+        let mut witness = Witness {
+            body: handle,
+            slow_for,
+            centre: centre(body),
+            linvel: body.linvel(),
+        };
+        if slow_for <= SMALLEST_TIME || !shows(slow_for, dt) {
+            self.before.note(handle, body);
+            if let Some(body) = bodies.get_mut(handle) {
+                witness.slow_for = mark(body, 0);
+            }
+        }
+        self.witnesses.push(witness);
     }
 
     /// The steps that Rapier has made since [`Self::choose`].

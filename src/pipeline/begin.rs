@@ -91,7 +91,10 @@ impl FieldPipeline {
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);
         let to_ask = to_ask(&self.claims, world.narrow_phase, &world.view());
-        self.stepped.choose(world.bodies, dt);
+        if !alone {
+            let anew = self.other_bodies;
+            self.stepped.choose(world.bodies, world.islands, dt, anew);
+        }
         self.stopwatch.lap_if(detects, StepStage::Contacts);
         let open = state
             .open

@@ -75,6 +75,80 @@ fn none_is_an_error_and_leaves_the_world_as_it_was() {
     }
 }
 
+/// The same where no field reaches any body: an awake body that fields do not write to shows it, from the first step on.
+/// The run has the bits of one of whole steps.
+#[test]
+fn none_and_several_show_on_bodies_that_no_field_reaches() {
+    let far = || {
+        Field::spring(3.0)
+            .within(Region::ball(1.0))
+            .at(Vector::X * 1e4)
+    };
+    for scheme in SCHEMES {
+        // It flies, rests without a weight, or may fall asleep.
+        for (linvel, sleeps) in [
+            (Vector::X, true),
+            (Vector::ZERO, false),
+            (Vector::ZERO, true),
+        ] {
+            let build = || {
+                let world = weightless(1.0 / 60.0);
+                let fields = Fields::builder(far()).scheme(scheme).build();
+                let mut run = (world, fields.expect("a valid tree"));
+                let ball = RigidBodyBuilder::dynamic().linvel(linvel).can_sleep(sleeps);
+                run.0.insert(ball, ColliderBuilder::ball(0.5));
+                run
+            };
+            let what = format!("{scheme:?}, {linvel}, {sleeps}");
+            let (mut plain, mut halted) = (build(), build());
+            for step in 0..12 {
+                let before = bits(&halted.0);
+                let error = finish_after(&mut halted, 0).expect_err("no step was made");
+                assert_eq!(error, StepError::NotStepped, "{what}, step {step}");
+                assert_eq!(bits(&halted.0), before, "{what}, step {step}");
+                plain.1.step(&mut plain.0).expect("a step");
+                finish_after(&mut halted, 1).expect("a step");
+                assert_eq!(others(&halted.1), None, "{what}, step {step}");
+            }
+            assert!(bits(&plain.0) == bits(&halted.0), "{what}");
+            for count in [2, 3, 5] {
+                finish_after(&mut halted, count).expect("told, not refused");
+                // What neither moves nor may sleep shows that steps were made, but not how many.
+                let shows = linvel != Vector::ZERO || sleeps;
+                let advanced = others(&halted.1);
+                assert_eq!(advanced.is_some(), shows, "{what}, {count}: {advanced:?}");
+                if let Some(advanced) = advanced {
+                    assert_close(advanced, f64::from(count as u32), 0.05, &what);
+                }
+            }
+        }
+    }
+}
+
+/// The same in a yard in which no field reaches anything.
+#[test]
+fn none_shows_in_a_yard_that_no_field_reaches() {
+    for scheme in SCHEMES {
+        let far = Field::spring(3.0).within(Region::ball(1.0));
+        let mut halted = yard(far.at(Vector::X * 1e4), scheme);
+        let mut alone = yard(Field::uniform(Vector::ZERO), scheme).0;
+        for step in 0..40 {
+            let before = bits(&halted.0);
+            let error = finish_after(&mut halted, 0).expect_err("no step was made");
+            assert_eq!(error, StepError::NotStepped, "{scheme:?}");
+            assert_eq!(bits(&halted.0), before, "{scheme:?}, step {step}");
+            finish_after(&mut halted, 1).expect("a step");
+            assert_eq!(others(&halted.1), None, "{scheme:?}, step {step}");
+            alone.step();
+        }
+        let asleep = |world: &PhysicsWorld| {
+            let bodies = world.bodies.iter();
+            bodies.map(|it| it.1.is_sleeping()).collect::<Vec<_>>()
+        };
+        assert_eq!(asleep(&halted.0), asleep(&alone), "{scheme:?}");
+    }
+}
+
 /// What fields disabled in the first half is enabled again.
 #[test]
 fn none_takes_back_a_quarantine() {
