@@ -25,8 +25,12 @@ pub struct Found {
 /// A case that takes longer hangs.
 const HANGS: Duration = Duration::from_secs(600);
 
-/// What a child is to do: `found` seeds first, or not any more; or one case by Rapier alone.
+/// What a child is to do: one of the tasks below; or fresh cases only, or one case by Rapier alone.
 const TASK: &str = "FUZZ_TASK";
+/// The known seeds, then fresh ones.
+pub const FOUND_FIRST: &str = "found";
+/// To end its process in the first case.
+pub const ABORT: &str = "abort";
 
 /// What a child says begins with this.
 const SAYS: &str = "fuzz: ";
@@ -50,9 +54,13 @@ pub fn run(cases: Cases) {
         drop(attempt(cases.first, false));
         return say("end", cases.first, "");
     }
+    if task == ABORT {
+        say("at", cases.first, "");
+        std::process::abort();
+    }
     let fresh = cases.first..cases.first.saturating_add(cases.most);
     let fresh = fresh.take_while(|_| Instant::now() < cases.until);
-    let known = FOUND.into_iter().filter(|_| task == "found");
+    let known = FOUND.into_iter().filter(|_| task == FOUND_FIRST);
     for seed in known.chain(fresh) {
         say("at", seed, "");
         let began = Instant::now();
@@ -66,10 +74,9 @@ pub fn run(cases: Cases) {
     say("end", 0, "");
 }
 
-/// Runs the cases in children: another one after each that died.
-pub fn watch(mut cases: Cases) -> Found {
+/// Runs the cases in children, the first of them with this task: another one after each that died.
+pub fn watch(mut cases: Cases, mut task: &str) -> Found {
     let mut found = Found::default();
-    let mut task = "found";
     let last = cases.first.saturating_add(cases.most);
     loop {
         let Some((seed, end)) = follow(start(cases, task), &mut found) else {

@@ -171,11 +171,24 @@ fn worlds_survive_their_fields() {
         return child::run(cases);
     }
     let start = Instant::now();
-    let found = child::watch(cases);
+    let found = child::watch(cases, child::FOUND_FIRST);
     println!(
         "{} cases from {first} on in {:.0?}",
         found.count,
         start.elapsed()
     );
     assert!(found.wrong.is_empty(), "seeds {:?}", found.wrong);
+}
+
+/// A case that ends its process is known by its seed, and the cases after it are run all the same.
+#[test]
+fn a_case_that_ends_its_process_is_named() {
+    let cases = child::Cases {
+        first: 5,
+        most: 3,
+        until: Instant::now() + Duration::from_secs(60),
+    };
+    let found = child::watch(cases, child::ABORT);
+    assert_eq!(found.wrong, [5]);
+    assert_eq!(found.count, 3, "the one that aborts, and two more");
 }
