@@ -66,6 +66,12 @@ impl WatchedPair {
 }
 
 impl HandOver {
+    /// Returns true if the list is sorted and finite, which may not hold for one that was deserialized.
+    pub(crate) fn is_sound(&self) -> bool {
+        let sorted = self.0.is_sorted_by_key(WatchedPair::key);
+        sorted && self.0.iter().all(|entry| entry.deepest.is_finite())
+    }
+
     /// The pairs that Rapier answers until they separate.
     pub(crate) fn given(&self) -> Pairs {
         let given = self.0.iter().filter(|entry| entry.given);

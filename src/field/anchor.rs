@@ -177,6 +177,10 @@ impl Frame {
         }
     }
 
+    pub(crate) fn is_finite(&self) -> bool {
+        self.pose.is_finite() && self.velocity.is_finite() && self.angvel.is_finite()
+    }
+
     /// The frame as that of a collider.
     pub(crate) fn of_collider(self, handle: ColliderHandle) -> Frame {
         Frame {

@@ -176,6 +176,12 @@ impl LinearisedWrench {
         }
     }
 
+    /// Returns true if all of it is finite, which may not hold for one that was deserialized.
+    pub(super) fn is_finite(&self) -> bool {
+        let mut vectors = self.wrench.iter().chain(&self.sampled_at);
+        self.slope.is_finite() && vectors.all(|entry| entry.is_finite())
+    }
+
     /// The wrench at these velocities.
     pub(super) fn at(&self, velocities: &Vector6<f64>) -> Vector6<f64> {
         self.wrench + self.slope.times(&(velocities - self.sampled_at))

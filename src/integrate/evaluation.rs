@@ -1,6 +1,7 @@
 //! The evaluation: the wrenches of the fields on bodies at one moment, passed from EVALUATE to INTEGRATE.
 
 use std::collections::HashSet;
+use std::fmt::Debug;
 
 use super::coupling::LinearisedWrench;
 use super::fault::Fault;
@@ -109,17 +110,12 @@ impl Evaluation {
                 return Some(format!("{name} has the place {place} of {count} bodies"));
             }
         }
-        let bad = self.wrenches.iter().position(|it| !it.is_finite());
-        if let Some(bad) = bad {
-            return Some(format!("wrenches[{bad}] is {:?}", self.wrenches[bad]));
-        }
-        let mut paces = self.treatments.iter().filter_map(|it| match it.1 {
-            Treatment::Resolve(pace) if !pace.is_sound() => Some(pace),
-            _ => None,
-        });
-        paces
-            .next()
-            .map(|pace| format!("a pace of treatments is {pace:?}"))
+        let coupled = |it: &Option<LinearisedWrench>| it.as_ref().is_none_or(|it| it.is_finite());
+        first_unsound(&self.wrenches, "wrenches", Wrench::is_finite)
+            .or_else(|| first_unsound(&self.centres, "centres", |it| it.is_finite()))
+            .or_else(|| first_unsound(&self.couplings, "couplings", coupled))
+            .or_else(|| first_unsound(&self.estimates, "estimates", Estimate::is_sound))
+            .or_else(|| first_unsound(&self.treatments, "treatments", |it| it.1.is_sound()))
     }
 
     /// Replaces the wrenches of a fault by what remains of them.
@@ -165,6 +161,16 @@ fn places(mut all: impl Iterator<Item = usize>, count: usize) -> Option<usize> {
         next = place.saturating_add(1);
         bad
     })
+}
+
+/// A description of the first entry of a list that is not sound.
+pub(crate) fn first_unsound<T: Debug>(
+    list: &[T],
+    name: &str,
+    is_sound: impl Fn(&T) -> bool,
+) -> Option<String> {
+    let place = list.iter().position(|it| !is_sound(it))?;
+    Some(format!("{name}[{place}] is {:?}", list[place]))
 }
 
 /// Keeps the entries of a list, which may be empty, whose place is kept.

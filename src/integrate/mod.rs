@@ -40,7 +40,7 @@ pub use stiffness::{StepWarning, Stiffness};
 pub(crate) use begun::BegunStep;
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use coupling::LinearisedWrench;
-pub(crate) use evaluation::Evaluation;
+pub(crate) use evaluation::{Evaluation, first_unsound};
 pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::FreeMotion;
 pub(crate) use load::{Before, complete, complete_slowed};

@@ -319,6 +319,16 @@ pub(crate) enum Treatment {
     Damp,
 }
 
+impl Treatment {
+    /// Returns true if a step can have left it, which may not hold for one that was deserialized.
+    pub(super) fn is_sound(&self) -> bool {
+        match self {
+            Treatment::Resolve(pace) => pace.is_sound(),
+            Treatment::Damp => true,
+        }
+    }
+}
+
 /// The linearisation of a body.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
@@ -329,6 +339,30 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
+    /// Returns true if a linearisation can have given it, which may not hold for one that was deserialized. Rates of
+    /// derivatives that are not finite are infinite.
+    pub(super) fn is_sound(&self) -> bool {
+        let Rates {
+            omega,
+            divergence,
+            damping,
+            gyration,
+        } = self.rates;
+        let Jacobian {
+            wrench,
+            by_motion,
+            by_velocity,
+        } = &self.jacobian;
+        let finite = |entries: &[f64]| entries.iter().all(|entry| entry.is_finite());
+        let (motion, velocity) = (omega.max(divergence), damping.max(gyration));
+        let is_bounded = motion.max(velocity).is_finite();
+        let rates = [omega, divergence, damping, gyration];
+        rates.iter().all(|rate| *rate >= 0.0)
+            && (finite(by_motion.as_slice()) || motion.is_infinite())
+            && (finite(by_velocity.as_slice()) || velocity.is_infinite())
+            && (finite(wrench.as_slice()) || !is_bounded)
+    }
+
     /// The modes of oscillation of the body, with Rapier's own `damping`; `coupled` if it oscillates with others.
     pub(super) fn modes(
         &self,

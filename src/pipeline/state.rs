@@ -8,7 +8,7 @@ use crate::contact::{HandOver, Listening};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::EnergyAudit;
 use crate::field::{Anchor, Frame};
-use crate::integrate::{Evaluation, Reactions};
+use crate::integrate::{Evaluation, Reactions, first_unsound};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
 use crate::rigid::Body;
 
@@ -147,10 +147,17 @@ impl FieldState {
             ("resting", self.resting.is_sound()),
             ("drowsing", self.drowsing.is_sound()),
             ("reactions", self.reactions.is_sound()),
+            ("hand_over", self.hand_over.is_sound()),
             ("stiff", self.stiff.is_sorted_by_key(|it| index(*it))),
         ];
         let list = lists.iter().find(|(_, is_sound)| !is_sound);
-        list.map(|(name, _)| format!("{name} is out of order, or not finite"))
+        let list = list.map(|(name, _)| format!("{name} is out of order, or not finite"));
+        let placed = |(anchor, frame): &(Anchor, Option<Frame>)| {
+            let frame = frame.is_none_or(|it| it.is_finite());
+            frame && anchor.local_pose().is_finite()
+        };
+        list.or_else(|| first_unsound(&self.records, "records", BodyRecord::is_finite))
+            .or_else(|| first_unsound(&self.carriers, "carriers", placed))
     }
 }
 
@@ -159,6 +166,11 @@ fn index(body: RigidBodyHandle) -> u32 {
 }
 
 impl BodyRecord {
+    /// Returns true for what a step leaves, which may not hold for one that was deserialized.
+    fn is_finite(&self) -> bool {
+        self.pose.is_finite() && self.linvel.is_finite() && self.angvel.is_finite()
+    }
+
     pub(crate) fn of(body: &Body) -> Self {
         BodyRecord {
             pose: body.pose,
