@@ -74,6 +74,12 @@ const SCHEMES: [Scheme; 5] = [
     Scheme::Substep(Substeps::PerBody { tolerance: 0.01 }),
 ];
 
+const CONSTANT_ONLY: [Scheme; 3] = [
+    Scheme::Kick,
+    Scheme::ExternalForce,
+    Scheme::LinearlyImplicit,
+];
+
 /// What flies about in a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Flier {
@@ -175,6 +181,16 @@ fn touches_on_any_way_are_judged() {
         scenes.push((molecule(SYMMETRIC), scheme, spring(), gravity));
     }
     scenes.push((molecule(SPHERICAL), kdk, spring(), gravity));
+    scenes.push((molecule(TOP), kdk, spring(), gravity));
+    scenes.push((molecule(TOP), kdk, None, gravity));
+    let magnetic = Field::magnetic(Vector::new(0.3, 2.0, 0.1)).coupled_to(Coupling::Each);
+    scenes.push((molecule(TOP), Scheme::Forward4, Some(magnetic), 0.0));
+    // Others than constant fields are refused beside answers there.
+    for scheme in CONSTANT_ONLY {
+        let pull = Field::uniform(Vector::Y * -gravity).force_mode(ForceMode::Acceleration);
+        scenes.push((molecule(TOP), scheme, Some(pull.clone()), 0.0));
+        scenes.push((Flier::Mixed, scheme, Some(pull), 0.0));
+    }
     for (flier, scheme, field, gravity) in scenes {
         let found = crowd(flier, scheme, field, gravity);
         println!("{flier:?} {scheme:?} {gravity}\n{found}");
