@@ -129,55 +129,6 @@ fn a_part_that_is_a_hundredth_too_large_or_too_small() {
     }
 }
 
-/// Two parts that spin, in fields that see one of them at another scale than Rapier, with swept detection.
-fn spun(made: Made, scale: Real) -> CrossCheckReport {
-    let mut world = arena(from_f64(1.0 / 240.0));
-    let things = [-1.0, 1.0].map(|side| {
-        let turn = Vector::new(0.4, -0.2, 0.3 * side);
-        let thing = made.insert(&mut world, Vector::new(0.9 * side, 0.1, 0.0), turn);
-        let body = &mut world.bodies[thing.body];
-        body.set_linvel(Vector::X * (-4.0 * side), true);
-        body.set_angvel(Vector::new(3.0, 5.0 * side, -2.0), true);
-        thing
-    });
-    // They pass through each other.
-    unsolved(&mut world, &[&things[0], &things[1]]);
-    let part = things[0].parts[0];
-    let tree = touch(parts(&[&things[0], &things[1]]), ContactLaw::Observe);
-    let builder = Fields::builder(tree).detection(Detection::Swept);
-    let mut fields = builder.cross_check(true).build().expect("a valid tree");
-    for _ in 0..80 {
-        world.colliders[part].set_shape(made.shape(scale));
-        step_changed(&mut fields, &mut world, |world| {
-            world.colliders[part].set_shape(made.shape(1.0));
-        });
-    }
-    let report = report(&fields);
-    assert!(
-        report.total.both > 10 && report.touches.total() > 0,
-        "{report}"
-    );
-    report.clone()
-}
-
-/// While both spin, in nearly each step.
-#[test]
-fn a_part_that_is_a_hundredth_off_while_it_spins() {
-    for made in MADE {
-        let report = spun(made, 1.0);
-        assert_eq!(report.disagreed(), 0, "{made:?}\n{report}");
-        for scale in [1.01, 0.99] {
-            let report = spun(made, from_f64(scale));
-            let counts = report.total;
-            println!("{made:?}, {scale}\n{report}");
-            assert!(
-                counts.depth * 2 > counts.both,
-                "{made:?}, {scale}\n{report}"
-            );
-        }
-    }
-}
-
 #[test]
 fn a_pair_that_the_fields_drop() {
     assert_seen([0.1, 1.0], |it| matches!(it, Difference::OnlyRapier { .. }));

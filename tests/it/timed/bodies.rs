@@ -79,8 +79,10 @@ fn soft_block() -> Scene {
     (world, Box::new(momentum))
 }
 
+type Make<T> = fn() -> T;
+
 /// Each with the number of bodies that are pushed, and the share of the impulse that roundings may cost.
-fn scenes() -> [(&'static str, fn() -> Scene, f64, f64); 5] {
+fn scenes() -> [(&'static str, Make<Scene>, f64, f64); 5] {
     // Each of its steps rounds a velocity, and the iterations of Rapier's solver do.
     let sharp = either(1e-5, 1e-12);
     [
@@ -96,7 +98,7 @@ fn scenes() -> [(&'static str, fn() -> Scene, f64, f64); 5] {
 /// overlap.
 #[test]
 fn windows_give_their_impulse_to_bodies_of_all_kinds() {
-    let laws: [(&str, fn() -> Field); 3] = [
+    let laws: [(&str, Make<Field>); 3] = [
         ("uniform", || Field::uniform(Vector::X * from_f64(FORCE))),
         ("over the volume", || {
             Field::closure([], |_| Vector::X * from_f64(FORCE)).sampled(Sampling::Volume)
