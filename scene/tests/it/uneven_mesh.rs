@@ -2,7 +2,7 @@
 
 use rapier3d_fields::math::to_f64;
 
-use crate::files::SceneFile;
+use crate::files::{Document, SceneFile};
 
 /// Written by the project itself, when the ball fell through: 310 m deep after eight seconds. The mesh goes from
 /// −0.15 to 0.15, and Rapier alone holds the ball with its middle at 0.54.
