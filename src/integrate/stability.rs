@@ -22,10 +22,9 @@ fn explodes_at(scheme: Scheme, reads: bool) -> f64 {
     }
 }
 
-/// The dt·ω from which on a scheme that does not choose warns: half of the limit of stability, where `reads` if forces
-/// read velocities. For a scheme that gains
+/// The dt·ω from which on a scheme that does not choose warns: half of the limit of stability. For a scheme that gains
 /// energy at any step, the dt·ω at which that is a percent in a hundred steps. For the damping scheme, the rate is that
-/// at which fields throw bodies apart.
+/// at which fields throw bodies apart. `reads` if forces read velocities.
 pub(super) fn warns_from(scheme: Scheme, reads: bool) -> Option<f64> {
     match scheme {
         Scheme::ExternalForce => Some(BY_FORCE),
