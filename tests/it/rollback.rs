@@ -183,7 +183,7 @@ fn go_back_in_every_frame(frames: u64, scheme: Scheme, detection: Detection) {
 fn eight_frames_back_in_every_frame() {
     for scheme in SCHEMES {
         for detection in [Detection::Discrete, Detection::Swept] {
-            go_back_in_every_frame(12, scheme, detection);
+            go_back_in_every_frame(24, scheme, detection);
         }
     }
 }
