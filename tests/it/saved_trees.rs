@@ -7,55 +7,9 @@ use rapier3d_fields::rapier::parry::shape::{HeightField, HeightFieldCellStatus};
 use rapier3d_fields::rapier::parry::utils::Array2;
 use rapier3d_fields_lab::random::Random;
 
+use crate::support::formats::{FORMATS, Format};
 use crate::support::trees::{self, Numbers, TermPlan};
 use crate::support::worlds::{World, bodies};
-
-#[derive(Clone, Copy, Debug)]
-enum Format {
-    Json,
-    Cbor,
-    Bincode,
-    Postcard,
-}
-
-const FORMATS: [Format; 4] = [
-    Format::Json,
-    Format::Cbor,
-    Format::Bincode,
-    Format::Postcard,
-];
-
-impl Format {
-    fn write(self, tree: &Tree) -> Result<Vec<u8>, String> {
-        match self {
-            Format::Json => serde_json::to_vec(tree).map_err(|e| e.to_string()),
-            Format::Cbor => {
-                let mut bytes = Vec::new();
-                let written = ciborium::into_writer(tree, &mut bytes);
-                written.map(|()| bytes).map_err(|e| e.to_string())
-            }
-            Format::Bincode => {
-                let config = bincode::config::standard();
-                bincode::serde::encode_to_vec(tree, config).map_err(|e| e.to_string())
-            }
-            Format::Postcard => postcard::to_allocvec(tree).map_err(|e| e.to_string()),
-        }
-    }
-
-    fn read(self, bytes: &[u8]) -> Result<Tree, String> {
-        match self {
-            Format::Json => serde_json::from_slice(bytes).map_err(|e| e.to_string()),
-            Format::Cbor => ciborium::from_reader(bytes).map_err(|e| e.to_string()),
-            Format::Bincode => {
-                // It takes the length of a text on trust, unless told what is too much.
-                let config = bincode::config::standard().with_limit::<{ 1 << 20 }>();
-                let read = bincode::serde::decode_from_slice(bytes, config);
-                read.map(|(tree, _)| tree).map_err(|e| e.to_string())
-            }
-            Format::Postcard => postcard::from_bytes(bytes).map_err(|e| e.to_string()),
-        }
-    }
-}
 
 /// The wrenches on all bodies, bit for bit, and what is wrong with the others.
 fn wrenches(world: &World, tree: &Tree) -> Vec<Result<Option<[u64; 6]>, String>> {
@@ -88,7 +42,7 @@ fn comes_back(
     for format in FORMATS {
         let failed = |error: String| TestCaseError::fail(format!("{format:?}: {error}"));
         let written = format.write(&tree).map_err(failed)?;
-        let mut read = format.read(&written).map_err(failed)?;
+        let mut read: Tree = format.read(&written).map_err(failed)?;
         prop_assert_eq!(&format.write(&read).map_err(failed)?, &written);
         let resolved = read.resolve(&trees::registry());
         resolved.map_err(|error| failed(error.to_string()))?;
@@ -167,7 +121,7 @@ fn infinite_ends_shapes_and_layers_come_back() {
     Fields::new(tree.clone()).expect("a valid tree");
     for format in FORMATS {
         let written = format.write(&tree).expect("what can be written");
-        let read = format.read(&written).expect("what was written");
+        let read: Tree = format.read(&written).expect("what was written");
         let again = format.write(&read).expect("what can be written");
         assert_eq!(again, written, "{format:?}");
         assert_eq!(wrenches(&world, &read), wrenches(&world, &tree));
@@ -184,7 +138,7 @@ fn closures_are_saved_by_name() {
         let says = error.contains("closure without a name") || matches!(format, Format::Postcard);
         assert!(says, "{format:?}: {error}");
         let written = format.write(&named()).expect("a name");
-        let mut read = format.read(&written).expect("a name");
+        let mut read: Tree = format.read(&written).expect("a name");
         let error = Fields::new(read.clone()).err().expect("not resolved");
         let expected = "field `wind`: the formula `push` is a closure that was read by name";
         assert!(error.to_string().starts_with(expected), "{error}");
@@ -233,7 +187,7 @@ fn broken_structure_is_refused_when_it_is_read() {
     ] {
         let text = serde_json::json!({ "nodes": nodes }).to_string();
         let error = Format::Json
-            .read(text.as_bytes())
+            .read::<Tree>(text.as_bytes())
             .expect_err("a broken tree");
         assert!(error.starts_with(expected), "{error}");
     }
@@ -273,7 +227,9 @@ fn round_shapes_need_a_border() {
 #[test]
 fn winds_within_winds_have_an_end() {
     let deep = (0..40).fold(Field::uniform(Vector::X), |flow, _| flow.as_wind(1.0, 0.0));
-    let error = Format::Json.write(&deep.into()).expect_err("a deep wind");
+    let error = Format::Json
+        .write(&Tree::from(deep))
+        .expect_err("a deep wind");
     assert!(error.contains("winds within each other"), "{error}");
     // By postcard, a wind within a wind is one byte: the number of the variant.
     let shallow = Tree::from(Field::uniform(Vector::X).as_wind(1.0, 0.0));
@@ -282,14 +238,14 @@ fn winds_within_winds_have_an_end() {
     for place in 0..written.len() {
         let mut hostile = written[..place].to_vec();
         hostile.extend(std::iter::repeat_n(5, 100_000));
-        refused += usize::from(Format::Postcard.read(&hostile).is_err());
+        refused += usize::from(Format::Postcard.read::<Tree>(&hostile).is_err());
     }
     assert!(refused > 0, "what follows a whole tree is not read");
 }
 
 /// Reads bytes that were changed, and steps what was read.
 fn survive(format: Format, bytes: &[u8]) -> [usize; 2] {
-    let Ok(mut tree) = format.read(bytes) else {
+    let Ok(mut tree) = format.read::<Tree>(bytes) else {
         return [0, 0];
     };
     let _ = tree.resolve(&trees::registry());

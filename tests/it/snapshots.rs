@@ -10,22 +10,14 @@ use ciborium::Value;
 use rapier3d_fields::prelude::*;
 
 use crate::support::bits::bits;
-use crate::support::formats::Format;
+use crate::support::formats::{FORMATS, Format};
 
 type Run = (PhysicsWorld, Fields);
 
-/// Every format in turn.
-const FORMATS: [Format; 4] = [
-    Format::Json,
-    Format::Cbor,
-    Format::Bincode,
-    Format::Postcard,
-];
-
 /// As bytes and back, with a fresh pipeline. Rapier's own world is in a format that it can read.
 fn restored((world, fields): &Run, format: Format) -> Run {
-    let world = postcard::to_allocvec(world).expect("what can be written");
-    let world: PhysicsWorld = postcard::from_bytes(&world).expect("what was written");
+    let world = Format::Postcard.write(world).expect("what can be written");
+    let world = Format::Postcard.read(&world).expect("what was written");
     let saved = (&fields.set, &fields.settings, &fields.state);
     let saved = format.write(&saved).expect("fields without code");
     let (set, settings, state) = format.read(&saved).expect("what was written");
