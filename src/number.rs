@@ -12,6 +12,7 @@
 
 mod dual;
 mod lanes;
+mod registers;
 mod sine;
 mod vec3;
 
@@ -19,7 +20,10 @@ use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub(crate) use dual::Dual;
-pub(crate) use lanes::{LANES, LaneMask, Lanes, each_lane};
+pub(crate) use lanes::{LANES, LaneMask, Lanes, each_lane, lanes_of};
+#[cfg(test)]
+pub(crate) use registers::FORCED;
+pub(crate) use registers::{in_registers, level};
 pub(crate) use sine::sin_cos;
 pub(crate) use vec3::{
     Vec3, chain, constant, cross, differences, direction, length, limited, real, rotate,

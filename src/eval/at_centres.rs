@@ -3,14 +3,15 @@
 use super::constants::ConstantPull;
 use super::frames::FrameCache;
 use super::interpreter::{Interpreter, SampleContext};
-use super::lanes::{in_registers, lanes_of};
 use super::sampled_world::SampledWorld;
 use super::slowings::DragOn;
 use super::wide::LaneForce;
 use crate::compile::{Compiled, Program, RadialBatch, Weighting};
 use crate::field::{Coupling, ForceMode, Frames, Motion, Numbers, Queries};
 use crate::math::{InteractionGroups, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
-use crate::number::{LANES, LaneMask, Lanes, Number, Plain, Vec3, constant};
+use crate::number::{
+    LANES, LaneMask, Lanes, Number, Plain, Vec3, constant, in_registers, lanes_of,
+};
 use crate::rigid::Slowing;
 use crate::sample::{Moment, SamplePoint, Samples, owner};
 

@@ -6,11 +6,12 @@ use std::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
 use super::kernel::{Kernel, KernelLaw, with_kernel};
-use super::lanes::{Eight, level, sum_of};
+use super::lanes::{Eight, sum_of};
 use super::one_way::{Accumulator, Task};
 use super::quantity::Quantity;
 use super::sources::Sources;
 use crate::math::{DMat3, Real, Vector, from_dvec3};
+use crate::number::level;
 use crate::rigid::Wrench;
 use crate::sample::{CloudRun, Moment, Samples};
 

@@ -2,9 +2,10 @@
 
 use fearless_simd::{Simd, SimdMask};
 
-use super::lanes::{RealLanes, lanes_of};
+use super::lanes::RealLanes;
 use crate::field::{Profile, Radial};
 use crate::math::{Real, from_f64, to_f64};
+use crate::number::lanes_of;
 
 /// A radial law of strength one on lanes.
 pub(super) trait Kernel: Copy {

@@ -1,7 +1,7 @@
 //! Numbers in SIMD lanes. The number of lanes and the order of sums are fixed whatever registers the machine has,
 //! and no multiply-add is fused: so the width of the registers changes no bit.
 
-use fearless_simd::{Level, Simd, SimdBase, SimdCombine, SimdFloat, dispatch};
+use fearless_simd::{Simd, SimdBase, SimdCombine, SimdFloat};
 
 use crate::math::Real;
 
@@ -20,16 +20,6 @@ pub(super) use width::{Eight, Four};
 pub(super) trait RealLanes<S: Simd>: SimdFloat<S, Element = Real> {}
 
 impl<S: Simd, V: SimdFloat<S, Element = Real>> RealLanes<S> for V {}
-
-/// The numbers of the bits set in a mask, first to last.
-#[inline(always)]
-pub(crate) fn lanes_of(mut mask: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = mask.trailing_zeros() as usize;
-        mask &= mask.wrapping_sub(1);
-        (lane < 64).then_some(lane)
-    })
-}
 
 /// The number of lanes of [`Four`].
 pub(super) const WIDTH: usize = 4;
@@ -68,26 +58,4 @@ pub(super) fn twice<S: Simd>(simd: S, row: &Row) -> Eight<S> {
 #[inline(always)]
 pub(super) fn spread<S: Simd>(simd: S, row: &Row, first: usize) -> Eight<S> {
     Four::splat(simd, row[first]).combine(Four::splat(simd, row[first + 1]))
-}
-
-#[cfg(test)]
-thread_local! {
-    /// The instruction set that a test uses in place of the best one.
-    pub(super) static FORCED: std::cell::Cell<Option<Level>> = const { std::cell::Cell::new(None) };
-}
-
-/// Calls a function that is compiled for the widest registers of the machine. It must be inlined, or it is compiled for
-/// the narrowest ones.
-#[inline(always)]
-pub(crate) fn in_registers<R>(function: impl FnOnce() -> R) -> R {
-    dispatch!(level(), simd => simd.vectorize(function))
-}
-
-/// The best instruction set of the machine.
-pub(super) fn level() -> Level {
-    #[cfg(test)]
-    if let Some(level) = FORCED.get() {
-        return level;
-    }
-    Level::new()
 }

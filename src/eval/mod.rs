@@ -35,7 +35,6 @@ pub(crate) use at_centres::{
     CentreBlock, CentreEvaluator, CentreForce, TOGETHER, in_lane, widened,
 };
 pub(crate) use interpreter::Interpreter;
-pub(crate) use lanes::{in_registers, lanes_of};
 pub(crate) use linearise::Lineariser;
 pub use quantity::PotentialEnergy;
 pub(crate) use quantity::Terms;

@@ -7,12 +7,13 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
 use super::contract::Sums;
 use super::kernel::{Kernel, KernelLaw, with_kernel};
-use super::lanes::{Four, WIDTH, level, load, total};
+use super::lanes::{Four, WIDTH, load, total};
 use super::quantity::Quantity;
 use super::sources::Sources;
 use crate::compile::{AnchorId, RadialBatch};
 use crate::field::Frame;
 use crate::math::{Real, Vector};
+use crate::number::level;
 use crate::sample::{CloudRun, Moment, SamplePoint, Samples};
 use crate::threads::each_chunk;
 

@@ -1,17 +1,15 @@
 //! Evaluates programs on bodies: several samples at once where they can, else one by one with the interpreter.
 
-use fearless_simd::dispatch;
-
 use super::contract::{BatchEvaluator, Summing, Sums};
 use super::cut::{Asked, BodyCuts, CutBody};
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
-use super::lanes::{lanes_of, level};
 use super::slowings::DragOn;
 use super::wide::{LaneInput, LaneOutput, WIDTH};
 use crate::compile::{Compiled, Key, Keyed, Program};
 use crate::field::{Cuts, Frames};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3};
+use crate::number::lanes_of;
 use crate::sample::{PlacedBlock, SamplePoint, Samples};
 use crate::threads::each_chunk;
 
@@ -272,11 +270,11 @@ impl Programs {
         all_found.resize_with(pairs.len().div_ceil(WIDTH), LaneOutput::default);
         each_chunk(&mut all_found, CHUNK, |first, found| {
             let several = pairs.chunks(WIDTH).skip(first);
-            dispatch!(level(), simd => for (found, several) in found.iter_mut().zip(several) {
+            for (found, several) in found.iter_mut().zip(several) {
                 let place = |lane: usize| several[lane.min(several.len() - 1)].1;
                 let all: [_; WIDTH] = std::array::from_fn(|lane| sample(place(lane)));
-                *found = asked.wide.on_samples(simd, &all[..several.len()]);
-            });
+                *found = asked.wide.on_samples(&all[..several.len()]);
+            }
         });
         for (found, several) in all_found.iter().zip(pairs.chunks(WIDTH)) {
             for lane in lanes_of(found.defined) {
@@ -317,9 +315,9 @@ impl Programs {
         all_found.clear();
         all_found.resize_with(pairs.len(), LaneOutput::default);
         each_chunk(&mut all_found, CHUNK, |first, found| {
-            dispatch!(level(), simd => for (found, pair) in found.iter_mut().zip(&pairs[first..]) {
-                *found = wide.on_block(simd, pair.1);
-            });
+            for (found, pair) in found.iter_mut().zip(&pairs[first..]) {
+                *found = wide.on_block(pair.1);
+            }
         });
         for (found, (_, block)) in all_found.iter().zip(pairs) {
             let placed = samples.block(*block);

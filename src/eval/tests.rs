@@ -5,7 +5,6 @@ use fearless_simd::Level;
 use super::constants::Constants;
 use super::contract::{BatchEvaluator, Summing, Sums};
 use super::frames::FrameCache;
-use super::lanes::FORCED;
 use super::one_way::OneWayRadials;
 use super::pairwise::PairwiseRadials;
 use super::programs::Programs;
@@ -18,6 +17,7 @@ use crate::field::{
     Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Region, Span, Tree,
 };
 use crate::math::{Pose, Real, Vector, to_dvec3, to_f64};
+use crate::number::FORCED;
 use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
 use crate::rigid::{Body, Lookup, Wrench};
 use crate::sample::{Gatherer, Moment, Properties, Samples};

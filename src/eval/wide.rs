@@ -6,13 +6,11 @@
 
 use std::array::from_fn;
 
-use fearless_simd::Simd;
-
 use super::interpreter::{Interpreter, SampleContext};
 use crate::compile::Program;
 use crate::field::{Frame, Motion, Numbers, Open, Queries};
 use crate::math::{DVec3, Real, to_dvec3, to_f64};
-use crate::number::{LANES, LaneMask, Lanes, Number, Plain, Vec3};
+use crate::number::{LANES, LaneMask, Lanes, Number, Plain, Vec3, in_registers};
 use crate::sample::{BLOCK, Moment, PlacedBlock, SamplePoint, Samples};
 
 /// The number of samples.
@@ -54,58 +52,52 @@ pub(super) struct LaneForce {
 }
 
 impl SampleContext<'_, Lanes> {
-    #[inline(always)]
+    /// Runs the program in the widest registers of the machine. It is not inlined, since it is large, and compiled
+    /// once for each instruction set.
+    #[inline(never)]
     pub(super) fn in_lanes(&self) -> LaneForce {
-        let here = Open::new();
-        let value = self.walk(&here);
-        let Vec3 { x, y, z } = value.vector;
-        let finite = is_finite(x) & is_finite(y) & is_finite(z);
-        let doubtful = here.on_a_surface() | (value.defined & !finite);
-        LaneForce {
-            force: value.vector,
-            defined: value.defined & !doubtful,
-            doubtful,
-        }
+        in_registers(
+            #[inline(always)]
+            || {
+                let here = Open::new();
+                let value = self.walk(&here);
+                let Vec3 { x, y, z } = value.vector;
+                let finite = is_finite(x) & is_finite(y) & is_finite(z);
+                let doubtful = here.on_a_surface() | (value.defined & !finite);
+                LaneForce {
+                    force: value.vector,
+                    defined: value.defined & !doubtful,
+                    doubtful,
+                }
+            },
+        )
     }
 }
 
 impl LaneInput<'_> {
-    /// Runs the instance on one to eight samples, with the instructions of `simd`.
-    #[inline(always)]
-    pub(super) fn on_samples<S: Simd>(&self, simd: S, samples: &[&SamplePoint]) -> LaneOutput {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let last = samples.len().min(WIDTH) - 1;
-                // Lanes without a sample repeat the last one.
-                let all: [&SamplePoint; WIDTH] = from_fn(|lane| samples[lane.min(last)]);
-                let point = |axis| of_each(&all, |sample| to_dvec3(sample.world_point)[axis]);
-                let velocity = |axis| of_each(&all, |sample| to_dvec3(sample.velocity)[axis]);
-                let motion = Motion {
-                    point: Vec3::new(point(0), point(1), point(2)),
-                    velocity: Vec3::new(velocity(0), velocity(1), velocity(2)),
-                };
-                self.run(&self.queries(&all), &motion, last + 1)
-            },
-        )
+    /// Runs the instance on one to eight samples.
+    pub(super) fn on_samples(&self, samples: &[&SamplePoint]) -> LaneOutput {
+        let last = samples.len().min(WIDTH) - 1;
+        // Lanes without a sample repeat the last one.
+        let all: [&SamplePoint; WIDTH] = from_fn(|lane| samples[lane.min(last)]);
+        let point = |axis| of_each(&all, |sample| to_dvec3(sample.world_point)[axis]);
+        let velocity = |axis| of_each(&all, |sample| to_dvec3(sample.velocity)[axis]);
+        let motion = Motion {
+            point: Vec3::new(point(0), point(1), point(2)),
+            velocity: Vec3::new(velocity(0), velocity(1), velocity(2)),
+        };
+        self.run(&self.queries(&all), &motion, last + 1)
     }
 
-    /// Runs the instance on a block of samples, with the instructions of `simd`.
-    #[inline(always)]
-    pub(super) fn on_block<S: Simd>(&self, simd: S, block: u32) -> LaneOutput {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let placed = self.samples.block(block);
-                let vector =
-                    |[x, y, z]: &[[Real; BLOCK]; 3]| Vec3::new(lanes(x), lanes(y), lanes(z));
-                let motion = Motion {
-                    point: vector(&placed.world_points),
-                    velocity: vector(&placed.velocities),
-                };
-                self.run(&self.block_queries(&placed), &motion, placed.count)
-            },
-        )
+    /// Runs the instance on a block of samples.
+    pub(super) fn on_block(&self, block: u32) -> LaneOutput {
+        let placed = self.samples.block(block);
+        let vector = |[x, y, z]: &[[Real; BLOCK]; 3]| Vec3::new(lanes(x), lanes(y), lanes(z));
+        let motion = Motion {
+            point: vector(&placed.world_points),
+            velocity: vector(&placed.velocities),
+        };
+        self.run(&self.block_queries(&placed), &motion, placed.count)
     }
 
     /// The force on a sample that is in doubt.
@@ -119,7 +111,6 @@ impl LaneInput<'_> {
     }
 
     /// A program that has no form in lanes leaves all samples in doubt.
-    #[inline(always)]
     fn run(&self, queries: &Queries, motion: &Motion<Lanes>, count: usize) -> LaneOutput {
         let asked = (1 << count) - 1;
         if !self.program.in_lanes {
@@ -139,7 +130,6 @@ impl LaneInput<'_> {
         }
     }
 
-    #[inline(always)]
     fn block_queries(&self, placed: &PlacedBlock<'_>) -> Queries {
         let part = &placed.run.whole;
         let of_part = |number: Real| Lanes::from(to_f64(number));
@@ -159,7 +149,6 @@ impl LaneInput<'_> {
         }
     }
 
-    #[inline(always)]
     fn queries(&self, samples: &[&SamplePoint; WIDTH]) -> Queries {
         Queries {
             numbers: Numbers {

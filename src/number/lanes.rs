@@ -52,6 +52,16 @@ impl LaneMask {
     }
 }
 
+/// The numbers of the bits set in a mask, first to last.
+#[inline(always)]
+pub(crate) fn lanes_of(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (lane < 64).then_some(lane)
+    })
+}
+
 /// `std::array::from_fn`, but always inlined.
 #[inline(always)]
 pub(crate) fn each_lane<T>(each: impl Fn(usize) -> T) -> [T; LANES] {

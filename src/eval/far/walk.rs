@@ -2,12 +2,11 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f64x8};
 
-use super::super::lanes::level;
 use super::super::quantity::Quantity;
 use super::cells::{CellTree, SourceCell};
 use crate::field::{Linearised, Profile, Radial};
 use crate::math::{DVec3, to_dvec3, to_f64};
-use crate::number::Dual;
+use crate::number::{Dual, level};
 use crate::sample::SamplePoint;
 
 /// Samples that are evaluated together.

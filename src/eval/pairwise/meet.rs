@@ -7,9 +7,10 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdSplit, dispatch};
 use super::near::NearTiles;
 use super::tiles::{Part, Tiles};
 use crate::eval::kernel::{InverseSquare, Kernel, KernelLaw, LennardJones};
-use crate::eval::lanes::{Eight, Four, Row, level, spread, total, twice};
+use crate::eval::lanes::{Eight, Four, Row, spread, total, twice};
 use crate::eval::quantity::Quantity;
 use crate::math::Real;
+use crate::number::level;
 use crate::threads::each_chunk;
 
 /// The laws that act within one range. Tiles have the charges of the first Lennard-Jones law, then those of the

@@ -6,9 +6,10 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdMask, dispatch};
 
 use super::tiles::Tiles;
-use crate::eval::lanes::{Eight, Four, Row, lanes_of, level, spread, twice};
+use crate::eval::lanes::{Eight, Four, Row, spread, twice};
 use crate::math::{Real, Vector};
 use crate::neighbors::{FEWEST_FOR_GRID, PointGrid};
+use crate::number::{lanes_of, level};
 use crate::threads::each_chunk;
 
 /// Margin of the list, as a share of the range. The list holds until a site has moved by half of it.

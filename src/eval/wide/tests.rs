@@ -2,19 +2,17 @@
 
 use std::sync::Arc;
 
-use fearless_simd::dispatch;
 use proptest::prelude::*;
 
 use super::*;
 use crate::compile::Compiled;
 use crate::eval::Interpreter;
-use crate::eval::lanes::{lanes_of, level};
 use crate::field::{
     Anchor, Axis, Field, FieldSet, Frame, Frames, Layer, Motion, Operator, Region, Scalar, Span,
     Tree, Turbulence,
 };
 use crate::math::{Pose, Real, RigidBodyHandle, Vector, from_dvec3};
-use crate::number::real;
+use crate::number::{lanes_of, real};
 use crate::sample::{Moment, Samples};
 
 /// Bodies that move and turn.
@@ -207,7 +205,7 @@ fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
                 samples,
                 moment,
             };
-            let found = dispatch!(level(), simd => asked.on_samples(simd, &several));
+            let found = asked.on_samples(&several);
             prop_assert_eq!(found.defined & found.doubtful, 0);
             counts[0] += several.len() as u32;
             counts[1] += found.doubtful.count_ones();

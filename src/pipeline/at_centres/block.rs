@@ -1,9 +1,9 @@
 //! Eight bodies in columns, and the kicks that forces at their centres of mass give them.
 
-use crate::eval::{CentreBlock, CentreForce, TOGETHER, in_lane, in_registers, widened};
+use crate::eval::{CentreBlock, CentreForce, TOGETHER, in_lane, widened};
 use crate::integrate::{Before, FASTEST, FreeMotion};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
-use crate::number::{LaneMask, Lanes, Plain, Vec3, each_lane};
+use crate::number::{LaneMask, Lanes, Plain, Vec3, each_lane, in_registers};
 use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Body, PartsMark};
 

@@ -3,13 +3,13 @@
 use super::block::{BodyBlock, Columns, KickRules, Kicked, Special, rounded};
 use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
-use crate::eval::{CentreEvaluator, CentreForce, TOGETHER, in_lane, lanes_of};
+use crate::eval::{CentreEvaluator, CentreForce, TOGETHER, in_lane};
 use crate::integrate::{
     Before, Caps, Completion, Evaluation, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning,
     VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
 };
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64};
-use crate::number::{each_lane, real};
+use crate::number::{each_lane, lanes_of, real};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
 use crate::rigid::{
     Body, BodySet, PartsMark, Wrench, drowsy, find_next, find_next_place, is_sound,

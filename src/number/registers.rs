@@ -1,0 +1,32 @@
+//! Functions that are compiled for the widest registers of the machine.
+
+use fearless_simd::{Level, Simd};
+
+#[cfg(test)]
+thread_local! {
+    /// The instruction set that a test uses in place of the best one.
+    pub(crate) static FORCED: std::cell::Cell<Option<Level>> = const { std::cell::Cell::new(None) };
+}
+
+/// Calls a function that is compiled for the widest registers of the machine. It must be inlined, or it is compiled for
+/// the narrowest ones.
+#[inline(always)]
+pub(crate) fn in_registers<R>(function: impl FnOnce() -> R) -> R {
+    match level() {
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Level::Avx512(simd) => simd.vectorize(function),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Level::Avx2(simd) => simd.vectorize(function),
+        // Between these and the registers that all machines of a kind have, little is gained.
+        _ => function(),
+    }
+}
+
+/// The best instruction set of the machine.
+pub(crate) fn level() -> Level {
+    #[cfg(test)]
+    if let Some(level) = FORCED.get() {
+        return level;
+    }
+    Level::new()
+}
