@@ -46,7 +46,8 @@ pub(super) enum At<'a> {
     Now,
     /// At a given world point instead of the collider's own sample.
     Point(DVec3),
-    Touch(&'a NextTouch),
+    /// At a predicted touch, and displaced from there.
+    Touch(&'a NextTouch, Vector),
 }
 
 /// The next touch of two colliders, predicted from their present motion.
@@ -57,17 +58,18 @@ pub(super) struct NextTouch {
     pub time: Real,
     /// Displacements of the two colliders until then.
     pub ways: [Vector; 2],
-    /// A displacement of half the allowed linear error, along the velocity of the first relative to the second.
-    pub into: Vector,
+    /// Displacements of the first into the second, by half the allowed linear error: along its velocity relative to the
+    /// second, and along the normal, since a grazing hit hardly leads deeper.
+    pub into: [Vector; 2],
 }
 
 impl NextTouch {
-    /// The displacement of a collider until the touch, plus half the allowed linear error into the other: overlaps
-    /// below that error are not told from touching, and a region may end at the surface.
-    fn way(&self, collider: ColliderHandle) -> Vector {
+    /// The displacement of a collider until the touch, and on into the other: overlaps below half the allowed error are
+    /// not told from touching, and a region may end at the surface.
+    fn way(&self, collider: ColliderHandle, into: Vector) -> Vector {
         match self.pair.iter().position(|it| *it == collider) {
-            Some(0) => self.ways[0] + self.into,
-            Some(_) => self.ways[1] - self.into,
+            Some(0) => self.ways[0] + into,
+            Some(_) => self.ways[1] - into,
             None => Vector::ZERO,
         }
     }
@@ -115,7 +117,8 @@ impl FieldMasks {
             let turn = Rotation::from_scaled_axis(frame.angvel * meeting.time);
             frame.pose.rotation = (turn * frame.pose.rotation).normalize();
         }
-        let lets = self.any_acts(fields, meeting.pair, At::Touch(meeting));
+        let mut into = meeting.into.into_iter();
+        let lets = into.any(|into| self.any_acts(fields, meeting.pair, At::Touch(meeting, into)));
         self.frames = now;
         lets
     }
@@ -173,8 +176,8 @@ impl FieldMasks {
     ) -> Option<Query> {
         let sample = |collider| {
             let mut query = self.sample(collider, moment)?;
-            if let At::Touch(touch) = at {
-                query.world_point += to_dvec3(touch.way(collider));
+            if let At::Touch(touch, into) = at {
+                query.world_point += to_dvec3(touch.way(collider, into));
             }
             Some(query)
         };

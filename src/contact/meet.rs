@@ -2,14 +2,15 @@
 
 use super::field_mask::NextTouch;
 use super::hooks::velocity_at;
-use super::overlap::distance;
+use super::overlap::{distance, nearest};
 use super::starts::Starts;
 use crate::math::{ColliderHandle, Vector};
 use crate::rapier::geometry::Collider;
 use crate::rapier::parry::query::{ShapeCastOptions, cast_shapes};
 use crate::rigid::{Lookup, local_pose};
 
-/// The next touch of two colliders within two steps, if nothing else hits them. Rotation is ignored.
+/// The next touch of two colliders within two steps, if nothing else hits them. Rotation is ignored, and that Rapier's
+/// paths are bent within a step.
 pub(super) fn next_touch(
     starts: &Starts,
     pair: [ColliderHandle; 2],
@@ -30,6 +31,21 @@ pub(super) fn next_touch(
     };
     let [(here, first), (there, second)] = [one, two].map(place);
     let skins = one.contact_skin().max(0.0) + two.contact_skin().max(0.0);
+    let far = skins + 0.25 * starts.rebound();
+    let shapes = [one.shared_shape(), two.shared_shape()];
+    let relative = here.inv_mul(&there);
+    let depth = 0.5 * starts.rebound();
+    let along = (first - second).normalize_or_zero() * depth;
+    if distance(shapes, &relative, far).is_some_and(|apart| apart < far) {
+        let near = nearest(shapes, &relative, far).ok().flatten();
+        let normal = near.map_or(Vector::ZERO, |near| here.rotation * near.normal1);
+        return Some(NextTouch {
+            pair,
+            time: 0.0,
+            ways: [Vector::ZERO; 2],
+            into: [along, normal * depth],
+        });
+    }
     let options = ShapeCastOptions {
         // Two steps, because rounding decides in which of two steps a touch falls.
         max_time_of_impact: 2.0 * starts.dt(),
@@ -37,20 +53,14 @@ pub(super) fn next_touch(
         stop_at_penetration: false,
         compute_impact_geometry_on_penetration: true,
     };
-    let far = skins + 0.25 * starts.rebound();
-    let shapes = [one.shared_shape(), two.shared_shape()];
-    let apart = distance(shapes, &here.inv_mul(&there), far);
-    let time = if apart.is_some_and(|apart| apart < far) {
-        0.0
-    } else {
-        let (one, two) = (one.shape(), two.shape());
-        let hit = cast_shapes(&here, first, one, &there, second, two, options);
-        hit.ok().flatten()?.time_of_impact
-    };
+    let (one, two) = (one.shape(), two.shape());
+    let hit = cast_shapes(&here, first, one, &there, second, two, options);
+    let hit = hit.ok().flatten()?;
+    let normal = (here.rotation * hit.normal1).normalize_or_zero();
     Some(NextTouch {
         pair,
-        time,
-        ways: [first * time, second * time],
-        into: (first - second).normalize_or_zero() * (0.5 * starts.rebound()),
+        time: hit.time_of_impact,
+        ways: [first, second].map(|velocity| velocity * hit.time_of_impact),
+        into: [along, normal * depth],
     })
 }

@@ -6,6 +6,8 @@ use rapier3d_fields::prelude::*;
 
 use crate::support::{assert_at_most, either};
 
+mod oblique;
+
 /// Half of the size of all bodies; so their middles are one apart when they touch.
 const HALF: Real = 0.5;
 /// Gaps in which they start, as shares of the way of a step: the touch falls anywhere within one.
