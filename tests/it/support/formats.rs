@@ -38,14 +38,23 @@ impl Format {
     }
 
     pub fn read<T: DeserializeOwned>(self, bytes: &[u8]) -> Result<T, String> {
+        self.read_within::<T, { 1 << 28 }>(bytes)
+    }
+
+    /// Reads what takes at most so many bytes of memory.
+    pub fn read_within<T: DeserializeOwned, const MOST: usize>(
+        self,
+        bytes: &[u8],
+    ) -> Result<T, String> {
         let read: Result<Erased<T>, String> = match self {
             Format::Json => serde_json::from_slice(bytes).map_err(|e| e.to_string()),
             Format::Cbor => ciborium::from_reader(bytes).map_err(|e| e.to_string()),
             Format::Bincode => {
-                // Without a limit, a length in damaged bytes asks for as much memory.
-                let config = bincode::config::standard().with_limit::<{ 1 << 24 }>();
-                bincode::serde::decode_from_slice(bytes, config)
-                    .map(|(value, _)| value)
+                // Without a limit, a length in damaged bytes asks for as much memory. Not erased, since an error would
+                // be quoted, and its length doubled, by each layer of what was read.
+                let config = bincode::config::standard().with_limit::<MOST>();
+                bincode::serde::decode_from_slice::<T, _>(bytes, config)
+                    .map(|(value, _)| Erased(value))
                     .map_err(|e| e.to_string())
             }
             Format::Postcard => postcard::from_bytes(bytes).map_err(|e| e.to_string()),
