@@ -98,7 +98,8 @@ fn what_sinks_or_rises_arrives() {
                         body.translation()
                     );
                     assert_at_most(off.abs(), 0.26, format_args!("{what}"));
-                    // At the bottom `Kick` throws up a single ball by some millimetres.
+                    // `Kick` gives the buoyancy of a step at once, as an impulse by hand would, and gravity acts in
+                    // the course of the step: at the bottom that throws up a single ball by some millimetres.
                     let bobs = matches!((scheme, float), (Scheme::Kick, Float::Single));
                     assert!(body.is_sleeping() || bobs, "{what}");
                 }
