@@ -2,7 +2,7 @@
 //! far away.
 
 use rapier3d_fields::Detection;
-use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3};
+use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_dvec3};
 use rapier3d_fields::prelude::*;
 
 use crate::lab::random::Random;
