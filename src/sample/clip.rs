@@ -60,7 +60,7 @@ impl Plane {
     }
 
     /// The content of the part below the plane of the solid that triangles enclose. `near` is any point.
-    pub(super) fn below(&self, surface: &Surface, near: DVec3) -> Content {
+    pub(super) fn below(&self, surface: &Triangles, near: DVec3) -> Content {
         // Seen from a point of the plane, the lid on the cut encloses nothing.
         let origin = self.foot(near);
         let mut cut = Sum::<f64>::from(origin);
@@ -200,12 +200,12 @@ pub(super) fn content(triangles: &[Triangle]) -> Content {
 
 /// Triangles, and their corners in columns.
 #[derive(Debug)]
-pub(super) struct Surface {
+pub(super) struct Triangles {
     pub triangles: Vec<Triangle>,
     columns: Vec<[Vec3<Lanes>; 3]>,
 }
 
-impl Surface {
+impl Triangles {
     pub(super) fn new(triangles: Vec<Triangle>) -> Self {
         let columns = triangles.chunks(LANES).map(|several| {
             // A point fills the rest, since it encloses nothing.
@@ -218,7 +218,7 @@ impl Surface {
                 Vec3::new(axis(0), axis(1), axis(2))
             })
         });
-        Surface {
+        Triangles {
             columns: columns.collect(),
             triangles,
         }
@@ -271,7 +271,7 @@ mod tests {
             hollow.extend(face.map(|face| face.map(corner)));
             hollow.extend(face.map(|[a, b, c]| [a, c, b].map(|n| corner(n) * 0.5)));
         }
-        let (whole, surface) = (content(&hollow), Surface::new(hollow.clone()));
+        let (whole, surface) = (content(&hollow), Triangles::new(hollow.clone()));
         assert!((whole.volume - 7.0).abs() < 1e-14 && whole.centre.length() < 1e-14);
         let plane = Plane {
             normal: DVec3::X,

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::clip::{Content, Plane, Surface, Triangle, content, extent, halving};
+use super::clip::{Content, Plane, Triangle, Triangles, content, extent, halving};
 use crate::math::{DPose3, DQuat, DVec3, Vector};
 
 /// The rotation of a body, and how fast it turns, in world axes.
@@ -42,7 +42,7 @@ pub(crate) enum PartSolid {
 /// A closed surface of triangles.
 #[derive(Debug)]
 pub(crate) struct Mesh {
-    pub(super) surface: Surface,
+    pub(super) surface: Triangles,
     /// Of negative volume if the surface is inside out.
     pub(super) content: Content,
     /// The largest distance of a corner from the centre.
@@ -55,7 +55,7 @@ impl Mesh {
         Mesh {
             content,
             extent: extent(&triangles, content.centre),
-            surface: Surface::new(triangles),
+            surface: Triangles::new(triangles),
             halves: OnceLock::new(),
         }
     }
