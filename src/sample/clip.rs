@@ -4,9 +4,6 @@
 //! overlap itself: it is closed by a fan of triangles.
 
 use crate::math::DVec3;
-use crate::number::{
-    LANES, LaneMask, Lanes, Number, Plain, Vec3, constant, in_registers, lanes_of, real,
-};
 
 pub(super) type Triangle = [DVec3; 3];
 
@@ -21,11 +18,6 @@ impl Plane {
     /// The distance of a point from the plane, positive on the side that the normal points to.
     fn above(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
-    }
-
-    #[inline(always)]
-    fn is_above(&self, points: Vec3<Lanes>) -> LaneMask {
-        !constant(self.normal).dot(points).below(self.offset)
     }
 
     /// The same plane, seen from the other side.
@@ -60,34 +52,11 @@ impl Plane {
     }
 
     /// The content of the part below the plane of the solid that triangles enclose. `near` is any point.
-    pub(super) fn below(&self, surface: &Triangles, near: DVec3) -> Content {
+    pub(super) fn below(&self, triangles: &[Triangle], near: DVec3) -> Content {
         // Seen from a point of the plane, the lid on the cut encloses nothing.
-        let origin = self.foot(near);
-        let mut cut = Sum::<f64>::from(origin);
-        let whole = in_registers(
-            #[inline(always)]
-            || {
-                let mut whole = Sum::<Lanes>::from(origin);
-                for (number, corners) in surface.columns.iter().enumerate() {
-                    let [a, b, c] = corners.map(|corner| !self.is_above(corner));
-                    let (all, any) = (a & b & c, a | b | c);
-                    whole.add(*corners, all);
-                    for lane in lanes_of((any & !all).bits()) {
-                        self.add_below(surface.triangles[number * LANES + lane], &mut cut);
-                    }
-                }
-                whole
-            },
-        );
-        cut.six += whole.six.total();
-        cut.first += whole.first.map(Lanes::total);
-        cut.content()
-    }
-
-    /// Adds the part of a triangle below the plane.
-    #[inline(never)]
-    fn add_below(&self, triangle: Triangle, sum: &mut Sum<f64>) {
-        self.clip(&[triangle], |part, _| sum.add(part.map(constant), true));
+        let mut sum = Sum::from(self.foot(near));
+        self.clip(triangles, |[a, b, c], _| sum.add([a, b, c]));
+        sum.content()
     }
 
     /// Appends the surface of that part; the lid on the cut is a fan of triangles around the foot of `near`.
@@ -155,35 +124,32 @@ impl Content {
     }
 }
 
-/// The content of a solid, added up over the triangles that enclose it, one or several at a time.
-struct Sum<T> {
+/// The content of a solid, added up over the triangles that enclose it.
+struct Sum {
     origin: DVec3,
     /// Six times the volume.
-    six: T,
-    first: Vec3<T>,
+    six: f64,
+    first: DVec3,
 }
 
-impl<T: Number> Sum<T> {
+impl Sum {
     fn from(origin: DVec3) -> Self {
-        let (six, first) = (0.0.into(), Vec3::zero());
+        let (six, first) = (0.0, DVec3::ZERO);
         Sum { origin, six, first }
     }
 
-    /// Adds the tetrahedron of a triangle and the origin, where the mask is set.
-    #[inline(always)]
-    fn add(&mut self, triangle: [Vec3<T>; 3], there: T::Mask) {
+    /// Adds the tetrahedron of a triangle and the origin.
+    fn add(&mut self, triangle: Triangle) {
         let [a, b, c] = triangle.map(|corner| corner - self.origin);
-        let six = T::select(there, a.dot(b.cross(c)), 0.0.into());
-        self.six = self.six + six;
+        let six = a.dot(b.cross(c));
+        self.six += six;
         self.first += (a + b + c) * six;
     }
-}
 
-impl Sum<f64> {
     fn content(&self) -> Content {
         Content {
             volume: self.six / 6.0,
-            centre: self.origin + real(self.first) / (4.0 * self.six),
+            centre: self.origin + self.first / (4.0 * self.six),
         }
     }
 }
@@ -191,38 +157,9 @@ impl Sum<f64> {
 /// The content of the solid that triangles enclose.
 pub(super) fn content(triangles: &[Triangle]) -> Content {
     let origin = triangles.first().map_or(DVec3::ZERO, |first| first[0]);
-    let mut sum = Sum::<f64>::from(origin);
-    for triangle in triangles {
-        sum.add(triangle.map(constant), true);
-    }
+    let mut sum = Sum::from(origin);
+    triangles.iter().for_each(|triangle| sum.add(*triangle));
     sum.content()
-}
-
-/// Triangles, and their corners in columns.
-#[derive(Debug)]
-pub(super) struct Triangles {
-    pub triangles: Vec<Triangle>,
-    columns: Vec<[Vec3<Lanes>; 3]>,
-}
-
-impl Triangles {
-    pub(super) fn new(triangles: Vec<Triangle>) -> Self {
-        let columns = triangles.chunks(LANES).map(|several| {
-            // A point fills the rest, since it encloses nothing.
-            let corner = |lane: usize, corner: usize| match several.get(lane) {
-                Some(triangle) => triangle[corner],
-                None => several[0][0],
-            };
-            [0, 1, 2].map(|number| {
-                let axis = |axis: usize| Lanes::from_fn(|lane| corner(lane, number)[axis]);
-                Vec3::new(axis(0), axis(1), axis(2))
-            })
-        });
-        Triangles {
-            columns: columns.collect(),
-            triangles,
-        }
-    }
 }
 
 /// The largest distance of a corner from a point.
@@ -271,7 +208,7 @@ mod tests {
             hollow.extend(face.map(|face| face.map(corner)));
             hollow.extend(face.map(|[a, b, c]| [a, c, b].map(|n| corner(n) * 0.5)));
         }
-        let (whole, surface) = (content(&hollow), Triangles::new(hollow.clone()));
+        let whole = content(&hollow);
         assert!((whole.volume - 7.0).abs() < 1e-14 && whole.centre.length() < 1e-14);
         let plane = Plane {
             normal: DVec3::X,
@@ -284,8 +221,8 @@ mod tests {
         ] {
             let mut kept = Vec::new();
             plane.keep_below(&hollow, near, &mut kept);
-            let (part, same) = (plane.below(&surface, near), content(&kept));
-            let rest = plane.flipped().below(&surface, near);
+            let (part, same) = (plane.below(&hollow, near), content(&kept));
+            let rest = plane.flipped().below(&hollow, near);
             assert!((part.volume - volume).abs() < 1e-14, "{part:?}");
             for (one, other) in [(same, part), (whole.without(&rest), part)] {
                 assert!((one.volume - other.volume).abs() < 1e-14, "{one:?}");

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::clip::{Content, Plane, Triangle, Triangles, content, extent, halving};
+use super::clip::{Content, Plane, Triangle, content, extent, halving};
 use crate::math::{DPose3, DQuat, DVec3, Vector};
 
 /// The rotation of a body, and how fast it turns, in world axes.
@@ -42,7 +42,7 @@ pub(crate) enum PartSolid {
 /// A closed surface of triangles.
 #[derive(Debug)]
 pub(crate) struct Mesh {
-    pub(super) surface: Triangles,
+    pub triangles: Vec<Triangle>,
     /// Of negative volume if the surface is inside out.
     pub(super) content: Content,
     /// The largest distance of a corner from the centre.
@@ -55,7 +55,7 @@ impl Mesh {
         Mesh {
             content,
             extent: extent(&triangles, content.centre),
-            surface: Triangles::new(triangles),
+            triangles,
             halves: OnceLock::new(),
         }
     }
@@ -64,11 +64,10 @@ impl Mesh {
     /// because all bodies of a shape need the same.
     pub(super) fn halves(&self) -> &[Mesh; 2] {
         self.halves.get_or_init(|| {
-            let whole = &self.surface.triangles;
-            let plane = halving(whole);
+            let plane = halving(&self.triangles);
             let half = |plane: Plane| {
                 let mut triangles = Vec::new();
-                plane.keep_below(whole, self.content.centre, &mut triangles);
+                plane.keep_below(&self.triangles, self.content.centre, &mut triangles);
                 let content = content(&triangles);
                 Mesh::new(triangles, content)
             };

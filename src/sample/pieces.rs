@@ -250,12 +250,11 @@ impl Cutter {
                         continue;
                     }
                     let mut triangles = self.spare.pop().unwrap_or_default();
-                    plane.keep_below(&mesh.surface.triangles, centre, &mut triangles);
-                    let part = Mesh::new(triangles, content);
+                    plane.keep_below(&mesh.triangles, centre, &mut triangles);
+                    let mut part = Mesh::new(triangles, content);
                     self.cut(cutting, from, &part, left - 1, most);
-                    let mut triangles = part.surface.triangles;
-                    triangles.clear();
-                    self.spare.push(triangles);
+                    part.triangles.clear();
+                    self.spare.push(part.triangles);
                 }
             }
         }
@@ -343,7 +342,7 @@ impl Cutting<'_> {
             return tangent;
         };
         let apex = centre - normal * face.distance;
-        let [area, squares] = tangent.section(&mesh.surface.triangles, apex, to_local * straight);
+        let [area, squares] = tangent.section(&mesh.triangles, apex, to_local * straight);
         let behind = face.curvature * 0.5 * squares / area;
         let offset = tangent.offset - if behind > 0.0 { behind } else { 0.0 };
         Plane { offset, ..tangent }
@@ -361,7 +360,7 @@ impl Cutting<'_> {
                 return Some(Cut::Halves(here));
             }
             let plane = self.plane(&face, mesh);
-            let below = plane.below(&mesh.surface, centre);
+            let below = plane.below(&mesh.triangles, centre);
             let share = below.volume / volume;
             let next = FacePlace {
                 face: here.face + 1,
