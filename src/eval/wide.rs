@@ -52,8 +52,8 @@ pub(super) struct LaneForce {
 }
 
 impl SampleContext<'_, Lanes> {
-    /// Runs the program in the widest registers of the machine. It is not inlined, since it is large, and compiled
-    /// once for each instruction set.
+    /// Runs the program in the widest registers of the machine. Not inlined, because it is large: so it is compiled once
+    /// for all callers.
     #[inline(never)]
     pub(super) fn in_lanes(&self) -> LaneForce {
         in_registers(

@@ -1,12 +1,10 @@
-//! Impacts of all kinds at a region that ends where two balls touch, beside the same with a region that ends
-//! far away.
+//! Impacts at a region that ends where two balls touch, beside the same with a region that ends far away.
 
 use rapier3d_fields::Detection;
 use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_dvec3};
 use rapier3d_fields::prelude::*;
 
 use crate::lab::random::Random;
-use crate::support::{assert_at_most, either};
 
 /// Two balls that meet, or one and a fixed one.
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +29,8 @@ impl Hit {
         let radii = [between(0.2, 0.8), between(0.2, 0.8)];
         let masses = [between(0.5, 5.0), between(0.5, 5.0)];
         let speeds = [between(0.5, 4.0), between(-2.0, 0.4)];
-        // How far aside they meet, as a share of the sum of their radii.
-        let aside = between(0.0, 0.9);
+        // How far aside they meet, as a share of the sum of their radii: as chance has it, every sixth grazes.
+        let aside = 0.99 * between(0.0, 1.0).sqrt();
         let restitution = between(0.1, 0.9);
         let pick = |random: &mut Random, of: u64| random.bits() % of;
         let law = match pick(random, 5) {
@@ -110,8 +108,9 @@ impl Hit {
     }
 }
 
-/// Who answers an oblique hit, one of spinning or unequal balls, on one field only, of a fixed ball or
-/// by a law that loses speed, does not depend on how far beyond the touch the region reaches.
+/// Who answers a hit does not depend on how far beyond the touch the region reaches, for spinning and unequal balls, on
+/// one field only, of a fixed ball, and by laws that lose speed. Grazing hits were left to Rapier: moved on by half the
+/// allowed error along its velocity, such a ball is still outside the region.
 #[test]
 fn a_region_that_ends_at_the_touch_answers_all_impacts_as_a_larger_one() {
     let mut random = Random::new(17);
@@ -124,10 +123,7 @@ fn a_region_that_ends_at_the_touch_answers_all_impacts_as_a_larger_one() {
         let place = format!("{number}: {hit:?}: {at_the_touch:?} and {beyond:?}");
         assert_eq!(answered, expected, "{place}");
         impacts += usize::from(expected > 0);
-        let speed = (hit.velocities[0] - hit.velocities[1]).length();
-        for (one, other) in at_the_touch.into_iter().zip(beyond) {
-            assert_at_most((one - other).length(), either(1e-5, 1e-12) * speed, &place);
-        }
+        assert_eq!(at_the_touch, beyond, "{place}");
     }
-    assert!(impacts > 500, "{impacts}");
+    assert_eq!(impacts, 600);
 }
