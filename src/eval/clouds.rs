@@ -1,13 +1,11 @@
 //! Batches of radial fields on parts with several samples. The places of these follow from the pose of the body,
 //! and only the wrench that they add up to is kept.
 
-use std::ops::Range;
-
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
 use super::kernel::{Kernel, KernelLaw, with_kernel};
 use super::lanes::{Eight, sum_of};
-use super::one_way::{Accumulator, Task};
+use super::one_way::Task;
 use super::quantity::Quantity;
 use super::sources::Sources;
 use crate::math::{DMat3, Real, Vector, from_dvec3};
@@ -18,11 +16,16 @@ use crate::sample::{CloudRun, Moment, Samples};
 /// Samples that are evaluated together.
 const WIDTH: usize = 8;
 
+/// A factor on distances for rounding, by which no source is missed.
+const SLACK: Real = 1.000_1;
+
 /// The samples of a part, and the pose of its body.
 struct Cloud<'a> {
     local_arms: [&'a [Real]; 3],
     fractions: &'a [Real],
     centre: Vector,
+    /// A bound of the distances of the samples from there.
+    extent: Real,
     /// The axes of the body, in the world.
     axes: [Vector; 3],
     owner: Real,
@@ -39,6 +42,7 @@ impl<'a> Cloud<'a> {
             local_arms: columns.map(|column| &column[places.clone()]),
             fractions: &samples.clouds.fractions[places],
             centre: samples.centres[body].world_point,
+            extent: samples.extent_of(run),
             axes: [turned.x_axis, turned.y_axis, turned.z_axis].map(from_dvec3),
             owner: run.whole.owner,
             range: task.batch.range,
@@ -50,32 +54,44 @@ impl<'a> Cloud<'a> {
 impl Sources {
     /// Adds the wrenches of the gathered sources on the samples of clouds. A potential is added in place
     /// of the first component of the force.
-    pub(super) fn add_to_clouds(&self, task: &Task<'_>, moment: Moment, sums: &mut [Wrench]) {
+    pub(super) fn add_to_clouds(&mut self, task: &Task<'_>, moment: Moment, sums: &mut [Wrench]) {
         let (law, level) = (KernelLaw::new(&task.batch.law), level());
+        let mut near = std::mem::take(&mut self.near);
         for (run, body, weight) in task.clouds(moment) {
             let cloud = Cloud::new(task.samples, run, task);
+            self.find_near(&cloud, &mut near);
+            if near.is_empty() {
+                continue;
+            }
             let wrench = dispatch!(level, simd => with_kernel!(
-                law, law => self.on_cloud(simd, law, &cloud)
+                law, law => self.on_cloud(simd, law, &near, &cloud)
             ));
             sums[body] = sums[body].plus(wrench.times(weight));
         }
+        self.near = near;
+    }
+
+    /// Finds the places of the sources that may be within range of a sample of a cloud.
+    fn find_near(&self, cloud: &Cloud<'_>, near: &mut Vec<u32>) {
+        near.clear();
+        let reach = cloud.range.map(|range| (range + cloud.extent) * SLACK);
+        let most = reach.map_or(Real::INFINITY, |reach| reach * reach);
+        self.for_each_near(cloud.centre, reach, |run| {
+            let is_near = |at: &usize| {
+                let point = Vector::new(self.x[*at], self.y[*at], self.z[*at]);
+                let square = point.distance_squared(cloud.centre);
+                square <= most && self.owner[*at] != cloud.owner
+            };
+            near.extend(run.filter(is_near).map(|at| at as u32));
+        });
     }
 
     #[inline(always)]
-    fn on_cloud<S: Simd>(&self, simd: S, law: impl Kernel, cloud: &Cloud<'_>) -> Wrench {
-        match self.few() {
-            Some(few) => self.across(simd, law, few, cloud),
-            None => self.one_by_one(simd, law, cloud),
-        }
-    }
-
-    /// Several samples at once.
-    #[inline(always)]
-    fn across<S: Simd>(
+    fn on_cloud<S: Simd>(
         &self,
         simd: S,
         law: impl Kernel,
-        few: Range<usize>,
+        near: &[u32],
         cloud: &Cloud<'_>,
     ) -> Wrench {
         let zero = Eight::splat(simd, 0.0);
@@ -88,10 +104,7 @@ impl Sources {
             let counts = !fraction.simd_eq(0.0);
             let arm = turned(cloud.axes, local);
             let mut sum = [zero; 3];
-            for source in few.clone() {
-                if self.owner[source] == cloud.owner {
-                    continue;
-                }
+            for source in near.iter().map(|source| *source as usize) {
                 let dx = arm[0] + cloud.centre.x - self.x[source];
                 let dy = arm[1] + cloud.centre.y - self.y[source];
                 let dz = arm[2] + cloud.centre.z - self.z[source];
@@ -126,32 +139,6 @@ impl Sources {
             force: vector(force),
             torque: vector(torque),
         }
-    }
-
-    /// One sample at a time, and several sources at once.
-    #[inline(always)]
-    fn one_by_one<S: Simd>(&self, simd: S, law: impl Kernel, cloud: &Cloud<'_>) -> Wrench {
-        let mut wrench = Wrench::ZERO;
-        for (place, fraction) in cloud.fractions.iter().enumerate() {
-            if *fraction == 0.0 {
-                continue;
-            }
-            let local = cloud.local_arms.map(|column| column[place]);
-            let arm = Vector::from_array(turned(cloud.axes, local));
-            let point = cloud.centre + arm;
-            let range = cloud.range;
-            let mut seen = Accumulator::new(simd, point, cloud.owner, range, cloud.quantity);
-            self.for_each_near(
-                point,
-                range,
-                #[inline(always)]
-                |run| seen.add(simd, self, law, run.start, run.end),
-            );
-            let force = seen.total() * *fraction;
-            wrench.force += force;
-            wrench.torque += arm.cross(force);
-        }
-        wrench
     }
 }
 

@@ -34,6 +34,8 @@ pub(super) struct Sources {
     in_faces: [usize; 6],
     /// For rows that were moved, the place that the row must not grow beyond.
     limits: HashMap<usize, usize>,
+    /// The places of the sources near the body that is visited.
+    pub(super) near: Vec<u32>,
 }
 
 impl Sources {
