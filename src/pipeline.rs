@@ -123,6 +123,7 @@ pub struct FieldPipeline {
     blocker: Option<RigidBodyHandle>,
     /// True if the first half of the step was one at centres of mass.
     at_centres: bool,
+    due: evaluation::DueBodies,
     /// An evaluation with which no step begins. It is that of the last step if the state has none.
     spare: Evaluation,
     /// A buffer for the record of an open step.

@@ -47,6 +47,8 @@ pub(crate) struct Compiled {
     /// True if no anchor moves and no field changes with time: the force on a sample that rests does not
     /// change.
     pub is_static: bool,
+    /// True if the wrench on a body follows, to the bit, from its own place and parts, and the time.
+    pub each_by_itself: bool,
     /// The bodies on which the set can be evaluated at centres of mass alone; `None` if there are none.
     pub at_centres: Option<AtCentres>,
 

@@ -4,6 +4,7 @@ use super::at_centres::AtCentres;
 use super::compiled::{Compiled, TermRecord};
 use super::entries::{ConstantField, DetectionField, RadialBatch, RadialSource};
 use super::facts::Facts;
+use super::index_kind::IndexKind;
 use super::lower::{Lowered, Lowering};
 use super::ordered::{Key, places_of};
 use super::program::Program;
@@ -236,8 +237,12 @@ impl Compiled {
                 .renew(&self.radials, &self.programs, &self.anchors);
         }
         let alone = self.detectors.is_empty() && self.overrides.is_empty();
-        let still = alone && !self.tally.any(Facts::MOVES);
+        let moves = self.tally.any(Facts::MOVES);
+        let still = alone && !moves;
         let radials = self.radials.iter().map(|(_, batch)| batch);
+        // Samples that are neighbours open the same cells.
+        let by_cells = |batch: &RadialBatch| batch.index_kind() == IndexKind::Cells;
+        self.each_by_itself = !moves && !self.reads_velocity && !radials.clone().any(by_cells);
         let programs = self.programs.iter().map(|(_, program)| program);
         self.at_centres = still.then(|| AtCentres::of(radials, programs)).flatten();
         self.revision = set.revision();

@@ -9,7 +9,7 @@ use super::predicted::PredictedMotion;
 use super::stiffness::{Estimate, Treatment};
 use super::{Integrator, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector};
-use crate::rigid::{Lookup, PartsMark, Wrench, find, is_in_order};
+use crate::rigid::{Body, Lookup, PartsMark, Wrench, find, find_next_place, is_in_order};
 
 /// The wrenches on some bodies, and what is known beyond them. It outlives its step: unless something changes, the next
 /// step begins with it.
@@ -116,6 +116,30 @@ impl Evaluation {
             .or_else(|| first_unsound(&self.couplings, "couplings", coupled))
             .or_else(|| first_unsound(&self.estimates, "estimates", Estimate::is_sound))
             .or_else(|| first_unsound(&self.treatments, "treatments", |it| it.1.is_sound()))
+    }
+
+    /// Makes this the evaluation of some bodies: `last`, but for those at `places`, which have been `found` anew.
+    pub(crate) fn join(
+        &mut self,
+        bodies: &[Body],
+        last: &Evaluation,
+        places: &[usize],
+        found: &Evaluation,
+    ) {
+        self.clear();
+        self.dt = last.dt;
+        let mut found = places.iter().zip(&found.wrenches).peekable();
+        let mut at = 0;
+        for (place, body) in bodies.iter().enumerate() {
+            let wrench = match found.next_if(|found| *found.0 == place) {
+                Some((_, wrench)) => *wrench,
+                None => find_next_place(&last.bodies, &mut at, body.handle)
+                    .map_or(Wrench::ZERO, |at| last.wrenches[at]),
+            };
+            self.bodies.push(body.handle);
+            self.parts.push(body.parts);
+            self.wrenches.push(wrench);
+        }
     }
 
     /// Replaces the wrenches of a fault by what remains of them.

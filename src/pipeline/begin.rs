@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::evaluation::Due;
 use super::faults::answering;
 use super::scene::{Now, moment};
 use super::state::{OpenRecord, next_number};
@@ -236,7 +237,12 @@ impl FieldPipeline {
         self.read(world, wanted);
         self.weigh(state, world);
         let remade = self.gather(&world.view(), false);
-        let anew = remade || first || self.is_stale(fields.set, state, &world.view(), dt);
+        let due = if first {
+            Due::All
+        } else {
+            self.find_due(fields, state, &world.view(), dt, remade)
+        };
+        let anew = due != Due::None;
         self.find_held(fields, world);
         let scheme = fields.settings.scheme;
         // Under other schemes the last step has not placed the samples.
@@ -246,7 +252,7 @@ impl FieldPipeline {
         }
         self.stopwatch.lap(StepStage::Samples);
         if anew {
-            self.evaluate_anew(fields, state, world, first)?;
+            self.evaluate_anew(fields, state, world, due)?;
         } else if fields.settings.scheme.chooses() {
             self.look_again(fields, state, world);
         }
@@ -354,7 +360,7 @@ impl FieldPipeline {
 }
 
 /// Returns true if fields or properties were edited since the last step.
-fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
+pub(super) fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
     state.mark != Some(fields.set.mark())
 }
 

@@ -1,13 +1,42 @@
 //! The evaluation with which a step begins: that of the step before, or a new one.
 
-use super::scene::Now;
+use super::begin::is_new;
+use super::scene::{Now, StepScene};
 use super::state::BodyRecord;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{self, StepError, WorldMut, WorldRef};
 use crate::field::{Anchor, FieldSet, Frames, Span};
-use crate::integrate::Evaluation;
+use crate::integrate::{Evaluation, Scheme};
 use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rigid::{Body, Lookup, find_next_place};
+use crate::sample::Samples;
+
+/// The bodies that have to be evaluated before a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Due {
+    None,
+    /// Those that are new or were changed between the steps.
+    Some,
+    All,
+}
+
+/// Some of the bodies that were read, with buffers for their evaluation.
+#[derive(Default)]
+pub(super) struct DueBodies {
+    /// Their places among all, in order.
+    places: Vec<usize>,
+    bodies: Vec<Body>,
+    samples: Samples,
+    evaluation: Evaluation,
+}
+
+impl DueBodies {
+    /// Puts them in the place of the bodies of a scene, or back.
+    fn swap(&mut self, scene: &mut StepScene) {
+        std::mem::swap(&mut self.bodies, &mut scene.bodies);
+        std::mem::swap(&mut self.samples, &mut scene.samples);
+    }
+}
 
 impl FieldPipeline {
     /// Recomputes the masses of bodies that are new or were moved: Rapier does so only in its next step, and an impulse
@@ -34,52 +63,98 @@ impl FieldPipeline {
         }
     }
 
-    /// Returns true if the evaluation that the last step left is not valid for this one.
-    pub(super) fn is_stale(
-        &self,
-        set: &FieldSet,
+    /// Finds the bodies for which the evaluation that the last step left is not valid. `remade` if bodies have other
+    /// parts than then.
+    pub(super) fn find_due(
+        &mut self,
+        fields: &Definition<'_>,
         state: &FieldState,
         view: &WorldRef<'_>,
         dt: Real,
-    ) -> bool {
-        let Some(evaluation) = &state.evaluation else {
-            return true;
+        remade: bool,
+    ) -> Due {
+        let Some(last) = &state.evaluation else {
+            return Due::All;
         };
+        if self.is_stale(fields.set, state, last, view, dt) {
+            return Due::All;
+        }
+        let reads_velocity = self.scene.compiled.reads_velocity;
+        let same = |body: &Body, was: &BodyRecord| {
+            was.pose == body.pose
+                && was.sleeping == body.sleeping
+                && (!reads_velocity || (was.linvel == body.linvel && was.angvel == body.angvel))
+        };
+        let (bodies, records) = (&self.scene.bodies, &state.records);
+        let all_same = || bodies.iter().zip(records).all(|(body, was)| same(body, was));
+        if !remade && last.bodies == self.scene.samples.bodies && all_same() {
+            return Due::None;
+        }
+        let divisible = self.scene.compiled.each_by_itself
+            && fields.settings.scheme == Scheme::KickDriftKick
+            && last.left_out.is_empty()
+            && last.bodies.len() == records.len();
+        if !divisible {
+            return Due::All;
+        }
+        self.due.places.clear();
+        let mut changed = self.gatherer.changed.iter().peekable();
+        let mut at = 0;
+        for (place, body) in bodies.iter().enumerate() {
+            let is_changed = changed.next_if_eq(&&place).is_some();
+            let known = find_next_place(&last.bodies, &mut at, body.handle);
+            if is_changed || !known.is_some_and(|at| same(body, &records[at])) {
+                self.due.places.push(place);
+            }
+        }
+        // A second list of samples has to pay.
+        let few = self.due.places.len() * 2 <= bodies.len();
+        if few { Due::Some } else { Due::All }
+    }
+
+    /// Returns true if an evaluation is not valid for this step, even on bodies that are as the last one left them.
+    fn is_stale(
+        &self,
+        set: &FieldSet,
+        state: &FieldState,
+        evaluation: &Evaluation,
+        view: &WorldRef<'_>,
+        dt: Real,
+    ) -> bool {
         // Its lifetimes were evaluated for the last step.
         let both = Span {
             start: state.time - to_f64(evaluation.dt),
             end: state.time + to_f64(dt),
         };
-        let reads_velocity = self.scene.compiled.reads_velocity;
-        let same = |(body, was): (&crate::rigid::Body, &BodyRecord)| {
-            was.pose == body.pose
-                && was.sleeping == body.sleeping
-                && (!reads_velocity || (was.linvel == body.linvel && was.angvel == body.angvel))
-        };
+        let mut carriers = state.carriers.iter();
         evaluation.outdated
             || evaluation.dt != dt
             || set.changes_in(both)
-            || evaluation.bodies != self.scene.samples.bodies
-            || !self.scene.bodies.iter().zip(&state.records).all(same)
-            || state
-                .carriers
-                .iter()
-                .any(|(anchor, was)| view.frame(anchor) != *was)
+            || carriers.any(|(anchor, was)| view.frame(anchor) != *was)
     }
 
+    /// Evaluates the fields on the bodies that are due, which are not none.
     pub(super) fn evaluate_anew(
         &mut self,
         fields: &Definition<'_>,
         state: &mut FieldState,
         world: &WorldMut<'_>,
-        first: bool,
+        due: Due,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
+        let first = is_new(fields, state);
         let mut last = state.evaluation.take().unwrap_or_default();
         let all = first || last.bodies != self.scene.samples.bodies;
         let mut evaluation = std::mem::take(&mut self.spare);
         let now = Now::first(state.time, dt);
-        let outcome = self.evaluate(fields, world, now, &mut evaluation);
+        let joined = due == Due::Some && self.evaluate_due(fields, world, now);
+        let outcome = if joined {
+            let (places, found) = (&self.due.places, &self.due.evaluation);
+            evaluation.join(&self.scene.bodies, &last, places, found);
+            Ok(())
+        } else {
+            self.evaluate(fields, world, now, &mut evaluation)
+        };
         if !self.condemned.is_empty() {
             last.remove(&self.condemned);
         }
@@ -98,6 +173,29 @@ impl FieldPipeline {
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         Ok(())
+    }
+
+    /// Evaluates the fields on some of the bodies that were read. Returns false if a force cannot be given to Rapier.
+    fn evaluate_due(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>, now: Now) -> bool {
+        let mut due = std::mem::take(&mut self.due);
+        due.bodies.clear();
+        let bodies = due.places.iter().map(|place| self.scene.bodies[*place]);
+        due.bodies.extend(bodies);
+        due.swap(&mut self.scene);
+        let view = world.view();
+        self.gatherer.make_besides(
+            &mut self.scene.samples,
+            &self.properties,
+            self.scene.compiled.requirements,
+            &self.scene.bodies,
+            &view,
+        );
+        self.place();
+        let context = self.scene.context(fields, world, &view, now);
+        let outcome = self.integrator.evaluate(&context, &mut due.evaluation);
+        due.swap(&mut self.scene);
+        self.due = due;
+        outcome.is_ok()
     }
 
     /// Under a scheme that chooses, linearises bodies again whose velocities were changed by hand.

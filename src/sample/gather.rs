@@ -15,7 +15,7 @@ use crate::math::{
 use crate::math::{from_f64, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
-use crate::rigid::{Body, Lookup, local_pose, to_dquat};
+use crate::rigid::{Body, Lookup, find_next, local_pose, to_dquat};
 
 /// Makes samples, and keeps what they were made from, so that changes are noticed.
 #[derive(Debug, Default)]
@@ -27,6 +27,8 @@ pub(crate) struct Gatherer {
     parts: Vec<PartStamp>,
     /// The columns of points that were made for parts of other bodies.
     columns: PointsMap,
+    /// The places of the bodies that were not there at the last call but one, or had other parts, in order.
+    pub(crate) changed: Vec<usize>,
 }
 
 /// The state of a body that its samples were made from.
@@ -95,13 +97,40 @@ impl Gatherer {
         world: &impl Lookup,
     ) -> bool {
         let made_for = Some((requirements, properties.changes));
+        let before = std::mem::replace(&mut self.made_for, made_for);
         let by_parts = requirements.parts && !known;
-        if self.made_for == made_for && self.still_holds(bodies, by_parts, world) {
+        self.changed.clear();
+        if before == made_for && self.still_holds(bodies, by_parts, world) {
             return false;
         }
-        let before = std::mem::replace(&mut self.made_for, made_for);
+        let mut at = 0;
+        for (place, body) in bodies.iter().enumerate() {
+            let stamp = find_next(&self.bodies, &mut at, body.handle, |it| it.body);
+            let is_known = before == made_for && stamp.is_some();
+            if !(is_known && self.holds(at, body, requirements.parts, world)) {
+                self.changed.push(place);
+            }
+        }
         self.make(samples, properties, requirements, bodies, world);
         before.is_some()
+    }
+
+    /// Makes samples of some bodies besides those that are kept up to date.
+    pub(crate) fn make_besides(
+        &mut self,
+        samples: &mut Samples,
+        properties: &Properties,
+        requirements: SamplingRequirements,
+        bodies: &[Body],
+        world: &impl Lookup,
+    ) {
+        let bodies_kept = std::mem::take(&mut self.bodies);
+        let parts_kept = std::mem::take(&mut self.parts);
+        let columns_kept = std::mem::take(&mut self.columns);
+        self.make(samples, properties, requirements, bodies, world);
+        self.bodies = bodies_kept;
+        self.parts = parts_kept;
+        self.columns = columns_kept;
     }
 
     /// A bound of the distance of a body's colliders from its centre of mass.
@@ -122,33 +151,29 @@ impl Gatherer {
     }
 
     fn still_holds(&self, bodies: &[Body], by_parts: bool, world: &impl Lookup) -> bool {
-        if self.bodies.len() != bodies.len() {
-            return false;
+        let holds = |(place, body)| self.holds(place, body, by_parts, world);
+        self.bodies.len() == bodies.len() && bodies.iter().enumerate().all(holds)
+    }
+
+    /// Returns true if the body at a place is as its samples were made from.
+    fn holds(&self, place: usize, body: &Body, by_parts: bool, world: &impl Lookup) -> bool {
+        let stamp = &self.bodies[place];
+        let same = stamp.body == body.handle
+            && stamp.mass == body.mass
+            && stamp.local_com == body.local_com
+            && stamp.inv_principal_inertia == body.inv_principal_inertia;
+        if !(same && by_parts) {
+            return same;
         }
-        let mut start = 0;
-        for (stamp, body) in self.bodies.iter().zip(bodies) {
-            let same = stamp.body == body.handle
-                && stamp.mass == body.mass
-                && stamp.local_com == body.local_com
-                && stamp.inv_principal_inertia == body.inv_principal_inertia;
-            if !same {
-                return false;
-            }
-            if by_parts {
-                let parts = &self.parts[start..stamp.end];
-                start = stamp.end;
-                let handles = world
-                    .body(body.handle)
-                    .map_or(&[][..], |body| body.colliders());
-                let holds = |(part, handle): (&PartStamp, &ColliderHandle)| {
-                    part.still_holds(*handle, world.collider(*handle))
-                };
-                if handles.len() != parts.len() || !parts.iter().zip(handles).all(holds) {
-                    return false;
-                }
-            }
-        }
-        true
+        let start = place.checked_sub(1).map_or(0, |last| self.bodies[last].end);
+        let parts = &self.parts[start..stamp.end];
+        let handles = world
+            .body(body.handle)
+            .map_or(&[][..], |body| body.colliders());
+        let holds = |(part, handle): (&PartStamp, &ColliderHandle)| {
+            part.still_holds(*handle, world.collider(*handle))
+        };
+        handles.len() == parts.len() && parts.iter().zip(handles).all(holds)
     }
 
     /// Makes `samples` of some bodies anew.
