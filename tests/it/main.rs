@@ -21,6 +21,7 @@ mod billiards;
 mod bodies;
 mod borders;
 mod bounces;
+mod changed_bodies;
 mod closed_form;
 mod contact_borders;
 mod contact_fields;

@@ -1,0 +1,93 @@
+//! Bodies that come, go and change between steps: these alone are evaluated before the step, with the bits that they get
+//! where all are evaluated.
+
+use rapier3d_fields::field::Turbulence;
+use rapier3d_fields::prelude::*;
+
+use crate::support::bits::bits;
+
+fn shape(number: usize) -> ColliderBuilder {
+    match number % 5 {
+        0 => ColliderBuilder::ball(0.4),
+        1 => ColliderBuilder::cuboid(0.4, 0.3, 0.5),
+        2 => ColliderBuilder::capsule_y(0.3, 0.25),
+        3 => ColliderBuilder::cylinder(0.3, 0.4),
+        _ => ColliderBuilder::cone(0.4, 0.4),
+    }
+}
+
+fn add(world: &mut PhysicsWorld, number: usize) {
+    let cell = [number % 4, number / 4 % 3, number % 3].map(|n| n as Real * 1.7);
+    let place = Vector::from_array(cell) + Vector::Y * (0.6 + 0.3 * (number % 7) as Real);
+    let body = RigidBodyBuilder::dynamic().translation(place);
+    world.insert(body.angvel(Vector::splat(0.3)), shape(number));
+}
+
+/// Bodies over a floor, with gravity, in fields that cut them, act at several points, or push at centres. `all` if each
+/// body is evaluated before a step in which any has changed: where a field is carried, one may act on another.
+fn scene(all: bool) -> (PhysicsWorld, Fields) {
+    let mut world = PhysicsWorld::new();
+    let floor = ColliderBuilder::cuboid(20.0, 0.5, 20.0).translation(Vector::Y * -0.5);
+    let floor = world.colliders.insert(floor);
+    (0..24).for_each(|number| add(&mut world, number));
+    let wells = (0..80).map(|number| {
+        let at = [number * 37 % 11, number * 53 % 7, number * 71 % 13].map(|n| n as Real * 0.5);
+        let well = Field::radial(-0.2, -1.0).within(Region::ball(0.8));
+        Tree::from(well.at(Vector::from_array(at)))
+    });
+    let belt = Field::uniform(Vector::X).within(Region::cuboid(Vector::new(2.0, 1.0, 9.0)));
+    let gusts = Field::turbulence(Turbulence::new(3, 2.0, 4.0)).sampled(Sampling::Surface);
+    let dome = Field::spring(0.3).within(Region::ball(2.5));
+    let dome = Tree::from(Field::uniform(Vector::Z))
+        .replace_union(dome.at(Vector::new(3.0, 0.0, 2.0)));
+    let mut tree = Tree::fold(Operator::SumUnion, wells) + belt + gusts + dome;
+    if all {
+        // Within the floor, where nobody is.
+        let carried = Field::uniform(Vector::X).within(Region::ball(0.01));
+        tree = tree + carried.at(floor);
+    }
+    let fields = Fields::builder(tree).build().expect("a valid tree");
+    (world, fields)
+}
+
+/// What a program may do to bodies between two steps.
+fn edit(world: &mut PhysicsWorld, step: usize) {
+    let handles: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
+    let chosen = handles[step * 7 % handles.len()];
+    let collider = world.bodies[chosen].colliders()[0];
+    match step % 9 {
+        0 => add(world, step),
+        1 => {
+            world.remove_body(chosen);
+        }
+        2 => {
+            let body = &mut world.bodies[chosen];
+            body.set_translation(body.translation() + Vector::new(0.3, 0.5, -0.2), true);
+        }
+        3 => world.colliders[collider].set_density(2.0 + (step % 3) as Real),
+        4 => {
+            let shape = shape(step / 9).build().shared_shape().clone();
+            world.colliders[collider].set_shape(shape);
+        }
+        5 => world.bodies[chosen].sleep(),
+        6 => {
+            let more = shape(step).translation(Vector::X * 0.4);
+            world.insert_collider(more, Some(chosen));
+        }
+        7 => world.bodies[chosen].set_linvel(Vector::Y, true),
+        _ => {}
+    }
+}
+
+#[test]
+fn evaluated_alone_they_get_the_same_bits() {
+    let (mut one, mut fields) = scene(false);
+    let (mut other, mut all_fields) = scene(true);
+    for step in 0..300 {
+        edit(&mut one, step);
+        edit(&mut other, step);
+        fields.step(&mut one).expect("a step");
+        all_fields.step(&mut other).expect("a step");
+        assert!(bits(&one) == bits(&other), "step {step}");
+    }
+}
