@@ -86,7 +86,12 @@ impl FieldPipeline {
                 && (!reads_velocity || (was.linvel == body.linvel && was.angvel == body.angvel))
         };
         let (bodies, records) = (&self.scene.bodies, &state.records);
-        let all_same = || bodies.iter().zip(records).all(|(body, was)| same(body, was));
+        let all_same = || {
+            bodies
+                .iter()
+                .zip(records)
+                .all(|(body, was)| same(body, was))
+        };
         if !remade && last.bodies == self.scene.samples.bodies && all_same() {
             return Due::None;
         }

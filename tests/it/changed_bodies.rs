@@ -38,8 +38,8 @@ fn scene(all: bool) -> (PhysicsWorld, Fields) {
     let belt = Field::uniform(Vector::X).within(Region::cuboid(Vector::new(2.0, 1.0, 9.0)));
     let gusts = Field::turbulence(Turbulence::new(3, 2.0, 4.0)).sampled(Sampling::Surface);
     let dome = Field::spring(0.3).within(Region::ball(2.5));
-    let dome = Tree::from(Field::uniform(Vector::Z))
-        .replace_union(dome.at(Vector::new(3.0, 0.0, 2.0)));
+    let dome =
+        Tree::from(Field::uniform(Vector::Z)).replace_union(dome.at(Vector::new(3.0, 0.0, 2.0)));
     let mut tree = Tree::fold(Operator::SumUnion, wells) + belt + gusts + dome;
     if all {
         // Within the floor, where nobody is.
