@@ -51,8 +51,10 @@ use crate::threads::Pool;
 ///   step (with `Kick` and `ExternalForce` by the whole before it). Drag, wind, and all other forces on a
 ///   particle inside them act as a force during Rapier's step under any scheme: the mean along the path of a
 ///   free particle, exact in the velocity, with gravity and damping. So a particle that is held by a pin, a
-///   contact or its neighbours feels less of a drag of rate k, by a share of about k·dt/2 where that is small,
-///   and at most the force that brings it to the speed of the flow within a step. A soft body that sleeps is
+///   contact or its neighbours feels less of a drag of rate k, and of its weight beside it, by a share of about k·dt/2
+///   where that is small, and at most the force that brings it to the speed of the flow within a step;
+///   [`StepWarning::PinnedParticles`](crate::StepWarning::PinnedParticles) tells where a body has pins. A soft body
+///   that sleeps is
 ///   left asleep, except under [`WakePolicy::Always`].
 /// - The volume of a particle is a quarter of each cell that it is a corner of, in the present shape. Without
 ///   cells, the volume that a closed surface encloses is shared among its particles by the area around them.

@@ -14,6 +14,9 @@ use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
 use crate::rigid::Wrench;
 use crate::sample::{Kind, Moment, Properties, SamplePoint, Samples, owner};
 
+/// A larger lack of force on a pinned soft body is told.
+const LACKING: f64 = 0.01;
+
 /// The samples, forces and motions of the particles of soft bodies.
 #[derive(Default)]
 pub(crate) struct SoftBodies {
@@ -36,6 +39,9 @@ pub(crate) struct SoftBodies {
     pub unsound: Vec<RigidBodyHandle>,
     /// The root bodies of soft bodies without volume, within reach of a field that acts on volumes.
     pub without_volume: Vec<RigidBodyHandle>,
+    /// The root bodies of soft bodies with pins, and the largest share of a force that reads velocities which one of
+    /// their particles lacks if it is held, where that is much.
+    pub lacking: Vec<(RigidBodyHandle, f64)>,
     /// Copies of the soft bodies from before the step.
     before: Vec<(SoftBodyHandle, SoftBody)>,
     /// A buffer for the next open step.
@@ -139,6 +145,9 @@ impl SoftBodies {
         let scene = SampledWorld::new(compiled, frames, &self.samples, moment);
         self.particles.couple(&scene, &self.forces, &self.left_out);
         self.motions.clear();
+        if flight.is_none() {
+            self.find_lacking(durations.whole);
+        }
         for (number, body) in self.bodies.iter().enumerate() {
             let loaded = flight.map(|flight| flight.of(*body));
             for (particle, place) in self.places(number).enumerate() {
@@ -156,6 +165,23 @@ impl SoftBodies {
                         }
                     }
                 });
+            }
+        }
+    }
+
+    fn find_lacking(&mut self, dt: Real) {
+        self.lacking.clear();
+        for number in 0..self.bodies.len() {
+            let places = self.places(number);
+            let roots = &self.samples.bodies[places.clone()];
+            let states = || places.clone().zip(&self.states[places.clone()]);
+            if states().all(|(_, state)| state.inv_mass > 0.0) {
+                continue;
+            }
+            let lack = |(place, state)| self.particles.lack(place, state, dt);
+            let most = states().map(lack).fold(0.0, f64::max);
+            if most > LACKING {
+                self.lacking.push((roots[0], most));
             }
         }
     }

@@ -12,7 +12,7 @@ use crate::eval::{Lineariser, SampledWorld, Terms};
 use crate::field::Frames;
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::rapier::na::{Matrix3, Vector6};
-use crate::rigid::{Mobility, Wrench, of_wrench, pair, six};
+use crate::rigid::{Mobility, Wrench, of_wrench, pair, phi1, six};
 
 /// A particle when a half of a step begins.
 #[derive(Clone, Copy, Debug)]
@@ -105,6 +105,14 @@ impl Particles {
             });
             self.couplings.push(coupling.flatten());
         }
+    }
+
+    /// The share of a force that reads velocities which a particle lacks if it is held where it is, because its load is
+    /// the mean of the force on a free one: 1 − φ₁(−k·dt) for a drag of rate k.
+    pub(crate) fn lack(&self, place: usize, state: &ParticleState, dt: Real) -> f64 {
+        let rate = |it: &LinearisedWrench| it.slope.fastest(&state.mobility());
+        let rate = self.coupling(place).map_or(0.0, rate);
+        1.0 - phi1(-rate * to_f64(dt))
     }
 
     fn coupling(&self, place: usize) -> Option<&LinearisedWrench> {

@@ -205,6 +205,19 @@ pub enum StepWarning {
         /// The root of the soft body.
         body: RigidBodyHandle,
     },
+    /// A soft body with pinned particles is in a drag or wind that is strong for the step, or another force that reads
+    /// velocities. Its particles get the mean of the force along the path of a free particle, so those that a pin or
+    /// their neighbours hold pull less than they should, with this force and with their weight: by 1 − (1 − e⁻ˣ)/x for a
+    /// drag of rate k, where x = k·dt. Make the step shorter, or the force weaker.
+    #[error(
+        "{body:?} is a soft body with pins: particles that are held lack up to a share of {share} of a force that reads velocities, and of their weight; make the step shorter"
+    )]
+    PinnedParticles {
+        /// The root of the soft body.
+        body: RigidBodyHandle,
+        /// The largest share that a particle lacks if it is held; more than 0.01.
+        share: Real,
+    },
     /// Fields answer contacts that Rapier solved as well, because the [hooks](crate::OpenStep::hooks) of the open step
     /// were not passed to Rapier's step.
     #[error(

@@ -7,6 +7,7 @@ use crate::diagnose::{blame, sifted, warn_of};
 use crate::integrate::{
     Durations, Evaluation, Fault, FaultKind, FaultPolicy, MotionRules, Sift, StepWarning,
 };
+use crate::math::from_f64;
 use crate::rigid::Wrench;
 
 impl FieldPipeline {
@@ -97,6 +98,14 @@ impl FieldPipeline {
         let durations = Durations::new(settings.scheme, now.dt);
         self.softs
             .move_all(&self.scene.compiled, &view, moment, durations, flight);
+        if flight.is_none() {
+            let lacking = self.softs.lacking.iter();
+            self.warnings
+                .extend(lacking.map(|(body, share)| StepWarning::PinnedParticles {
+                    body: *body,
+                    share: from_f64(*share),
+                }));
+        }
         if let Some(fault) = self.softs.too_fast(&self.scene.compiled, &view, moment) {
             self.answer_soft(fields, &fault)?;
             self.softs

@@ -235,6 +235,42 @@ fn a_pinned_particle_hangs_in_the_wind() {
     let hangs = to_dvec3(world.soft_bodies[rope].particle_position(1));
     let (found, due) = (hangs.x / -hangs.y, k * speed / GRAVITY);
     assert_close(found, due, due * k / rate, "tan θ");
+    assert_eq!(fields.warnings(), [], "less than a hundredth");
+}
+
+/// A pinned rope in a wind of a given pull stretches less the longer the step: by the share that is told.
+#[test]
+fn pinned_particles_that_lack_force_are_told() {
+    let rate = 60.0;
+    let mut whole = 0.0;
+    for x in [0.001, 0.1, 1.0, 10.0] {
+        let mut world = world(rate);
+        world.gravity = Vector::ZERO;
+        let rope = SoftBodyBuilder::rope(Vector::ZERO, Vector::X, 2).mass(2.0);
+        let rope = rope.pinned_particles([0]).can_sleep(false);
+        let rope = world.insert_soft_body(rope.no_surface_collider());
+        let k = x * rate;
+        let wind = Field::wind(Vector::X * from_f64(1000.0 / k), from_f64(k), 0.0);
+        let mut fields = build(
+            wind.force_mode(ForceMode::Acceleration),
+            Scheme::KickDriftKick,
+        );
+        for _ in 0..600 {
+            fields.step(&mut world).expect("a finite step");
+        }
+        let soft = &world.soft_bodies[rope];
+        let stretch = to_f64(soft.particle_position(1).x) - 1.0;
+        match fields.warnings() {
+            [] => whole = stretch,
+            [StepWarning::PinnedParticles { body, share }] => {
+                assert_eq!(*body, soft.root_body());
+                let due = whole * (1.0 - to_f64(*share));
+                assert_close(stretch, due, 2e-3 * due, "stretch");
+            }
+            others => panic!("{others:?}"),
+        }
+    }
+    assert!(whole > 0.01, "no wind: {whole}");
 }
 
 /// What drag puts on top of a user's forces is taken away after the step, bit for bit; also after a step

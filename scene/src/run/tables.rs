@@ -372,6 +372,7 @@ pub fn body_of(warning: &StepWarning) -> Option<RigidBodyHandle> {
         | StepWarning::HitInStiffField { body, .. }
         | StepWarning::NotFinite { body }
         | StepWarning::NoVolume { body }
+        | StepWarning::PinnedParticles { body, .. }
         | StepWarning::SpeedCapped { body, .. }
         | StepWarning::LeftOut { body, .. }
         | StepWarning::Quarantined { body, .. }
