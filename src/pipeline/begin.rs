@@ -206,7 +206,7 @@ impl FieldPipeline {
         world: &mut WorldMut<'_>,
     ) -> Result<(bool, bool), StepError> {
         let dt = world.integration_parameters.dt;
-        let first = is_new(fields, state);
+        let first = fields.are_new(state);
         self.restless.clear();
         (self.at_centres, self.held_is_known) = (false, false);
         let mark = self.pushed_mark.take();
@@ -273,7 +273,7 @@ impl FieldPipeline {
         if fields.settings.wake == WakePolicy::Never {
             return false;
         }
-        if is_new(fields, state) || state.steps == 0 {
+        if fields.are_new(state) || state.steps == 0 {
             return true;
         }
         let moved = |(anchor, frame): &(Anchor, Option<_>)| view.frame(anchor) != *frame;
@@ -357,11 +357,6 @@ impl FieldPipeline {
         balance.find_restless(bodies, &mut state.drowsing, &mut self.restless);
         self.stepped.drowsing = Some(was_drowsing);
     }
-}
-
-/// Returns true if fields or properties were edited since the last step.
-pub(super) fn is_new(fields: &Definition<'_>, state: &FieldState) -> bool {
-    state.mark != Some(fields.set.mark())
 }
 
 /// Takes back the writes of a step that was never finished.

@@ -1,6 +1,5 @@
 //! The evaluation with which a step begins: that of the step before, or a new one.
 
-use super::begin::is_new;
 use super::scene::{Now, StepScene};
 use super::state::BodyRecord;
 use super::{Definition, FieldPipeline, FieldState};
@@ -147,7 +146,7 @@ impl FieldPipeline {
         due: Due,
     ) -> Result<(), StepError> {
         let dt = world.integration_parameters.dt;
-        let first = is_new(fields, state);
+        let first = fields.are_new(state);
         let mut last = state.evaluation.take().unwrap_or_default();
         let all = first || last.bodies != self.scene.samples.bodies;
         let mut evaluation = std::mem::take(&mut self.spare);

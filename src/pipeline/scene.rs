@@ -1,6 +1,7 @@
 //! The inputs of both halves of a step: the fields as data, the moment, and the bodies with their samples.
 
 use super::settings::FieldSettings;
+use super::state::FieldState;
 use crate::bridge::{WorldMut, WorldRef};
 use crate::compile::Compiled;
 use crate::contact::Detection;
@@ -16,6 +17,13 @@ use crate::sample::{Moment, Samples};
 pub(crate) struct Definition<'a> {
     pub set: &'a FieldSet,
     pub settings: &'a FieldSettings,
+}
+
+impl Definition<'_> {
+    /// Returns true if fields or properties were edited since the last step.
+    pub(super) fn are_new(&self, state: &FieldState) -> bool {
+        state.mark != Some(self.set.mark())
+    }
 }
 
 /// A moment of a step.

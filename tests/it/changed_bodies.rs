@@ -44,7 +44,7 @@ fn scene(all: bool) -> (PhysicsWorld, Fields) {
     if all {
         // Within the floor, where nobody is.
         let carried = Field::uniform(Vector::X).within(Region::ball(0.01));
-        tree = tree + carried.at(floor);
+        tree += carried.at(floor);
     }
     let fields = Fields::builder(tree).build().expect("a valid tree");
     (world, fields)
