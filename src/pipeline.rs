@@ -5,6 +5,7 @@ mod at_centres;
 mod begin;
 mod checks;
 mod contacts;
+mod due;
 mod evaluation;
 mod faults;
 mod finish;
@@ -17,6 +18,7 @@ mod stages;
 mod state;
 mod timings;
 
+use due::DueBodies;
 pub use open_step::OpenStep;
 pub use questions::{BodySample, FieldValue};
 pub(crate) use scene::Definition;
@@ -123,7 +125,7 @@ pub struct FieldPipeline {
     blocker: Option<RigidBodyHandle>,
     /// True if the first half of the step was one at centres of mass.
     at_centres: bool,
-    due: evaluation::DueBodies,
+    due: DueBodies,
     /// An evaluation with which no step begins. It is that of the last step if the state has none.
     spare: Evaluation,
     /// A buffer for the record of an open step.

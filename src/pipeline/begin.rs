@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::evaluation::Due;
+use super::due::Due;
 use super::faults::answering;
 use super::scene::{Now, moment};
 use super::state::{OpenRecord, next_number};

@@ -1,6 +1,7 @@
 //! The evaluation with which a step begins: that of the step before, or a new one.
 
-use super::scene::{Now, StepScene};
+use super::due::Due;
+use super::scene::Now;
 use super::state::BodyRecord;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{self, StepError, WorldMut, WorldRef};
@@ -8,34 +9,6 @@ use crate::field::{Anchor, FieldSet, Frames, Span};
 use crate::integrate::{Evaluation, Scheme};
 use crate::math::{Real, RigidBodyHandle, to_f64};
 use crate::rigid::{Body, Lookup, find_next_place};
-use crate::sample::Samples;
-
-/// The bodies that have to be evaluated before a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Due {
-    None,
-    /// Those that are new or were changed between the steps.
-    Some,
-    All,
-}
-
-/// Some of the bodies that were read, with buffers for their evaluation.
-#[derive(Default)]
-pub(super) struct DueBodies {
-    /// Their places among all, in order.
-    places: Vec<usize>,
-    bodies: Vec<Body>,
-    samples: Samples,
-    evaluation: Evaluation,
-}
-
-impl DueBodies {
-    /// Puts them in the place of the bodies of a scene, or back.
-    fn swap(&mut self, scene: &mut StepScene) {
-        std::mem::swap(&mut self.bodies, &mut scene.bodies);
-        std::mem::swap(&mut self.samples, &mut scene.samples);
-    }
-}
 
 impl FieldPipeline {
     /// Recomputes the masses of bodies that are new or were moved: Rapier does so only in its next step, and an impulse

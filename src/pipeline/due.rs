@@ -1,0 +1,33 @@
+//! The bodies that are evaluated before a step although the last step has evaluated others.
+
+use super::scene::StepScene;
+use crate::integrate::Evaluation;
+use crate::rigid::Body;
+use crate::sample::Samples;
+
+/// The bodies that have to be evaluated before a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Due {
+    None,
+    /// Those that are new or were changed between the steps.
+    Some,
+    All,
+}
+
+/// Some of the bodies that were read, with buffers for their evaluation.
+#[derive(Default)]
+pub(super) struct DueBodies {
+    /// Their places among all, in order.
+    pub places: Vec<usize>,
+    pub bodies: Vec<Body>,
+    samples: Samples,
+    pub evaluation: Evaluation,
+}
+
+impl DueBodies {
+    /// Puts them in the place of the bodies of a scene, or back.
+    pub(super) fn swap(&mut self, scene: &mut StepScene) {
+        std::mem::swap(&mut self.bodies, &mut scene.bodies);
+        std::mem::swap(&mut self.samples, &mut scene.samples);
+    }
+}
