@@ -41,8 +41,10 @@ pub(crate) enum Instruction {
     Nowhere,
     /// Push leaf number n.
     Leaf(u32),
-    /// Combine the last n values.
-    Apply(Operator, u32),
+    /// Combine the last two values.
+    Apply(Operator),
+    /// Combine the last value with leaf number n.
+    Join(Operator, u32),
     /// Change the last value by modifier number n.
     Modify(u32),
     /// Combine the last n values, which are layers, by the modes of this number.
@@ -188,11 +190,10 @@ impl Program {
             }
             Node::Vacant => self.steps.push(Instruction::Nowhere),
             Node::Operation { operator, operands } => {
-                for operand in operands {
+                for (number, operand) in operands.iter().enumerate() {
                     self.push(nodes, *operand, instance, places);
+                    self.combine(number, *operator);
                 }
-                self.steps
-                    .push(Instruction::Apply(*operator, operands.len() as u32));
             }
             Node::Modified { operand, modifier } => {
                 self.push(nodes, *operand, instance, places);
@@ -216,14 +217,27 @@ impl Program {
                 self.modes.push(modes.clone());
             }
             Node::Instances { prototype, anchors } => {
-                for anchor in anchors.iter() {
+                for (number, anchor) in anchors.iter().enumerate() {
                     self.push(nodes, *prototype, &anchor.within(instance), places);
+                    self.combine(number, Operator::SumUnion);
                 }
-                let count = anchors.len() as u32;
-                self.steps
-                    .push(Instruction::Apply(Operator::SumUnion, count));
             }
         }
+    }
+
+    /// Appends the step that combines the operand of this number with those before it.
+    fn combine(&mut self, number: usize, operator: Operator) {
+        if number == 0 {
+            return;
+        }
+        let step = match self
+            .steps
+            .pop_if(|last| matches!(last, Instruction::Leaf(_)))
+        {
+            Some(Instruction::Leaf(leaf)) => Instruction::Join(operator, leaf),
+            _ => Instruction::Apply(operator),
+        };
+        self.steps.push(step);
     }
 }
 

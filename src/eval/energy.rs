@@ -15,7 +15,9 @@ pub(super) fn program_energy(
 ) -> (f64, bool) {
     let adds = |step: &Instruction| match step {
         Instruction::Nowhere | Instruction::Leaf(_) => true,
-        Instruction::Apply(operator, count) => *count == 1 || *operator == Operator::SumUnion,
+        Instruction::Apply(operator) | Instruction::Join(operator, _) => {
+            *operator == Operator::SumUnion
+        }
         Instruction::Modify(_) | Instruction::Layers(..) => false,
     };
     let on = |leaf: &&Field| leaf.is_on(moment.span) && !leaf.is_contact();

@@ -150,29 +150,28 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
         let undefined = Value::undefined(here.all(false.into()));
         let mut stack = Stack::<_, 8>::new(undefined);
         for step in &self.program.steps {
-            match *step {
-                Instruction::Nowhere => stack.push(undefined),
-                Instruction::Leaf(leaf) => stack.push(self.leaf_value(leaf, here)),
-                Instruction::Apply(operator, count) => {
-                    let count = count as usize;
-                    let mut all = stack.last(count, 0);
-                    for number in 1..count {
-                        all = apply(operator, all, stack.last(count, number), here);
-                    }
-                    stack.replace(count, all);
-                }
+            let value = match *step {
+                Instruction::Nowhere => undefined,
+                Instruction::Leaf(leaf) | Instruction::Join(_, leaf) => self.leaf_value(leaf, here),
+                Instruction::Apply(_) => stack.pop(),
+                Instruction::Modify(number) => self.modified(number, stack.pop(), here),
                 Instruction::Layers(count, modes) => {
                     let mut gathered = Layers::new(undefined);
                     let modes = &self.program.modes[modes as usize];
                     for (number, mode) in modes.iter().enumerate() {
                         gathered.add(stack.last(count as usize, number), mode, here);
                     }
-                    stack.replace(count as usize, gathered.value);
+                    stack.remove(count as usize);
+                    gathered.value
                 }
-                Instruction::Modify(number) => {
-                    stack.replace(1, self.modified(number, stack.top(), here));
+            };
+            let value = match *step {
+                Instruction::Apply(operator) | Instruction::Join(operator, _) => {
+                    apply(operator, stack.pop(), value, here)
                 }
-            }
+                _ => value,
+            };
+            stack.push(value);
         }
         stack.top()
     }

@@ -274,7 +274,7 @@ impl Region {
                 RegionStep::Everywhere | RegionStep::Interval(..) | RegionStep::Predicate(_) => {
                     stack.push(None);
                 }
-                RegionStep::Complement => stack.replace(1, None),
+                RegionStep::Complement => stack.change(|_| None),
                 RegionStep::Union => stack.combine(|left, right| Some(left?.max(right?))),
                 RegionStep::Intersection => stack.combine(|left, right| {
                     let bounds = [left, right].into_iter().flatten();
@@ -346,7 +346,7 @@ impl Region {
             match step {
                 RegionStep::Complement => {
                     let all = here.all(true.into());
-                    stack.replace(1, here.difference(all, stack.top()));
+                    stack.change(|top| here.difference(all, top));
                 }
                 RegionStep::Union => stack.combine(|left, right| here.union(left, right)),
                 RegionStep::Intersection => {
@@ -367,7 +367,7 @@ impl Region {
         let mut stack = Stack::<T, 4>::new(f64::NAN.into());
         for step in &self.steps {
             match step {
-                RegionStep::Complement => stack.replace(1, -stack.top()),
+                RegionStep::Complement => stack.change(|top| -top),
                 RegionStep::Union => stack.combine(|left, right| -(-left).lesser(-right)),
                 RegionStep::Intersection => stack.combine(T::lesser),
                 RegionStep::Difference => stack.combine(|left, right| left.lesser(-right)),

@@ -214,7 +214,7 @@ impl Scalar {
                 ScalarStep::Distance => stack.push(length(local.point)),
                 ScalarStep::Depth(region) => stack.push(region.depth(local)),
                 ScalarStep::Function(function) => stack.push(to_f64(function.at(local)).into()),
-                ScalarStep::Curve(curve) => stack.replace(1, curve.at(stack.top())),
+                ScalarStep::Curve(curve) => stack.change(|top| curve.at(top)),
                 ScalarStep::Plus => stack.combine(|left, right| left + right),
                 ScalarStep::Times => stack.combine(|left, right| left * right),
                 ScalarStep::Lesser => stack.combine(T::lesser),

@@ -53,17 +53,34 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
         }
     }
 
-    /// Replaces the last `count` values by one.
+    /// Removes the last `count` values.
     #[inline(always)]
-    pub(crate) fn replace(&mut self, count: usize, value: T) {
-        self.len = self.len + 1 - count;
-        self.more.truncate((self.len - 1).saturating_sub(FEW));
-        self.top = value;
+    pub(crate) fn remove(&mut self, count: usize) {
+        if self.len > count {
+            self.top = self.last(count + 1, 0);
+        }
+        self.len -= count;
+        self.more.truncate(self.len.saturating_sub(1 + FEW));
+    }
+
+    /// Removes the last value, and returns it.
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) -> T {
+        let top = self.top;
+        self.remove(1);
+        top
+    }
+
+    /// Changes the last value.
+    #[inline(always)]
+    pub(crate) fn change(&mut self, change: impl FnOnce(T) -> T) {
+        self.top = change(self.top);
     }
 
     /// Replaces two values by one; the right one of them is on top.
     #[inline(always)]
     pub(crate) fn combine(&mut self, combine: impl FnOnce(T, T) -> T) {
-        self.replace(2, combine(self.last(2, 0), self.top));
+        let right = self.pop();
+        self.top = combine(self.top, right);
     }
 }
