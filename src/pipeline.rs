@@ -18,7 +18,7 @@ mod stages;
 mod state;
 mod timings;
 
-use due::DueBodies;
+use due::{AnchorsApart, DueBodies};
 pub use open_step::OpenStep;
 pub use questions::{BodySample, FieldValue};
 pub(crate) use scene::Definition;
@@ -126,6 +126,7 @@ pub struct FieldPipeline {
     /// True if the first half of the step was one at centres of mass.
     at_centres: bool,
     due: DueBodies,
+    apart: AnchorsApart,
     /// An evaluation with which no step begins. It is that of the last step if the state has none.
     spare: Evaluation,
     /// A buffer for the record of an open step.

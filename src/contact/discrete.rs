@@ -308,18 +308,25 @@ impl Discrete {
 
     /// Adds the contacts between balls and solids.
     fn touch_balls(&self, finder: &mut Finder<'_, impl Lookup>) {
-        for ball in &self.balls {
-            let margin = Vector::splat(ball.placed.radius);
-            let bounds = Aabb::new(ball.placed.centre - margin, ball.placed.centre + margin);
-            for number in self.near.around(&bounds) {
+        for cluster in &self.clusters {
+            let balls = self.balls_of(cluster);
+            let around = balls.iter().map(|ball| ball.placed.bounds());
+            let around = around.reduce(|one, other| one.merged(&other));
+            for number in around.iter().flat_map(|around| self.near.around(around)) {
                 let solid = &self.solids[number as usize];
-                if !solid.place().bounded || solid.bounds.intersects(&bounds) {
-                    finder.pair(&solid.part, &ball.part, |points| {
-                        solid.placed.overlaps_ball(&ball.placed, points);
-                    });
+                for ball in balls {
+                    if !solid.place().bounded || solid.bounds.intersects(&ball.placed.bounds()) {
+                        finder.pair(&solid.part, &ball.part, |points| {
+                            solid.placed.overlaps_ball(&ball.placed, points);
+                        });
+                    }
                 }
             }
         }
+    }
+
+    fn balls_of(&self, cluster: &Cluster) -> &[Ball] {
+        &self.balls[cluster.start as usize..cluster.end as usize]
     }
 
     /// Adds the contacts of solids that Rapier's solver holds, from the points of its manifolds where these are still
@@ -371,9 +378,8 @@ impl Discrete {
 
     /// Adds the contacts between the balls of two clusters.
     fn between(&self, one: &Cluster, two: &Cluster, finder: &mut Finder<'_, impl Lookup>) {
-        let balls = |cluster: &Cluster| &self.balls[cluster.start as usize..cluster.end as usize];
-        for ball in balls(one) {
-            for other in balls(two) {
+        for ball in self.balls_of(one) {
+            for other in self.balls_of(two) {
                 finder.pair(&ball.part, &other.part, |points| {
                     points.extend(ball.placed.overlap(&other.placed));
                 });

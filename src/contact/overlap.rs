@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::capability::Capability;
 use super::separation::Separations;
 use crate::math::{ColliderHandle, Pose, Real, SharedShape, Vector};
+use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::query::details::closest_points_support_map_support_map_with_params as closest_points;
 use crate::rapier::parry::query::gjk::{GJKResult, VoronoiSimplex};
 use crate::rapier::parry::query::{
@@ -54,6 +55,10 @@ impl PartialEq for PlacedShape {
 }
 
 impl PlacedBall {
+    pub(super) fn bounds(&self) -> Aabb {
+        Aabb::from_half_extents(self.centre, Vector::splat(self.radius))
+    }
+
     pub(super) fn overlap(&self, other: &PlacedBall) -> Option<OverlapPoint> {
         let apart = other.centre - self.centre;
         let reach = self.radius + other.radius;

@@ -1,6 +1,7 @@
 //! The bodies that are evaluated before a step although the last step has evaluated others.
 
 use super::scene::StepScene;
+use crate::field::Anchor;
 use crate::integrate::Evaluation;
 use crate::rigid::Body;
 use crate::sample::Samples;
@@ -22,6 +23,14 @@ pub(super) struct DueBodies {
     pub bodies: Vec<Body>,
     samples: Samples,
     pub evaluation: Evaluation,
+}
+
+/// The anchors that are not on sampled bodies.
+#[derive(Default)]
+pub(super) struct AnchorsApart {
+    /// The revision of the fields and the stamp of the samples that they were found for.
+    pub made_for: Option<[u64; 2]>,
+    pub anchors: Vec<Anchor>,
 }
 
 impl DueBodies {

@@ -1,13 +1,13 @@
 //! The evaluation with which a step begins: that of the step before, or a new one.
 
 use super::due::Due;
-use super::scene::Now;
+use super::scene::{Now, StepScene};
 use super::state::BodyRecord;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{self, StepError, WorldMut, WorldRef};
 use crate::field::{Anchor, FieldSet, Frames, Span};
 use crate::integrate::{Evaluation, Scheme};
-use crate::math::{Real, RigidBodyHandle, to_f64};
+use crate::math::{Real, to_f64};
 use crate::rigid::{Body, Lookup, find_next_place};
 
 impl FieldPipeline {
@@ -208,19 +208,26 @@ impl FieldPipeline {
     }
 
     /// Records the frames of all anchors that are not on sampled bodies.
-    pub(super) fn note_carriers(&self, state: &mut FieldState, view: &WorldRef<'_>) {
-        state.carriers.clear();
-        for (_, anchor) in self.scene.compiled.anchors.moving() {
-            let carrier = anchor.carrier(|handle| view.collider(handle));
+    pub(super) fn note_carriers(&mut self, state: &mut FieldState, view: &WorldRef<'_>) {
+        let StepScene {
+            compiled, samples, ..
+        } = &self.scene;
+        let made_for = Some([compiled.revision, samples.stamp]);
+        if std::mem::replace(&mut self.apart.made_for, made_for) != made_for {
+            let parts = compiled.requirements.parts;
             // Colliders of sampled bodies are covered by the samples.
-            let sampled = |body: RigidBodyHandle| {
-                let parts = self.scene.compiled.requirements.parts;
+            let is_apart = |anchor: &&Anchor| {
+                let carrier = anchor.carrier(|handle| view.collider(handle));
                 let whole = parts || matches!(anchor, Anchor::Body { .. });
-                whole && self.scene.samples.of_body(body).is_some()
+                !(whole && carrier.is_some_and(|body| samples.of_body(body).is_some()))
             };
-            if !carrier.is_some_and(sampled) {
-                state.carriers.push((*anchor, view.frame(anchor)));
-            }
+            let anchors = compiled.anchors.moving().map(|(_, anchor)| anchor);
+            self.apart.anchors.clear();
+            self.apart.anchors.extend(anchors.filter(is_apart));
         }
+        let anchors = self.apart.anchors.iter();
+        let frames = anchors.map(|anchor| (*anchor, view.frame(anchor)));
+        state.carriers.clear();
+        state.carriers.extend(frames);
     }
 }
