@@ -153,8 +153,7 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
             let value = match *step {
                 Instruction::Nowhere => undefined,
                 Instruction::Leaf(leaf) | Instruction::Join(_, leaf) => self.leaf_value(leaf, here),
-                Instruction::Apply(_) => stack.pop(),
-                Instruction::Modify(number) => self.modified(number, stack.pop(), here),
+                Instruction::Apply(_) | Instruction::Modify(_) => stack.pop(),
                 Instruction::Layers(count, modes) => {
                     let mut gathered = Layers::new(undefined);
                     let modes = &self.program.modes[modes as usize];
@@ -169,6 +168,7 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
                 Instruction::Apply(operator) | Instruction::Join(operator, _) => {
                     apply(operator, stack.pop(), value, here)
                 }
+                Instruction::Modify(number) => self.modified(number, value, here),
                 _ => value,
             };
             stack.push(value);

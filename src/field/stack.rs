@@ -56,10 +56,16 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
     /// Removes the last `count` values.
     #[inline(always)]
     pub(crate) fn remove(&mut self, count: usize) {
-        if self.len > count {
-            self.top = self.last(count + 1, 0);
+        if count == 0 {
+            return;
         }
         self.len -= count;
+        if let (Some(place), Some(few)) = (self.len.checked_sub(1), &self.few) {
+            self.top = match few.get(place) {
+                Some(value) => *value,
+                None => self.more[place - FEW],
+            };
+        }
         self.more.truncate(self.len.saturating_sub(1 + FEW));
     }
 
@@ -82,5 +88,39 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
     pub(crate) fn combine(&mut self, combine: impl FnOnce(T, T) -> T) {
         let right = self.pop();
         self.top = combine(self.top, right);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A stack of two in place does what a list does.
+    #[test]
+    fn is_a_list() {
+        let (mut stack, mut list) = (Stack::<_, 2>::new(0), vec![]);
+        let mut random = 1_u32;
+        for number in 0..10_000 {
+            random = random.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+            let choice = (random >> 28) as usize;
+            if list.len() < 9 && choice < 9 {
+                stack.push(number);
+                list.push(number);
+            } else if choice < 12 {
+                let count = choice.min(list.len()) / 2;
+                stack.remove(count);
+                list.truncate(list.len() - count);
+            } else if list.len() > 1 {
+                stack.combine(|left, right| left ^ (right << 1));
+                let right = list.pop().expect("two");
+                let left = list.pop().expect("two");
+                list.push(left ^ (right << 1));
+            }
+            let Some(last) = list.last() else { continue };
+            assert_eq!(stack.top(), *last);
+            for (place, value) in list.iter().enumerate() {
+                assert_eq!(stack.last(list.len(), place), *value);
+            }
+        }
     }
 }
