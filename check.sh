@@ -42,7 +42,7 @@ features() { # PACKAGE, FEATURES
 }
 # Of Rapier's own, which are only passed through, each once, beside what it goes with; the lints
 # above had `schemars`.
-for each in "" expression serde-serialize \
+for each in "" expression serde-serialize tracing \
     parallel,enhanced-determinism,debug-render,serde-serialize,expression \
     simd8,parallel,debug-render,serde-serialize,expression; do
     features rapier3d-fields "f32,$each"

@@ -131,6 +131,7 @@
 //!   files are a crate of their own, `rapier3d-fields-scene`.
 //! - `parallel`: fields are evaluated on the threads of Rapier's pool, with the same bits on any number of threads.
 //! - `debug-render`: `FieldDebugRenderPipeline` draws fields through the backends of Rapier's debug-renderer.
+//! - `tracing`: the stages of a step are spans of the crate `tracing`, of the target `rapier3d_fields` at the level TRACE.
 //! - `simd8` (in `f32`), `enhanced-determinism`: Rapier's own.
 
 #![forbid(unsafe_code)]

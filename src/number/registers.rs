@@ -17,7 +17,7 @@ pub(crate) fn in_registers<R>(function: impl FnOnce() -> R) -> R {
         Level::Avx512(simd) => simd.vectorize(function),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         Level::Avx2(simd) => simd.vectorize(function),
-        // What all machines of a kind have. The registers of SSE4.2 are no wider than those of SSE2.
+        // The instructions that all machines of a kind have. The registers of SSE4.2 are no wider than those of SSE2.
         _ => function(),
     }
 }

@@ -5,6 +5,7 @@ mod block;
 mod pass;
 
 use super::scene::{Now, iterations};
+use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Visit, WakePolicy, Wanted, WorldMut};
 use crate::integrate::{Evaluation, FASTEST, Scheme};
@@ -120,6 +121,7 @@ impl FieldPipeline {
         last: Option<&Evaluation>,
         world: &mut WorldMut<'_>,
     ) -> bool {
+        span!("visits");
         let told = self.warnings.len();
         self.motions.clear();
         self.scene.bodies.clear();

@@ -6,6 +6,7 @@ use super::due::Due;
 use super::faults::answering;
 use super::scene::{Now, moment};
 use super::state::{OpenRecord, next_number};
+use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepStage};
 use crate::bridge::{
     self, Balance, Constraints, StepError, WakePolicy, Wanted, WorldMut, WorldRef,
@@ -26,6 +27,7 @@ impl FieldPipeline {
         mut world: WorldMut<'_>,
         alone: bool,
     ) -> Result<OpenStep, StepError> {
+        span!("begin");
         if let Some(open) = state.open.take() {
             take_back(&open, &mut world);
             Arc::make_mut(&mut state.listening).stay();
@@ -172,6 +174,7 @@ impl FieldPipeline {
         state: &mut FieldState,
         world: &WorldMut<'_>,
     ) -> Tally {
+        span!("audit");
         if !fields.settings.audit {
             return Tally::default();
         }
@@ -205,6 +208,7 @@ impl FieldPipeline {
         state: &mut FieldState,
         world: &mut WorldMut<'_>,
     ) -> Result<(bool, bool), StepError> {
+        span!("bodies");
         let dt = world.integration_parameters.dt;
         let first = fields.are_new(state);
         self.restless.clear();
@@ -287,6 +291,7 @@ impl FieldPipeline {
         state: &mut FieldState,
         world: &mut WorldMut<'_>,
     ) -> Result<(), StepError> {
+        span!("motion");
         let dt = world.integration_parameters.dt;
         self.find_restless(state, world);
         let Some(evaluation) = &state.evaluation else {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::scene::moment;
+use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, WorldMut, WorldRef};
 use crate::contact::{
@@ -77,6 +78,7 @@ impl FieldPipeline {
         state: &mut FieldState,
         world: &mut WorldMut<'_>,
     ) {
+        span!("listen");
         let check = &fields.settings.cross_check;
         let fresh = check.on && !check.lets_recycle;
         let (view, starts) = (world.view(), &self.detector.starts);
@@ -120,6 +122,7 @@ impl FieldPipeline {
         began: f64,
         world: &WorldMut<'_>,
     ) {
+        span!("sweep");
         let rules = &fields.settings.rules;
         self.pushes.clear();
         let (view, joints, compiled) = (world.view(), joints(world), &self.scene.compiled);
@@ -159,6 +162,7 @@ impl FieldPipeline {
         verdicts: &Verdicts,
         world: &mut WorldMut<'_>,
     ) -> usize {
+        span!("touch");
         let dt = open.dt;
         if self.scene.compiled.detectors.is_empty() {
             state.hand_over = HandOver::default();

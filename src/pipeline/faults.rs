@@ -1,6 +1,7 @@
 //! The treatment of forces that cannot be given to Rapier.
 
 use super::scene::Now;
+use super::timings::span;
 use super::{Definition, FieldPipeline};
 use crate::bridge::{SoftFlight, StepError, WorldMut};
 use crate::diagnose::{blame, sifted, warn_of};
@@ -19,6 +20,7 @@ impl FieldPipeline {
         now: Now,
         evaluation: &mut Evaluation,
     ) -> Result<(), StepError> {
+        span!("evaluation");
         let view = world.view();
         loop {
             let context = self.scene.context(fields, world, &view, now);
@@ -78,6 +80,7 @@ impl FieldPipeline {
         world: &WorldMut<'_>,
         flight: Option<&SoftFlight>,
     ) -> Result<(), StepError> {
+        span!("soft bodies");
         let (view, settings) = (world.view(), fields.settings);
         let moment = now.moment();
         let (compiled, wake) = (&self.scene.compiled, settings.wake);

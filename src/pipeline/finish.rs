@@ -8,6 +8,7 @@ use super::contacts::joints;
 use super::faults::answering;
 use super::scene::{Now, iterations};
 use super::state::OpenRecord;
+use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
 use crate::bridge::{self, Constraints, Made, Push, StepError, Wanted, WorldMut};
 use crate::contact::was_to_ask;
@@ -27,6 +28,7 @@ impl FieldPipeline {
         mut open: OpenStep,
         mut world: WorldMut<'_>,
     ) -> Result<StepOutcome, StepError> {
+        span!("finish");
         let mut record = match state.open.take() {
             Some(record) if [record.number, self.last_begun] == [open.number; 2] => record,
             other => {
@@ -203,6 +205,7 @@ impl FieldPipeline {
         open: &mut OpenStep,
         world: &mut WorldMut<'_>,
     ) -> Result<usize, StepError> {
+        span!("bodies");
         self.sampled = open.bodies.len();
         let late = self.missed_bodies(world);
         if open.idle && late.is_empty() {

@@ -1,6 +1,7 @@
 //! The stages that both halves of a step share: bodies → samples → evaluation.
 
 use super::scene::iterations;
+use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, StepMark, Wanted, WorldMut, WorldRef, is_movable, most_sleep};
 use crate::compile::{Compiled, FieldReach as Box, Prepared};
@@ -93,6 +94,7 @@ impl FieldPipeline {
 
     /// Copies the sampled bodies: the awake ones, and others that are wanted.
     pub(super) fn read(&mut self, world: &WorldMut<'_>, wanted: Wanted<'_>) {
+        span!("read");
         let (bodies, warnings) = (&mut self.scene.bodies, &mut self.warnings);
         bodies.clear();
         let mut walk = self.reader.walk(world.bodies, world.islands, wanted);
@@ -108,6 +110,7 @@ impl FieldPipeline {
     /// Updates the parts of the samples that outlive steps for the bodies that were read. Returns true if they are made
     /// of other parts than before. `known` if the bodies have the same parts as before.
     pub(super) fn gather(&mut self, view: &WorldRef<'_>, known: bool) -> bool {
+        span!("samples");
         self.gatherer.gather(
             &mut self.scene.samples,
             &self.properties,
@@ -120,6 +123,7 @@ impl FieldPipeline {
 
     /// Moves the samples to the poses of the bodies that were read.
     pub(super) fn place(&mut self) {
+        span!("place");
         self.scene.samples.place(&self.scene.bodies);
     }
 

@@ -75,6 +75,15 @@ impl fmt::Display for StepTimings {
     }
 }
 
+/// Is in a span of `tracing` from here to the end of the block, with that feature.
+macro_rules! span {
+    ($name:literal) => {
+        #[cfg(feature = "tracing")]
+        let _span = tracing::trace_span!(target: "rapier3d_fields", $name).entered();
+    };
+}
+pub(super) use span;
+
 /// Measures stages, if it is on.
 #[derive(Debug, Default)]
 pub(super) struct Stopwatch {

@@ -75,6 +75,7 @@ mod saved_trees;
 mod sleep;
 mod snapshots;
 mod soft_bodies;
+mod spans;
 mod stiff;
 mod stiff_closed_forms;
 mod study;

@@ -1,0 +1,85 @@
+//! The stages of a step as spans of `tracing`.
+
+use std::sync::{Arc, Mutex};
+
+use rapier3d_fields::prelude::*;
+use tracing::span::{Attributes, Id, Record};
+use tracing::{Event, Metadata, Subscriber};
+
+/// The names of all spans, and the spans that are open.
+#[derive(Default)]
+struct Seen {
+    names: Vec<&'static str>,
+    open: Vec<usize>,
+    /// Each span that was entered, after the one that it is in.
+    paths: Vec<Vec<&'static str>>,
+}
+
+#[derive(Clone, Default)]
+struct Listener(Arc<Mutex<Seen>>);
+
+impl Subscriber for Listener {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        metadata.target() == "rapier3d_fields"
+    }
+
+    fn new_span(&self, span: &Attributes<'_>) -> Id {
+        let mut seen = self.0.lock().expect("one thread");
+        seen.names.push(span.metadata().name());
+        Id::from_u64(seen.names.len() as u64)
+    }
+
+    fn enter(&self, span: &Id) {
+        let mut seen = self.0.lock().expect("one thread");
+        seen.open.push(span.into_u64() as usize - 1);
+        let path = seen.open.iter().map(|number| seen.names[*number]);
+        let path = path.collect();
+        seen.paths.push(path);
+    }
+
+    fn exit(&self, span: &Id) {
+        let mut seen = self.0.lock().expect("one thread");
+        assert_eq!(seen.open.pop(), Some(span.into_u64() as usize - 1));
+    }
+
+    fn record(&self, _: &Id, _: &Record<'_>) {}
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+    fn event(&self, _: &Event<'_>) {}
+}
+
+/// The spans of a step of one body.
+fn spans(tree: impl Into<Tree>, shape: ColliderBuilder) -> Vec<String> {
+    let mut world = PhysicsWorld::new();
+    let (_, collider) = world.insert(RigidBodyBuilder::dynamic(), shape);
+    let tree = tree.into() + Field::contact(ContactLaw::elastic()).at(collider);
+    let mut fields = Fields::new(tree).expect("a valid tree");
+    let listener = Listener::default();
+    tracing::subscriber::with_default(listener.clone(), || {
+        fields.step(&mut world).expect("a step");
+    });
+    let seen = listener.0.lock().expect("one thread");
+    assert_eq!(seen.open, [0; 0], "all ended");
+    seen.paths.iter().map(|path| path.join("/")).collect()
+}
+
+#[test]
+fn a_step_has_spans_for_its_stages() {
+    let pull = Field::point_gravity(4.0).at(Vector::X * 9.0);
+    let all = spans(pull, ColliderBuilder::cuboid(0.5, 0.4, 0.3));
+    for half in ["begin", "finish"] {
+        for stage in [
+            "bodies/read",
+            "bodies/samples",
+            "bodies/place",
+            "bodies/evaluation",
+        ] {
+            assert!(
+                all.contains(&format!("{half}/{stage}")),
+                "{half}/{stage}: {all:?}"
+            );
+        }
+    }
+    for stage in ["begin/bodies/motion", "begin/listen", "finish/touch"] {
+        assert!(all.contains(&stage.to_owned()), "{stage}: {all:?}");
+    }
+}
