@@ -54,8 +54,7 @@ use crate::threads::Pool;
 ///   contact or its neighbours feels less of a drag of rate k, and of its weight beside it, by a share of about k·dt/2
 ///   where that is small, and at most the force that brings it to the speed of the flow within a step;
 ///   [`StepWarning::PinnedParticles`](crate::StepWarning::PinnedParticles) tells where a body has pins. A soft body
-///   that sleeps is
-///   left asleep, except under [`WakePolicy::Always`].
+///   that sleeps is left asleep, except under [`WakePolicy::Always`].
 /// - The volume of a particle is a quarter of each cell that it is a corner of, in the present shape. Without
 ///   cells, the volume that a closed surface encloses is shared among its particles by the area around them.
 ///   Open sheets and ropes have no volume, whatever their contact skin: they displace nothing, and

@@ -169,8 +169,12 @@ impl SoftBodies {
         }
     }
 
+    /// Finds the soft bodies with pins on which fields that read velocities act too little.
     fn find_lacking(&mut self, dt: Real) {
         self.lacking.clear();
+        if self.particles.couplings.is_empty() {
+            return;
+        }
         for number in 0..self.bodies.len() {
             let places = self.places(number);
             let roots = &self.samples.bodies[places.clone()];

@@ -174,10 +174,10 @@ impl FieldPipeline {
         state: &mut FieldState,
         world: &WorldMut<'_>,
     ) -> Tally {
-        span!("audit");
         if !fields.settings.audit {
             return Tally::default();
         }
+        span!("audit");
         let view = world.view();
         let (_, samples) =
             Self::sample_everyone(&self.properties, &view, self.scene.compiled.requirements);

@@ -124,13 +124,12 @@ impl Gatherer {
         bodies: &[Body],
         world: &impl Lookup,
     ) {
-        let bodies_kept = std::mem::take(&mut self.bodies);
-        let parts_kept = std::mem::take(&mut self.parts);
-        let columns_kept = std::mem::take(&mut self.columns);
-        self.make(samples, properties, requirements, bodies, world);
-        self.bodies = bodies_kept;
-        self.parts = parts_kept;
-        self.columns = columns_kept;
+        let mut other = Gatherer {
+            shapes: std::mem::take(&mut self.shapes),
+            ..Gatherer::default()
+        };
+        other.make(samples, properties, requirements, bodies, world);
+        self.shapes = other.shapes;
     }
 
     /// A bound of the distance of a body's colliders from its centre of mass.
