@@ -188,12 +188,11 @@ impl Lowering<'_> {
 
     /// Adds an instance of the program of this field. Fields that differ in their anchor only share a program.
     fn instance_of_leaf(&mut self, place: u32, field: &Field, anchor: &Anchor) {
-        let program = self.lowered.program.get_or_insert_with(|| {
+        self.lowered.program.get_or_insert_with(|| {
             let node = [Node::Leaf(Box::new(field.clone()))];
             let (program, _) = Program::lower(Nodes(&node), 0);
             program.about(None, Nodes(&node), 0)
         });
-        program.instances.strengths.push(field.strength);
         self.instance(anchor, &[(place, Some(*anchor))]);
     }
 
@@ -233,6 +232,9 @@ impl Lowering<'_> {
         let mut found = Vec::new();
         program.instances.centres.push(self.anchors.hold(centre));
         program.instances.serials.push(self.serial);
+        if program.is_one_field() {
+            program.instances.strengths.push(program.leaves[0].strength);
+        }
         for (leaf, (place, anchor)) in anchored.iter().enumerate() {
             let id = anchor.map_or(NO_ANCHOR, |anchor| self.anchors.hold(&anchor));
             moves |= anchor.is_some_and(|anchor| !matches!(anchor, Anchor::World { .. }));

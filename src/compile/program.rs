@@ -131,7 +131,7 @@ impl Program {
     }
 
     /// Returns true if the program is one field that no operator or modifier changes.
-    fn is_one_field(&self) -> bool {
+    pub(super) fn is_one_field(&self) -> bool {
         matches!(self.steps[..], [Instruction::Leaf(_)])
     }
 

@@ -536,3 +536,46 @@ fn two_edits_in_a_step_leave_others_as_they_are() {
         bench.check().expect("as made anew");
     }
 }
+
+/// Before: instances of instances of one field took the strength of the first field they share a program with, or the
+/// library panicked if that had instances of its own.
+#[test]
+fn instances_of_instances_have_their_own_strengths() {
+    let plans = [worlds::BodyPlan {
+        position: [0, 0, 0],
+        linvel: [0; 3],
+        angvel: [0; 3],
+        parts: vec![([0; 3], 0, 1, None)],
+    }];
+    let mut bench = Bench::new(World::new(&plans), &[]);
+    let zone = |strength: Real| {
+        let push = Field::uniform(Vector::X).within(Region::half_space(Vector::X, 9.0));
+        Tree::from(push.strength(strength))
+    };
+    let nested =
+        |strength| Tree::instances(Tree::instances(zone(strength), [Vector::Y]), [Vector::Z]);
+    let flat = |strength| Tree::instances(zone(strength), [Vector::Y]);
+    let set = &mut bench.fields.set;
+    let handles = [
+        nested(1.0),
+        flat(10.0),
+        zone(100.0),
+        nested(1000.0),
+        flat(10000.0),
+    ]
+    .map(|tree| set.insert(tree))
+    .map(|tree| set.fields_of(tree)[0]);
+    for (handle, [strength, sum]) in handles.into_iter().rev().zip([
+        [20000.0, 21111.0],
+        [0.0, 20111.0],
+        [200.0, 20211.0],
+        [20.0, 20221.0],
+        [2.0, 20222.0],
+    ]) {
+        bench.fields.set[handle].strength = strength;
+        bench.follow();
+        bench.check().expect("as made anew, and as the reference");
+        let force = bench.wrenches(&bench.fields)[0].1.force;
+        assert_eq!(force, Vector::X * sum);
+    }
+}
