@@ -89,9 +89,23 @@ impl ContactBody {
         rotor.angvel(self.attitude, angular_impulse * *may_turn) * *may_turn
     }
 
+    /// The angular impulse of an impulse at `point`; zero if it is within the rounding of the places, so that a ball that
+    /// is hit without friction does not begin to spin.
+    fn angular_impulse(&self, point: DVec3, impulse: DVec3) -> DVec3 {
+        let turning = (point - self.com).cross(impulse);
+        let places = point.length_squared() + self.com.length_squared();
+        let rounding = 8.0 * f64::EPSILON;
+        let small = rounding * rounding * places * impulse.length_squared();
+        if turning.length_squared() <= small {
+            DVec3::ZERO
+        } else {
+            turning
+        }
+    }
+
     /// The velocity change that an impulse at `point` gives the body at `there`.
     pub(super) fn answer(&self, there: DVec3, point: DVec3, impulse: DVec3) -> DVec3 {
-        let twist = self.twist((point - self.com).cross(impulse));
+        let twist = self.twist(self.angular_impulse(point, impulse));
         impulse * self.resistance.inverse_mass + twist.cross(there - self.com)
     }
 
@@ -103,7 +117,7 @@ impl ContactBody {
 
     pub(super) fn push(&mut self, point: DVec3, impulse: DVec3) {
         let kick = impulse * self.resistance.inverse_mass;
-        let twist = self.twist((point - self.com).cross(impulse));
+        let twist = self.twist(self.angular_impulse(point, impulse));
         self.linvel = added(self.linvel, kick);
         self.angvel = added(self.angvel, twist);
         // A body whose centre cannot move may still rotate.

@@ -151,7 +151,7 @@ impl Detector {
     ) {
         let found = &mut self.found;
         let masked = is_masked(compiled);
-        let moved = self.touch.gather(world) || masked;
+        let moved = self.touch.gather(world, self.starts.dt()) || masked;
         if moved || held.is_none() && !found.anew {
             self.touch.find(world, &self.starts, held, found);
         } else {

@@ -15,8 +15,7 @@ use super::starts::Starts;
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
-use crate::neighbors::{Cluster, VerletList};
-use crate::rapier::geometry::{Aabb, Collider};
+use crate::rapier::geometry::Collider;
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rigid::{Lookup, local_pose};
 
@@ -26,22 +25,29 @@ pub(super) struct Discrete {
     /// Indices into `Compiled::detectors`, by collider.
     detectors: HashMap<ColliderHandle, Vec<u32>>,
     laws: LawTable,
-    /// The balls of one body are consecutive.
-    balls: Vec<Ball>,
-    clusters: Vec<Cluster>,
-    list: VerletList,
     solids: Vec<SolidPart>,
     /// By the index of a collider: the index of its solid.
     number_of: Vec<u32>,
+    balls: Vec<Ball>,
+    /// The ranges of balls that are of one body.
+    clusters: Vec<Range<usize>>,
+    /// The solids, followed by the clusters.
+    places: Vec<Place>,
     near: NearPairs,
     /// A buffer for the contact points of a pair.
     points: Vec<ManifoldPoint>,
     /// By solid: true if it is as it was at the previous [`Discrete::gather`].
     still: Vec<bool>,
-    still_points: StillPoints,
-    separations: Separations,
+    known: KnownPairs,
     /// The balls and solids of the previous [`Discrete::gather`].
     last: (Vec<Ball>, Vec<SolidPart>),
+}
+
+/// Caches for pairs of solids, kept from step to step.
+#[derive(Debug, Default)]
+struct KnownPairs {
+    apart: Separations,
+    still: StillPoints,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +61,6 @@ struct Ball {
 struct SolidPart {
     part: ContactPart,
     placed: PlacedShape,
-    bounds: Aabb,
 }
 
 impl SolidPart {
@@ -66,15 +71,6 @@ impl SolidPart {
             return Vec::new();
         }
         self.placed.near(&other.placed)
-    }
-
-    fn place(&self) -> Place {
-        Place {
-            bounds: self.bounds,
-            dynamic: self.part.dynamic,
-            // Parry gives a half-space bounds as large as the number type allows.
-            bounded: self.placed.shape.as_halfspace().is_none(),
-        }
     }
 }
 
@@ -118,16 +114,15 @@ impl Discrete {
         Discrete {
             detectors,
             laws: LawTable::new(compiled),
-            balls: Vec::new(),
-            clusters: Vec::new(),
-            list: VerletList::default(),
             solids: Vec::new(),
             number_of: Vec::new(),
+            balls: Vec::new(),
+            clusters: Vec::new(),
+            places: Vec::new(),
             near: NearPairs::default(),
             points: Vec::new(),
             still: Vec::new(),
-            still_points: StillPoints::default(),
-            separations: Separations::default(),
+            known: KnownPairs::default(),
             last: Default::default(),
         }
     }
@@ -155,31 +150,35 @@ impl Discrete {
     }
 
     /// Collects all enabled colliders that are no sensors, at their present poses. Returns true if any of them differs
-    /// from the previous call.
-    pub(super) fn gather(&mut self, world: &impl Lookup) -> bool {
+    /// from the previous call. `dt` is the length of a step.
+    pub(super) fn gather(&mut self, world: &impl Lookup, dt: Real) -> bool {
         std::mem::swap(&mut self.balls, &mut self.last.0);
         std::mem::swap(&mut self.solids, &mut self.last.1);
         self.balls.clear();
         self.clusters.clear();
         self.solids.clear();
+        self.places.clear();
+        let mut around = Vec::new();
         for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
-            let start = self.balls.len() as u32;
+            let start = self.balls.len();
             let (owner, dynamic) = (Some(handle), body.is_dynamic());
+            let way = body.linvel() * dt;
             for handle in body.colliders() {
                 if let Some(collider) = world.collider(*handle) {
                     let pose = *body.position() * local_pose(collider);
                     let part = self.part_of(*handle, collider, owner, dynamic);
-                    self.part(part, collider, pose);
+                    self.part(part, collider, pose, way);
                 }
             }
-            self.cluster(start);
+            around.extend(self.cluster(start, way));
         }
         for (handle, collider) in world.free_colliders() {
-            let start = self.balls.len() as u32;
+            let start = self.balls.len();
             let part = self.part_of(handle, collider, None, false);
-            self.part(part, collider, *collider.position());
-            self.cluster(start);
+            self.part(part, collider, *collider.position(), Vector::ZERO);
+            around.extend(self.cluster(start, Vector::ZERO));
         }
+        self.places.append(&mut around);
         let before = &self.last.1;
         let still = self.solids.iter().enumerate();
         let still = still.map(|(number, solid)| before.get(number) == Some(solid));
@@ -189,7 +188,7 @@ impl Discrete {
         !alike || self.balls != self.last.0
     }
 
-    fn part(&mut self, part: ContactPart, collider: &Collider, pose: Pose) {
+    fn part(&mut self, part: ContactPart, collider: &Collider, pose: Pose, way: Vector) {
         if !collider.is_enabled() || collider.is_sensor() {
             return;
         }
@@ -207,31 +206,31 @@ impl Discrete {
             self.number_of
                 .resize(self.number_of.len().max(index + 1), 0);
             self.number_of[index] = self.solids.len() as u32;
-            self.solids.push(SolidPart {
-                part,
+            self.places.push(Place {
                 bounds: shape.compute_aabb(&pose).loosened(skin),
-                placed: PlacedShape { pose, shape, skin },
+                way,
+                dynamic: part.dynamic,
+                // Parry gives a half-space bounds as large as the number type allows.
+                bounded: shape.as_halfspace().is_none(),
             });
+            let placed = PlacedShape { pose, shape, skin };
+            self.solids.push(SolidPart { part, placed });
         }
     }
 
-    /// Makes a cluster of the balls from index `start` on.
-    fn cluster(&mut self, start: u32) {
-        let balls = &self.balls[start as usize..];
-        let Some(first) = balls.first().map(|ball| ball.placed.centre) else {
-            return;
-        };
-        let sum = balls
-            .iter()
-            .fold(Vector::ZERO, |sum, ball| sum + (ball.placed.centre - first));
-        let centre = first + sum / balls.len() as Real;
-        let reach = |ball: &Ball| (ball.placed.centre - centre).length() + ball.placed.radius;
-        self.clusters.push(Cluster {
-            centre,
-            radius: balls.iter().map(reach).fold(0.0, Real::max),
-            start,
-            end: self.balls.len() as u32,
-        });
+    /// Makes a cluster of the balls from index `start` on, if there are any, and returns its place.
+    fn cluster(&mut self, start: usize, way: Vector) -> Option<Place> {
+        let balls = &self.balls[start..];
+        let bounds = balls.iter().map(|ball| ball.placed.bounds());
+        let bounds = bounds.reduce(|one, other| one.merged(&other))?;
+        let dynamic = balls[0].part.dynamic;
+        self.clusters.push(start..self.balls.len());
+        Some(Place {
+            bounds,
+            way,
+            dynamic,
+            bounded: true,
+        })
     }
 
     /// The index of the solid of a collider.
@@ -255,78 +254,75 @@ impl Discrete {
         found.points.clear();
         let held = held.filter(|held| !held.pairs.is_empty());
         found.anew = held.is_none();
-        self.list.refresh(&self.clusters, 0.0);
+        self.near.refresh(&self.places);
         let mut finder = Finder {
             world,
             starts,
             found,
         };
-        for (i, cluster) in self.clusters.iter().enumerate() {
-            for j in self.list.later(i) {
-                let other = &self.clusters[*j as usize];
-                let reach = cluster.radius + other.radius;
-                if (cluster.centre - other.centre).length_squared() <= reach * reach * 1.0001 {
-                    self.between(cluster, other, &mut finder);
-                }
+        let mut known = std::mem::take(&mut self.known);
+        known.apart.turn();
+        known.still.turn();
+        if let Some(held) = held {
+            self.take_over(held, &mut known.apart, &mut finder);
+        }
+        for numbers in &self.near.list {
+            let [a, b] = numbers.map(|number| &self.places[number as usize]);
+            if b.bounded && !a.bounds.intersects(&b.bounds) {
+                continue;
+            }
+            match numbers.map(|number| self.cluster_at(number)) {
+                [Some(one), Some(two)] => between(one, two, &mut finder),
+                [Some(balls), None] => self.touch_balls(balls, numbers[1], &mut finder),
+                [None, Some(balls)] => self.touch_balls(balls, numbers[0], &mut finder),
+                [None, None] => self.touch_solids(*numbers, held, &mut known, &mut finder),
             }
         }
-        if self.solids.is_empty() {
+        self.known = known;
+    }
+
+    /// Adds the contact of two solids, unless it was taken over from Rapier's solver.
+    fn touch_solids(
+        &self,
+        numbers: [u32; 2],
+        held: Option<HeldPairs<'_>>,
+        known: &mut KnownPairs,
+        finder: &mut Finder<'_, impl Lookup>,
+    ) {
+        let [one, two] = self.ordered(numbers);
+        let stands = self.stands(numbers);
+        let pair = [one, two].map(|solid| solid.part.collider);
+        if !stands && held.is_some_and(|held| held.pairs.contains(&in_order(pair))) {
             return;
         }
-        self.near.refresh(self.solids.iter().map(SolidPart::place));
-        self.touch_balls(&mut finder);
-        let mut apart = std::mem::take(&mut self.separations);
-        apart.turn();
-        if let Some(held) = held {
-            self.take_over(held, &mut apart, &mut finder);
-        }
-        let mut still = std::mem::take(&mut self.still_points);
-        still.turn();
-        for numbers in &self.near.list {
-            let [one, two] = self.ordered(*numbers);
-            if one.place().bounded && !one.bounds.intersects(&two.bounds) {
-                continue;
+        finder.pair(&one.part, &two.part, |points| {
+            let mut search = || one.search(two, &mut known.apart);
+            if stands {
+                let near = known.still.near(pair, search);
+                one.placed.place(&two.placed, near, points);
+            } else {
+                one.placed.place(&two.placed, &search(), points);
             }
-            let stands = self.stands(*numbers);
-            let pair = [one, two].map(|solid| solid.part.collider);
-            if !stands && held.is_some_and(|held| held.pairs.contains(&in_order(pair))) {
-                continue;
-            }
-            finder.pair(&one.part, &two.part, |points| {
-                let mut search = || one.search(two, &mut apart);
-                if stands {
-                    one.placed
-                        .place(&two.placed, still.near(pair, search), points);
-                } else {
-                    one.placed.place(&two.placed, &search(), points);
-                }
-            });
-        }
-        self.still_points = still;
-        self.separations = apart;
+        });
     }
 
-    /// Adds the contacts between balls and solids.
-    fn touch_balls(&self, finder: &mut Finder<'_, impl Lookup>) {
-        for cluster in &self.clusters {
-            let balls = self.balls_of(cluster);
-            let around = balls.iter().map(|ball| ball.placed.bounds());
-            let around = around.reduce(|one, other| one.merged(&other));
-            for number in around.iter().flat_map(|around| self.near.around(around)) {
-                let solid = &self.solids[number as usize];
-                for ball in balls {
-                    if !solid.place().bounded || solid.bounds.intersects(&ball.placed.bounds()) {
-                        finder.pair(&solid.part, &ball.part, |points| {
-                            solid.placed.overlaps_ball(&ball.placed, points);
-                        });
-                    }
-                }
-            }
-        }
+    /// The balls of the cluster at a place; `None` if that is a solid.
+    fn cluster_at(&self, number: u32) -> Option<&[Ball]> {
+        let number = (number as usize).checked_sub(self.solids.len())?;
+        Some(&self.balls[self.clusters[number].clone()])
     }
 
-    fn balls_of(&self, cluster: &Cluster) -> &[Ball] {
-        &self.balls[cluster.start as usize..cluster.end as usize]
+    /// Adds the contacts between balls and a solid.
+    fn touch_balls(&self, balls: &[Ball], number: u32, finder: &mut Finder<'_, impl Lookup>) {
+        let place = &self.places[number as usize];
+        let solid = &self.solids[number as usize];
+        for ball in balls {
+            if !place.bounded || place.bounds.intersects(&ball.placed.bounds()) {
+                finder.pair(&solid.part, &ball.part, |points| {
+                    solid.placed.overlaps_ball(&ball.placed, points);
+                });
+            }
+        }
     }
 
     /// Adds the contacts of solids that Rapier's solver holds, from the points of its manifolds where these are still
@@ -348,8 +344,11 @@ impl Discrete {
             }
             let [one, two] = self.ordered([a.min(b), a.max(b)]);
             finder.pair(&one.part, &two.part, |points| {
-                let size = |solid: &SolidPart| solid.bounds.half_extents().length();
-                let size = size(one).min(size(two));
+                let size = |number: u32| {
+                    let bounds = &self.places[number as usize].bounds;
+                    bounds.half_extents().length()
+                };
+                let size = size(a).min(size(b));
                 let relative = one.placed.pose.inv_mul(&two.placed.pose);
                 let swapped = found.collider1 != one.part.collider;
                 if !held.near(found, swapped, &relative, size, &mut near) {
@@ -364,7 +363,7 @@ impl Discrete {
     /// Two solids; one without bounds comes first.
     fn ordered(&self, pair: [u32; 2]) -> [&SolidPart; 2] {
         let [one, two] = pair.map(|number| &self.solids[number as usize]);
-        if two.place().bounded {
+        if self.places[pair[1] as usize].bounded {
             [one, two]
         } else {
             [two, one]
@@ -375,15 +374,15 @@ impl Discrete {
     fn stands(&self, pair: [u32; 2]) -> bool {
         pair.iter().all(|number| self.still[*number as usize])
     }
+}
 
-    /// Adds the contacts between the balls of two clusters.
-    fn between(&self, one: &Cluster, two: &Cluster, finder: &mut Finder<'_, impl Lookup>) {
-        for ball in self.balls_of(one) {
-            for other in self.balls_of(two) {
-                finder.pair(&ball.part, &other.part, |points| {
-                    points.extend(ball.placed.overlap(&other.placed));
-                });
-            }
+/// Adds the contacts between the balls of two clusters.
+fn between(one: &[Ball], two: &[Ball], finder: &mut Finder<'_, impl Lookup>) {
+    for ball in one {
+        for other in two {
+            finder.pair(&ball.part, &other.part, |points| {
+                points.extend(ball.placed.overlap(&other.placed));
+            });
         }
     }
 }

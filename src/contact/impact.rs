@@ -8,6 +8,7 @@ use super::field_mask::At;
 use super::paper_push::PaperPushes;
 use super::solve::{ContactPoint, Meeting, resolve};
 use super::sweep::{Event, Sweep, SweepScene};
+use super::swept_body::SweptWorld;
 use super::time_of_impact::spots;
 use super::touch_record::TouchRecord;
 use crate::field::ContactLaw;
@@ -20,14 +21,16 @@ impl Sweep {
         &mut self,
         batch: &[Event],
         scene: &mut SweepScene<'_>,
-        world: &impl Lookup,
-        dt: f64,
+        world: &SweptWorld<'_, impl Lookup>,
         contacts: &mut Vec<FieldContact>,
     ) {
-        let time = batch[0].time;
+        let (time, dt) = (batch[0].time, world.dt);
         let mut numbers: Vec<usize> = batch.iter().flat_map(|event| event.tracks).collect();
         numbers.sort_unstable();
         numbers.dedup();
+        for number in &numbers {
+            self.tracks.list[*number].prepare(world);
+        }
         numbers.retain(|number| self.tracks.list[*number].resistance.is_some());
         let movers = numbers.iter().map(|n| self.tracks.list[*n].mover(time));
         let mut movers: Vec<ContactBody> = movers.flatten().collect();
@@ -105,7 +108,7 @@ impl Sweep {
             }
         }
         contacts.extend(found.into_iter().map(|(contact, ..)| contact));
-        self.go_on(&numbers, &movers, batch, world, [time, dt]);
+        self.go_on(&numbers, &movers, batch, world);
     }
 
     /// The contact of an event as it is reported; `None` if no detection field acts there.
@@ -209,9 +212,9 @@ impl Sweep {
         numbers: &[usize],
         movers: &[ContactBody],
         batch: &[Event],
-        world: &impl Lookup,
-        [time, dt]: [f64; 2],
+        world: &SweptWorld<'_, impl Lookup>,
     ) {
+        let (time, dt) = (batch[0].time, world.dt);
         let mut pushed = Vec::new();
         for (number, mover) in numbers.iter().zip(movers) {
             let sound = mover.linvel.is_finite() && mover.angvel.is_finite();
@@ -219,7 +222,7 @@ impl Sweep {
                 continue;
             }
             let track = &mut self.tracks.list[*number];
-            let body = track.body.and_then(|body| world.body(body));
+            let body = track.body.and_then(|body| world.world.body(body));
             let free =
                 body.is_some_and(|body| body.is_dynamic() && body.gyroscopic_forces_enabled());
             track.redirect(mover, free, [time, dt]);
@@ -245,7 +248,7 @@ impl Sweep {
         pairs.sort_unstable();
         pairs.dedup();
         for pair in pairs {
-            self.foresee(pair, time, world, dt);
+            self.foresee(pair, time, world);
         }
     }
 }

@@ -143,23 +143,10 @@ impl BodyStart {
             angvel: body.angvel(),
             spread,
             behind: spread * (setting.dt / (2.0 * iterations as Real)),
-            ..BodyStart::nowhere()
-        }
-    }
-
-    /// The start of a collider without a body.
-    pub(super) fn nowhere() -> Self {
-        BodyStart {
-            body: RigidBodyHandle::invalid(),
-            pose: Pose::IDENTITY,
-            linvel: Vector::ZERO,
-            angvel: Vector::ZERO,
             turn: None,
-            spread: Vector::ZERO,
             kicked: Vector::ZERO,
             jerk: Vector::ZERO,
             share: KickShare::Whole,
-            behind: Vector::ZERO,
         }
     }
 
@@ -198,11 +185,11 @@ impl BodyStart {
         self.spread + self.kicked
     }
 
-    /// The part of `acceleration` that is due to fields, for a body that is moved within the step. `None` for others,
-    /// which get the rest of their kick after Rapier's step.
-    pub(super) fn by_fields(&self, acceleration: DVec3) -> Option<DVec3> {
+    /// The acceleration that is not due to fields, for a body that is moved within the step. `None` for others, which
+    /// get the rest of their kick after Rapier's step.
+    pub(super) fn spread_within(&self) -> Option<DVec3> {
         let within = matches!(self.share, KickShare::Within(Some(_)));
-        within.then(|| acceleration - to_dvec3(self.spread))
+        within.then(|| to_dvec3(self.spread))
     }
 
     /// The velocity at the start of the path over a step that nothing interrupts, its mean acceleration, and the

@@ -14,13 +14,13 @@ use super::near_pairs::{NearPairs, Place};
 use super::rules::{Pairs, in_order};
 use super::separation::Separations;
 use super::starts::Starts;
-use super::swept_body::{SweptBody, near_each_other};
+use super::swept_body::{SweptWorld, near_each_other};
 use super::swept_parts::SweptBodies;
 use super::time_of_impact::{MovingShape, may_touch, time_of_impact};
 use super::touch_record::TouchRecord;
 use crate::bridge::Push;
 use crate::math::{ColliderHandle, from_dpose3, from_dvec3, from_f64};
-use crate::rapier::geometry::Aabb;
+use crate::rapier::geometry::{Aabb, BoundingVolume};
 use crate::rigid::{Lookup, MidStepImpact};
 
 /// The limit of impacts in one step: a constant, and an allowance for each body. A billiard of mass ratio 10⁴ has 314
@@ -50,8 +50,9 @@ pub(super) struct Sweep {
     /// For pairs of parts that lose speed when they meet: the number of impacts, and the time until which they are left
     /// alone.
     pub(super) lasting: HashMap<[usize; 2], (u32, f64)>,
-    /// Pairs of bodies that may meet, by the motion predicted at the start of the step.
+    /// Pairs of bodies that may meet, by the motion predicted at the start of the step, and the bounds of that.
     pub(super) near: NearPairs,
+    places: Vec<Place>,
     /// The indices of bodies that an impact has put on another path, with the bounds of the rest of it.
     pub(super) redirected: Vec<(usize, Aabb)>,
     pub(super) moved: Vec<bool>,
@@ -109,29 +110,35 @@ impl Sweep {
             .gather(scene.fields.touch, scene.starts, world, dt);
         self.held.clone_from(&scene.verdicts.held);
         self.separations.turn();
-        self.foresee_all(world, dt);
+        let world = &SweptWorld {
+            world,
+            starts: scene.starts,
+            dt,
+        };
+        self.foresee_all(world);
         let mut left = MOST_IMPACTS + MOST_PER_BODY * self.tracks.list.len();
         let mut exhausted = false;
         while let Some(batch) = self.next_batch(dt) {
             exhausted |= left < batch.len();
             if exhausted {
-                self.hold(&batch);
+                self.hold(&batch, world);
                 continue;
             }
             left -= batch.len();
-            self.happen(&batch, &mut scene, world, dt, contacts);
+            self.happen(&batch, &mut scene, world, contacts);
         }
         self.push(dt, pushes);
         exhausted
     }
 
     /// Stops the bodies of touches that are beyond the limit where they touch.
-    fn hold(&mut self, batch: &[Event]) {
+    fn hold(&mut self, batch: &[Event], world: &SweptWorld<'_, impl Lookup>) {
         for number in batch.iter().flat_map(|event| event.tracks) {
             let track = &mut self.tracks.list[number];
             if !track.dynamic {
                 continue;
             }
+            track.prepare(world);
             track.stop(batch[0].time);
             if !std::mem::replace(&mut self.moved[number], true) {
                 self.redirected
@@ -152,48 +159,58 @@ impl Sweep {
     }
 
     /// Queues the first touch of each pair of bodies that may meet.
-    fn foresee_all(&mut self, world: &impl Lookup, dt: f64) {
+    fn foresee_all(&mut self, world: &SweptWorld<'_, impl Lookup>) {
         self.clear();
         self.moved.clear();
         self.moved.resize(self.tracks.list.len(), false);
-        let place = |track: &SweptBody| Place {
-            bounds: track.bounds(0.0, dt),
-            dynamic: track.dynamic,
-            bounded: track.is_bounded(),
-        };
-        self.near.refresh(self.tracks.list.iter().map(place));
+        let places = self.tracks.list.iter().map(|track| track.place(world.dt));
+        self.places.clear();
+        self.places.extend(places);
+        self.near.refresh(&self.places);
         let near = std::mem::take(&mut self.near);
-        for pair in &near.list {
-            self.foresee(pair.map(|number| number as usize), 0.0, world, dt);
+        for pair in near.list.iter().map(|pair| pair.map(|it| it as usize)) {
+            let [a, b] = pair.map(|number| &self.places[number]);
+            if !b.bounded || a.bounds.intersects(&b.bounds) {
+                self.foresee(pair, 0.0, world);
+            }
         }
         self.near = near;
     }
 
     /// Queues the first touch of two bodies from a moment on.
-    pub(super) fn foresee(&mut self, tracks: [usize; 2], from: f64, world: &impl Lookup, dt: f64) {
+    pub(super) fn foresee(
+        &mut self,
+        tracks: [usize; 2],
+        from: f64,
+        world: &SweptWorld<'_, impl Lookup>,
+    ) {
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         let idle = a.is_still() && b.is_still();
         if idle || !(a.dynamic || b.dynamic) || !(a.detects || b.detects) {
             return;
         }
-        let Some(span) = near_each_other([a, b], [from, dt]) else {
+        let Some(span) = near_each_other([a, b], [from, world.dt]) else {
             return;
         };
-        if self.pairs_of(tracks).next().is_none() {
+        let bounds = [a, b].map(|track| track.bounds(span[0], span[1]));
+        let near = |(_, [one, two]): &(_, [MovingShape<'_>; 2])| {
+            !one.stands_clear_of(&bounds[1]) && !two.stands_clear_of(&bounds[0])
+        };
+        if !self.pairs_of(tracks).any(|pair| near(&pair)) {
             return;
         }
         for number in tracks {
-            self.tracks.list[number].prepare(world, dt);
+            let track = &mut self.tracks.list[number];
+            if !track.round {
+                track.prepare(world);
+            }
         }
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
-        let bounds = [a, b].map(|track| track.bounds(span[0], span[1]));
         let (mut first, mut end) = (None, span[1]);
         let mut separations = std::mem::take(&mut self.separations);
-        for (parts, [one, two]) in self.pairs_of(tracks) {
+        for (parts, [one, two]) in self.pairs_of(tracks).filter(near) {
             let from = span[0].max(self.left_alone_until(parts));
             if from <= end
-                && !one.stands_clear_of(&bounds[1])
-                && !two.stands_clear_of(&bounds[0])
                 && may_touch([one, two], [from, end], &mut separations)
                 && let Some(time) = time_of_impact([one, two], [from, end])
                 && first.is_none_or(|(earliest, _)| time < earliest)

@@ -1,7 +1,8 @@
 //! A body of a step for swept detection: its start, and its path.
 
 use super::contact_body::{ContactBody, Resistance};
-use super::starts::{BodyStart, FreeTurn};
+use super::near_pairs::Place;
+use super::starts::{BodyStart, FreeTurn, Starts};
 use super::trajectory::{Bend, BodyPath, Turn};
 use crate::math::{
     DPose3, DQuat, DVec3, Real, RigidBodyHandle, from_dvec3, from_f64, to_dpose3, to_dvec3, to_f64,
@@ -13,6 +14,13 @@ use crate::rigid::Lookup;
 /// Tolerance, in roundings, between the path computed from a body's start and the place where Rapier put it: one for
 /// each substep, and a few for the frame.
 const ROUNDINGS: f64 = 32.0;
+
+/// The world after Rapier's step of length `dt`, and its bodies before.
+pub(super) struct SweptWorld<'a, W> {
+    pub world: &'a W,
+    pub starts: &'a Starts,
+    pub dt: f64,
+}
 
 /// A body, or a collider without one, on its path through a step.
 #[derive(Debug)]
@@ -26,9 +34,13 @@ pub(super) struct SweptBody {
     pub reach: f64,
     /// True if a part has a detection field.
     pub detects: bool,
+    /// True if all parts are balls about its centre of mass, so that no touch depends on its rotation.
+    pub round: bool,
     /// Set, with the rotation of the path, by [`SweptBody::prepare`].
     pub resistance: Option<Resistance>,
-    start: BodyStart,
+    /// The acceleration that is not due to fields, for a body that is moved within the step. Others get the rest of
+    /// their kick after Rapier's step.
+    spread: Option<DVec3>,
     /// The pose of its frame, and its velocity, after Rapier's step.
     end: DPose3,
     end_linvel: DVec3,
@@ -51,10 +63,10 @@ pub(super) struct SweptBody {
 }
 
 impl SweptBody {
-    pub(super) fn of_body(start: BodyStart, body: &RigidBody, local_com: DVec3, dt: f64) -> Self {
+    pub(super) fn of_body(start: &BodyStart, body: &RigidBody, local_com: DVec3, dt: f64) -> Self {
         let (begin, end) = (to_dpose3(&start.pose), to_dpose3(body.position()));
         let [from, to] = [begin, end].map(|pose| pose.transform_point(local_com));
-        let [linvel, acceleration, jerk, ahead] = way([from, to], &start, body, dt);
+        let [linvel, acceleration, jerk, ahead] = way([from, to], start, body, dt);
         SweptBody {
             body: Some(start.body),
             dynamic: body.is_dynamic(),
@@ -64,7 +76,7 @@ impl SweptBody {
                 jerk,
                 ..BodyPath::still(0.0, from, begin.rotation)
             },
-            start,
+            spread: start.spread_within(),
             end,
             end_linvel: to_dvec3(body.linvel()),
             local_com,
@@ -82,8 +94,9 @@ impl SweptBody {
             parts: 0..0,
             reach: 0.0,
             detects: false,
+            round: false,
             resistance: None,
-            start: BodyStart::nowhere(),
+            spread: None,
             end: DPose3::IDENTITY,
             end_linvel: DVec3::ZERO,
             end_momentum: None,
@@ -102,18 +115,22 @@ impl SweptBody {
         self.still.is_some() && self.generation == 0
     }
 
-    /// Computes the rotation of the path, which only bodies that may meet another need.
-    pub(super) fn prepare(&mut self, world: &impl Lookup, dt: f64) {
-        let body = self.body.and_then(|body| world.body(body));
-        let (None, Some(body)) = (self.resistance, body) else {
+    /// Computes the rotation of the path, which only bodies that may meet another need, and [round](Self::round) ones
+    /// that do.
+    pub(super) fn prepare(&mut self, world: &SweptWorld<'_, impl Lookup>) {
+        let (None, Some(handle)) = (self.resistance, self.body) else {
             return;
         };
+        let Some(body) = world.world.body(handle) else {
+            return;
+        };
+        let (start, dt) = (world.starts.of(handle, body), world.dt);
         let resistance = Resistance::of(body);
         self.resistance = Some(resistance);
-        let begin = to_dpose3(&self.start.pose).rotation;
+        let begin = self.path.attitude(0.0);
         let rotor = resistance.rotor;
         // The body made the free rotation of this crate unless something pushed it.
-        let free = self.start.turn.filter(|turn| {
+        let free = start.turn.filter(|turn| {
             let expected = rotor.angvel(self.end.rotation, turn.momentum);
             let off = (expected - to_dvec3(body.angvel())).length();
             off <= ROUNDINGS * to_f64(Real::EPSILON) * expected.length()
@@ -132,7 +149,7 @@ impl SweptBody {
         });
         self.path.turn = turn.unwrap_or_else(|| Turn::Steady {
             attitude: begin,
-            angvel: steady(begin, self.end.rotation, to_dvec3(self.start.angvel), dt),
+            angvel: steady(begin, self.end.rotation, to_dvec3(start.angvel), dt),
         });
         let bent = free.filter(|turn| turn.torque != DVec3::ZERO && rotor.is_free());
         if let (Some(turn), Turn::Free(top)) = (bent, &self.path.turn) {
@@ -170,7 +187,9 @@ impl SweptBody {
         let rotor = mover.resistance.rotor;
         let free = free && mover.resistance.may_turn == DVec3::ONE;
         let left = end - time;
-        let by_fields = self.start.by_fields(self.path.acceleration(time));
+        let by_fields = self
+            .spread
+            .map(|spread| self.path.acceleration(time) - spread);
         let spin_up = self.path.bend.map(|bend| bend.acceleration(time));
         let twisted = spin_up.map(|it| rotor.momentum(mover.attitude, it));
         self.presumed = by_fields.map(|it| [it, twisted.unwrap_or(DVec3::ZERO)]);
@@ -253,8 +272,14 @@ impl SweptBody {
         }
     }
 
-    pub(super) fn is_bounded(&self) -> bool {
-        self.reach.is_finite()
+    /// Its bounds over the whole step, before any impact.
+    pub(super) fn place(&self, dt: f64) -> Place {
+        Place {
+            bounds: self.bounds(0.0, dt),
+            way: from_dvec3(self.path.com(dt) - self.path.com(0.0)),
+            dynamic: self.dynamic,
+            bounded: self.reach.is_finite(),
+        }
     }
 }
 

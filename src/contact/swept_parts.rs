@@ -60,31 +60,33 @@ impl SweptBodies {
             if !body.is_enabled() || body.is_soft_frame() {
                 continue;
             }
-            let first = self.parts.len();
+            let mut first = self.parts.len();
             let start = starts.of(handle, body);
             let still = start.is_still(body);
+            // The parts of a level stand for themselves, since nothing moves them together.
+            let apart = still && !body.is_dynamic();
             let local_com = to_dvec3(pivot(body));
+            let track = || SweptBody::of_body(&start, body, local_com, dt);
             for collider in body.colliders() {
                 if let Some(found) = world.collider(*collider) {
                     let part = touch.part_of(*collider, found, Some(handle), body.is_dynamic());
                     let local = local_pose(found);
                     let pose = still.then(|| *body.position() * local);
                     self.add_part(part, found, &local, pose.as_ref(), local_com);
+                    if apart {
+                        self.add_track(track, first);
+                        first = self.parts.len();
+                    }
                 }
             }
-            if self.parts.len() > first {
-                let track = SweptBody::of_body(start, body, local_com, dt);
-                self.add_track(track, first);
-            }
+            self.add_track(track, first);
         }
         for (handle, collider) in world.free_colliders() {
             let first = self.parts.len();
             let part = touch.part_of(handle, collider, None, false);
             let pose = collider.position();
             self.add_part(part, collider, pose, Some(pose), DVec3::ZERO);
-            if self.parts.len() > first {
-                self.add_track(SweptBody::free(), first);
-            }
+            self.add_track(SweptBody::free, first);
         }
     }
 
@@ -131,12 +133,19 @@ impl SweptBodies {
         });
     }
 
-    fn add_track(&mut self, mut track: SweptBody, first: usize) {
+    /// Adds a track for the parts from index `first` on, if there are any.
+    fn add_track(&mut self, track: impl FnOnce() -> SweptBody, first: usize) {
         let parts = &self.parts[first..];
+        if parts.is_empty() {
+            return;
+        }
+        let mut track = track();
         let bounds = parts.iter().filter_map(|member| member.bounds);
         track.still = bounds.reduce(|one, two| one.merged(&two));
         track.parts = first..self.parts.len();
         track.detects = parts.iter().any(|member| member.part.law.is_some());
+        let round = |part: &SweptPart| part.is_ball() && part.arm == DVec3::ZERO;
+        track.round = parts.iter().all(round);
         track.reach = parts
             .iter()
             .map(|member| member.arm.length() + member.reach)
@@ -153,6 +162,10 @@ fn bounds_of(collider: &Collider, pose: &Pose) -> Aabb {
 }
 
 impl SweptPart {
+    pub(super) fn is_ball(&self) -> bool {
+        matches!(self.form, Form::Ball { .. })
+    }
+
     /// Its reach; zero for a half-space.
     pub(super) fn finite_reach(&self) -> f64 {
         match self.form {

@@ -305,11 +305,10 @@ const FLAT: f64 = 1e-3;
 /// All points at which two touching parts touch at a moment; the first one is the deepest.
 pub(super) fn spots(parts: SweptPair<'_>, time: f64) -> Vec<ContactPoint> {
     let first: Vec<_> = spot(parts, time).into_iter().collect();
-    let is_ball = |part: &MovingShape<'_>| matches!(part.member.form, Form::Ball { .. });
     let Some(depth) = first.first().map(|spot| spot.depth) else {
         return first;
     };
-    if parts.iter().any(is_ball) {
+    if parts.iter().any(|part| part.member.is_ball()) {
         return first;
     }
     let [a, b] = parts;
