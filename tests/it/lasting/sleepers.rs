@@ -89,7 +89,8 @@ fn as_many_heaps_sleep_as_with_rapier_alone() {
     compare(48);
 }
 
+/// Of two heaps the median is a matter of chance: one that a rolling body keeps awake is half of the bodies.
 #[test]
-fn a_heap_sleeps_as_with_rapier_alone() {
-    compare(2);
+fn a_few_heaps_sleep_as_with_rapier_alone() {
+    compare(6);
 }
