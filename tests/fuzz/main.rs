@@ -17,6 +17,7 @@ mod bits;
 mod child;
 mod draw;
 mod edits;
+mod replay;
 mod trees;
 mod worlds;
 
@@ -59,16 +60,19 @@ fn is_wild(world: &PhysicsWorld) -> bool {
         .any(|(_, body)| body.is_enabled() && wild(body))
 }
 
+/// The fields of a case. Some that are drawn are refused, as they should be.
+fn fields_of(seed: u64, world: &PhysicsWorld) -> Option<Fields> {
+    let mut draw = Draw::new(seed, 1);
+    (0..10).find_map(|_| {
+        let (tree, settings) = trees::fields(&mut draw, world);
+        Fields::builder(tree).settings(settings).build().ok()
+    })
+}
+
 /// Runs a case, with its fields or by Rapier alone.
 fn run(seed: u64, with_fields: bool) -> Outcome {
     let mut world = worlds::world(&mut Draw::new(seed, 0));
-    let mut draw = Draw::new(seed, 1);
-    // Some are refused, as they should be.
-    let mut fields = (0..10).find_map(|_| {
-        let (tree, settings) = trees::fields(&mut draw, &world);
-        Fields::builder(tree).settings(settings).build().ok()
-    });
-    fields.take_if(|_| !with_fields);
+    let mut fields = with_fields.then(|| fields_of(seed, &world)).flatten();
     let mut edits = Edits::new(seed);
     let mut trace = Vec::new();
     if number("FUZZ_SHOW", 0) == seed {
@@ -131,7 +135,7 @@ fn judge(seed: u64) -> Option<String> {
         }
         Ok(_) => None,
         Err(fault) => {
-            // Rapier does the same to this world by itself.
+            // Rapier does the same to this world by itself, or if it is given the states that it has with fields.
             let alone = attempt(seed, false);
             let is_its_own = match &alone {
                 Err(_) => true,
@@ -139,6 +143,7 @@ fn judge(seed: u64) -> Option<String> {
                     fault.contains("not finite") && !trace.iter().flatten().flatten().all(is_number)
                 }
             };
+            let is_its_own = is_its_own || replay::panics_alone(seed);
             (!is_its_own).then(|| fault.clone())
         }
     }
