@@ -162,7 +162,7 @@ impl FieldPipeline {
             moment(state.time, world.integration_parameters.dt),
         );
         let compiled = &self.scene.compiled;
-        let sites = Self::sites(&self.properties, compiled, &view);
+        let sites = Self::sites(&mut self.gatherer, &self.properties, compiled, &view);
         self.detector.run(compiled, &view, moment, None, sites);
         let contacts = &self.detector.contacts;
         Some(crate::cross_check::expect(settings, contacts, &view))
@@ -179,8 +179,12 @@ impl FieldPipeline {
         }
         span!("audit");
         let view = world.view();
-        let (_, samples) =
-            Self::sample_everyone(&self.properties, &view, self.scene.compiled.requirements);
+        let (_, samples) = Self::sample_everyone(
+            &mut self.gatherer,
+            &self.properties,
+            &view,
+            self.scene.compiled.requirements,
+        );
         let now = Now::first(state.time, world.integration_parameters.dt);
         let fields = SampledFields::new(fields.set, &view, &samples, now.moment());
         state.audit.begin(&fields)

@@ -65,7 +65,7 @@ impl FieldPipeline {
         let claimed = pairs.filter(|pair| claims.law(*pair).is_some());
         let moment = moment(state.time, world.integration_parameters.dt);
         let compiled = &self.scene.compiled;
-        let sites = Self::sites(properties, compiled, &view);
+        let sites = Self::sites(&mut self.gatherer, properties, compiled, &view);
         self.detector
             .released(compiled, &view, claimed, moment, sites)
     }
@@ -132,7 +132,7 @@ impl FieldPipeline {
             answers: answers(rules, verdicts, joints, &open.given, &view),
             verdicts,
         };
-        let sites = Self::sites(&self.properties, compiled, &view);
+        let sites = Self::sites(&mut self.gatherer, &self.properties, compiled, &view);
         self.detector
             .sweep(compiled, &view, step, sites, &mut self.pushes);
     }
@@ -177,7 +177,7 @@ impl FieldPipeline {
             pairs: &verdicts.held,
             narrow_phase: world.narrow_phase,
         });
-        let sites = Self::sites(&self.properties, compiled, &view);
+        let sites = Self::sites(&mut self.gatherer, &self.properties, compiled, &view);
         let detector = &mut self.detector;
         detector.run(compiled, &view, moment, held, sites);
         if rules.answer_any() {

@@ -158,8 +158,12 @@ impl FieldPipeline {
         }
         if fields.settings.audit && fields.set.is_checked() {
             let view = world.view();
-            let (_, samples) =
-                Self::sample_everyone(&self.properties, &view, self.scene.compiled.requirements);
+            let (_, samples) = Self::sample_everyone(
+                &mut self.gatherer,
+                &self.properties,
+                &view,
+                self.scene.compiled.requirements,
+            );
             let moment = Now::last(began, dt).moment();
             let sampled = SampledFields::new(fields.set, &view, &samples, moment);
             state.audit.end(&open.tally, &sampled, dt);

@@ -10,7 +10,7 @@ use crate::integrate::{FASTEST, StepWarning, kicked};
 use crate::math::{DVec3, Real, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound, sort_by_body};
-use crate::sample::{Properties, Samples};
+use crate::sample::{Gatherer, Properties, Samples};
 
 /// An empty set.
 pub(super) static NONE: BodySet = BodySet::new();
@@ -245,8 +245,9 @@ impl FieldPipeline {
         (way.is_finite() && !reach.low.is_nan() && !reach.high.is_nan()).then_some(reach)
     }
 
-    /// All samples of all bodies that fields can move, with sleepers.
+    /// All samples of all bodies that fields can move, with sleepers. `gatherer` keeps what it knows of shapes.
     pub(super) fn sample_everyone(
+        gatherer: &mut Gatherer,
         properties: &Properties,
         view: &WorldRef<'_>,
         mut requirements: crate::compile::SamplingRequirements,
@@ -258,8 +259,7 @@ impl FieldPipeline {
             .map(|(handle, body)| Body::of(handle, body))
             .collect();
         let mut samples = Samples::default();
-        let mut gatherer = crate::sample::Gatherer::default();
-        gatherer.make(&mut samples, properties, requirements, &bodies, view);
+        gatherer.make_besides(&mut samples, properties, requirements, &bodies, view);
         samples.place(&bodies);
         (bodies, samples)
     }
@@ -267,14 +267,15 @@ impl FieldPipeline {
     /// Fills in the site samples of all bodies, for detection fields under operators; with their volumes if any field
     /// reads those.
     pub(super) fn sites(
+        gatherer: &mut Gatherer,
         properties: &Properties,
         compiled: &Compiled,
         view: &WorldRef<'_>,
-    ) -> impl Fn(&mut Samples) {
+    ) -> impl FnOnce(&mut Samples) {
         let only_sites = crate::compile::SamplingRequirements {
             displaced: compiled.requirements.displaced,
             ..Default::default()
         };
-        move |samples| *samples = Self::sample_everyone(properties, view, only_sites).1
+        move |samples| *samples = Self::sample_everyone(gatherer, properties, view, only_sites).1
     }
 }
