@@ -29,8 +29,7 @@ pub(super) struct Discrete {
     /// By the index of a collider: the index of its solid.
     number_of: Vec<u32>,
     balls: Vec<Ball>,
-    /// The ranges of balls that are of one body.
-    clusters: Vec<Range<usize>>,
+    clusters: Vec<BallCluster>,
     /// The solids, followed by the clusters.
     places: Vec<Place>,
     near: NearPairs,
@@ -54,6 +53,13 @@ struct KnownPairs {
 struct Ball {
     part: ContactPart,
     placed: PlacedBall,
+}
+
+/// The balls of a body, or a ball without one.
+#[derive(Debug)]
+struct BallCluster {
+    balls: Range<usize>,
+    place: Place,
 }
 
 /// A collider of any shape but a ball.
@@ -158,7 +164,6 @@ impl Discrete {
         self.clusters.clear();
         self.solids.clear();
         self.places.clear();
-        let mut around = Vec::new();
         for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
             let start = self.balls.len();
             let (owner, dynamic) = (Some(handle), body.is_dynamic());
@@ -170,15 +175,16 @@ impl Discrete {
                     self.part(part, collider, pose, way);
                 }
             }
-            around.extend(self.cluster(start, way));
+            self.cluster(start, way);
         }
         for (handle, collider) in world.free_colliders() {
             let start = self.balls.len();
             let part = self.part_of(handle, collider, None, false);
             self.part(part, collider, *collider.position(), Vector::ZERO);
-            around.extend(self.cluster(start, Vector::ZERO));
+            self.cluster(start, Vector::ZERO);
         }
-        self.places.append(&mut around);
+        let clusters = self.clusters.iter().map(|cluster| cluster.place);
+        self.places.extend(clusters);
         let before = &self.last.1;
         let still = self.solids.iter().enumerate();
         let still = still.map(|(number, solid)| before.get(number) == Some(solid));
@@ -218,19 +224,21 @@ impl Discrete {
         }
     }
 
-    /// Makes a cluster of the balls from index `start` on, if there are any, and returns its place.
-    fn cluster(&mut self, start: usize, way: Vector) -> Option<Place> {
+    /// Makes a cluster of the balls from index `start` on, if there are any.
+    fn cluster(&mut self, start: usize, way: Vector) {
         let balls = &self.balls[start..];
         let bounds = balls.iter().map(|ball| ball.placed.bounds());
-        let bounds = bounds.reduce(|one, other| one.merged(&other))?;
-        let dynamic = balls[0].part.dynamic;
-        self.clusters.push(start..self.balls.len());
-        Some(Place {
+        let Some(bounds) = bounds.reduce(|one, other| one.merged(&other)) else {
+            return;
+        };
+        let place = Place {
             bounds,
             way,
-            dynamic,
+            dynamic: balls[0].part.dynamic,
             bounded: true,
-        })
+        };
+        let balls = start..self.balls.len();
+        self.clusters.push(BallCluster { balls, place });
     }
 
     /// The index of the solid of a collider.
@@ -309,7 +317,7 @@ impl Discrete {
     /// The balls of the cluster at a place; `None` if that is a solid.
     fn cluster_at(&self, number: u32) -> Option<&[Ball]> {
         let number = (number as usize).checked_sub(self.solids.len())?;
-        Some(&self.balls[self.clusters[number].clone()])
+        Some(&self.balls[self.clusters[number].balls.clone()])
     }
 
     /// Adds the contacts between balls and a solid.

@@ -135,7 +135,8 @@ fn judge(seed: u64) -> Option<String> {
         }
         Ok(_) => None,
         Err(fault) => {
-            // Rapier does the same to this world by itself, or if it is given the states that it has with fields.
+            // Rapier does the same to this world by itself, or has the same panic if it is given the states that it has
+            // with fields.
             let alone = attempt(seed, false);
             let is_its_own = match &alone {
                 Err(_) => true,
@@ -143,7 +144,9 @@ fn judge(seed: u64) -> Option<String> {
                     fault.contains("not finite") && !trace.iter().flatten().flatten().all(is_number)
                 }
             };
-            let is_its_own = is_its_own || replay::panics_alone(seed);
+            let panics = |text: &str| PANIC.lock().is_ok_and(|last| *last == text);
+            let replayed = || replay::panics_alone(seed) && panics(fault);
+            let is_its_own = is_its_own || fault.starts_with("panicked") && replayed();
             (!is_its_own).then(|| fault.clone())
         }
     }

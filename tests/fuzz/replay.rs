@@ -1,8 +1,8 @@
 //! Whether Rapier panics by itself, if it is given the states of bodies that it has with fields.
 //!
-//! The smallest world so found, without fields: two bodies, a step of length zero, the first disabled, a step. Rapier
-//! 0.36.1 counts its islands in the first step that is not of length zero, and panics if there are fewer by then
-//! ("index out of bounds" in `island_manager/persistent.rs`). Quarantine disables bodies, too.
+//! The smallest world so found, without fields: two bodies, a step of length zero, the first disabled, a step that is not
+//! of length zero, in which Rapier 0.36.1 panics ("index out of bounds" in `island_manager/persistent.rs`). Quarantine
+//! disables bodies, too.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -496,16 +496,20 @@ fn strength_comes_before_limits() {
     }
 }
 
+fn body_at_origin() -> worlds::BodyPlan {
+    worlds::BodyPlan {
+        position: [0; 3],
+        linvel: [0; 3],
+        angvel: [0; 3],
+        parts: vec![([0; 3], 0, 1, None)],
+    }
+}
+
 /// Before: fields that are alike share a program. If two of them were changed in one step, so that one left it while the
 /// next, which was disabled, still stood in it as its first, none of them acted any more.
 #[test]
 fn two_edits_in_a_step_leave_others_as_they_are() {
-    let plans = [worlds::BodyPlan {
-        position: [0, 0, 0],
-        linvel: [0; 3],
-        angvel: [0; 3],
-        parts: vec![([0; 3], 0, 1, None)],
-    }];
+    let plans = [body_at_origin()];
     for edit in [Edit::Strength(1, 3), Edit::Enabled(1, false)] {
         let mut bench = Bench::new(World::new(&plans), &[]);
         let alike = |at: Vector| {
@@ -541,12 +545,7 @@ fn two_edits_in_a_step_leave_others_as_they_are() {
 /// library panicked if that had instances of its own.
 #[test]
 fn instances_of_instances_have_their_own_strengths() {
-    let plans = [worlds::BodyPlan {
-        position: [0, 0, 0],
-        linvel: [0; 3],
-        angvel: [0; 3],
-        parts: vec![([0; 3], 0, 1, None)],
-    }];
+    let plans = [body_at_origin()];
     let mut bench = Bench::new(World::new(&plans), &[]);
     let zone = |strength: Real| {
         let push = Field::uniform(Vector::X).within(Region::half_space(Vector::X, 9.0));
