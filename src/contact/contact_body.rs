@@ -90,7 +90,8 @@ impl ContactBody {
     }
 
     /// The angular impulse of an impulse at `point`; zero if it is within the rounding of the places, so that a ball that
-    /// is hit without friction does not begin to spin.
+    /// is swept into another without friction does not begin to spin. Points that Parry finds are rounded to
+    /// [`Real`](crate::math::Real), and may still make it spin.
     fn angular_impulse(&self, point: DVec3, impulse: DVec3) -> DVec3 {
         let turning = (point - self.com).cross(impulse);
         let places = point.length_squared() + self.com.length_squared();
