@@ -116,7 +116,8 @@ pub(crate) trait QueryNumber: Number {
     type Query: QueryProperties<Plain = Self::Plain>;
 
     /// Runs a closure in a function of its own. For several samples it is inlined instead, since a separate
-    /// function would be compiled for the instructions of the build.
+    /// function would be compiled for the instructions of the build, except in builds for debugging: unoptimised, each
+    /// closure keeps stack of its own, and all of them together would fill that of a thread.
     fn apart<R>(something: impl FnOnce() -> R) -> R;
 
     /// The vector of a law that is evaluated at one sample at a time; NaN for several samples.
@@ -157,7 +158,7 @@ single!([] f64, [const K: usize] Dual<K>);
 impl QueryNumber for Lanes {
     type Query = Queries;
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn apart<R>(something: impl FnOnce() -> R) -> R {
         something()
     }

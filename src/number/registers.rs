@@ -18,8 +18,14 @@ pub(crate) fn in_registers<R>(function: impl FnOnce() -> R) -> R {
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         Level::Avx2(simd) => simd.vectorize(function),
         // The instructions that all machines of a kind have. The registers of SSE4.2 are no wider than those of SSE2.
-        _ => function(),
+        _ => in_any(function),
     }
+}
+
+/// Calls a function. Its own one in builds for debugging, so that only one copy of `function` takes stack.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn in_any<R>(function: impl FnOnce() -> R) -> R {
+    function()
 }
 
 /// The best instruction set of the machine.
