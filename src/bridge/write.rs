@@ -108,6 +108,7 @@ pub(crate) fn finish(world: &mut WorldMut<'_>, motions: &mut Motions) {
             linvel: body.linvel(),
             angvel: body.angvel(),
             kept: [body.linear_damping(), body.angular_damping()].map(|rate| damped(rate, dt)),
+            is_twisted: body.user_torque() != Vector::ZERO,
         })
     });
     for turn in &motions.turns {

@@ -221,6 +221,8 @@ pub(crate) struct Arrived {
     pub angvel: Vector,
     /// The factors by which Rapier's damping scales the linear and the angular velocity.
     pub kept: [Real; 2],
+    /// True if the user's torque, which Rapier applies, changes the angular velocity.
+    pub is_twisted: bool,
 }
 
 /// Relative changes of a velocity below this are Rapier's rounding over its iterations.
@@ -383,6 +385,7 @@ impl Motions {
     fn is_changed(&self, mean: &MeanVelocity, now: &Arrived) -> bool {
         let turn = find_by(&self.turns, mean.body, |turn| turn.body);
         let turn = turn.map(|place| &self.turns[place]);
+        let turn = turn.filter(|_| !now.is_twisted);
         mean.is_changed(now.linvel, now.kept[0])
             || turn.is_some_and(|turn| turn.is_changed(now.angvel, now.kept[1]))
     }
