@@ -43,7 +43,7 @@ pub(crate) enum Turning {
     Free(Inertia, DVec3),
     /// At constant angular velocity.
     Steady,
-    /// At the angular velocity that Rapier gave it, whatever the kicks: no field can turn bodies.
+    /// At the angular velocity that Rapier gave it, whatever the kicks: no field can turn bodies, and it is not damped.
     LeftAlone,
 }
 
@@ -55,8 +55,9 @@ impl RigidState {
         let position = to_dvec3(body.pose.translation) + attitude * local_com;
         let free = body.gyroscopic.then(|| body.inertia());
         let free = free.flatten().filter(|inertia| !inertia.is_spherical());
+        let is_slowed = body.damping[1] != 0.0 && angvel != DVec3::ZERO;
         let turning = match free {
-            _ if !turns => Turning::LeftAlone,
+            _ if !turns && !is_slowed => Turning::LeftAlone,
             Some(inertia) => Turning::Free(inertia, inertia.angular_momentum(attitude, angvel)),
             None => Turning::Steady,
         };
