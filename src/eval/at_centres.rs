@@ -18,12 +18,12 @@ use crate::sample::{Moment, SamplePoint, Samples, owner};
 /// The number of bodies that are evaluated together.
 pub(crate) const TOGETHER: usize = LANES;
 
-/// The force of all fields on a body, or on each of several, in world axes.
+/// The forces of all fields on several bodies, in world axes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CentreForce<T = f64> {
-    pub force: Vec3<T>,
+pub(crate) struct CentreForce {
+    pub force: Vec3<Lanes>,
     /// The derivative by velocity of drag and wind, which are part of the force.
-    pub slowing: Slowing<T>,
+    pub slowing: Slowing<Lanes>,
 }
 
 /// Up to eight bodies, in columns. Entries after the last body are left from earlier blocks.
@@ -98,27 +98,6 @@ impl CentreBlock {
     }
 }
 
-impl CentreForce<Lanes> {
-    /// The force on one of the bodies.
-    #[inline]
-    pub(crate) fn on(&self, lane: usize) -> CentreForce {
-        let Slowing {
-            across,
-            along,
-            axis,
-        } = &self.slowing;
-        let vector = |of: &Vec3<Lanes>| Vec3::new(of.x.0[lane], of.y.0[lane], of.z.0[lane]);
-        CentreForce {
-            force: vector(&self.force),
-            slowing: Slowing {
-                across: across.0[lane],
-                along: along.0[lane],
-                axis: vector(axis),
-            },
-        }
-    }
-}
-
 /// Evaluates a set that acts [at centres of mass](Compiled::at_centres). Keeps its buffers between calls.
 #[derive(Debug)]
 pub(crate) struct CentreEvaluator {
@@ -159,11 +138,7 @@ impl CentreEvaluator {
     }
 
     /// The forces on the bodies of a block, with the fields at the places they had at [`begin`](Self::begin).
-    pub(crate) fn forces(
-        &mut self,
-        compiled: &Compiled,
-        block: &CentreBlock,
-    ) -> CentreForce<Lanes> {
+    pub(crate) fn forces(&mut self, compiled: &Compiled, block: &CentreBlock) -> CentreForce {
         let mut felt = in_registers(
             #[inline(always)]
             || CentreForce {
@@ -185,7 +160,7 @@ impl CentreEvaluator {
         program: &Program,
         instance: usize,
         block: &CentreBlock,
-        felt: &mut CentreForce<Lanes>,
+        felt: &mut CentreForce,
     ) {
         let drag = DragOn::new(program, instance, self.moment);
         let doubtful = in_registers(
@@ -266,7 +241,7 @@ impl CentreEvaluator {
     }
 }
 
-impl CentreForce<Lanes> {
+impl CentreForce {
     /// Adds a force in some lanes, and what a drag adds to the derivative there.
     #[inline(always)]
     fn add(

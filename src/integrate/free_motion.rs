@@ -7,10 +7,11 @@
 
 use super::StepContext;
 use super::coupling::Besides;
-use super::motion::VelocityUpdate;
+use super::motion::{MeanVelocity, VelocityUpdate};
 use crate::eval::CentreForce;
-use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3, to_f64};
-use crate::number::{Plain, Vec3, constant, real};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
+use crate::number::{LANES, Lanes, Vec3, each_lane};
+use crate::rapier::dynamics::RigidBody;
 use crate::rapier::na::Vector6;
 use crate::rigid::{Body, Lookup, Wrench, phi1, six, stopped};
 
@@ -23,6 +24,13 @@ pub(crate) struct FreeMotion {
     /// The part of a step that is one iteration.
     pub(super) iteration: Real,
     dt: Real,
+}
+
+/// The same causes for the linear velocities of several bodies, in columns.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FreeMotions {
+    own: [[Real; LANES]; 3],
+    damping: [Real; LANES],
 }
 
 impl<W: Lookup> StepContext<'_, W> {
@@ -42,12 +50,32 @@ impl FreeMotion {
 
     pub(crate) fn new(body: &Body, gravity: Vector, iterations: u32, dt: Real) -> Self {
         let weight = gravity * (body.gravity_scale * body.mass);
-        let count = body.iterations(iterations).max(1);
         FreeMotion {
             own: (body.user_force + weight) * body.inv_mass,
             damping: body.damping,
-            iteration: (count as Real).recip(),
+            iteration: one_of(body.iterations(iterations)),
             dt,
+        }
+    }
+
+    /// The same for a body in Rapier's set.
+    #[inline]
+    pub(crate) fn of(body: &RigidBody, gravity: Vector, iterations: u32, dt: Real) -> Self {
+        let weight = gravity * (body.gravity_scale() * body.mass());
+        let extra = u32::try_from(body.additional_solver_iterations()).unwrap_or(u32::MAX);
+        FreeMotion {
+            own: (body.user_force() + weight) * body.mass_properties().effective_inv_mass,
+            damping: [body.linear_damping(), body.angular_damping()],
+            iteration: one_of(iterations.saturating_add(extra)),
+            dt,
+        }
+    }
+
+    /// The same without damping.
+    pub(crate) fn undamped(self) -> Self {
+        FreeMotion {
+            damping: [0.0; 2],
+            ..self
         }
     }
 
@@ -86,32 +114,30 @@ impl FreeMotion {
         (self.kicked(body, wrench, duration), twist)
     }
 
-    /// The velocity after a force at the centre of mass and these causes have acted for `duration`. It is exact where
-    /// the force is linear in the velocity: a drag of any strength stops a body without turning it back.
-    #[inline(always)]
-    pub(crate) fn slowed<T: Plain>(
-        &self,
-        linvel: Vec3<T>,
-        inv_mass: T,
-        felt: &CentreForce<T>,
-        duration: f64,
-    ) -> Vec3<T> {
-        let damping = to_f64(self.damping[0]);
-        let own = constant(to_dvec3(self.own));
-        let all = felt.force * inv_mass + own - linvel * damping.into();
-        let mean = felt.slowing.mean(all, inv_mass, damping, duration);
-        stopped(linvel, mean * duration.into())
-    }
-
-    /// The same for one body.
-    pub(crate) fn slowed_body(&self, body: &Body, felt: &CentreForce, duration: Real) -> Vector {
-        let (linvel, inv_mass) = (constant(to_dvec3(body.linvel)), to_f64(body.inv_mass.x));
-        from_dvec3(real(self.slowed(linvel, inv_mass, felt, to_f64(duration))))
+    /// The factor of the angular velocity of a ball that only damping acts on for `duration`.
+    pub(crate) fn spin_kept(&self, duration: Real) -> Real {
+        let rate = -self.damping[1] * duration;
+        if rate == 0.0 {
+            return 1.0;
+        }
+        1.0 + rate * from_f64(phi1(to_f64(rate)))
     }
 
     /// The velocity to give to Rapier so that the body moves at `linvel`.
     pub(crate) fn given(&self, linvel: Vector) -> Vector {
         linvel - self.own * (0.5 * self.dt * (1.0 + self.iteration))
+    }
+
+    /// The motion of a body that moves at `linvel`, and is given another velocity for it; damping acts on it afterwards.
+    pub(crate) fn carried_out(&self, body: RigidBodyHandle, linvel: Vector) -> MeanVelocity {
+        MeanVelocity {
+            body,
+            expected: self.arrives(self.given(linvel)),
+            linvel,
+            damped: false,
+            given: None,
+            behind: Vector::ZERO,
+        }
     }
 
     /// The velocity at which a body moves that was `given` this velocity.
@@ -140,7 +166,7 @@ impl FreeMotion {
     }
 
     /// The velocity with which Rapier's step ends if it begins with `given`, except for damping.
-    pub(super) fn arrives(&self, given: Vector) -> Vector {
+    fn arrives(&self, given: Vector) -> Vector {
         given + self.own * self.dt
     }
 
@@ -179,4 +205,76 @@ impl FreeMotion {
     pub(crate) fn lag(&self) -> Vector {
         self.own * (0.5 * self.dt * self.iteration)
     }
+}
+
+/// The part of a step that one of these iterations takes.
+fn one_of(iterations: u32) -> Real {
+    (iterations.max(1) as Real).recip()
+}
+
+impl FreeMotions {
+    /// The causes that move several bodies; none for those for which `acts` is false.
+    #[inline(always)]
+    pub(crate) fn new(each: &[FreeMotion; LANES], acts: impl Fn(usize) -> bool) -> Self {
+        let of = |lane: usize| {
+            if acts(lane) {
+                &each[lane]
+            } else {
+                &FreeMotion::NONE
+            }
+        };
+        FreeMotions {
+            own: [0, 1, 2].map(|axis| each_lane(|lane| of(lane).own[axis])),
+            damping: each_lane(|lane| of(lane).damping[0]),
+        }
+    }
+
+    /// The velocities after constant forces and these causes have acted for `duration`, as [`FreeMotion::kicked`].
+    #[inline(always)]
+    pub(crate) fn kicked(
+        &self,
+        linvels: &[[Real; LANES]; 3],
+        forces: &[[Real; LANES]; 3],
+        inv_masses: &[[Real; LANES]; 3],
+        duration: Real,
+    ) -> [[Real; LANES]; 3] {
+        let rates = self.damping.map(|damping| -damping * duration);
+        let mut means = [1.0; LANES];
+        if self.damping != [0.0; LANES] {
+            means = rates.map(|rate| from_f64(phi1(to_f64(rate))));
+        }
+        [0, 1, 2].map(|axis| {
+            let (was, forces, own) = (&linvels[axis], &forces[axis], &self.own[axis]);
+            each_lane(|lane| {
+                let pull = forces[lane] * duration * inv_masses[axis][lane] + own[lane] * duration;
+                was[lane] + (was[lane] * rates[lane] + pull) * means[lane]
+            })
+        })
+    }
+
+    /// The same for forces at the centres of mass that may depend on velocities. It is exact where a force is linear in
+    /// the velocity: a drag of any strength stops a body without turning it back. Where a force depends on the
+    /// velocity, `inv_masses` must be the same along all axes.
+    #[inline(always)]
+    pub(crate) fn slowed(
+        &self,
+        linvels: Vec3<Lanes>,
+        inv_masses: Vec3<Lanes>,
+        felt: &CentreForce,
+        duration: f64,
+    ) -> Vec3<Lanes> {
+        let [x, y, z] = self.own.map(widened);
+        let (own, damping) = (Vec3::new(x, y, z), widened(self.damping));
+        let pull = felt
+            .force
+            .zip(inv_masses, |force, inv_mass| force * inv_mass);
+        let all = pull + own - linvels * damping;
+        let mean = felt.slowing.mean(all, inv_masses.x, damping, duration);
+        stopped(linvels, mean * duration.into())
+    }
+}
+
+#[inline(always)]
+fn widened(column: [Real; LANES]) -> Lanes {
+    Lanes::from_fn(|lane| to_f64(column[lane]))
 }

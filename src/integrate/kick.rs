@@ -7,9 +7,7 @@ use super::evaluation::Evaluation;
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
 use super::method::Method;
-use super::motion::{
-    Completion, FASTEST, Load, MeanVelocity, Motions, Start, VelocityUpdate, kicked,
-};
+use super::motion::{Completion, FASTEST, Load, Motions, Start, VelocityUpdate, kicked};
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::number::{constant, real};
 use crate::rapier::na::Vector6;
@@ -104,7 +102,11 @@ impl<W: Lookup> Kick<'_, W> {
         if implicit {
             motions.complete_by(body.handle, Completion::Settled);
         }
-        let free = context.free_motion(body);
+        // A single kick leaves damping to Rapier.
+        let free = match context.free_motion(body) {
+            free if twice => free,
+            free => free.undamped(),
+        };
         let solved = if implicit {
             self.implicit(&free.pull(body), duration)
         } else {
@@ -126,14 +128,7 @@ impl<W: Lookup> Kick<'_, W> {
         if twice && !implicit {
             motions.complete_by(body.handle, Completion::Free);
         } else {
-            motions.means.push(MeanVelocity {
-                body: body.handle,
-                expected: free.arrives(update.linvel),
-                linvel,
-                damped: false,
-                given: None,
-                behind: Vector::ZERO,
-            });
+            motions.means.push(free.carried_out(body.handle, linvel));
         }
         Some((update, twist))
     }

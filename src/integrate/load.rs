@@ -8,7 +8,6 @@
 use super::StepContext;
 use super::free_motion::FreeMotion;
 use super::motion::{VelocityUpdate, kicked};
-use crate::eval::CentreForce;
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, Wrench};
 
@@ -94,22 +93,6 @@ pub(crate) fn complete(
     Some(update)
 }
 
-/// The same for a body that is not held, pushed at its centre of mass by a force that falls with the velocity.
-/// `was_free` is true if its kick before Rapier's step contained Rapier's own pull.
-pub(crate) fn complete_slowed(
-    body: &Body,
-    motion: &FreeMotion,
-    felt: &CentreForce,
-    was_free: bool,
-    duration: Real,
-) -> VelocityUpdate {
-    let acting = if was_free { *motion } else { FreeMotion::NONE };
-    let mut update = acting.kicked(body, Wrench::ZERO, duration);
-    update.linvel = acting.slowed_body(body, felt, duration);
-    update.linvel += motion.catches_up(was_free, true);
-    update
-}
-
 impl FreeMotion {
     /// The wrench for the second half of a step, on a body with that load in the first: the wrench after Rapier's step,
     /// without the part by which the shown velocity of a held body lags.
@@ -130,7 +113,7 @@ impl FreeMotion {
     }
 
     /// The change from the velocity that Rapier works with to the true one, or back.
-    pub(super) fn catches_up(&self, was_true: bool, is_true: bool) -> Vector {
+    pub(crate) fn catches_up(&self, was_true: bool, is_true: bool) -> Vector {
         match (was_true, is_true) {
             (true, false) => -self.lag(),
             (false, true) => self.lag(),

@@ -42,8 +42,8 @@ pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use coupling::LinearisedWrench;
 pub(crate) use evaluation::{Evaluation, first_unsound};
 pub(crate) use fault::{Fault, FaultKind, Sift};
-pub(crate) use free_motion::FreeMotion;
-pub(crate) use load::{Before, complete, complete_slowed};
+pub(crate) use free_motion::{FreeMotion, FreeMotions};
+pub(crate) use load::{Before, complete};
 pub(crate) use motion::{
     Arrived, Completion, FASTEST, Load, Motions, TurnAfter, VelocityUpdate, kicked,
 };

@@ -33,8 +33,9 @@ use crate::math::{Real, to_f64};
 /// velocity lags behind that of `KickDriftKick` by half an iteration of the force; the map is the same.
 ///
 /// The kicks of a free body in fields include Rapier's gravity, the user's force and Rapier's damping, so the order holds
-/// with all of them on. `Kick` and `ExternalForce`, which serve for comparison, leave all three to Rapier unless forces
-/// read velocities; `LinearlyImplicit` leaves it the damping. A body on which no field acts is moved by Rapier. The free
+/// with all of them on. `Kick`, `ExternalForce` and `LinearlyImplicit` leave damping to Rapier, and the first two, which
+/// serve for comparison, gravity and the user's force as well unless forces read velocities. The user's torque is
+/// always Rapier's, at first order. A body on which no field acts is moved by Rapier. The free
 /// rotation of bodies of unequal inertia, however, is this crate's, whether a field reaches them or not, wherever any
 /// field can rotate bodies (see [`Fields`](crate::Fields)). Without contact fields, balls, and bodies that do not spin,
 /// move as in Rapier bit for bit where no field acts.

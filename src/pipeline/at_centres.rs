@@ -2,6 +2,7 @@
 //! and once after it, without a list of bodies or of samples.
 
 mod block;
+mod kicks;
 mod pass;
 
 use super::scene::{Now, iterations};

@@ -93,7 +93,7 @@ impl<T: Plain> Slowing<T> {
     /// (of rate `damping`) included, and falls with the velocity as they do. Exact where the force is linear in
     /// the velocity.
     #[inline(always)]
-    pub(crate) fn mean(&self, all: Vec3<T>, inv_mass: T, damping: f64, duration: f64) -> Vec3<T> {
+    pub(crate) fn mean(&self, all: Vec3<T>, inv_mass: T, damping: T, duration: f64) -> Vec3<T> {
         let rate = -(self.across * inv_mass + damping) * duration;
         let share = phi1(rate);
         let even = all * share;

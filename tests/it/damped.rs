@@ -230,3 +230,47 @@ fn drag_has_no_other_field_asked_again() {
         assert_eq!(with, without, "{scheme:?}");
     }
 }
+
+/// Drag, Rapier's damping and gravity, of a ball and of a box, which is sampled at many points.
+#[test]
+fn drag_and_damping_act_once_each() {
+    let (drag, damping, spin_damping) = (0.3, 0.5, 0.7);
+    for scheme in SCHEMES {
+        for is_ball in [true, false] {
+            let mut world = weightless(DT);
+            world.gravity = Vector::Y * -9.81;
+            let body = RigidBodyBuilder::dynamic()
+                .linvel(Vector::X)
+                .angvel(Vector::Z)
+                .linear_damping(from_f64(damping))
+                .angular_damping(from_f64(spin_damping))
+                .can_sleep(false);
+            let collider = if is_ball {
+                ColliderBuilder::ball(0.5)
+            } else {
+                ColliderBuilder::cuboid(0.5, 0.4, 0.3)
+            };
+            let (handle, _) = world.insert(body, collider.mass(1.0));
+            let mut fields = build(Field::drag(from_f64(drag), 0.0), scheme);
+            for _ in 0..60 {
+                fields.step(&mut world).expect("a finite step");
+            }
+            let time = 60.0 * to_f64(DT);
+            let (body, rate) = (&world.bodies[handle], drag + damping);
+            let kept = (-rate * time).exp();
+            let mut pairs = vec![
+                (to_f64(body.linvel().x), kept),
+                (to_f64(body.linvel().y), -9.81 / rate * (1.0 - kept)),
+            ];
+            // Drag slows the rotation of a box, too.
+            if is_ball {
+                pairs.push((to_f64(body.angvel().z), (-spin_damping * time).exp()));
+            }
+            for (found, expected) in pairs {
+                // Schemes of first order are off by half a step.
+                let error = (found / expected - 1.0).abs();
+                assert!(error < 0.02, "{scheme:?} {is_ball}: {found}, {expected}");
+            }
+        }
+    }
+}

@@ -1,7 +1,8 @@
-//! Eight bodies in columns, and the kicks that forces at their centres of mass give them.
+//! Eight bodies in columns, and the kicks that forces at their centres of mass, gravity, the user's forces and damping
+//! give them.
 
 use crate::eval::{CentreBlock, CentreForce, TOGETHER, in_lane, widened};
-use crate::integrate::{Before, FASTEST, FreeMotion};
+use crate::integrate::{Before, FASTEST, FreeMotion, FreeMotions};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::number::{LaneMask, Lanes, Plain, Vec3, each_lane, in_registers};
 use crate::rapier::dynamics::RigidBody;
@@ -11,19 +12,40 @@ use crate::rigid::{Body, PartsMark};
 pub(super) type Columns = [[Real; TOGETHER]; 3];
 
 /// Bodies that are evaluated and kicked together. Entries after the last body are left from earlier blocks.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct BodyBlock {
     pub(super) seen: CentreBlock,
     pub(super) inv_masses: Columns,
     pub(super) parts: [PartsMark; TOGETHER],
     /// The places of the bodies in the previous evaluation.
     pub(super) known: [Option<usize>; TOGETHER],
-    /// One bit for each body that other causes than fields move, too; and these bodies, in their order.
+    /// One bit for each body that gravity, the user's force or damping moves, too, and the motion by these causes.
+    pub(super) falling: u64,
+    pub(super) free: [FreeMotion; TOGETHER],
+    /// One bit for each body whose first half of a kick contained these causes.
+    pub(super) completed: u64,
+    /// One bit for each body that turns, or is held, by more than such causes; and these bodies, in their order.
     pub(super) special: u64,
     pub(super) specials: Vec<Special>,
 }
 
-/// A body that other causes than fields move, too.
+impl Default for BodyBlock {
+    fn default() -> Self {
+        BodyBlock {
+            seen: CentreBlock::default(),
+            inv_masses: Columns::default(),
+            parts: Default::default(),
+            known: [None; TOGETHER],
+            falling: 0,
+            free: [FreeMotion::NONE; TOGETHER],
+            completed: 0,
+            special: 0,
+            specials: Vec::new(),
+        }
+    }
+}
+
+/// A body that is held, or whose rotation is to be computed.
 #[derive(Debug)]
 pub(super) struct Special {
     pub body: Body,
@@ -37,14 +59,17 @@ pub(super) struct KickRules {
     pub duration: Real,
     /// True if forces may depend on velocities.
     pub slows: bool,
+    /// True before Rapier's step.
+    pub first: bool,
     /// The speed that Rapier allows.
     pub cap: Real,
 }
 
-/// The motion of the bodies of a block that only fields move; the masks have one bit for each body.
+/// The motion of the bodies of a block that are not special; the masks have one bit for each body.
 pub(super) struct Kicked {
     /// Forces, rounded to Rapier's numbers.
     pub forces: Columns,
+    /// The velocities at which the bodies move.
     pub linvels: Columns,
     /// Bodies on which any force acts, or would at another velocity.
     pub pushed: u64,
@@ -59,13 +84,19 @@ pub(super) struct Kicked {
 impl BodyBlock {
     pub(super) fn clear(&mut self) {
         self.seen.count = 0;
-        self.special = 0;
+        (self.falling, self.completed, self.special) = (0, 0, 0);
         self.specials.clear();
     }
 
     /// Adds a body that moves at `linvel`.
     #[inline(always)]
-    pub(super) fn add(&mut self, handle: RigidBodyHandle, body: &RigidBody, linvel: Vector) {
+    pub(super) fn add(
+        &mut self,
+        handle: RigidBodyHandle,
+        body: &RigidBody,
+        free: FreeMotion,
+        linvel: Vector,
+    ) {
         let seen = &mut self.seen;
         let lane = seen.count % TOGETHER;
         let inv_mass = body.mass_properties().effective_inv_mass;
@@ -73,6 +104,7 @@ impl BodyBlock {
         seen.bodies[lane] = handle;
         seen.masses[lane] = body.mass();
         self.parts[lane] = PartsMark::of(body);
+        self.free[lane] = free;
         for axis in 0..3 {
             seen.world_coms[axis][lane] = world_com[axis];
             seen.linvels[axis][lane] = linvel[axis];
@@ -99,26 +131,27 @@ impl BodyBlock {
         (0..self.seen.count).map(|lane| in_lane(columns, lane))
     }
 
-    /// Kicks all bodies as if only fields moved them.
-    pub(super) fn kick(&self, felt: &CentreForce<Lanes>, kick: &KickRules) -> Kicked {
+    /// Kicks all bodies, with the causes other than fields for those that fall.
+    pub(super) fn kick(&self, felt: &CentreForce, kick: &KickRules) -> Kicked {
+        let acting = if kick.first {
+            self.falling
+        } else {
+            self.falling & self.completed
+        };
         in_registers(
             #[inline(always)]
             || {
                 let force = felt.force;
                 let zero = force.x.equals(0.0) & force.y.equals(0.0) & force.z.equals(0.0);
                 let forces = rounded(force);
+                let time = kick.duration;
+                let causes = FreeMotions::new(&self.free, |lane| acting >> lane & 1 == 1);
+                let (was, inv_masses) = (&self.seen.linvels, &self.inv_masses);
                 let linvels = if kick.slows {
-                    let (was, inv_mass) = (widened(&self.seen.linvels), widened(&self.inv_masses));
-                    let duration = to_f64(kick.duration);
-                    rounded(FreeMotion::NONE.slowed(was, inv_mass.x, felt, duration))
+                    let (was, inv_masses) = (widened(was), widened(inv_masses));
+                    rounded(causes.slowed(was, inv_masses, felt, to_f64(time)))
                 } else {
-                    let [x, y, z] = &forces;
-                    let time = kick.duration;
-                    [
-                        self.kicked(0, x, time),
-                        self.kicked(1, y, time),
-                        self.kicked(2, z, time),
-                    ]
+                    causes.kicked(was, &forces, inv_masses, time)
                 };
                 let (strongest, most) = (largest(&forces), largest(&linvels));
                 // A vector is no longer than √3 times its largest component.
@@ -133,13 +166,6 @@ impl BodyBlock {
                 }
             },
         )
-    }
-
-    /// The velocities along an axis after constant forces.
-    #[inline(always)]
-    fn kicked(&self, axis: usize, forces: &[Real; TOGETHER], duration: Real) -> [Real; TOGETHER] {
-        let (was, inv_mass) = (&self.seen.linvels[axis], &self.inv_masses[axis]);
-        each_lane(|lane| was[lane] + forces[lane] * duration * inv_mass[lane])
     }
 
     /// One bit for each body whose force changed so much that it would move within a step by more than `share` of its

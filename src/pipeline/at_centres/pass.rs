@@ -3,13 +3,12 @@
 use super::block::{BodyBlock, Columns, KickRules, Kicked, Special, rounded};
 use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
-use crate::eval::{CentreEvaluator, CentreForce, TOGETHER, in_lane};
+use crate::eval::{CentreEvaluator, TOGETHER};
 use crate::integrate::{
-    Before, Caps, Completion, Evaluation, FASTEST, FreeMotion, Load, Motions, Scheme, StepWarning,
-    VelocityUpdate, complete, complete_slowed, kicked, stiff_from,
+    Before, Completion, Evaluation, FASTEST, FreeMotion, Motions, Scheme, StepWarning, stiff_from,
 };
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, from_f64};
-use crate::number::{each_lane, lanes_of, real};
+use crate::math::{Real, RigidBodyHandle, Vector, from_f64};
+use crate::number::{each_lane, lanes_of};
 use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
 use crate::rigid::{
     Body, BodySet, PartsMark, Wrench, drowsy, find_next, find_next_place, is_sound,
@@ -75,16 +74,17 @@ pub(super) struct Pass<'a> {
 }
 
 /// `Err` has a body that needs more than a visit.
-type Done = Result<(), RigidBodyHandle>;
+pub(super) type Done = Result<(), RigidBodyHandle>;
 
 /// The values that are the same for all bodies of a visit, and its position.
-struct Rules {
+pub(super) struct Rules {
     /// The (dt·ω)⁴ from which on a body has to be linearised.
     suspicious: Option<Real>,
     /// True if there is gravity.
     falls: bool,
-    kick: KickRules,
-    twice: bool,
+    pub kick: KickRules,
+    /// True if there is a second half.
+    pub twice: bool,
     places: Places,
 }
 
@@ -97,6 +97,7 @@ impl Pass<'_> {
             kick: KickRules {
                 duration: self.half.duration(),
                 slows: self.compiled.reads_velocity,
+                first: self.half.first.is_none(),
                 cap: self.parameters.max_linear_velocity(),
             },
             twice: self.half.scheme.kicks_twice(),
@@ -110,7 +111,7 @@ impl Pass<'_> {
         blocker.is_some_and(|(handle, body)| {
             let is_awake = bridge::is_movable(body) && !body.is_sleeping();
             let known = self.last.and_then(|last| last.place_of(handle));
-            is_awake && !self.takes(&self.rules(), handle, body, known.is_some())
+            is_awake && !self.takes(handle, body, known.is_some())
         })
     }
 
@@ -134,10 +135,7 @@ impl Pass<'_> {
             let kicked = block.kick(&felt, &rules.kick);
             self.check_forces(&rules, block, &kicked)?;
             self.show(&rules, block, &kicked.forces);
-            self.kick_plainly(block, &kicked)?;
-            for (lane, special) in lanes_of(block.special).zip(&block.specials) {
-                self.kick_specially(&rules, special, &felt.on(lane))?;
-            }
+            self.kick(&rules, block, &kicked)?;
         }
     }
 
@@ -162,19 +160,69 @@ impl Pass<'_> {
                     None => continue,
                 }
             }
-            if !self.takes(rules, handle, body, known.is_some()) {
+            if !self.takes(handle, body, known.is_some()) {
                 return Err(handle);
             }
             block.known[lane] = known;
-            let mut linvel = body.linvel();
-            if let Some(special) = self.special(rules, handle, body) {
-                linvel = special.body.linvel;
-                block.special |= 1 << lane;
-                block.specials.push(special);
+            if rules.kick.first && drowsy(body) > 0.0 {
+                self.drowsy.push(Body::of(handle, body));
             }
-            block.add(handle, body, linvel);
+            self.add(rules, handle, body, block);
         }
         Ok(())
+    }
+
+    /// Adds a body to a block.
+    #[inline]
+    fn add(
+        &self,
+        rules: &mut Rules,
+        handle: RigidBodyHandle,
+        body: &RigidBody,
+        block: &mut BodyBlock,
+    ) {
+        let bit = 1 << block.seen.count;
+        let before = match &self.half.first {
+            None => Before::default(),
+            Some(first) => rules.places.before(first.motions, handle),
+        };
+        if before.load.is_some() || may_precess(body) || self.held.contains(handle) {
+            let special = self.special(handle, body, before);
+            block.special |= bit;
+            block.add(handle, body, FreeMotion::NONE, special.body.linvel);
+            block.specials.push(special);
+            return;
+        }
+        let (free, mut linvel) = (self.free(rules, body), body.linvel());
+        if before.free {
+            [linvel, _] = free.moved(linvel, Vector::ZERO);
+            block.completed |= bit;
+        }
+        if !free.is_none() {
+            block.falling |= bit;
+        }
+        block.add(handle, body, free, linvel);
+    }
+
+    #[inline(never)]
+    fn special(&self, handle: RigidBodyHandle, body: &RigidBody, before: Before) -> Special {
+        let mut body = Body::of(handle, body);
+        let free = FreeMotion::new(&body, self.gravity, self.iterations, self.half.dt);
+        if before.free {
+            [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
+        }
+        Special { body, free, before }
+    }
+
+    /// The motion of a body apart from fields, as far as kicks contain it: a single kick leaves damping to Rapier, and
+    /// where drag is not solved for, gravity and the user's force as well.
+    #[inline]
+    fn free(&self, rules: &Rules, body: &RigidBody) -> FreeMotion {
+        if !rules.twice && !rules.kick.slows || coasts(rules, body) {
+            return FreeMotion::NONE;
+        }
+        let free = FreeMotion::of(body, self.gravity, self.iterations, self.half.dt);
+        if rules.twice { free } else { free.undamped() }
     }
 
     /// Returns true if a body has the colliders that it had in the last step, so that Rapier has computed its mass.
@@ -188,17 +236,11 @@ impl Pass<'_> {
 
     /// Returns true if a visit suffices for a body, as far as it is known before its forces.
     #[inline]
-    fn takes(
-        &self,
-        rules: &Rules,
-        handle: RigidBodyHandle,
-        body: &RigidBody,
-        is_known: bool,
-    ) -> bool {
+    fn takes(&self, handle: RigidBodyHandle, body: &RigidBody, is_known: bool) -> bool {
         let same_parts = is_known && self.half.first.is_some_and(|first| first.alone);
         let anywhere = self.compiled.at_centres == Some(AtCentres::Bodies);
         let is_whole = anywhere || same_parts || self.is_one_ball(body);
-        let is_slowed = || self.is_slowed_simply(rules, handle, body);
+        let is_slowed = || self.is_slowed_simply(handle, body);
         let is_kicked = !self.compiled.reads_velocity || is_slowed();
         is_harmless(body) && is_whole && is_kicked
     }
@@ -220,44 +262,9 @@ impl Pass<'_> {
     }
 
     /// Returns true if drag slows a body in closed form.
-    fn is_slowed_simply(&self, rules: &Rules, handle: RigidBodyHandle, body: &RigidBody) -> bool {
+    fn is_slowed_simply(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
         let [x, y, z] = body.mass_properties().effective_inv_mass.to_array();
-        x == y
-            && y == z
-            && !self.held.contains(handle)
-            && !may_precess(body)
-            && (rules.twice || coasts(rules, body))
-    }
-
-    /// The data of a body that other causes than fields move, too; with the velocity at which it moves, where Rapier's
-    /// lags.
-    fn special(
-        &self,
-        rules: &mut Rules,
-        handle: RigidBodyHandle,
-        body: &RigidBody,
-    ) -> Option<Special> {
-        let before = match &self.half.first {
-            None => Before::default(),
-            Some(first) => rules.places.before(first.motions, handle),
-        };
-        let quiet = match self.half.first {
-            None => drowsy(body) == 0.0,
-            Some(_) => !before.free && before.load.is_none(),
-        };
-        let plain = quiet && coasts(rules, body) && !may_precess(body);
-        let is_plain = plain && !self.held.contains(handle);
-        (!is_plain).then(|| self.made_special(handle, body, before))
-    }
-
-    #[inline(never)]
-    fn made_special(&self, handle: RigidBodyHandle, body: &RigidBody, before: Before) -> Special {
-        let mut body = Body::of(handle, body);
-        let free = FreeMotion::new(&body, self.gravity, self.iterations, self.half.dt);
-        if before.free {
-            [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
-        }
-        Special { body, free, before }
+        x == y && y == z && !self.held.contains(handle) && !may_precess(body)
     }
 
     /// Returns an error if a force is not finite, or changed so much that the fields may be stiff.
@@ -341,132 +348,6 @@ impl Pass<'_> {
                 .centres
                 .extend(block.each(&block.seen.world_coms));
         }
-    }
-
-    /// Kicks the bodies of a block that only fields move.
-    fn kick_plainly(&mut self, block: &BodyBlock, kicked: &Kicked) -> Done {
-        let moved = block.all() & kicked.pushed & !block.special;
-        let first = self.half.first.is_none();
-        if let Some(lane) = lanes_of(moved & !kicked.sound).next() {
-            return Err(block.seen.bodies[lane]);
-        }
-        for lane in lanes_of(moved) {
-            let (handle, linvel) = (block.seen.bodies[lane], in_lane(&kicked.linvels, lane));
-            if first && kicked.fast >> lane & 1 == 1 {
-                self.warn_of_cap(handle, linvel);
-            }
-            self.visit.set_linvel(handle, linvel);
-        }
-        Ok(())
-    }
-
-    /// Kicks a body that other causes move, too.
-    fn kick_specially(&mut self, rules: &Rules, special: &Special, felt: &CentreForce) -> Done {
-        let update = match self.half.first {
-            None => self.first(rules, special, felt)?,
-            Some(_) => self.second(rules, special, felt),
-        };
-        let Some(update) = update else {
-            return Ok(());
-        };
-        // `max_element` may pass over NaN, which is tested by itself.
-        let linvel = update.linvel;
-        let slow = linvel.abs().max_element() <= FASTEST * 0.5;
-        if !slow || linvel.is_nan() {
-            return Err(update.body);
-        }
-        if self.half.first.is_none() {
-            self.warn_of_cap(update.body, linvel);
-        }
-        self.visit.write(&update);
-        Ok(())
-    }
-
-    /// Warns if Rapier will limit a velocity.
-    fn warn_of_cap(&mut self, body: RigidBodyHandle, linvel: Vector) {
-        let caps = Caps {
-            speed: self.parameters.max_linear_velocity(),
-            dt: self.half.dt,
-        };
-        self.warnings.extend(caps.of_speed(body, linvel.length()));
-    }
-
-    /// The first half for a body that other causes move, too.
-    fn first(
-        &mut self,
-        rules: &Rules,
-        Special { body, free, .. }: &Special,
-        felt: &CentreForce,
-    ) -> Result<Option<VelocityUpdate>, RigidBodyHandle> {
-        let (force, dt) = (from_dvec3(real(felt.force)), self.half.dt);
-        let torque = Vector::ZERO;
-        let wrench = Wrench { force, torque };
-        if body.drowsy > 0.0 {
-            self.drowsy.push(*body);
-        }
-        if self.held.contains(body.handle) {
-            let load = Load::new(body, wrench, false, dt);
-            if !load.is_bearable(body, self.gravity) {
-                return Err(body.handle);
-            }
-            self.motions
-                .loads
-                .extend((force != Vector::ZERO).then_some(load));
-            return Ok(None);
-        }
-        let iterations = self.iterations;
-        let is_slowed = !felt.slowing.is_none();
-        let is_felt = force != Vector::ZERO || is_slowed;
-        if !is_felt {
-            let turns = self.compiled.torque_possible && body.angvel != Vector::ZERO;
-            let update = kicked(body, Wrench::ZERO, rules.kick.duration);
-            let motions = &mut self.motions;
-            let update =
-                turns.then(|| motions.turned(body, update, DVec3::ZERO, dt, iterations, false));
-            return Ok(update.filter(|update| update.spins));
-        }
-        let is_alone = self.half.scheme == Scheme::Kick || free.is_none();
-        let (mut update, twist) = if is_alone {
-            (kicked(body, wrench, rules.kick.duration), DVec3::ZERO)
-        } else {
-            free.along(body, wrench, rules.kick.duration)
-        };
-        if is_slowed {
-            update.linvel = free.slowed_body(body, felt, rules.kick.duration);
-        }
-        let motions = &mut self.motions;
-        let update = motions.turned(body, update, twist, dt, iterations, false);
-        if is_alone {
-            return Ok(Some(update));
-        }
-        let linvel = free.given(update.linvel);
-        let given = VelocityUpdate { linvel, ..update };
-        self.motions.complete_by(body.handle, Completion::Free);
-        self.motions.updates.push(given);
-        Ok(Some(given))
-    }
-
-    /// The second half for such a body.
-    fn second(
-        &self,
-        rules: &Rules,
-        Special { body, free, before }: &Special,
-        felt: &CentreForce,
-    ) -> Option<VelocityUpdate> {
-        if !felt.slowing.is_none() {
-            let was_free = before.free;
-            return Some(complete_slowed(
-                body,
-                free,
-                felt,
-                was_free,
-                rules.kick.duration,
-            ));
-        }
-        let (force, torque) = (from_dvec3(real(felt.force)), Vector::ZERO);
-        let held = self.held.contains(body.handle);
-        let wrench = Wrench { force, torque };
-        complete(body, free, wrench, held, *before, rules.kick.duration)
     }
 }
 
