@@ -1,0 +1,375 @@
+//! Bodies of any kind in any smooth fields, under every scheme, against an integration of this file's own: the errors
+//! fall with the step at least as the scheme's order says. Bodies have parts off their origin, gravity scaled, damping,
+//! locked axes, the user's force, and solver iterations of their own.
+
+use rapier3d_fields::math::{DQuat, DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::{build as fields_of, either, weightless};
+
+const CASES: u64 = 60;
+const END: f64 = 1.0;
+/// Numbers of steps.
+const COARSE: usize = 50;
+const FINE: usize = 4 * COARSE;
+
+/// The schemes with the orders that are asked of them. Forces that read velocities lower that of `Forward4`.
+const SCHEMES: [(Scheme, i32); 6] = [
+    (Scheme::KickDriftKick, 2),
+    (Scheme::Kick, 1),
+    (Scheme::ExternalForce, 1),
+    (Scheme::Substep(Substeps::Fixed(3)), 2),
+    (Scheme::LinearlyImplicit, 1),
+    (Scheme::Forward4, 2),
+];
+
+/// Numbers from −1 to 1, the same in every run.
+struct Numbers(u64);
+
+impl Numbers {
+    fn new(seed: u64) -> Self {
+        let mut numbers = Numbers(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+        (0..5).for_each(|_| drop(numbers.next()));
+        numbers
+    }
+
+    fn next(&mut self) -> f64 {
+        let state = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+        self.0 = state;
+        (state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+    }
+
+    fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.next(), self.next(), self.next())
+    }
+
+    /// A number below `count`.
+    fn below(&mut self, count: usize) -> usize {
+        ((self.next() + 1.0) * 0.5 * count as f64) as usize % count
+    }
+
+    fn one_of<T: Copy>(&mut self, these: &[T]) -> T {
+        these[self.below(these.len())]
+    }
+
+    /// Zero, or as much as that.
+    fn perhaps(&mut self, most: f64) -> f64 {
+        self.one_of(&[0.0, most]) * (self.next() + 1.0) * 0.5
+    }
+}
+
+/// A field at centres of mass.
+#[derive(Clone, Copy, Debug)]
+enum Law {
+    Uniform { vector: DVec3, per_mass: bool },
+    Drag { rates: [f64; 2], per_mass: bool },
+    Wind { velocity: DVec3, rates: [f64; 2] },
+    Spring { stiffness: f64, at: DVec3 },
+    Attraction { strength: f64, at: DVec3 },
+    Magnetic(DVec3),
+}
+
+impl Law {
+    fn any(numbers: &mut Numbers) -> Self {
+        let per_mass = numbers.one_of(&[true, false]);
+        let rates = [numbers.perhaps(0.5) + 0.05, numbers.perhaps(0.4)];
+        match numbers.below(6) {
+            0 => Law::Uniform {
+                vector: numbers.vector() * 2.0,
+                per_mass,
+            },
+            1 => Law::Drag { rates, per_mass },
+            2 => Law::Wind {
+                velocity: numbers.vector() * 3.0,
+                rates,
+            },
+            3 => Law::Spring {
+                stiffness: numbers.next() + 1.5,
+                at: numbers.vector(),
+            },
+            4 => Law::Attraction {
+                strength: 2.0,
+                at: numbers.vector() * 2.0,
+            },
+            _ => Law::Magnetic(numbers.vector()),
+        }
+    }
+
+    fn field(self) -> Field {
+        let real = |numbers: [f64; 2]| numbers.map(from_f64);
+        let by = |field: Field, per_mass: bool| {
+            if per_mass {
+                field.force_mode(ForceMode::Acceleration)
+            } else {
+                field
+            }
+        };
+        let field = match self {
+            Law::Uniform { vector, per_mass } => by(Field::uniform(from_dvec3(vector)), per_mass),
+            Law::Drag { rates, per_mass } => {
+                let [linear, quadratic] = real(rates);
+                by(Field::drag(linear, quadratic), per_mass)
+            }
+            Law::Wind { velocity, rates } => {
+                let [linear, quadratic] = real(rates);
+                Field::wind(from_dvec3(velocity), linear, quadratic)
+            }
+            Law::Spring { stiffness, at } => Field::spring(from_f64(stiffness)).at(from_dvec3(at)),
+            Law::Attraction { strength, at } => Field::radial(from_f64(-strength), -2.0)
+                .softened(1.0)
+                .at(from_dvec3(at)),
+            Law::Magnetic(field) => Field::magnetic(from_dvec3(field)).coupled_to(Coupling::Share),
+        };
+        field.sampled(Sampling::Centre)
+    }
+
+    fn force(self, state: &State, mass: f64) -> DVec3 {
+        let scale = |per_mass: bool| if per_mass { mass } else { 1.0 };
+        let drag = |past: DVec3, [linear, quadratic]: [f64; 2]| {
+            past * -(linear + quadratic * past.length())
+        };
+        match self {
+            Law::Uniform { vector, per_mass } => vector * scale(per_mass),
+            Law::Drag { rates, per_mass } => drag(state.velocity, rates) * scale(per_mass),
+            Law::Wind { velocity, rates } => drag(state.velocity - velocity, rates),
+            Law::Spring { stiffness, at } => (state.place - at) * -stiffness,
+            Law::Attraction { strength, at } => {
+                let way = state.place - at;
+                way * (-strength * (way.length_squared() + 1.0).powf(-1.5))
+            }
+            Law::Magnetic(field) => state.velocity.cross(field),
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Case {
+    shape: usize,
+    arm: DVec3,
+    gravity: DVec3,
+    gravity_scale: f64,
+    damping: [f64; 2],
+    locks: LockedAxes,
+    force: DVec3,
+    more_iterations: usize,
+    place: DVec3,
+    velocity: DVec3,
+    spin: DVec3,
+    laws: Vec<Law>,
+}
+
+impl Case {
+    fn any(seed: u64) -> Self {
+        let numbers = &mut Numbers::new(seed);
+        let down = DVec3::new(0.0, -9.81, 0.0);
+        let locks = numbers.one_of(&[
+            LockedAxes::empty(),
+            LockedAxes::empty(),
+            LockedAxes::TRANSLATION_LOCKED_Y,
+            LockedAxes::ROTATION_LOCKED,
+        ]);
+        let (mut velocity, mut spin) = (numbers.vector() * 2.0, numbers.vector() * 2.0);
+        if locks.contains(LockedAxes::TRANSLATION_LOCKED_Y) {
+            velocity.y = 0.0;
+        }
+        spin *= numbers.one_of(&[0.0, 1.0]);
+        if locks.contains(LockedAxes::ROTATION_LOCKED) {
+            spin = DVec3::ZERO;
+        }
+        let mut case = Case {
+            shape: numbers.below(4),
+            arm: numbers.vector() * 0.3,
+            gravity: numbers.one_of(&[DVec3::ZERO, down, DVec3::new(1.0, 2.0, -3.0)]),
+            gravity_scale: numbers.one_of(&[1.0, 1.0, 0.5, 0.0, -1.0]),
+            damping: [numbers.perhaps(1.0), numbers.perhaps(1.0)],
+            locks,
+            force: numbers.vector() * numbers.one_of(&[0.0, 2.0]),
+            more_iterations: numbers.one_of(&[0, 0, 1, 3]),
+            place: numbers.vector(),
+            velocity,
+            spin,
+            laws: Vec::new(),
+        };
+        let count = 1 + numbers.below(3);
+        case.laws.extend((0..count).map(|_| Law::any(numbers)));
+        case
+    }
+
+    fn world(&self, dt: f64) -> (PhysicsWorld, RigidBodyHandle) {
+        let mut world = weightless(from_f64(dt));
+        world.gravity = from_dvec3(self.gravity);
+        let [linear, angular] = self.damping.map(from_f64);
+        let body = RigidBodyBuilder::dynamic()
+            .translation(from_dvec3(self.place))
+            .linvel(from_dvec3(self.velocity))
+            .angvel(from_dvec3(self.spin))
+            .linear_damping(linear)
+            .angular_damping(angular)
+            .gravity_scale(from_f64(self.gravity_scale))
+            .locked_axes(self.locks)
+            .additional_solver_iterations(self.more_iterations)
+            .can_sleep(false);
+        let handle = world.insert_body(body);
+        let arm = from_dvec3(self.arm);
+        let parts = match self.shape {
+            0 => vec![ColliderBuilder::ball(0.5)],
+            1 => vec![ColliderBuilder::cuboid(0.5, 0.3, 0.4)],
+            2 => vec![
+                ColliderBuilder::ball(0.4).translation(arm),
+                ColliderBuilder::cuboid(0.3, 0.2, 0.5).translation(arm * -2.0),
+            ],
+            _ => vec![ColliderBuilder::cylinder(0.4, 0.4).translation(arm)],
+        };
+        for part in parts {
+            world.insert_collider(part, Some(handle));
+        }
+        let (bodies, colliders) = (&mut world.bodies, &world.colliders);
+        bodies[handle].recompute_mass_properties_from_colliders(colliders);
+        bodies[handle].add_force(from_dvec3(self.force), true);
+        (world, handle)
+    }
+
+    /// The state after some steps with fields.
+    fn stepped(&self, scheme: Scheme, steps: usize) -> State {
+        let (mut world, handle) = self.world(END / steps as f64);
+        let fields = self.laws.iter().map(|law| law.field());
+        let mut fields = fields_of(Tree::fold(Operator::SumUnion, fields), scheme);
+        for _ in 0..steps {
+            fields.step(&mut world).expect("a finite step");
+        }
+        State::of(&world.bodies[handle])
+    }
+
+    /// The state at the end, by the method of Runge and Kutta at small steps.
+    fn exact(&self) -> State {
+        const STEPS: usize = 3000;
+        let (world, handle) = self.world(0.01);
+        let top = Top::of(&world.bodies[handle]);
+        let mut state = State::of(&world.bodies[handle]);
+        let h = END / STEPS as f64;
+        for _ in 0..STEPS {
+            let k1 = self.rate(&state, &top);
+            let k2 = self.rate(&state.plus(&k1, h / 2.0), &top);
+            let k3 = self.rate(&state.plus(&k2, h / 2.0), &top);
+            let k4 = self.rate(&state.plus(&k3, h), &top);
+            for (rate, part) in [(k1, 6.0), (k2, 3.0), (k3, 3.0), (k4, 6.0)] {
+                state = state.plus(&rate, h / part);
+            }
+        }
+        state
+    }
+
+    fn rate(&self, state: &State, top: &Top) -> State {
+        let forces = self.laws.iter().map(|law| law.force(state, top.mass));
+        let pull = (forces.sum::<DVec3>() + self.force) / top.mass;
+        let mut acceleration = pull + self.gravity * self.gravity_scale;
+        if self.locks.contains(LockedAxes::TRANSLATION_LOCKED_Y) {
+            acceleration.y = 0.0;
+        }
+        let [linear, angular] = self.damping;
+        let spin = state.spin;
+        State {
+            place: state.velocity,
+            velocity: acceleration - state.velocity * linear,
+            attitude: DQuat::from_xyzw(spin.x, spin.y, spin.z, 0.0) * state.attitude * 0.5,
+            spin: top.precession(state) - spin * angular,
+        }
+    }
+}
+
+/// The mass and the moments of inertia of a body.
+struct Top {
+    mass: f64,
+    moments: DVec3,
+    axes: DQuat,
+}
+
+impl Top {
+    fn of(body: &RigidBody) -> Self {
+        let local = &body.mass_properties().local_mprops;
+        Top {
+            mass: to_f64(body.mass()),
+            moments: to_dvec3(local.inv_principal_inertia).recip(),
+            axes: quaternion(&local.principal_inertia_local_frame),
+        }
+    }
+
+    /// The angular acceleration of a free top.
+    fn precession(&self, state: &State) -> DVec3 {
+        if state.spin == DVec3::ZERO {
+            return DVec3::ZERO;
+        }
+        let axes = state.attitude * self.axes;
+        let spin = axes.inverse() * state.spin;
+        axes * ((self.moments * spin).cross(spin) / self.moments)
+    }
+}
+
+fn quaternion(rotation: &Rotation) -> DQuat {
+    let [x, y, z, w] = rotation.to_array().map(to_f64);
+    DQuat::from_xyzw(x, y, z, w)
+}
+
+/// The motion of a body, or its rate.
+#[derive(Clone, Copy)]
+struct State {
+    /// The centre of mass.
+    place: DVec3,
+    velocity: DVec3,
+    attitude: DQuat,
+    spin: DVec3,
+}
+
+impl State {
+    fn of(body: &RigidBody) -> Self {
+        let centre = body.position().transform_point(body.local_center_of_mass());
+        State {
+            place: to_dvec3(centre),
+            velocity: to_dvec3(body.linvel()),
+            attitude: quaternion(body.rotation()),
+            spin: to_dvec3(body.angvel()),
+        }
+    }
+
+    fn plus(&self, rate: &State, h: f64) -> Self {
+        State {
+            place: self.place + rate.place * h,
+            velocity: self.velocity + rate.velocity * h,
+            attitude: self.attitude + rate.attitude * h,
+            spin: self.spin + rate.spin * h,
+        }
+    }
+
+    /// The differences of places, velocities, attitudes and angular velocities.
+    fn errors(&self, exact: &State) -> [f64; 4] {
+        let (a, b) = (self.attitude, exact.attitude.normalize());
+        [
+            self.place.distance(exact.place),
+            self.velocity.distance(exact.velocity),
+            2.0 * (a - b).length().min((a + b).length()),
+            self.spin.distance(exact.spin),
+        ]
+    }
+}
+
+#[test]
+fn errors_fall_with_the_order_of_the_scheme() {
+    // Below this, errors are roundings.
+    let rounding = either(5e-4, 1e-6);
+    for seed in 0..CASES {
+        let case = Case::any(seed);
+        let exact = case.exact();
+        for (scheme, order) in SCHEMES {
+            let [coarse, fine] =
+                [COARSE, FINE].map(|steps| case.stepped(scheme, steps).errors(&exact));
+            let ratio = (FINE as f64 / COARSE as f64).powi(order);
+            for (of, (coarse, fine)) in coarse.into_iter().zip(fine).enumerate() {
+                let of = ["place", "velocity", "attitude", "spin"][of];
+                assert!(
+                    fine <= rounding || fine * 0.5 * ratio <= coarse,
+                    "{seed}, {scheme:?}, {of}: {coarse:e}, {fine:e}, {case:#?}"
+                );
+            }
+        }
+    }
+}
