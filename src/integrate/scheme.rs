@@ -101,6 +101,9 @@ pub enum Scheme {
         /// Bound of the relative error of the energy of a vibration, (dt·ω)²/4 for
         /// `KickDriftKick`; and of the rate of a decay or a gyration, (dt·γ)²/24. Positive, at
         /// most 0.25.
+        ///
+        /// It is a bound for each vibration. Where the stiffness changes along a path, the errors of hundreds of
+        /// vibrations may add up to more.
         tolerance: Real,
     },
 }

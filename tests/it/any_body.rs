@@ -2,7 +2,7 @@
 //! fall with the step at least as the scheme's order says. Bodies have parts off their origin, gravity scaled, damping,
 //! locked axes, the user's force, and solver iterations of their own.
 
-use rapier3d_fields::math::{DQuat, DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
+use rapier3d_fields::math::{DQuat, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
 use crate::support::{build as fields_of, either, weightless};
@@ -29,7 +29,9 @@ struct Numbers(u64);
 impl Numbers {
     fn new(seed: u64) -> Self {
         let mut numbers = Numbers(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-        (0..5).for_each(|_| drop(numbers.next()));
+        for _ in 0..5 {
+            numbers.next();
+        }
         numbers
     }
 
