@@ -70,8 +70,10 @@ impl Lowering<'_> {
         if let Some(program) = lowered.program.as_ref().filter(|program| program.has_force) {
             let facts = &mut lowered.facts;
             facts.require(&SamplingRequirements::of_program(program));
-            let at_centres = program.how.sampling == Sampling::Centre;
-            facts.set_if(Facts::TURNS, !at_centres || program.how.cuts != Cuts::Never);
+            let how = program.how;
+            let at_centres = how.sampling == Sampling::Centre && how.cuts == Cuts::Never;
+            // A reaction acts where the other body is.
+            facts.set_if(Facts::TURNS, !at_centres || program.reacts);
             facts.set(Facts::VARIES);
             facts.set_if(Facts::UNBOUNDED, program.reach.is_none());
             let otherwise = program.reads_velocity && program.as_drag().is_none();

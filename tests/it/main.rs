@@ -15,7 +15,7 @@ mod support;
 mod adversarial;
 mod adversarial_steps;
 mod algebra_laws;
-mod any_body;
+mod any_bodies;
 mod approach;
 mod auto;
 mod billiards;

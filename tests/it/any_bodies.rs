@@ -1,13 +1,14 @@
 //! Bodies of any kind in any smooth fields, under every scheme, against an integration of this file's own: the errors
 //! fall with the step at least as the scheme's order says. Bodies have parts off their origin, gravity scaled, damping,
-//! locked axes, the user's force, and solver iterations of their own.
+//! locked axes, the user's force, and solver iterations of their own. They pull each other, with reactions or without.
 
 use rapier3d_fields::math::{DQuat, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::support::{build as fields_of, either, weightless};
+use crate::support::{build as fields_of, either, largest, weightless};
 
-const CASES: u64 = 60;
+/// Worlds of one, two and three bodies, each.
+const CASES: u64 = 40;
 const END: f64 = 1.0;
 /// Numbers of steps.
 const COARSE: usize = 50;
@@ -126,29 +127,39 @@ impl Law {
     }
 
     fn force(self, state: &State, mass: f64) -> DVec3 {
+        let (place, velocity) = (state.place, state.velocity);
         let scale = |per_mass: bool| if per_mass { mass } else { 1.0 };
         let drag = |past: DVec3, [linear, quadratic]: [f64; 2]| {
             past * -(linear + quadratic * past.length())
         };
         match self {
             Law::Uniform { vector, per_mass } => vector * scale(per_mass),
-            Law::Drag { rates, per_mass } => drag(state.velocity, rates) * scale(per_mass),
-            Law::Wind { velocity, rates } => drag(state.velocity - velocity, rates),
-            Law::Spring { stiffness, at } => (state.place - at) * -stiffness,
+            Law::Drag { rates, per_mass } => drag(velocity, rates) * scale(per_mass),
+            Law::Wind {
+                velocity: wind,
+                rates,
+            } => drag(velocity - wind, rates),
+            Law::Spring { stiffness, at } => (place - at) * -stiffness,
             Law::Attraction { strength, at } => {
-                let way = state.place - at;
+                let way = place - at;
                 way * (-strength * (way.length_squared() + 1.0).powf(-1.5))
             }
-            Law::Magnetic(field) => state.velocity.cross(field),
+            Law::Magnetic(field) => velocity.cross(field),
         }
     }
 }
 
+/// A spring or an attraction that is anchored to the origin of a body, and acts on the others.
+#[derive(Clone, Copy, Debug)]
+struct Pull {
+    law: Law,
+    reacts: bool,
+}
+
 #[derive(Debug)]
-struct Case {
+struct Start {
     shape: usize,
     arm: DVec3,
-    gravity: DVec3,
     gravity_scale: f64,
     damping: [f64; 2],
     locks: LockedAxes,
@@ -157,13 +168,10 @@ struct Case {
     place: DVec3,
     velocity: DVec3,
     spin: DVec3,
-    laws: Vec<Law>,
 }
 
-impl Case {
-    fn any(seed: u64) -> Self {
-        let numbers = &mut Numbers::new(seed);
-        let down = DVec3::new(0.0, -9.81, 0.0);
+impl Start {
+    fn any(numbers: &mut Numbers) -> Self {
         let locks = numbers.one_of(&[
             LockedAxes::empty(),
             LockedAxes::empty(),
@@ -178,28 +186,21 @@ impl Case {
         if locks.contains(LockedAxes::ROTATION_LOCKED) {
             spin = DVec3::ZERO;
         }
-        let mut case = Case {
+        Start {
             shape: numbers.below(4),
             arm: numbers.vector() * 0.3,
-            gravity: numbers.one_of(&[DVec3::ZERO, down, DVec3::new(1.0, 2.0, -3.0)]),
             gravity_scale: numbers.one_of(&[1.0, 1.0, 0.5, 0.0, -1.0]),
             damping: [numbers.perhaps(1.0), numbers.perhaps(1.0)],
             locks,
             force: numbers.vector() * numbers.one_of(&[0.0, 2.0]),
             more_iterations: numbers.one_of(&[0, 0, 1, 3]),
-            place: numbers.vector(),
+            place: numbers.vector() * 1.5,
             velocity,
             spin,
-            laws: Vec::new(),
-        };
-        let count = 1 + numbers.below(3);
-        case.laws.extend((0..count).map(|_| Law::any(numbers)));
-        case
+        }
     }
 
-    fn world(&self, dt: f64) -> (PhysicsWorld, RigidBodyHandle) {
-        let mut world = weightless(from_f64(dt));
-        world.gravity = from_dvec3(self.gravity);
+    fn insert(&self, world: &mut PhysicsWorld) -> RigidBodyHandle {
         let [linear, angular] = self.damping.map(from_f64);
         let body = RigidBodyBuilder::dynamic()
             .translation(from_dvec3(self.place))
@@ -223,65 +224,147 @@ impl Case {
             _ => vec![ColliderBuilder::cylinder(0.4, 0.4).translation(arm)],
         };
         for part in parts {
+            let part = part.collision_groups(InteractionGroups::none());
             world.insert_collider(part, Some(handle));
         }
         let (bodies, colliders) = (&mut world.bodies, &world.colliders);
         bodies[handle].recompute_mass_properties_from_colliders(colliders);
         bodies[handle].add_force(from_dvec3(self.force), true);
-        (world, handle)
+        handle
+    }
+}
+
+#[derive(Debug)]
+struct Case {
+    gravity: DVec3,
+    bodies: Vec<Start>,
+    laws: Vec<Law>,
+    /// One for each body, if there are several.
+    pulls: Vec<Pull>,
+}
+
+impl Case {
+    fn any(seed: u64, count: usize) -> Self {
+        let numbers = &mut Numbers::new(seed);
+        let down = DVec3::new(0.0, -9.81, 0.0);
+        let gravity = numbers.one_of(&[DVec3::ZERO, down, DVec3::new(1.0, 2.0, -3.0)]);
+        let bodies = (0..count).map(|_| Start::any(numbers)).collect();
+        let laws = (0..1 + numbers.below(3)).map(|_| Law::any(numbers));
+        let laws = laws.collect();
+        let pull = |_| {
+            let (strength, at) = (1.5 + numbers.next(), DVec3::ZERO);
+            let spring = Law::Spring {
+                stiffness: strength,
+                at,
+            };
+            Pull {
+                law: numbers.one_of(&[spring, Law::Attraction { strength, at }]),
+                reacts: numbers.one_of(&[true, true, false]),
+            }
+        };
+        let pulled = if count > 1 { count } else { 0 };
+        Case {
+            gravity,
+            bodies,
+            laws,
+            pulls: (0..pulled).map(pull).collect(),
+        }
     }
 
-    /// The state after some steps with fields.
-    fn stepped(&self, scheme: Scheme, steps: usize) -> State {
-        let (mut world, handle) = self.world(END / steps as f64);
-        let fields = self.laws.iter().map(|law| law.field());
-        let mut fields = fields_of(Tree::fold(Operator::SumUnion, fields), scheme);
+    fn world(&self, dt: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>) {
+        let mut world = weightless(from_f64(dt));
+        world.gravity = from_dvec3(self.gravity);
+        let bodies = self.bodies.iter();
+        let handles = bodies.map(|body| body.insert(&mut world)).collect();
+        (world, handles)
+    }
+
+    fn tree(&self, handles: &[RigidBodyHandle]) -> Tree {
+        let pulls = self.pulls.iter().zip(handles).map(|(pull, handle)| {
+            let field = pull.law.field().at(*handle);
+            if pull.reacts { field.reacting() } else { field }
+        });
+        let laws = self.laws.iter().map(|law| law.field());
+        Tree::fold(Operator::SumUnion, laws.chain(pulls))
+    }
+
+    /// The states after some steps with fields.
+    fn stepped(&self, scheme: Scheme, steps: usize) -> Vec<State> {
+        let (mut world, handles) = self.world(END / steps as f64);
+        let mut fields = fields_of(self.tree(&handles), scheme);
         for _ in 0..steps {
             fields.step(&mut world).expect("a finite step");
         }
-        State::of(&world.bodies[handle])
+        let bodies = handles.iter().map(|handle| &world.bodies[*handle]);
+        bodies.map(State::of).collect()
     }
 
-    /// The state at the end, by the method of Runge and Kutta at small steps.
-    fn exact(&self) -> State {
+    /// The states at the end, by the method of Runge and Kutta at small steps.
+    fn exact(&self) -> Vec<State> {
         const STEPS: usize = 3000;
-        let (world, handle) = self.world(0.01);
-        let top = Top::of(&world.bodies[handle]);
-        let mut state = State::of(&world.bodies[handle]);
+        let (world, handles) = self.world(0.01);
+        let bodies = || handles.iter().map(|handle| &world.bodies[*handle]);
+        let tops: Vec<_> = bodies().map(Top::of).collect();
+        let mut states: Vec<_> = bodies().map(State::of).collect();
         let h = END / STEPS as f64;
         for _ in 0..STEPS {
-            let k1 = self.rate(&state, &top);
-            let k2 = self.rate(&state.plus(&k1, h / 2.0), &top);
-            let k3 = self.rate(&state.plus(&k2, h / 2.0), &top);
-            let k4 = self.rate(&state.plus(&k3, h), &top);
-            for (rate, part) in [(k1, 6.0), (k2, 3.0), (k3, 3.0), (k4, 6.0)] {
-                state = state.plus(&rate, h / part);
+            let k1 = self.rates(&states, &tops);
+            let k2 = self.rates(&plus(&states, &k1, h / 2.0), &tops);
+            let k3 = self.rates(&plus(&states, &k2, h / 2.0), &tops);
+            let k4 = self.rates(&plus(&states, &k3, h), &tops);
+            for (rates, part) in [(k1, 6.0), (k2, 3.0), (k3, 3.0), (k4, 6.0)] {
+                states = plus(&states, &rates, h / part);
             }
         }
-        state
+        states
     }
 
-    fn rate(&self, state: &State, top: &Top) -> State {
-        let forces = self.laws.iter().map(|law| law.force(state, top.mass));
-        let pull = (forces.sum::<DVec3>() + self.force) / top.mass;
-        let mut acceleration = pull + self.gravity * self.gravity_scale;
-        if self.locks.contains(LockedAxes::TRANSLATION_LOCKED_Y) {
-            acceleration.y = 0.0;
+    fn rates(&self, states: &[State], tops: &[Top]) -> Vec<State> {
+        let mut wrenches = vec![(DVec3::ZERO, DVec3::ZERO); states.len()];
+        for (number, (state, top)) in states.iter().zip(tops).enumerate() {
+            let forces = self.laws.iter().map(|law| law.force(state, top.mass));
+            wrenches[number].0 += forces.sum::<DVec3>() + self.bodies[number].force;
         }
-        let [linear, angular] = self.damping;
-        let spin = state.spin;
-        State {
-            place: state.velocity,
-            velocity: acceleration - state.velocity * linear,
-            attitude: DQuat::from_xyzw(spin.x, spin.y, spin.z, 0.0) * state.attitude * 0.5,
-            spin: top.precession(state) - spin * angular,
+        for (carrier, pull) in self.pulls.iter().enumerate() {
+            let origin = states[carrier].place - states[carrier].attitude * tops[carrier].local_com;
+            for felt in (0..states.len()).filter(|felt| *felt != carrier) {
+                let mut relative = states[felt];
+                relative.place -= origin;
+                let force = pull.law.force(&relative, tops[felt].mass);
+                wrenches[felt].0 += force;
+                if pull.reacts {
+                    let arm = states[felt].place - states[carrier].place;
+                    wrenches[carrier].0 -= force;
+                    wrenches[carrier].1 -= arm.cross(force);
+                }
+            }
         }
+        let each = states.iter().zip(tops).zip(&self.bodies).zip(wrenches);
+        each.map(|(((state, top), body), (force, torque))| {
+            let mut acceleration = force / top.mass + self.gravity * body.gravity_scale;
+            if body.locks.contains(LockedAxes::TRANSLATION_LOCKED_Y) {
+                acceleration.y = 0.0;
+            }
+            let mut turn = top.angular_acceleration(state, torque);
+            if body.locks.contains(LockedAxes::ROTATION_LOCKED) {
+                turn = DVec3::ZERO;
+            }
+            let ([linear, angular], spin) = (body.damping, state.spin);
+            State {
+                place: state.velocity,
+                velocity: acceleration - state.velocity * linear,
+                attitude: DQuat::from_xyzw(spin.x, spin.y, spin.z, 0.0) * state.attitude * 0.5,
+                spin: turn - spin * angular,
+            }
+        })
+        .collect()
     }
 }
 
 /// The mass and the moments of inertia of a body.
 struct Top {
     mass: f64,
+    local_com: DVec3,
     moments: DVec3,
     axes: DQuat,
 }
@@ -291,19 +374,16 @@ impl Top {
         let local = &body.mass_properties().local_mprops;
         Top {
             mass: to_f64(body.mass()),
+            local_com: to_dvec3(body.local_center_of_mass()),
             moments: to_dvec3(local.inv_principal_inertia).recip(),
             axes: quaternion(&local.principal_inertia_local_frame),
         }
     }
 
-    /// The angular acceleration of a free top.
-    fn precession(&self, state: &State) -> DVec3 {
-        if state.spin == DVec3::ZERO {
-            return DVec3::ZERO;
-        }
-        let axes = state.attitude * self.axes;
-        let spin = axes.inverse() * state.spin;
-        axes * ((self.moments * spin).cross(spin) / self.moments)
+    fn angular_acceleration(&self, state: &State, torque: DVec3) -> DVec3 {
+        let axes = state.attitude.normalize() * self.axes;
+        let (spin, torque) = (axes.inverse() * state.spin, axes.inverse() * torque);
+        axes * (((self.moments * spin).cross(spin) + torque) / self.moments)
     }
 }
 
@@ -354,16 +434,28 @@ impl State {
     }
 }
 
-#[test]
-fn errors_fall_with_the_order_of_the_scheme() {
+fn plus(states: &[State], rates: &[State], h: f64) -> Vec<State> {
+    let each = states.iter().zip(rates);
+    each.map(|(state, rate)| state.plus(rate, h)).collect()
+}
+
+/// The largest errors among the bodies of a world.
+fn errors(states: &[State], exact: &[State]) -> [f64; 4] {
+    let each = states.iter().zip(exact);
+    let each: Vec<_> = each.map(|(state, exact)| state.errors(exact)).collect();
+    [0, 1, 2, 3].map(|of| largest(each.iter().map(|errors| errors[of])))
+}
+
+/// The errors fall with the order of the scheme.
+fn check(count: usize) {
     // Below this, errors are roundings.
     let rounding = either(5e-4, 1e-6);
     for seed in 0..CASES {
-        let case = Case::any(seed);
+        let case = Case::any(seed, count);
         let exact = case.exact();
         for (scheme, order) in SCHEMES {
             let [coarse, fine] =
-                [COARSE, FINE].map(|steps| case.stepped(scheme, steps).errors(&exact));
+                [COARSE, FINE].map(|steps| errors(&case.stepped(scheme, steps), &exact));
             let ratio = (FINE as f64 / COARSE as f64).powi(order);
             for (of, (coarse, fine)) in coarse.into_iter().zip(fine).enumerate() {
                 let of = ["place", "velocity", "attitude", "spin"][of];
@@ -374,4 +466,19 @@ fn errors_fall_with_the_order_of_the_scheme() {
             }
         }
     }
+}
+
+#[test]
+fn single_bodies_move_at_the_order_of_the_scheme() {
+    check(1);
+}
+
+#[test]
+fn pairs_move_at_the_order_of_the_scheme() {
+    check(2);
+}
+
+#[test]
+fn triples_move_at_the_order_of_the_scheme() {
+    check(3);
 }
