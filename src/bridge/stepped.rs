@@ -6,7 +6,7 @@ use super::undo::Undo;
 use super::world::WorldMut;
 use crate::math::{Real, RigidBodyHandle, RigidBodySet, Vector};
 use crate::rapier::dynamics::{IslandManager, RigidBody};
-use crate::rigid::SMALLEST_TIME;
+use crate::rigid::{SMALLEST_TIME, world_com};
 
 /// The bodies that fields wrote to before Rapier's step, and the witnesses by which that step is recognised.
 #[derive(Debug, Default)]
@@ -161,7 +161,7 @@ impl Stepped {
         let mut witness = Witness {
             body: handle,
             slow_for,
-            centre: centre(body),
+            centre: world_com(body),
             linvel: body.linvel(),
         };
         if slow_for <= SMALLEST_TIME || !shows(slow_for, dt) {
@@ -225,7 +225,7 @@ impl Witness {
     fn advanced(&self, body: &RigidBody, dt: Real) -> Option<Real> {
         let (begun, ended) = (self.linvel, body.linvel());
         let (mean, change) = ((begun + ended) * 0.5, (ended - begun).length());
-        let (from, to) = (self.centre, centre(body));
+        let (from, to) = (self.centre, world_com(body));
         let way = to - from;
         let rounding = 32.0 * Real::EPSILON * (from.length() + to.length());
         if !(mean.length() * dt > 16.0 * rounding && change * 8.0 <= mean.length()) {
@@ -235,10 +235,6 @@ impl Witness {
         let off = (way - mean * advanced).length();
         (off <= change * advanced + rounding).then_some(advanced)
     }
-}
-
-fn centre(body: &RigidBody) -> Vector {
-    body.position().transform_point(body.local_center_of_mass())
 }
 
 /// Returns true if Rapier's step moves a body.

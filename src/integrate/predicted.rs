@@ -5,7 +5,7 @@ use crate::field::{Anchor, Frame, Frames};
 use crate::math::{DQuat, DVec3, Pose, RigidBodyHandle, Rotation};
 use crate::math::{Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::{RigidBody, RigidBodyType};
-use crate::rigid::{Lookup, RigidState, is_sound, to_dquat};
+use crate::rigid::{Lookup, RigidState, is_sound, to_dquat, world_com};
 
 /// The predicted motion of a body within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -97,7 +97,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
             let velocity = if angvel == Vector::ZERO {
                 linvel
             } else {
-                linvel + angvel.cross(body.translation() - body.center_of_mass())
+                linvel + angvel.cross(body.translation() - world_com(body))
             };
             return Frame {
                 velocity,

@@ -9,7 +9,7 @@ use crate::field::{FieldSet, Frame};
 use crate::integrate::{FASTEST, StepWarning, kicked};
 use crate::math::{DVec3, Real, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
-use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound, sort_by_body};
+use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound, sort_by_body, world_com};
 use crate::sample::{Gatherer, Properties, Samples};
 
 /// An empty set.
@@ -30,7 +30,7 @@ impl Reach {
     }
 
     fn holds(&self, body: &crate::rapier::dynamics::RigidBody, extent: Real) -> bool {
-        let point = body.position().transform_point(body.local_center_of_mass());
+        let point = world_com(body);
         let extent = Vector::splat(extent);
         (point + extent).cmpge(self.low).all() && (point - extent).cmple(self.high).all()
     }

@@ -144,8 +144,14 @@ pub(crate) fn origin_velocity(body: &RigidBody) -> Vector {
     if body.angvel() == Vector::ZERO {
         return body.linvel();
     }
-    let arm = body.translation() - body.center_of_mass();
-    body.linvel() + body.angvel().cross(arm)
+    body.linvel() + body.angvel().cross(body.translation() - world_com(body))
+}
+
+/// The centre of mass of a body in the world. Rapier's own is stale after a body was teleported, and after each step of
+/// a body that is not dynamic.
+#[inline(always)]
+pub(crate) fn world_com(body: &RigidBody) -> Vector {
+    body.position().transform_point(body.local_center_of_mass())
 }
 
 /// Returns true if pose, velocities and user forces are finite. Other bodies are left to Rapier, which

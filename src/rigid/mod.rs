@@ -16,7 +16,9 @@ mod wrench;
 
 pub use wrench::Wrench;
 
-pub(crate) use body::{Body, PartsMark, SMALLEST_TIME, drowsy, is_sound, origin_velocity};
+pub(crate) use body::{
+    Body, PartsMark, SMALLEST_TIME, drowsy, is_sound, origin_velocity, world_com,
+};
 pub(crate) use body_set::BodySet;
 pub(crate) use impact::MidStepImpact;
 pub(crate) use lookup::{Lookup, local_pose, world_pose};

@@ -59,6 +59,7 @@ mod loads;
 mod mesh_regions;
 mod modes_of_others;
 mod modifier_laws;
+mod moving_frames;
 #[cfg(feature = "f64")]
 mod orders;
 #[cfg(feature = "f32")]

@@ -6,7 +6,7 @@ use crate::integrate::{Before, FASTEST, FreeMotion, FreeMotions};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::number::{LaneMask, Lanes, Plain, Vec3, each_lane, in_registers};
 use crate::rapier::dynamics::RigidBody;
-use crate::rigid::{Body, PartsMark};
+use crate::rigid::{Body, PartsMark, world_com};
 
 /// One vector for each body, by axes.
 pub(super) type Columns = [[Real; TOGETHER]; 3];
@@ -100,7 +100,7 @@ impl BodyBlock {
         let seen = &mut self.seen;
         let lane = seen.count % TOGETHER;
         let inv_mass = body.mass_properties().effective_inv_mass;
-        let world_com = body.position().transform_point(body.local_center_of_mass());
+        let world_com = world_com(body);
         seen.bodies[lane] = handle;
         seen.masses[lane] = body.mass();
         self.parts[lane] = PartsMark::of(body);
