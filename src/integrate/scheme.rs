@@ -102,8 +102,7 @@ pub enum Scheme {
         /// `KickDriftKick`; and of the rate of a decay or a gyration, (dt·γ)²/24. Positive, at
         /// most 0.25.
         ///
-        /// It is a bound for each vibration. Where the stiffness changes along a path, the errors of hundreds of
-        /// vibrations may add up to more.
+        /// The errors of hundreds of vibrations may add up to more where the stiffness changes along a path.
         tolerance: Real,
     },
 }

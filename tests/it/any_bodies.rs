@@ -15,7 +15,7 @@ const COARSE: usize = 50;
 const FINE: usize = 4 * COARSE;
 
 /// The schemes with the orders that are asked of them. Forces that read velocities lower that of `Forward4`.
-const SCHEMES: [(Scheme, i32); 6] = [
+pub const SCHEMES: [(Scheme, i32); 6] = [
     (Scheme::KickDriftKick, 2),
     (Scheme::Kick, 1),
     (Scheme::ExternalForce, 1),

@@ -3,6 +3,7 @@
 use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_dvec3};
 use rapier3d_fields::prelude::*;
 
+use crate::any_bodies::SCHEMES;
 use crate::support::{build as fields_of, either, insert_ball, weightless};
 
 const END: f64 = 1.0;
@@ -72,15 +73,7 @@ fn exact(has_part: bool) -> [DVec3; 2] {
 
 #[test]
 fn drag_in_a_frame_that_moves_and_turns_is_of_the_order_of_the_scheme() {
-    let schemes = [
-        (Scheme::KickDriftKick, 2),
-        (Scheme::Kick, 1),
-        (Scheme::ExternalForce, 1),
-        (Scheme::Substep(Substeps::Fixed(3)), 2),
-        (Scheme::LinearlyImplicit, 1),
-        (Scheme::Forward4, 2),
-    ];
-    for (scheme, order) in schemes {
+    for (scheme, order) in SCHEMES {
         for has_part in [false, true] {
             let exact = exact(has_part);
             let errors = [40, 160].map(|steps| {
