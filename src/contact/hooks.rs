@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::claims::{Claims, Listening};
 use super::rules::{Pairs, in_order};
-use super::starts::{Starts, pivot};
+use super::starts::Starts;
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, ColliderSet, Real, Vector};
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle, RigidBodyType};
@@ -232,9 +232,12 @@ fn bearable_depth(law: ContactLaw, pair: [ColliderHandle; 2], colliders: &Collid
 /// The velocity of a point of a body; for a position-based kinematic body, from its way to its next position.
 pub(super) fn velocity_at(body: &RigidBody, point: Vector, dt: Real) -> Vector {
     if body.body_type() != RigidBodyType::KinematicPositionBased || dt <= 0.0 {
-        // Not about Rapier's centre of mass, which lags behind the pose of a kinematic body.
-        let centre = body.position().transform_point(pivot(body));
-        return body.linvel() + body.angvel().cross(point - centre);
+        let turns = body.angvel() != Vector::ZERO;
+        return if turns {
+            body.velocity_at_point(point)
+        } else {
+            body.linvel()
+        };
     }
     let local = body.position().inverse_transform_point(point);
     (body.next_position().transform_point(local) - point) / dt

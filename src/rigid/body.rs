@@ -147,8 +147,8 @@ pub(crate) fn origin_velocity(body: &RigidBody) -> Vector {
     body.linvel() + body.angvel().cross(body.translation() - world_com(body))
 }
 
-/// The centre of mass of a body in the world. Rapier's own is stale after a body was teleported, and after each step of
-/// a body that is not dynamic.
+/// The centre of mass of a body in the world. Rapier's own is the world's origin for a body without colliders that has
+/// not been stepped yet.
 #[inline(always)]
 pub(crate) fn world_com(body: &RigidBody) -> Vector {
     body.position().transform_point(body.local_center_of_mass())

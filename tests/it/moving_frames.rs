@@ -1,4 +1,5 @@
-//! Drag in the frame of a kinematic body that moves and turns, against an integration of this file's own.
+//! Drag in the frame of a kinematic body that moves and turns, against an integration of this file's own. Before its
+//! first step, Rapier does not know the centre of mass of a carrier without colliders.
 
 use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_dvec3};
 use rapier3d_fields::prelude::*;
