@@ -62,8 +62,8 @@ pub struct StepOutcome {
     /// The number of possible errors of the step; see [`Fields::warnings`](crate::Fields::warnings).
     pub warnings: usize,
     /// Under a scheme that chooses (`Auto`, `PerBody`): a bound of the relative error of the energy of a vibration with
-    /// which any body was moved in this step, as far as its path shows it. A quarter of the tolerance if no body came
-    /// near that, zero if no field varies.
+    /// which any body was moved in this step, as far as its path shows it, and of what such errors add up to
+    /// ([`Auto`](crate::Scheme::Auto)). A quarter of the tolerance if no body came near that, zero if no field varies.
     pub error: Option<Real>,
     /// True if swept detection reached its limit of impacts in this step (10,000, and 256 for each body), as bodies do
     /// that cannot come to rest. The remaining impacts are answered in the next step.

@@ -28,8 +28,9 @@ impl Fields {
     /// A copy of the world makes the steps, and another makes twice as many of `dt / 2`. By Richardson's extrapolation
     /// the error of the first is their difference times 1/(1 − 2⁻ᵖ) for a scheme of order p. That order is 2 for
     /// `KickDriftKick` and for `Substep` with a fixed number, 4 for `Forward4`, and taken as 1 for all others; so where
-    /// `Auto`, or substeps chosen for each body, find nothing stiff, the estimate is half as large again. It costs
-    /// three times the steps, and two copies.
+    /// `Auto`, or substeps chosen for each body, find nothing stiff, the estimate is half as large again. Where they find
+    /// only the longer steps stiff, these may be the more exact ones: the estimate is then the error of the other copy. It
+    /// costs three times the steps, and two copies.
     ///
     /// The estimate holds where errors fall as the order says. Steps that are too long for the fields give an estimate
     /// that is wrong: large where motions explode, and too small where the scheme damps them in both copies. A contact

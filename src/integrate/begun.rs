@@ -3,7 +3,7 @@
 use super::StepContext;
 use super::coupling::Besides;
 use super::evaluation::Evaluation;
-use super::motion::{Completion, Motions, VelocityUpdate, kicked};
+use super::motion::{Completion, Motions, Resolved, VelocityUpdate, kicked};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
 use crate::rigid::{
     Body, Lookup, MidStepImpact, Mobility, Wrench, find_by, rounded, to_dquat, velocities,
@@ -28,6 +28,13 @@ impl BegunStep<'_> {
     pub(super) fn hit(&self, body: RigidBodyHandle) -> Option<&MidStepImpact> {
         let place = find_by(self.hits, body, |hit| hit.body)?;
         Some(&self.hits[place])
+    }
+
+    /// The result for a body that was moved within the step and that nothing else touched.
+    pub(super) fn resolved_alone(&self, body: RigidBodyHandle) -> Option<&Resolved> {
+        let (hit, motions) = (self.hit(body), self.motions);
+        let alone = hit.is_none() && motions.load(body).is_none() && !motions.has_bounced(body);
+        motions.resolved(body).filter(|_| alone)
     }
 
     /// The correction of the wrench for the second half of a kick: up to a hit the first wrench should act, and the

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::fmt::Debug;
 
+use super::balance::Balance;
 use super::coupling::LinearisedWrench;
 use super::fault::Fault;
 use super::predicted::PredictedMotion;
@@ -54,6 +55,28 @@ impl Evaluation {
     pub(super) fn treatment(&self, place: usize) -> Option<Treatment> {
         let found = self.treatments.binary_search_by_key(&place, |it| it.0);
         found.ok().map(|found| self.treatments[found].1)
+    }
+
+    /// The balance of a body in the steps before this one.
+    pub(super) fn balance(&self, place: usize) -> Balance {
+        match self.treatment(place) {
+            Some(Treatment::Resolve { balance, .. }) => balance,
+            _ => Balance::default(),
+        }
+    }
+
+    /// Takes over the balances of bodies that were and are moved within steps.
+    pub(super) fn carry_balances(&mut self, last: &Evaluation) {
+        if last.treatments.is_empty() {
+            return;
+        }
+        for (place, treatment) in &mut self.treatments {
+            if let Treatment::Resolve { balance, .. } = treatment
+                && let Some(before) = last.place_of(self.bodies[*place])
+            {
+                *balance = last.balance(before);
+            }
+        }
     }
 
     /// The wrench on a body, if it was sampled.

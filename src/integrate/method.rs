@@ -70,7 +70,7 @@ pub(super) fn method_of(
         Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
             match (evaluation.treatment(place), context.choice()) {
                 (Some(Treatment::Damp), _) => Method::Implicit(dt),
-                (Some(Treatment::Resolve(pace)), Some(choice))
+                (Some(Treatment::Resolve { pace, .. }), Some(choice))
                     if !stands(context, evaluation, place) =>
                 {
                     Method::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
@@ -99,7 +99,7 @@ pub(super) fn together(
     let choice = context.choice()?;
     let paces = evaluation.treatments.iter();
     let paces = paces.filter_map(|(place, treatment)| match treatment {
-        Treatment::Resolve(pace) if !stands(context, evaluation, *place) => Some(*pace),
+        Treatment::Resolve { pace, .. } if !stands(context, evaluation, *place) => Some(*pace),
         _ => None,
     });
     let plans =

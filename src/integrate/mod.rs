@@ -1,6 +1,7 @@
 //! Integration: turns the wrenches on bodies into new velocities and loads, by the scheme. It works on copies of bodies
 //! and on none of Rapier's sets.
 
+mod balance;
 mod begun;
 mod context;
 mod couple;

@@ -1,5 +1,6 @@
 //! The stiffness monitor: finds bodies in stiff fields by how wrenches change along the path, and linearises those.
 
+use super::balance::Balance;
 use super::begun::BegunStep;
 use super::coupling::LinearisedWrench;
 use super::evaluation::Evaluation;
@@ -67,6 +68,7 @@ impl Integrator {
         if joined && context.compiled.varies() && !context.rules.links.is_empty() {
             self.watch_new_links(context, evaluation, last, warnings);
         }
+        evaluation.carry_balances(last);
         Self::couple_candidates(evaluation);
     }
 
@@ -175,7 +177,7 @@ impl Integrator {
         let mut wrong = std::mem::take(&mut self.candidates);
         wrong.clear();
         for (place, treatment) in &evaluation.treatments {
-            let Treatment::Resolve(pace) = treatment else {
+            let Treatment::Resolve { pace, .. } = treatment else {
                 continue;
             };
             let moved = changed(*place) || before(*place) == Some(Treatment::Damp);
@@ -208,7 +210,7 @@ impl Integrator {
                 evaluation.missed.extend(again);
                 for (place, treatment) in &mut evaluation.treatments {
                     let listed = |list: &[usize]| list.binary_search(place).is_ok();
-                    let Treatment::Resolve(pace) = *treatment else {
+                    let Treatment::Resolve { pace, .. } = *treatment else {
                         continue;
                     };
                     if !listed(&wrong) || listed(&evaluation.missed) {
@@ -238,13 +240,18 @@ impl Integrator {
             }
             let treatment = match (resolved, before(place)) {
                 // A body that was stiff and was not linearised since stays so.
-                (Some(resolved), was)
-                    if !choice.is_calm(resolved.pace, dt) || (together && was.is_some()) =>
+                (Some(Resolved { pace, balance, .. }), was)
+                    if !choice.is_calm(*pace, dt)
+                        || balance.is_open()
+                        || (together && was.is_some()) =>
                 {
-                    Treatment::Resolve(resolved.pace)
+                    Treatment::Resolve {
+                        pace: *pace,
+                        balance: *balance,
+                    }
                 }
                 // It stood still, and is treated as before.
-                (None, Some(treatment @ Treatment::Resolve(_))) => treatment,
+                (None, Some(treatment @ Treatment::Resolve { .. })) => treatment,
                 _ => continue,
             };
             let looked = &evaluation.treatments[..known];
@@ -254,6 +261,16 @@ impl Integrator {
         }
         let treatments = &mut evaluation.treatments;
         treatments.sort_unstable_by_key(|(place, _)| *place);
+        for (place, treatment) in treatments {
+            if let Treatment::Resolve { pace, balance } = treatment {
+                let known = begun.resolved_alone(evaluation.bodies[*place]);
+                let known = known.filter(|known| known.error <= choice.tolerance);
+                let is_calm = choice.is_calm(*pace, dt);
+                *balance = known.map_or(Balance::default(), |known| {
+                    known.balance.after_step(is_calm)
+                });
+            }
+        }
         note_stiff(evaluation, stiff);
     }
 
@@ -310,7 +327,8 @@ impl Integrator {
             let treatment = if choice.damps && !coupled && choice.is_hopeless(pace, dt) {
                 Treatment::Damp
             } else {
-                Treatment::Resolve(pace)
+                let balance = Balance::default();
+                Treatment::Resolve { pace, balance }
             };
             if !choice.is_calm(pace, dt) {
                 evaluation.treatments.push((estimate.place, treatment));

@@ -1,6 +1,7 @@
 //! The motions of bodies in one half of a step, passed from INTEGRATE to BRIDGE.
 
 use super::StepContext;
+use super::balance::Balance;
 use super::fault::Fault;
 use super::pace::Pace;
 use super::plan::StepPlan;
@@ -92,6 +93,10 @@ pub(super) struct Start {
     grew: u32,
     /// The finest plan, if it did not meet the tolerance, and the square of the speed with which it ended.
     fallback: Option<(StepPlan, f64)>,
+    /// The balance before this step,
+    pub balance: Balance,
+    /// and over it, by its plan, where that is known.
+    pub gained: Option<Balance>,
 }
 
 /// The number of refinements that distinguish the secant of a force that jumps from that of a steep one.
@@ -106,6 +111,8 @@ impl Start {
             shown: None,
             grew: 0,
             fallback: None,
+            balance: Balance::default(),
+            gained: None,
         }
     }
 
@@ -149,6 +156,8 @@ impl Start {
 pub(crate) struct Resolved {
     pub body: RigidBodyHandle,
     pub(super) pace: Pace,
+    /// Over this step and those before.
+    pub(super) balance: Balance,
     /// The relative error with which it was moved.
     pub(super) error: f64,
 }

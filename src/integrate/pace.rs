@@ -1,5 +1,6 @@
 //! The stiffness that a body's path shows by the changes of its acceleration.
 
+use super::balance::Work;
 use crate::math::{DQuat, DVec3, Real, to_f64};
 use crate::rigid::{RigidState, Wrench, of_wrench, pair};
 
@@ -41,6 +42,8 @@ pub(super) struct Track {
     piece: PathSegment,
     /// True if the last look beside the path has shown more than was asked for.
     pub is_stiff_aside: bool,
+    /// The work that was done along the path.
+    pub work: Work,
 }
 
 #[derive(Clone)]
@@ -60,15 +63,20 @@ struct PathSegment {
 }
 
 /// Records the present states of bodies and the wrenches on them. Returns the square of the highest frequency that the
-/// last piece of their paths shows. `coupled` if they act on each other.
+/// last piece of their paths shows. `coupled` if they act on each other. `time` is that since the
+/// start, if the work along the paths is wanted.
 pub(super) fn track_all<'a>(
     tracks: &mut [Track],
     passing: impl Iterator<Item = (&'a RigidState, &'a Wrench)>,
     coupled: bool,
+    time: Option<f64>,
 ) -> f64 {
     let mut farthest = 0.0_f64;
     for (track, (state, wrench)) in tracks.iter_mut().zip(passing) {
         track.pass(state, *wrench);
+        if let Some(time) = time {
+            track.work.pass(state, *wrench, time);
+        }
         farthest = farthest.max(track.piece.way * track.piece.root_of_mass);
     }
     let mut fastest = 0.0_f64;

@@ -28,6 +28,10 @@ const DEAR: u32 = 256;
 const FORWARD_ERROR: f64 = 0.00285;
 pub(super) const FORWARD_LIMIT: f64 = 1.5;
 
+/// A change of the square of the frequency counts this many times in steps of fourth order. At 1, springs with a rest
+/// length that pass near their anchor lose energy between the points of their paths, where nothing shows it.
+const ROUGH: f64 = 2.25;
+
 /// A path is equally stiff if the square of the frequency changes by at most this share of it from one piece to the
 /// next.
 const EVEN: f64 = 0.5;
@@ -52,6 +56,12 @@ pub(super) struct StepPlan {
 impl StepPlan {
     pub(super) const WHOLE: StepPlan = StepPlan {
         count: 1,
+        forward: false,
+    };
+
+    /// The coarsest plan of second order that has a point between its ends.
+    const HALVES: StepPlan = StepPlan {
+        count: 2,
         forward: false,
     };
 
@@ -115,7 +125,7 @@ impl Choice {
         // False for NaN.
         let is_followed = swing2 <= FORWARD_LIMIT.powi(2);
         if plan.forward && is_followed {
-            (FORWARD_ERROR * swing2 * swing2).max(second(pace.jump))
+            (FORWARD_ERROR * swing2 * swing2).max(second(ROUGH * pace.jump))
         } else {
             second(pace.omega2)
         }
@@ -146,7 +156,7 @@ impl Choice {
         let swing = pace.omega2.sqrt() * dt;
         let plain = swing / finest;
         let smooth = (tolerance / FORWARD_ERROR).sqrt().sqrt();
-        let jumps = pace.jump.sqrt() * dt * StepPlan::FORWARD.length() / finest;
+        let jumps = (ROUGH * pace.jump).sqrt() * dt * StepPlan::FORWARD.length() / finest;
         let parts = (swing / smooth.min(FORWARD_LIMIT)).max(jumps);
         let cost = f64::from(FORWARD_STAGES) * power_of_two(parts);
         let forward = self.is_fourth && cost < power_of_two(plain);
@@ -156,16 +166,18 @@ impl Choice {
         }
     }
 
-    /// The first plan to try for a body that had this stiffness before. It is the whole step as long as that is cheap:
-    /// the plan then depends on the path only, and is the same backwards, so plans change at the same places on the way
-    /// to a centre and away from it, and the energy comes back. `looked_into` if Jacobians show the stiffness, where
-    /// forces read velocities.
+    /// The first plan to try for a body that had this stiffness before. It is the coarsest that shows the balance of
+    /// energy, as long as that is cheap: the plan then depends on the path only, and is the same backwards, so plans change
+    /// at the same places on the way to a centre and away from it, and the energy comes back. `looked_into` if Jacobians
+    /// show the stiffness, where forces read velocities.
     pub(super) fn first(self, pace: Pace, dt: f64, looked_into: bool) -> StepPlan {
         let plan = self.plan(pace, dt);
         if plan.cost() > DEAR || looked_into {
             plan
+        } else if self.is_fourth {
+            StepPlan::FORWARD
         } else {
-            StepPlan::WHOLE
+            StepPlan::HALVES
         }
     }
 

@@ -47,7 +47,7 @@ impl Integrator {
             return;
         }
         let plan = |place: usize| match evaluation.treatment(place) {
-            Some(Treatment::Resolve(pace)) => choice.plan(pace, to_f64(context.dt)),
+            Some(Treatment::Resolve { pace, .. }) => choice.plan(pace, to_f64(context.dt)),
             _ => StepPlan::WHOLE,
         };
         let mut starts: Vec<Start> = places
@@ -85,7 +85,7 @@ impl Integrator {
         let mut left = places.clone();
         left.retain(|place| redone.iter().all(|now| now.place != *place));
         for place in &left {
-            if let Some(Treatment::Resolve(pace)) = evaluation.treatment(*place) {
+            if let Some(Treatment::Resolve { pace, .. }) = evaluation.treatment(*place) {
                 let error = choice.error(pace, StepPlan::WHOLE, to_f64(context.dt));
                 self.reached = self.reached.max(error);
                 let body = evaluation.bodies[*place];
@@ -108,7 +108,8 @@ impl Integrator {
         for (now, resolved) in redone.iter().zip(&found) {
             evaluation.wrenches[now.place] = now.wrench;
             if !choice.is_calm(resolved.pace, dt) {
-                treatments.push((now.place, Treatment::Resolve(resolved.pace)));
+                let (pace, balance) = (resolved.pace, resolved.balance);
+                treatments.push((now.place, Treatment::Resolve { pace, balance }));
             }
         }
         treatments.sort_unstable_by_key(|(place, _)| *place);

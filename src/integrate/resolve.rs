@@ -1,5 +1,6 @@
 //! Bodies that are moved within a step, as finely as their stiffness needs.
 
+use super::balance::Balance;
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
 use super::load::{all_else, lag, own_lag};
@@ -90,6 +91,7 @@ impl Integrator {
             faults.append(&mut substeps.faults);
             match choice {
                 Some(choice) => {
+                    weigh(begins.evaluation, &mut substeps, &mut alike);
                     refine(choice, &substeps, &mut alike, plan, dt, coupled, uneven);
                 }
                 None => self.note_ways(context, &alike, &substeps.tracks),
@@ -196,6 +198,21 @@ impl Integrator {
     }
 }
 
+/// Finds the balances of bodies before a step and over it.
+fn weigh(evaluation: &Evaluation, substeps: &mut SubstepIntegrator, starts: &mut [Start]) {
+    let moved = substeps.states.iter().zip(&mut substeps.tracks);
+    for (start, (state, track)) in starts.iter_mut().zip(moved) {
+        start.balance = evaluation.balance(start.place);
+        start.gained = Balance::of(state, &mut track.work, track.pace.omega2);
+    }
+}
+
+/// Returns true if the balance of a body allows for its step.
+fn bears(choice: Choice, start: &Start) -> bool {
+    let gained = start.gained.as_ref();
+    gained.is_none_or(|gained| start.balance.bears(*gained, choice.tolerance))
+}
+
 /// The result for one body.
 fn resolved(
     choice: Choice,
@@ -212,7 +229,15 @@ fn resolved(
         None if start.edge() => (Pace::default(), 0.0),
         None => (pace, choice.error(pace, start.plan, dt)),
     };
-    Resolved { body, pace, error }
+    let balance = start
+        .gained
+        .map_or(start.balance, |gained| start.balance.and(gained));
+    Resolved {
+        body,
+        pace,
+        balance,
+        error: error.max(balance.error()),
+    }
 }
 
 /// Gives finer plans to bodies that did not meet the tolerance, and to all if they are `coupled`. `uneven`: see
@@ -239,7 +264,7 @@ fn refine(
         };
         if start.has_given_up() {
             hopeless = true;
-        } else if start.edge() || error <= choice.tolerance {
+        } else if bears(choice, start) && (start.edge() || error <= choice.tolerance) {
             continue;
         } else if let Some(finer) = choice.finer(pace, plan, dt, uneven) {
             start.plan = finer;

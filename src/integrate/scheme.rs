@@ -102,7 +102,13 @@ pub enum Scheme {
         /// `KickDriftKick`; and of the rate of a decay or a gyration, (dt·γ)²/24. Positive, at
         /// most 0.25.
         ///
-        /// The errors of hundreds of vibrations may add up to more where the stiffness changes along a path.
+        /// Errors add up from step to step. While a body is stiff, its balance is kept: the kinetic energy that it
+        /// gained beside the work of the forces along its path, as a share of the largest it had. Steps are made finer
+        /// before the balance reaches the tolerance. Where it does so all the same,
+        /// [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed) says so, and the balance begins anew.
+        /// There is no balance where forces read velocities, where Rapier damps the body, or in steps in which
+        /// something else touches it. It does not see what lies between the points of a path, such as the bend of a
+        /// spring with a rest length near its anchor.
         tolerance: Real,
     },
 }

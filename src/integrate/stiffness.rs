@@ -1,5 +1,6 @@
 //! The stiffness of fields for a body, against the length of a step, and the warnings of a step.
 
+use super::balance::Balance;
 use super::jacobian::Jacobian;
 use super::pace::Pace;
 use super::plan::Choice;
@@ -61,13 +62,13 @@ pub enum StepWarning {
         largest_stable_dt: Real,
     },
     /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for a body:
-    /// not even its finest substeps do, or the body entered a stiff field within a step that was not expected to be
-    /// stiff.
+    /// not even its finest substeps do, the errors of the steps since the body was found stiff, or since the last such
+    /// warning, add up to more, or the body entered a stiff field within a step that was not expected to be stiff.
     #[error("the step of {body:?} has a relative error of {error}; the tolerance is {tolerance}")]
     ToleranceMissed {
         /// The body.
         body: RigidBodyHandle,
-        /// The relative error of the energy of a vibration.
+        /// The relative error of its energy.
         error: Real,
         /// The tolerance of the scheme.
         tolerance: Real,
@@ -326,8 +327,8 @@ fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) enum Treatment {
-    /// Moved within the step, as finely as this stiffness needs.
-    Resolve(Pace),
+    /// Moved within the step, as finely as this stiffness and the balance of earlier steps need.
+    Resolve { pace: Pace, balance: Balance },
     /// Damped, because a step went so far that its energy is wrong.
     Damp,
 }
@@ -336,7 +337,7 @@ impl Treatment {
     /// Returns true if a step can have left it, which may not hold for one that was deserialized.
     pub(super) fn is_sound(&self) -> bool {
         match self {
-            Treatment::Resolve(pace) => pace.is_sound(),
+            Treatment::Resolve { pace, balance } => pace.is_sound() && balance.is_sound(),
             Treatment::Damp => true,
         }
     }

@@ -287,12 +287,20 @@ impl<W: Lookup> Run<'_, W> {
 
     /// Follows the paths of the bodies, with the wrenches at their present places.
     fn see(&mut self, group: &mut Group) {
-        let passing = self.states.iter().zip(&group.wrenches);
-        track_all(self.tracks, passing, self.setting.coupled);
+        self.track(group);
         if let Some(most) = self.setting.most {
             // It may have been an edge, or a close pass.
             self.look_into(group, |track| track.is_unsure(most));
         }
+    }
+
+    /// Records the present places of the bodies. Returns the square of the highest frequency that the last pieces of their
+    /// paths show.
+    fn track(&mut self, group: &Group) -> f64 {
+        let passing = self.states.iter().zip(&group.wrenches);
+        let chooses = self.setting.most.is_none();
+        let time = chooses.then_some(self.elapsed);
+        track_all(self.tracks, passing, self.setting.coupled, time)
     }
 
     /// Linearises some bodies.

@@ -230,7 +230,7 @@ impl Integrator {
     ) {
         for (place, treatment) in &evaluation.treatments {
             let body = &context.bodies[*place];
-            let Treatment::Resolve(pace) = treatment else {
+            let Treatment::Resolve { pace, .. } = treatment else {
                 continue;
             };
             let dt_omega = pace.omega2.sqrt() * to_f64(context.dt);

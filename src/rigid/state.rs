@@ -153,6 +153,24 @@ impl RigidState {
         shown
     }
 
+    /// Returns true if wrenches do not change its rotation.
+    pub(crate) fn is_left_alone(&self) -> bool {
+        matches!(self.turning, Turning::LeftAlone)
+    }
+
+    /// The kinetic energies at the start and now.
+    pub(crate) fn kinetic_energies(&self) -> [f64; 2] {
+        let first = match &self.turning {
+            Turning::Free(inertia, _) => inertia.angular_momentum(self.start.1, self.began.1),
+            _ => self.inertia.momentum(self.start.1, self.began.1),
+        };
+        let energy = |(linvel, angvel): (DVec3, DVec3), twist: DVec3| {
+            0.5 * (self.mass * linvel.length_squared() + angvel.dot(twist))
+        };
+        let now = energy((self.linvel, self.angvel), self.momentum().1);
+        [energy(self.began, first), now]
+    }
+
     /// Linear and angular momentum, in world axes.
     pub(crate) fn momentum(&self) -> (DVec3, DVec3) {
         let twist = match &self.turning {

@@ -5,6 +5,7 @@
 use rapier3d_fields::math::{DQuat, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
+use crate::support::numbers::Numbers;
 use crate::support::{build as fields_of, either, largest, weightless};
 
 /// Worlds of one, two and three bodies, each.
@@ -23,43 +24,6 @@ pub const SCHEMES: [(Scheme, i32); 6] = [
     (Scheme::LinearlyImplicit, 1),
     (Scheme::Forward4, 2),
 ];
-
-/// Numbers from −1 to 1, the same in every run.
-struct Numbers(u64);
-
-impl Numbers {
-    fn new(seed: u64) -> Self {
-        let mut numbers = Numbers(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-        for _ in 0..5 {
-            numbers.next();
-        }
-        numbers
-    }
-
-    fn next(&mut self) -> f64 {
-        let state = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
-        self.0 = state;
-        (state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.next(), self.next(), self.next())
-    }
-
-    /// A number below `count`.
-    fn below(&mut self, count: usize) -> usize {
-        ((self.next() + 1.0) * 0.5 * count as f64) as usize % count
-    }
-
-    fn one_of<T: Copy>(&mut self, these: &[T]) -> T {
-        these[self.below(these.len())]
-    }
-
-    /// Zero, or as much as that.
-    fn perhaps(&mut self, most: f64) -> f64 {
-        self.one_of(&[0.0, most]) * (self.next() + 1.0) * 0.5
-    }
-}
 
 /// A field at centres of mass.
 #[derive(Clone, Copy, Debug)]

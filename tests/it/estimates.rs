@@ -81,7 +81,8 @@ fn estimates_are_the_errors() {
         (Scheme::ExternalForce, 2.0),
         (Scheme::LinearlyImplicit, 2.0),
         (Scheme::Substep(Substeps::Fixed(2)), 1.3),
-        (Scheme::Auto { tolerance: 1e-2 }, 2.0),
+        // For which neither is stiff, in either copy.
+        (Scheme::Auto { tolerance: 0.1 }, 2.0),
     ];
     for known in [spring(), kepler()] {
         for (scheme, within) in schemes {

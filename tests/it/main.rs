@@ -18,6 +18,7 @@ mod algebra_laws;
 mod any_bodies;
 mod approach;
 mod auto;
+mod balances;
 mod billiards;
 mod bodies;
 mod borders;

@@ -403,7 +403,7 @@ fn stiff_run(scheme: Scheme) -> Run {
 fn a_state_that_no_step_leaves_is_named() {
     let run = stiff_run(Scheme::Auto { tolerance: 1e-3 });
     type Damage = fn(&mut Value);
-    let damages: [(&str, Damage); 5] = [
+    let damages: [(&str, Damage); 6] = [
         ("dt is -1", |it| {
             *at(it, "evaluation.dt") = (-1.0_f64).into()
         }),
@@ -411,7 +411,10 @@ fn a_state_that_no_step_leaves_is_named() {
             *at(it, "evaluation.treatments.0.0") = 999_i32.into();
         }),
         ("omega2: -1.0", |it| {
-            *at(it, "evaluation.treatments.0.1.Resolve.omega2") = (-1.0_f64).into();
+            *at(it, "evaluation.treatments.0.1.Resolve.pace.omega2") = (-1.0_f64).into();
+        }),
+        ("scale: -1.0", |it| {
+            *at(it, "evaluation.treatments.0.1.Resolve.balance.scale") = (-1.0_f64).into();
         }),
         ("wrenches has", |it| pop(it, "evaluation.wrenches")),
         ("records has", |it| pop(it, "records")),

@@ -2,7 +2,7 @@
 
 use super::{Group, Run};
 use crate::integrate::fault::Fault;
-use crate::integrate::pace::{Track, track_all};
+use crate::integrate::pace::Track;
 use crate::integrate::plan::{Bisection, Choice, MOST_HALVINGS, MOST_PARTS};
 use crate::math::to_f64;
 use crate::rigid::{ENERGY_ERROR, Lookup, RigidState, Wrench};
@@ -54,11 +54,6 @@ impl<W: Lookup> Run<'_, W> {
         self.elapsed += h;
         self.evaluate(group, false)?;
         Ok(self.track(group))
-    }
-
-    fn track(&mut self, group: &Group) -> f64 {
-        let passing = self.states.iter().zip(&group.wrenches);
-        track_all(self.tracks, passing, self.setting.coupled)
     }
 
     fn save(&self, group: &Group) -> PartStart {

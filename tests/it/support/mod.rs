@@ -7,6 +7,7 @@ pub mod drops;
 pub mod flight;
 pub mod formats;
 pub mod model;
+pub mod numbers;
 pub mod trees;
 pub mod worlds;
 

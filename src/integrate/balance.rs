@@ -1,0 +1,289 @@
+//! The energy balance of a body that is moved within steps: what it gained beside the work that was done on it. It is the
+//! error of its energy, however its steps are divided, and adds up from step to step.
+
+use crate::math::{DQuat, DVec3, Real, to_dvec3, to_f64};
+use crate::rigid::{RigidState, Wrench};
+
+/// A gain of fewer roundings than this is none.
+const CERTAIN: f64 = 64.0;
+
+/// The number of steps that are not stiff after which a balance ends.
+const CALM: u32 = 64;
+
+/// The energy that a body has gained beside the work on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
+pub(crate) struct Balance {
+    gained: f64,
+    /// The largest kinetic energy that it had.
+    scale: f64,
+    /// The number of steps since one was stiff.
+    calm: u32,
+}
+
+impl Balance {
+    /// The balance over the path of a body, which has shown the frequency √`omega2`; `None` if its work is not known.
+    pub(super) fn of(state: &RigidState, work: &mut Work, omega2: f64) -> Option<Self> {
+        work.end();
+        // Damping is no work.
+        if work.middle.is_none() || state.damping != [0.0; 2] {
+            return None;
+        }
+        let [before, after] = state.kinetic_energies();
+        let way = state.position - state.start.0;
+        let by_rapier = state.acceleration.dot(way) * state.mass;
+        let gained = after - before - work.done - by_rapier;
+        // Forces have the rounding of the world's number type, and that of the places where they were evaluated.
+        let epsilon = to_f64(Real::EPSILON);
+        let misplaced = state.mass * omega2 * state.position.length() * way.length();
+        let is_rounding = gained.abs() <= CERTAIN * epsilon * (work.amount + misplaced);
+        Some(Balance {
+            gained: if is_rounding { 0.0 } else { gained },
+            scale: after.max(before + work.most),
+            calm: 0,
+        })
+    }
+
+    /// The balance over a path and one that follows.
+    pub(super) fn and(self, next: Balance) -> Self {
+        Balance {
+            gained: self.gained + next.gained,
+            scale: self.scale.max(next.scale),
+            calm: self.calm,
+        }
+    }
+
+    /// The balance that the next step continues.
+    pub(super) fn after_step(self, is_calm: bool) -> Self {
+        let calm = if is_calm {
+            self.calm.saturating_add(1)
+        } else {
+            0
+        };
+        Balance { calm, ..self }
+    }
+
+    /// Returns true if a body that is no longer stiff is still to be followed.
+    pub(super) fn is_open(self) -> bool {
+        self.scale > 0.0 && self.calm < CALM
+    }
+
+    /// The relative error of the energy.
+    pub(super) fn error(self) -> f64 {
+        if self.gained == 0.0 {
+            0.0
+        } else {
+            self.gained.abs() / self.scale
+        }
+    }
+
+    /// Returns true if a step that adds `next` leaves enough of a tolerance for the steps to come.
+    pub(super) fn bears(self, next: Balance, tolerance: f64) -> bool {
+        let most = tolerance * self.scale.max(next.scale);
+        let left = most - self.gained.abs();
+        // False for NaN.
+        next.gained.abs() <= left.max(most / LEAST) / SHARE
+    }
+
+    /// Returns true if a step can have left it, which may not hold for one that was deserialized.
+    pub(super) fn is_sound(self) -> bool {
+        self.gained.is_finite() && self.scale >= 0.0 && self.scale.is_finite()
+    }
+}
+
+/// A step may use up this part of the tolerance that is left,
+const SHARE: f64 = 4.0;
+/// of which that part at least counts as left: a finer step does not mend what others have gained.
+const LEAST: f64 = 16.0;
+
+/// The work of wrenches along a path, between three points in turn by parabolas in time: of fourth order where these are
+/// at equal distances, else of third.
+#[derive(Clone, Default)]
+pub(super) struct Work {
+    done: f64,
+    /// The most that was done up to any point.
+    most: f64,
+    /// The sum of the amounts, of which `done` has the rounding.
+    amount: f64,
+    /// The middle one of the last three points.
+    middle: Option<WorkPoint>,
+    /// The points since then.
+    points: [Option<WorkPoint>; 2],
+}
+
+/// A point of a path, and the wrench there.
+#[derive(Clone, Copy)]
+struct WorkPoint {
+    time: f64,
+    position: DVec3,
+    attitude: DQuat,
+    force: DVec3,
+    torque: DVec3,
+}
+
+impl Work {
+    /// Continues the path to the present place of a body, where a wrench acts.
+    pub(super) fn pass(&mut self, state: &RigidState, wrench: Wrench, time: f64) {
+        let point = WorkPoint {
+            time,
+            position: state.position,
+            attitude: state.attitude,
+            force: to_dvec3(wrench.force),
+            torque: if state.is_left_alone() {
+                DVec3::ZERO
+            } else {
+                to_dvec3(wrench.torque)
+            },
+        };
+        match self.points {
+            [None, _] => self.points[0] = Some(point),
+            [Some(_), None] => self.points[1] = Some(point),
+            [Some(first), Some(middle)] => {
+                self.add(Parabolas::new(&first, &middle, &point), first.time);
+                self.middle = Some(middle);
+                self.points = [Some(point), None];
+            }
+        }
+    }
+
+    /// Ends the path.
+    fn end(&mut self) {
+        let points = std::mem::take(&mut self.points);
+        if let (Some(middle), [Some(first), Some(last)]) = (self.middle, points) {
+            self.add(Parabolas::new(&middle, &first, &last), first.time);
+        }
+    }
+
+    /// Adds the work from a time on, to the last point of the parabolas.
+    fn add(&mut self, parabolas: Parabolas, from: f64) {
+        let [from, to] = [from - parabolas.middle, parabolas.last - parabolas.middle];
+        self.done += parabolas.work(to) - parabolas.work(from);
+        self.amount += parabolas.amount * (to - from);
+        self.most = self.most.max(self.done);
+    }
+}
+
+/// Parabolas in time through three points of a path, around the middle one.
+struct Parabolas {
+    middle: f64,
+    last: f64,
+    /// Coefficients of the power's powers of time from the first on.
+    power: [f64; 4],
+    /// The amounts of force times velocity.
+    amount: f64,
+}
+
+impl Parabolas {
+    fn new(first: &WorkPoint, middle: &WorkPoint, last: &WorkPoint) -> Self {
+        let (before, after) = (middle.time - first.time, last.time - middle.time);
+        // The first and the second coefficient of one that is zero in the middle.
+        let fit = |first: DVec3, last: DVec3| {
+            let second = (last / after + first / before) / (before + after);
+            [last / after - second * after, second]
+        };
+        let turn = |point: &WorkPoint| {
+            let turn = point.attitude * middle.attitude.inverse();
+            let turn = if turn.w < 0.0 { -turn } else { turn };
+            turn.to_scaled_axis()
+        };
+        let at = middle.position;
+        let ways = [
+            fit(first.position - at, last.position - at),
+            fit(turn(first), turn(last)),
+        ];
+        let middles = [middle.force, middle.torque];
+        let changes = [
+            fit(first.force - middle.force, last.force - middle.force),
+            fit(first.torque - middle.torque, last.torque - middle.torque),
+        ];
+        let mut power = [0.0; 4];
+        for ((at, [one, two]), [speed, bend]) in middles.into_iter().zip(changes).zip(ways) {
+            power[0] += at.dot(speed);
+            power[1] += one.dot(speed) + 2.0 * at.dot(bend);
+            power[2] += two.dot(speed) + 2.0 * one.dot(bend);
+            power[3] += 2.0 * two.dot(bend);
+        }
+        // The angular velocity is the rate of the rotation vector and half of its cross product with that.
+        let [speed, bend] = ways[1];
+        power[2] += 0.5 * middle.torque.dot(speed.cross(bend));
+        let amounts = middles.into_iter().zip(ways);
+        let amounts = amounts.map(|(at, [speed, _])| at.length() * speed.length());
+        Parabolas {
+            middle: middle.time,
+            last: last.time,
+            power,
+            amount: amounts.sum(),
+        }
+    }
+
+    /// The work from the middle on, over a time.
+    fn work(&self, time: f64) -> f64 {
+        let [p0, p1, p2, p3] = self.power;
+        time * (p0 + time * (p1 / 2.0 + time * (p2 / 3.0 + time * p3 / 4.0)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{ColliderSet, RigidBodyHandle, Vector, from_dvec3};
+    use crate::rapier::dynamics::{MassProperties, RigidBodyBuilder};
+    use crate::rigid::Body;
+
+    const FIELD: DVec3 = DVec3::new(0.3, -2.0, 1.1);
+    const DIPOLE: DVec3 = DVec3::new(1.0, 0.4, -0.7);
+
+    fn body() -> RigidState {
+        let moments = Vector::new(1.0, 2.0, 2.5);
+        let properties = MassProperties::new(Vector::ZERO, 2.0, moments);
+        let builder = RigidBodyBuilder::dynamic().additional_mass_properties(properties);
+        let mut body = builder.build();
+        body.recompute_mass_properties_from_colliders(&ColliderSet::new());
+        let handle = RigidBodyHandle::from_raw_parts(0, 0);
+        RigidState::new(&Body::of(handle, &body), true)
+    }
+
+    /// A dipole in a uniform field, on a spring.
+    fn potential(state: &RigidState) -> f64 {
+        0.5 * state.position.length_squared() - (state.attitude * DIPOLE).dot(FIELD)
+    }
+
+    /// The error of the work along a path of a second, in pieces that are longer and shorter in turn by a share.
+    fn error(pieces: usize, uneven: f64) -> f64 {
+        let (mut state, mut work) = (body(), Work::default());
+        let mut first = None;
+        for piece in 0..=pieces {
+            let time = (piece as f64 - uneven * (piece % 2) as f64) / pieces as f64;
+            let at = |rate: f64| (rate * time).sin();
+            state.position = DVec3::new(at(1.3), at(2.0) - 0.4, 0.5 * at(0.7));
+            let tilt = DQuat::from_scaled_axis(DVec3::new(at(1.1), -at(0.6), 0.2));
+            state.attitude = tilt * DQuat::from_scaled_axis(DVec3::new(0.3, 1.0, 0.1) * time);
+            first.get_or_insert_with(|| potential(&state));
+            let wrench = Wrench {
+                force: from_dvec3(-state.position),
+                torque: from_dvec3((state.attitude * DIPOLE).cross(FIELD)),
+            };
+            work.pass(&state, wrench, time);
+        }
+        work.end();
+        (work.done - (first.unwrap_or(f64::NAN) - potential(&state))).abs()
+    }
+
+    #[test]
+    fn work_is_of_fourth_order_and_without_a_third_point_unknown() {
+        // Even and odd numbers; uneven pieces are of third order.
+        for (pieces, uneven, least) in [
+            ([8, 16], 0.0, 13.0),
+            ([9, 18], 0.0, 9.0),
+            ([8, 16], 0.2, 6.0),
+        ] {
+            let errors = pieces.map(|pieces| error(pieces, uneven));
+            assert!(errors[0] / errors[1] > least, "{pieces:?}: {errors:?}");
+            assert!(errors[0] < 1e-3, "{pieces:?}: {errors:?}");
+        }
+        let mut work = Work::default();
+        work.pass(&body(), Wrench::ZERO, 0.0);
+        work.pass(&body(), Wrench::ZERO, 1.0);
+        assert!(Balance::of(&body(), &mut work, 0.0).is_none());
+    }
+}
