@@ -14,6 +14,7 @@ use std::sync::mpsc::Sender;
 
 use crate::bridge::{StepError, WorldMut};
 use crate::contact::ContactEvent;
+use crate::diagnose::ZoneEvent;
 use crate::field::{
     BuildError, ColliderProperties, Field, FieldKey, FieldSet, PropertyError, Sampling, Tree,
 };
@@ -136,6 +137,46 @@ impl Fields {
     /// Sends an event to a channel when a contact begins or ends; `None` stops that.
     pub fn set_events(&mut self, channel: impl Into<Option<Sender<ContactEvent>>>) {
         self.pipeline.set_events(channel);
+    }
+
+    /// Sends an event to a channel when a body enters or leaves a zone, in the order of time; `None` stops that.
+    ///
+    /// A zone is the region of a field that is enabled and within its lifetime; contact fields, fields without a region,
+    /// prototypes of [instances](crate::Tree::instances), and fields whose region differs between the colliders of a body
+    /// (a [predicate](crate::Region::predicate), or an axis such as charge) are none. A body is inside with its centre of mass,
+    /// if it is dynamic or kinematic and enabled, does not carry the field, and the field's groups allow one of its
+    /// colliders.
+    ///
+    /// Times are within the step: where the border is crossed, along the straight way from where the body was before
+    /// the step to where it is after it, in the frame of the field. So a body that passes through a zone in one step
+    /// enters and leaves it; a stay shorter than 1/256 of the way may be missed, or than 1/16 of the step where the region
+    /// is not made of solids alone. A body that was put into a zone between steps enters at the start of the next one.
+    ///
+    /// Costs a test of each body against each zone in each step; nothing without a channel. Who is inside is part of the
+    /// [state](crate::FieldState).
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// use rapier3d_fields::ZoneEvent;
+    /// let mut world = PhysicsWorld::new();
+    /// world.gravity = Vector::ZERO;
+    /// let comet = RigidBodyBuilder::dynamic().linvel(Vector::X * 3.0);
+    /// let (comet, _) = world.insert(comet, ColliderBuilder::ball(0.1));
+    /// let cloud = Field::drag(0.5, 0.0).within(Region::ball(1.0)).at(Vector::X * 2.0);
+    /// let mut fields = Fields::new(cloud.named("cloud"))?;
+    /// let (sender, events) = std::sync::mpsc::channel();
+    /// fields.set_zone_events(sender);
+    /// for _ in 0..30 {
+    ///     fields.step(&mut world)?;
+    /// }
+    /// let event = events.try_recv()?;
+    /// let (cloud, third) = (fields.set.handle("cloud"), 1.0 / 3.0);
+    /// assert!((event.time() - third).abs() < 1e-5);
+    /// assert!(matches!(event, ZoneEvent::Entered { field, body, .. } if Some(field) == cloud && body == comet));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn set_zone_events(&mut self, channel: impl Into<Option<Sender<ZoneEvent>>>) {
+        self.pipeline.set_zone_events(channel);
     }
 
     /// One step of a world with its fields, instead of `world.step()`.

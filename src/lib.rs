@@ -211,7 +211,7 @@ pub use cross_check::{
 pub use debug_render::{
     FieldDebugRenderMode, FieldDebugRenderOutcome, FieldDebugRenderPipeline, FieldDebugRenderStyle,
 };
-pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal};
+pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal, ZoneEvent};
 pub use eval::PotentialEnergy;
 pub use field::{
     Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Field, FieldHandle,

@@ -40,6 +40,7 @@ use crate::contact::{
     Calm, Claims, ContactEvent, Detection, Detector, FieldContact, ResponderRules,
 };
 use crate::cross_check::Watched;
+use crate::diagnose::{ZoneEvent, ZoneWatch};
 use crate::eval::CentreEvaluator;
 use crate::field::FieldSet;
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Redone, StepWarning};
@@ -168,6 +169,8 @@ pub struct FieldPipeline {
     last_begun: u64,
     stopwatch: Stopwatch,
     pub(crate) events: Option<Sender<ContactEvent>>,
+    pub(crate) zone_events: Option<Sender<ZoneEvent>>,
+    zone_watch: ZoneWatch,
 }
 
 impl FieldPipeline {
@@ -223,6 +226,11 @@ impl FieldPipeline {
         self.events = channel.into();
     }
 
+    /// Sends who enters and leaves zones; see [`Fields::set_zone_events`](crate::Fields::set_zone_events).
+    pub fn set_zone_events(&mut self, channel: impl Into<Option<Sender<ZoneEvent>>>) {
+        self.zone_events = channel.into();
+    }
+
     /// The contacts of the last step; see [`Fields::contacts`](crate::Fields::contacts).
     #[must_use]
     pub fn contacts(&self) -> &[FieldContact] {
@@ -257,6 +265,7 @@ impl FieldPipeline {
             properties: std::mem::take(&mut self.properties),
             stopwatch: std::mem::take(&mut self.stopwatch),
             events: self.events.take(),
+            zone_events: self.zone_events.take(),
             met: self.met,
             ..Self::default()
         };

@@ -1,10 +1,11 @@
-//! Diagnosis: the reasons for the wrench on a body, field by field, and the energy audit. Both evaluate the tree by the
-//! reference.
+//! Diagnosis: the reasons for the wrench on a body, field by field, the energy audit, and which bodies enter and leave
+//! zones. All of it evaluates the tree by the reference.
 
 mod audit;
 mod blame;
 mod borders;
 mod sampled;
+mod zones;
 
 use std::collections::HashMap;
 use std::fmt;
@@ -13,6 +14,8 @@ pub(crate) use audit::Tally;
 pub use audit::{EnergyAudit, FieldEnergy};
 pub(crate) use blame::{blame, missing_anchor, sifted, warn_of};
 pub(crate) use sampled::SampledFields;
+pub use zones::ZoneEvent;
+pub(crate) use zones::{Occupant, ZoneWatch};
 
 use crate::field::{Cuts, FieldSet, Frames};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};

@@ -8,6 +8,7 @@ mod saved;
 mod unchecked;
 mod validity;
 
+use std::collections::HashSet;
 use std::ops::{Index, IndexMut};
 
 use super::handle::{FieldHandle, TreeHandle};
@@ -293,6 +294,18 @@ impl FieldSet {
     pub fn iter(&self) -> impl Iterator<Item = (FieldHandle, &Field)> {
         let leaves = self.nodes().leaves();
         leaves.map(|(place, field)| (self.arena.handle(place as u32), field))
+    }
+
+    /// The fields that no instances are made of, each with its handle.
+    pub(crate) fn fields_in_place(&self) -> impl Iterator<Item = (FieldHandle, &Field)> {
+        let nodes = self.nodes();
+        let prototypes = nodes.0.iter().filter_map(|node| match node {
+            Node::Instances { prototype, .. } => Some(*prototype),
+            _ => None,
+        });
+        let copied = prototypes.flat_map(|prototype| nodes.leaves_below(prototype));
+        let copied: HashSet<FieldHandle> = copied.map(|place| self.arena.handle(place)).collect();
+        self.iter().filter(move |it| !copied.contains(&it.0))
     }
 
     /// The number of fields; those of a prototype count once.

@@ -55,6 +55,11 @@ impl FieldPipeline {
         self.recognise(state, &world.view())?;
         self.check_anchors(fields.set, state, &world.view())?;
         self.find_links(&world);
+        if self.zone_events.is_some() {
+            self.zone_watch.begin(fields.set, &world.view());
+        } else {
+            state.zones.clear();
+        }
         self.stopwatch.lap(StepStage::Bookkeeping);
         let expected = self.expect(fields, state, &world);
         let checks = expected.is_some();

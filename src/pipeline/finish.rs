@@ -177,6 +177,12 @@ impl FieldPipeline {
         }
         bridge::quarantine(world.bodies, &self.condemned);
         self.keep_pushed(state, world);
+        if let Some(channel) = &self.zone_events {
+            let (times, inside) = ([began, to_f64(dt)], &mut state.zones);
+            let view = world.view();
+            self.zone_watch
+                .end(fields.set, &view, times, inside, channel);
+        }
         self.stopwatch.lap(StepStage::Bookkeeping);
         Ok(StepOutcome {
             sampled: self.samples_used(open),

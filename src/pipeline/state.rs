@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::bridge::{Drowsing, ForceOverride, LentForces, Resting, StepError};
 use crate::contact::{HandOver, Listening};
 use crate::cross_check::CrossCheckReport;
-use crate::diagnose::EnergyAudit;
+use crate::diagnose::{EnergyAudit, Occupant};
 use crate::field::{Anchor, Frame};
 use crate::integrate::{Evaluation, Reactions, first_unsound};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
@@ -45,6 +45,8 @@ pub struct FieldState {
     pub(crate) hand_over: HandOver,
     /// Contacts at the end of the last step.
     pub(crate) touching: Vec<[ColliderHandle; 2]>,
+    /// The bodies in zones at the end of the last step, in order; empty without a channel for their events.
+    pub(crate) zones: Vec<Occupant>,
     pub(crate) cross_check: CrossCheckReport,
     pub(crate) audit: EnergyAudit,
     /// The number of the last step that was begun; zero if none was, or if it was read from elsewhere.
@@ -149,6 +151,7 @@ impl FieldState {
             ("reactions", self.reactions.is_sound()),
             ("hand_over", self.hand_over.is_sound()),
             ("stiff", self.stiff.is_sorted_by_key(|it| index(*it))),
+            ("zones", self.zones.is_sorted_by_key(Occupant::key)),
         ];
         let list = lists.iter().find(|(_, is_sound)| !is_sound);
         let list = list.map(|(name, _)| format!("{name} is out of order, or not finite"));

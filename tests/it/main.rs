@@ -93,3 +93,4 @@ mod warned;
 mod watched;
 mod weak;
 mod whole_flights;
+mod zones;
