@@ -94,6 +94,20 @@ fn agree(world: &World, terms: &[TermPlan], numbers: Numbers) -> Result<(), Test
     Ok(())
 }
 
+/// The same in fractions. By the rounding of turned frames, a sample on a border may be on either side of it; then all
+/// agree on both sides.
+fn agree_off_borders(world: &mut World, terms: &[TermPlan]) -> Result<(), TestCaseError> {
+    if agree(world, terms, Numbers::Fractional).is_ok() {
+        return Ok(());
+    }
+    let aside = Vector::new(1.0, 0.75, -0.375) / 1024.0;
+    for way in [aside, aside * -2.0] {
+        world.move_by(way);
+        agree(world, terms, Numbers::Fractional)?;
+    }
+    Ok(())
+}
+
 fn terms(numbers: Numbers, most: usize) -> impl Strategy<Value = Vec<TermPlan>> {
     proptest::collection::vec(trees::term(numbers), 1..=most)
 }
@@ -121,7 +135,7 @@ proptest! {
     fn fractions_agree_within_rounding(
         plans in bodies(4, 1..=3), terms in terms(Numbers::Fractional, 4),
     ) {
-        agree(&World::new(&plans), &terms, Numbers::Fractional)?;
+        agree_off_borders(&mut World::new(&plans), &terms)?;
     }
 }
 

@@ -115,6 +115,14 @@ impl World {
         world
     }
 
+    /// Moves all bodies.
+    pub fn move_by(&mut self, way: Vector) {
+        for body in &self.bodies {
+            let body = &mut self.physics.bodies[*body];
+            body.set_translation(body.translation() + way, false);
+        }
+    }
+
     /// Fields for this world, with all properties set.
     pub fn fields(&self, tree: &Tree) -> Fields {
         let fields = Fields::builder(tree.clone())
