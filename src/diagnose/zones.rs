@@ -137,15 +137,15 @@ impl ZoneWatch {
             let before = find_by(&self.bodies, handle, |it| it.body);
             let before = before.map_or(com, |place| self.bodies[place].com);
             for zone in &mut zones {
-                zone.take(world, handle, [before, com]);
                 let occupant = Occupant {
                     field: zone.handle,
                     body: handle,
                 };
                 let was = was_inside(&occupant);
-                if !was && zone.is_far() {
+                if !was && zone.is_far_from([before, com]) {
                     continue;
                 }
+                zone.take(world, handle, [before, com]);
                 let is = zone.follow(was, |share, is| {
                     events.push(ZoneEvent::new(is, occupant, times[0] + share * times[1]));
                 });
@@ -240,10 +240,14 @@ impl<'a> ZonePath<'a> {
         self.ends = [local(0), local(1)];
     }
 
-    /// Returns true if it does not come near the region.
-    fn is_far(&self) -> bool {
-        let [from, to] = self.ends;
-        from.length() > self.radius + from.distance(to)
+    /// Returns true if the way from one point to another does not come near the region. Of a frame that turns it is not
+    /// asked.
+    fn is_far_from(&self, [from, to]: [DVec3; 2]) -> bool {
+        let [first, last] = self.frames.map(|frame| frame.pose);
+        let from = from - to_dvec3(first.translation);
+        let to = to - to_dvec3(last.translation);
+        let turns = first.rotation != last.rotation;
+        !turns && from.length() > self.radius + from.distance(to)
     }
 
     /// The depth in the region after a share of the step; negative outside.
