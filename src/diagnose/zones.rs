@@ -75,7 +75,7 @@ impl Occupant {
 pub(crate) struct ZoneWatch {
     zones: Vec<Zone>,
     /// In the order of their handles.
-    bodies: Vec<BodyStart>,
+    bodies: Vec<BodyBefore>,
 }
 
 #[derive(Debug)]
@@ -85,7 +85,7 @@ struct Zone {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct BodyStart {
+struct BodyBefore {
     body: RigidBodyHandle,
     com: DVec3,
 }
@@ -102,7 +102,7 @@ impl ZoneWatch {
         }));
         self.bodies.clear();
         let movers = world.bodies.iter().filter(|it| may_enter(it.1));
-        self.bodies.extend(movers.map(|(handle, body)| BodyStart {
+        self.bodies.extend(movers.map(|(handle, body)| BodyBefore {
             body: handle,
             com: to_dvec3(world_com(body)),
         }));
@@ -203,6 +203,8 @@ struct ZonePath<'a> {
     radius: f64,
     /// True if depths in the region are distances.
     is_solid: bool,
+    /// The longest share of a step in which it is not asked for: fields begin and end within steps.
+    longest: f64,
     /// True if the groups of the field allow any part of the body.
     is_reached: bool,
     query: Query,
@@ -213,14 +215,18 @@ struct ZonePath<'a> {
 impl<'a> ZonePath<'a> {
     fn new(handle: FieldHandle, field: &'a Field, frames: [Frame; 2], times: [f64; 2]) -> Self {
         let region = &field.region;
-        let is_in_space = region.axes().next().is_none();
         ZonePath {
             handle,
             field,
             frames,
             times,
             radius: region.bounding_radius().map_or(f64::INFINITY, to_f64),
-            is_solid: is_in_space && field.lifetime.is_timeless(),
+            is_solid: region.axes().next().is_none(),
+            longest: if field.lifetime.is_timeless() {
+                1.0
+            } else {
+                COARSE
+            },
             is_reached: false,
             query: Query::default(),
             ends: [DVec3::ZERO; 2],
@@ -277,12 +283,12 @@ impl<'a> ZonePath<'a> {
         }
         while share < 1.0 {
             // Within its depth there is no border.
-            let free = if length == 0.0 && self.is_solid {
-                1.0
-            } else if self.is_solid {
-                (depth.abs() / length).max(FINE)
-            } else {
+            let free = if !self.is_solid {
                 COARSE
+            } else if length == 0.0 {
+                self.longest
+            } else {
+                (depth.abs() / length).clamp(FINE, self.longest)
             };
             let next = (share + free).min(1.0);
             depth = self.depth(next);

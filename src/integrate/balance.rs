@@ -13,7 +13,7 @@ const CALM: u32 = 64;
 /// The energy that a body has gained beside the work on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
-pub(crate) struct Balance {
+pub(crate) struct EnergyBalance {
     gained: f64,
     /// The largest kinetic energy that it had.
     scale: f64,
@@ -21,7 +21,7 @@ pub(crate) struct Balance {
     calm: u32,
 }
 
-impl Balance {
+impl EnergyBalance {
     /// The balance over the path of a body, which has shown the frequency √`omega2`; `None` if its work is not known.
     pub(super) fn of(state: &RigidState, work: &mut Work, omega2: f64) -> Option<Self> {
         work.end();
@@ -37,7 +37,7 @@ impl Balance {
         let epsilon = to_f64(Real::EPSILON);
         let misplaced = state.mass * omega2 * state.position.length() * way.length();
         let is_rounding = gained.abs() <= CERTAIN * epsilon * (work.amount + misplaced);
-        Some(Balance {
+        Some(EnergyBalance {
             gained: if is_rounding { 0.0 } else { gained },
             scale: after.max(before + work.most),
             calm: 0,
@@ -45,8 +45,8 @@ impl Balance {
     }
 
     /// The balance over a path and one that follows.
-    pub(super) fn and(self, next: Balance) -> Self {
-        Balance {
+    pub(super) fn and(self, next: EnergyBalance) -> Self {
+        EnergyBalance {
             gained: self.gained + next.gained,
             scale: self.scale.max(next.scale),
             calm: self.calm,
@@ -60,7 +60,7 @@ impl Balance {
         } else {
             0
         };
-        Balance { calm, ..self }
+        EnergyBalance { calm, ..self }
     }
 
     /// Returns true if a body that is no longer stiff is still to be followed.
@@ -78,7 +78,7 @@ impl Balance {
     }
 
     /// Returns true if a step that adds `next` leaves enough of a tolerance for the steps to come.
-    pub(super) fn bears(self, next: Balance, tolerance: f64) -> bool {
+    pub(super) fn bears(self, next: EnergyBalance, tolerance: f64) -> bool {
         let most = tolerance * self.scale.max(next.scale);
         let left = most - self.gained.abs();
         // False for NaN.
@@ -284,6 +284,6 @@ mod tests {
         let mut work = Work::default();
         work.pass(&body(), Wrench::ZERO, 0.0);
         work.pass(&body(), Wrench::ZERO, 1.0);
-        assert!(Balance::of(&body(), &mut work, 0.0).is_none());
+        assert!(EnergyBalance::of(&body(), &mut work, 0.0).is_none());
     }
 }

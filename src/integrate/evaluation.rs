@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::fmt::Debug;
 
-use super::balance::Balance;
+use super::balance::EnergyBalance;
 use super::coupling::LinearisedWrench;
 use super::fault::Fault;
 use super::predicted::PredictedMotion;
@@ -58,10 +58,10 @@ impl Evaluation {
     }
 
     /// The balance of a body in the steps before this one.
-    pub(super) fn balance(&self, place: usize) -> Balance {
+    pub(super) fn balance(&self, place: usize) -> EnergyBalance {
         match self.treatment(place) {
             Some(Treatment::Resolve { balance, .. }) => balance,
-            _ => Balance::default(),
+            _ => EnergyBalance::default(),
         }
     }
 

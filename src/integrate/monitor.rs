@@ -1,6 +1,6 @@
 //! The stiffness monitor: finds bodies in stiff fields by how wrenches change along the path, and linearises those.
 
-use super::balance::Balance;
+use super::balance::EnergyBalance;
 use super::begun::BegunStep;
 use super::coupling::LinearisedWrench;
 use super::evaluation::Evaluation;
@@ -266,7 +266,7 @@ impl Integrator {
                 let known = begun.resolved_alone(evaluation.bodies[*place]);
                 let known = known.filter(|known| known.error <= choice.tolerance);
                 let is_calm = choice.is_calm(*pace, dt);
-                *balance = known.map_or(Balance::default(), |known| {
+                *balance = known.map_or(EnergyBalance::default(), |known| {
                     known.balance.after_step(is_calm)
                 });
             }
@@ -327,7 +327,7 @@ impl Integrator {
             let treatment = if choice.damps && !coupled && choice.is_hopeless(pace, dt) {
                 Treatment::Damp
             } else {
-                let balance = Balance::default();
+                let balance = EnergyBalance::default();
                 Treatment::Resolve { pace, balance }
             };
             if !choice.is_calm(pace, dt) {

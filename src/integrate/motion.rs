@@ -1,7 +1,7 @@
 //! The motions of bodies in one half of a step, passed from INTEGRATE to BRIDGE.
 
 use super::StepContext;
-use super::balance::Balance;
+use super::balance::EnergyBalance;
 use super::fault::Fault;
 use super::pace::Pace;
 use super::plan::StepPlan;
@@ -94,9 +94,9 @@ pub(super) struct Start {
     /// The finest plan, if it did not meet the tolerance, and the square of the speed with which it ended.
     fallback: Option<(StepPlan, f64)>,
     /// The balance before this step,
-    pub balance: Balance,
+    pub balance: EnergyBalance,
     /// and over it, by its plan, where that is known.
-    pub gained: Option<Balance>,
+    pub gained: Option<EnergyBalance>,
 }
 
 /// The number of refinements that distinguish the secant of a force that jumps from that of a steep one.
@@ -111,7 +111,7 @@ impl Start {
             shown: None,
             grew: 0,
             fallback: None,
-            balance: Balance::default(),
+            balance: EnergyBalance::default(),
             gained: None,
         }
     }
@@ -157,7 +157,7 @@ pub(crate) struct Resolved {
     pub body: RigidBodyHandle,
     pub(super) pace: Pace,
     /// Over this step and those before.
-    pub(super) balance: Balance,
+    pub(super) balance: EnergyBalance,
     /// The relative error with which it was moved.
     pub(super) error: f64,
 }

@@ -29,7 +29,7 @@ const FORWARD_ERROR: f64 = 0.00285;
 pub(super) const FORWARD_LIMIT: f64 = 1.5;
 
 /// A change of the square of the frequency counts this many times in steps of fourth order. At 1, springs with a rest
-/// length that pass near their anchor lose energy between the points of their paths, where nothing shows it.
+/// length that pass near their anchor gain or lose energy between the points of their paths, where nothing shows it.
 const ROUGH: f64 = 2.25;
 
 /// A path is equally stiff if the square of the frequency changes by at most this share of it from one piece to the

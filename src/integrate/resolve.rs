@@ -1,6 +1,6 @@
 //! Bodies that are moved within a step, as finely as their stiffness needs.
 
-use super::balance::Balance;
+use super::balance::EnergyBalance;
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
 use super::load::{all_else, lag, own_lag};
@@ -203,7 +203,7 @@ fn weigh(evaluation: &Evaluation, substeps: &mut SubstepIntegrator, starts: &mut
     let moved = substeps.states.iter().zip(&mut substeps.tracks);
     for (start, (state, track)) in starts.iter_mut().zip(moved) {
         start.balance = evaluation.balance(start.place);
-        start.gained = Balance::of(state, &mut track.work, track.pace.omega2);
+        start.gained = EnergyBalance::of(state, &mut track.work, track.pace.omega2);
     }
 }
 

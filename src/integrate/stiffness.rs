@@ -1,6 +1,6 @@
 //! The stiffness of fields for a body, against the length of a step, and the warnings of a step.
 
-use super::balance::Balance;
+use super::balance::EnergyBalance;
 use super::jacobian::Jacobian;
 use super::pace::Pace;
 use super::plan::Choice;
@@ -328,7 +328,7 @@ fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) enum Treatment {
     /// Moved within the step, as finely as this stiffness and the balance of earlier steps need.
-    Resolve { pace: Pace, balance: Balance },
+    Resolve { pace: Pace, balance: EnergyBalance },
     /// Damped, because a step went so far that its energy is wrong.
     Damp,
 }

@@ -100,7 +100,7 @@ fn fields(tree: impl Into<Tree>, scheme: Scheme, policy: FaultPolicy) -> Fields 
 }
 
 /// One step around a pipeline of one's own.
-fn own_step(fields: &mut Fields, world: &mut PhysicsWorld, pipeline: &mut PhysicsPipeline) {
+pub fn own_step(fields: &mut Fields, world: &mut PhysicsWorld, pipeline: &mut PhysicsPipeline) {
     let open = fields.begin(WorldMut::from(&mut *world)).expect("begins");
     pipeline.step(
         world.gravity,

@@ -8,6 +8,7 @@ use rapier3d_fields::ZoneEvent;
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
+use crate::faults::own_step;
 use crate::support::bits::bits;
 use crate::support::numbers::Numbers;
 use crate::support::{assert_close, build, either, weightless};
@@ -66,11 +67,19 @@ fn assert_times(events: &Receiver<ZoneEvent>, expected: &[(bool, f64)], what: &s
 /// A chord of a ball, whole in one step or over many.
 #[test]
 fn times_are_those_of_the_crossings() {
-    for (speed, count) in [(1.7, 200), (40.0, 10), (900.0, 2)] {
+    for (speed, count, lasts) in [
+        (1.7, 200, f64::INFINITY),
+        (40.0, 10, f64::INFINITY),
+        (900.0, 2, f64::INFINITY),
+        (900.0, 2, 60.0),
+        (9000.0, 2, 60.0),
+    ] {
         let mut world = weightless(from_f64(DT));
         world.integration_parameters.normalized_max_linear_velocity = Real::MAX;
         thrown(&mut world, DVec3::new(-3.0, 0.6, 0.0), DVec3::X * speed);
-        let (mut fields, events) = watched(still(Region::ball(1.0)));
+        // The depth in a field that does not last forever is asked for more often.
+        let field = still(Region::ball(1.0)).lifetime(Lifetime::between(-1.0, lasts));
+        let (mut fields, events) = watched(field);
         steps(&mut fields, &mut world, count);
         let expected = [(true, 2.2 / speed), (false, 3.8 / speed)];
         assert_times(&events, &expected, &format!("{speed} m/s"));
@@ -268,4 +277,57 @@ fn states_remember_who_is_inside() {
         to_f64(world.bodies.iter().next().expect("it").1.linvel().x),
         1.0
     );
+}
+
+/// A heap of mixed shapes that falls on a floor through a zone and comes to rest in it, with steps of a pipeline of one's
+/// own beside those of the fields: the same events, that agree with where bodies are, awake or asleep.
+#[test]
+fn heaps_come_to_rest_in_zones_on_every_route() {
+    let heap = || {
+        let mut world = PhysicsWorld::new();
+        let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
+        world.insert(floor, ColliderBuilder::cuboid(20.0, 0.5, 20.0));
+        for number in 0..12 {
+            let place = Vector::new((number % 3) as Real * 0.7, 1.0 + number as Real * 0.5, 0.1);
+            let body = RigidBodyBuilder::dynamic().translation(place);
+            let shape = match number % 3 {
+                0 => ColliderBuilder::ball(0.3),
+                1 => ColliderBuilder::cuboid(0.3, 0.2, 0.25),
+                _ => ColliderBuilder::capsule_y(0.15, 0.2),
+            };
+            world.insert(body, shape);
+        }
+        world
+    };
+    let slab = || still(Region::cuboid(Vector::new(3.0, 0.6, 3.0))).at(Vector::Y * 0.6);
+    let (mut easy, mut own) = (heap(), heap());
+    let (mut by_step, events) = watched(slab());
+    let (mut by_halves, same_events) = watched(slab());
+    let mut pipeline = PhysicsPipeline::new();
+    let mut inside = HashSet::new();
+    for step in 0..600 {
+        steps(&mut by_step, &mut easy, 1);
+        own_step(&mut by_halves, &mut own, &mut pipeline);
+        let found: Vec<_> = events.try_iter().collect();
+        assert_eq!(found, same_events.try_iter().collect::<Vec<_>>(), "{step}");
+        for event in found {
+            match event {
+                ZoneEvent::Entered { body, .. } => assert!(inside.insert(body), "{event:?}"),
+                ZoneEvent::Left { body, .. } => assert!(inside.remove(&body), "{event:?}"),
+                _ => unreachable!("no other event"),
+            }
+        }
+        for (handle, body) in easy.bodies.iter().filter(|it| it.1.is_dynamic()) {
+            let place = to_dvec3(body.center_of_mass()) - DVec3::Y * 0.6;
+            let depth = (DVec3::new(3.0, 0.6, 3.0) - place.abs()).min_element();
+            let unsure = depth.abs() < 1e-5;
+            assert!(
+                unsure || inside.contains(&handle) == (depth > 0.0),
+                "{step}: {depth}"
+            );
+        }
+    }
+    assert!(inside.len() > 6, "{} inside", inside.len());
+    let asleep = |it: &RigidBodyHandle| easy.bodies[*it].is_sleeping();
+    assert!(inside.iter().any(asleep), "nobody sleeps in the zone");
 }
