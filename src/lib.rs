@@ -41,21 +41,22 @@
 //! # Composing
 //!
 //! Figure 4 of the paper from which the algebra comes, *A Unified Framework for Collision Detection,
-//! Avoidance, and Response*: three bodies, each with a large attraction, which a repulsion replaces close by.
+//! Avoidance, and Response*: three balls, each with a large attraction, which a collision field replaces where they touch.
+//! They attract one another until they collide, and bounce.
 //!
 //! ```
 //! use rapier3d_fields::prelude::*;
 //! # let mut world = PhysicsWorld::new();
 //! # let handles = [0.0, 1.0, 2.0].map(|x| {
 //! #     let body = RigidBodyBuilder::dynamic().translation(Vector::X * (5.0 * x));
-//! #     world.insert(body, ColliderBuilder::ball(0.5)).0
+//! #     world.insert(body, ColliderBuilder::ball(0.5))
 //! # });
 //! let pull = Field::radial(-1.0, 0.0).within(Region::ball(8.0));
-//! let push = Field::radial(10.0, 0.0).within(Region::ball(1.0));
-//! let three = Tree::instances(pull.replace_union(push), handles);
+//! let bounce = Field::contact(ContactLaw::elastic()).within(Region::ball(1.0));
+//! let three = Tree::instances(pull.replace_union(bounce), handles.map(|(_, ball)| ball));
 //! let mut fields = Fields::new(three)?;
 //! println!("{}", fields.plan());
-//! let wrench = fields.sample(handles[0], &world)?;
+//! let wrench = fields.sample(handles[0].0, &world)?;
 //! assert_eq!(wrench.unwrap().force.x, 1.0, "pulled by its neighbour, out of reach of the other");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -240,7 +240,8 @@ impl Field {
         Self::new(Formula::Expression(Arc::new(Expression::new(components))))
     }
 
-    /// A detection field (§3.3): finds parts that touch the collider it is anchored to, and answers by a law.
+    /// A detection field (§3.3): finds parts that touch the collider it is anchored to, or in a prototype those of its
+    /// [instances](crate::Tree::instances), and answers by a law.
     ///
     /// With the paper's laws it is a vector field like any other: a change of velocity (m/s) at the middle of a
     /// part that touches, and zero at other parts. Operators, strength, scales and limits act on it as on any

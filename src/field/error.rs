@@ -167,8 +167,9 @@ pub enum BuildError {
         /// The operator.
         operator: &'static str,
     },
-    /// A detection field is not anchored to a collider, so it has nothing to touch with.
-    #[error("{field}: a detection field must be anchored to a collider")]
+    /// A detection field has nothing to touch with: neither is it anchored to a collider, nor is it in the prototype of
+    /// [instances](crate::Tree::instances) that all are.
+    #[error("{field}: a detection field must be anchored to a collider, or be an instance at one")]
     DetectionAnchor {
         /// The field.
         field: FieldRef,

@@ -551,10 +551,6 @@ impl Field {
         rigid(label, "the pose of the anchor", self.anchor.local_pose())?;
         finite(label, "the strength", self.strength)?;
         self.lifetime.validate(label)?;
-        if self.is_contact() && !matches!(self.anchor, Anchor::Collider { .. }) {
-            let field = label.into();
-            return Err(BuildError::DetectionAnchor { field });
-        }
         if let Some(setter) = self.misfit {
             return Err(BuildError::Misfit {
                 field: label.into(),

@@ -147,8 +147,9 @@ impl Tree {
 
     /// The sum of union of one prototype at many anchors.
     ///
-    /// In the prototype, the world's frame stands for the frame of the instance. A thousand
-    /// instances cost one prototype and a thousand poses.
+    /// In the prototype, the world's frame stands for the frame of the instance, and a [contact](Field::contact)
+    /// field touches with the collider of the instance. A thousand instances cost one prototype and a thousand
+    /// poses.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

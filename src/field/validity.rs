@@ -89,6 +89,11 @@ impl Nodes<'_> {
             checked.map_err(|error| (error, *place))?;
         }
         self.validate_reactions(term)?;
+        let is_contact = |place: &u32| self.field(*place).is_some_and(Field::is_contact);
+        if !below.iter().any(is_contact) {
+            return Ok(());
+        }
+        self.validate_detection_anchors(term)?;
         below
             .iter()
             .try_for_each(|place| self.validate_detection(*place))
@@ -106,6 +111,9 @@ impl Nodes<'_> {
         };
         let checked = self.validate_field(place, field, declared);
         checked.map_err(|error| (error, place))?;
+        if field.is_contact() {
+            self.validate_detection_anchors(term)?;
+        }
         if place == term && !field.reacts {
             return Ok(());
         }
@@ -223,6 +231,29 @@ impl Nodes<'_> {
             }
         }
         carrier
+    }
+
+    /// A detection field touches with a collider: that of its anchor, or in a prototype that of each instance.
+    fn validate_detection_anchors(self, term: u32) -> Result<(), Misplaced> {
+        let mut open = vec![(term, false)];
+        while let Some((node, instances_have)) = open.pop() {
+            let has_collider = |anchor: &Anchor| match anchor {
+                Anchor::World { .. } => instances_have,
+                Anchor::Body { .. } => false,
+                Anchor::Collider { .. } => true,
+            };
+            let all_have = match self.get(node) {
+                Node::Leaf(field) if field.is_contact() && !has_collider(&field.anchor) => {
+                    let field = field.label(node as usize).into();
+                    return Err((BuildError::DetectionAnchor { field }, node));
+                }
+                Node::Instances { anchors, .. } => anchors.iter().all(has_collider),
+                _ => instances_have,
+            };
+            let operands = self.get(node).operands();
+            open.extend(operands.iter().map(|operand| (*operand, all_have)));
+        }
+        Ok(())
     }
 
     /// A law that needs both sides at once has no vector, so operators that change or mix vectors cannot take

@@ -229,12 +229,27 @@ fn detection_fields_stand_where_they_can_answer() {
     let contact = || Field::contact(ContactLaw::Observe).named("culprit");
     let here = || contact().at(nobody());
     let other = || Field::uniform(Vector::X);
-    for field in [
-        contact(),
-        contact().at(Vector::X),
-        contact().at(RigidBodyHandle::invalid()),
+    let there = || Tree::instances(other().sum_union(contact()), [nobody()]);
+    let in_world = Tree::instances(contact(), [Anchor::WORLD]);
+    for tree in [
+        there(),
+        Tree::instances(there(), [Anchor::WORLD]),
+        Tree::instances(in_world, [nobody()]),
     ] {
-        let error = refused(field, "no collider");
+        assert!(Fields::new(tree).is_ok());
+    }
+    let at_body = Anchor::from(RigidBodyHandle::invalid());
+    for tree in [
+        contact().into(),
+        contact().at(Vector::X).into(),
+        contact().at(RigidBodyHandle::invalid()).into(),
+        Tree::instances(contact(), [Anchor::WORLD]),
+        Tree::instances(contact(), [at_body]),
+        Tree::instances(other().sum_union(contact()), [nobody().into(), at_body]),
+        Tree::instances(there().sum_union(contact()), [Anchor::WORLD]),
+        Tree::instances(contact().at(RigidBodyHandle::invalid()), [nobody()]),
+    ] {
+        let error = refused(tree, "no collider");
         assert!(
             matches!(error, BuildError::DetectionAnchor { .. }),
             "{error:?}"

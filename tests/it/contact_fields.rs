@@ -25,6 +25,8 @@ enum Wrap {
     Scaled(ScalarPlan),
     Limited(i32),
     Instance,
+    /// Beside instances at the colliders of all balls, of a contact field beside another field.
+    Objects(Operator, Operator, TermPlan),
     Layer(TermPlan, i32, bool, bool),
     /// With so many fields that are elsewhere.
     Among(u8),
@@ -41,6 +43,7 @@ fn wrap() -> impl Strategy<Value = Wrap> {
         2 => scalar(numbers).prop_map(Wrap::Scaled),
         1 => (1..4).prop_map(Wrap::Limited),
         1 => Just(Wrap::Instance),
+        3 => (operator(), operator(), term()).prop_map(|(o, p, t)| Wrap::Objects(o, p, t)),
         2 => (term(), -1..=1, any::<bool>(), any::<bool>())
             .prop_map(|(t, p, r, s)| Wrap::Layer(t, p, r, s)),
         1 => (60..90_u8).prop_map(Wrap::Among),
@@ -61,6 +64,11 @@ fn wrapped(tree: Tree, how: &Wrap, world: &World, law: ContactLaw) -> Tree {
         Wrap::Scaled(scale) => tree.scaled_at(scale.scalar(), Vector::new(0.3, 0.2, 0.1)),
         Wrap::Limited(limit) => tree.limited_to(*limit as Real),
         Wrap::Instance => Tree::instances(tree, [Anchor::WORLD]),
+        Wrap::Objects(operator, within, term) => {
+            let object = Tree::fold(*within, [term.tree(world), Field::contact(law).into()]);
+            let colliders = world.colliders.iter().copied();
+            Tree::fold(*operator, [tree, Tree::instances(object, colliders)])
+        }
         Wrap::Layer(term, priority, replaces, stops) => {
             let mut layer = Layer::new(term.tree(world)).priority(*priority);
             if *replaces {

@@ -88,7 +88,7 @@ fn what_a_tree_is_refused_for_is_found_in_the_file() {
         (
             r#"{ "field": { "formula": { "contact": { "law": "observe" } } } }"#,
             "line 7, column 12, at `fields.tree.sum-union[1].field`: field #0 (contact): a detection \
-             field must be anchored to a collider",
+             field must be anchored to a collider, or be an instance at one",
         ),
     ] {
         let found = error(

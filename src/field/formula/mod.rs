@@ -35,7 +35,7 @@ use super::axis::Axis;
 use super::closure::Closure;
 use super::contact::ContactLaw;
 use super::error::{BuildError, require};
-use super::query::{Alone, LocalQuery, QueryNumber, Single};
+use super::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Real, to_f64};
 use crate::number::{Plain, Vec3, constant, length};
 
@@ -310,19 +310,16 @@ impl Law for Wind {
     }
 }
 
-impl Alone for ContactLaw {
-    fn vector_alone<T: Single>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
-        let push = local.touch().map_or(DVec3::ZERO, |it| self.push(it));
-        constant(local.rotation.inverse() * push)
-    }
-}
-
 impl Law for ContactLaw {
     fn kind(&self) -> &'static str {
         "contact"
     }
 
-    alone!();
+    fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
+        // Only a single sample has touches.
+        let push = local.touch().map_or(DVec3::ZERO, |it| self.push(it));
+        constant(local.rotation.inverse() * push)
+    }
 
     fn potential<T: Single>(&self, _: &LocalQuery<'_, T>) -> Option<T> {
         Some(0.0.into())
