@@ -44,6 +44,7 @@ mod explain;
 mod expressions;
 mod far_fields;
 mod faults;
+mod figure_4;
 mod force_lifetime;
 mod ground;
 mod halves;
