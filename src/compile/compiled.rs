@@ -12,7 +12,7 @@ use super::ordered::{Key, Ordered};
 use super::program::Program;
 use super::requirements::SamplingRequirements;
 use super::roster::Roster;
-use crate::field::{FieldSet, Fingerprint, Sampling};
+use crate::field::{Anchor, FieldSet, Fingerprint, Sampling};
 
 /// A set of fields, ready for evaluation. It follows the changes of the set.
 ///
@@ -76,6 +76,22 @@ impl Compiled {
     /// Returns true if any force differs from place to place, and so may be stiff.
     pub(crate) fn varies(&self) -> bool {
         self.tally.any(Facts::VARIES)
+    }
+
+    /// The anchors on bodies and colliders of fields that have a force. Wrenches do not depend on those of contact fields
+    /// alone.
+    pub(crate) fn moving_anchors_of_forces(&self) -> impl Iterator<Item = &Anchor> {
+        let mut has_force = vec![false; self.anchors.len()];
+        let sources = self.radials.iter().flat_map(|(_, batch)| &batch.sources);
+        let programs = self.programs.iter().map(|(_, program)| program);
+        let instances = programs
+            .filter(|program| program.has_force)
+            .flat_map(|program| program.instances.anchors());
+        for id in sources.map(|source| source.anchor).chain(instances) {
+            has_force[id as usize] = true;
+        }
+        let moving = self.anchors.moving();
+        moving.filter_map(move |(id, anchor)| has_force[id as usize].then_some(anchor))
     }
 }
 

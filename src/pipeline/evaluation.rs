@@ -207,7 +207,7 @@ impl FieldPipeline {
         state.evaluation = Some(evaluation);
     }
 
-    /// Records the frames of all anchors that are not on sampled bodies.
+    /// Records the frames of all anchors of forces that are not on sampled bodies.
     pub(super) fn note_carriers(&mut self, state: &mut FieldState, view: &WorldRef<'_>) {
         let StepScene {
             compiled, samples, ..
@@ -221,7 +221,7 @@ impl FieldPipeline {
                 let whole = parts || matches!(anchor, Anchor::Body { .. });
                 !(whole && carrier.is_some_and(|body| samples.of_body(body).is_some()))
             };
-            let anchors = compiled.anchors.moving().map(|(_, anchor)| anchor);
+            let anchors = compiled.moving_anchors_of_forces();
             self.apart.anchors.clear();
             self.apart.anchors.extend(anchors.filter(is_apart));
         }
