@@ -109,6 +109,10 @@ pub enum Scheme {
         /// There is no balance where forces read velocities, where Rapier damps the body, or in steps in which
         /// something else touches it. It does not see what lies between the points of a path, such as the bend of a
         /// spring with a rest length near its anchor.
+        ///
+        /// All of this is about forces that change smoothly. Where a force jumps within a step, at the border of a
+        /// region or where an operator changes over to another operand, the velocity is off by up to half the change of
+        /// the force times dt/m, which is neither counted nor told. A shorter step makes it smaller.
         tolerance: Real,
     },
 }

@@ -14,6 +14,7 @@ mod support;
 
 mod adversarial;
 mod adversarial_steps;
+mod alarms;
 mod algebra_laws;
 mod any_bodies;
 mod approach;
