@@ -19,6 +19,10 @@ const SAME_DEPTH: Real = 1.0e-3;
 /// much, is counted anew.
 const RECOVERED: Real = 0.5;
 
+/// A pair is reported if its overlap is beyond this many times the allowed error of Rapier's solver, which itself leaves
+/// up to that in heaps of falling bodies.
+const DEEP: Real = 4.0;
+
 /// The pairs that are watched, and those handed over, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
@@ -127,14 +131,15 @@ impl HandOver {
             if entry.quiet > STEPS && !entry.given {
                 continue;
             }
-            // A pair that sinks by less than the tolerance of Rapier's solver is at rest, and not reported.
-            let shallow = contact.depth <= detector.starts.rebound();
+            let allowed = detector.starts.rebound();
+            let (shallow, deep) = (contact.depth <= allowed, DEEP * allowed);
             let known = entry.deepest > 0.0;
             let grows = known && contact.depth > entry.deepest * (1.0 + SAME_DEPTH);
             let comes_out = shallow || contact.depth < entry.deepest * RECOVERED;
             if grows && (ours || entry.given) {
                 entry.deeper = entry.deeper.saturating_add(1);
-                if entry.deeper == STEPS && !shallow {
+                let told = entry.deeper > STEPS && entry.deepest > deep;
+                if entry.deeper >= STEPS && contact.depth > deep && !told {
                     given.deeper.push((pair, contact.depth));
                 }
             }

@@ -64,7 +64,7 @@ pub enum Responder {
     /// limit is a dt, or energy would be lost. Where nothing accelerates the bodies no contact lasts; the load of
     /// joints alone is not known. A pair that still overlaps after three steps in each of which it was answered by a
     /// law that loses speed, or that goes deeper than before three times, is Rapier's until it separates; of the
-    /// second, [`ContactDeepens`](crate::StepWarning::ContactDeepens) warns if the overlap exceeds h. Springs
+    /// second, [`ContactDeepens`](crate::StepWarning::ContactDeepens) warns if the overlap exceeds 4 h. Springs
     /// ([`Penalty`](crate::ContactLaw::Penalty)) hold resting bodies themselves.
     ///
     /// Impacts that happen at once are answered together (see [`Impulse`](crate::ContactLaw::Impulse)): of a row of

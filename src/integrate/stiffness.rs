@@ -170,8 +170,9 @@ pub enum StepWarning {
         /// The two colliders, in the order of their handles.
         colliders: [ColliderHandle; 2],
     },
-    /// Two colliders overlap more at the end of each of three steps, though fields answer their contact. Rapier answers
-    /// it from the next step on, if it does not already, until the two separate.
+    /// Two colliders overlap more at the end of each of three steps, though fields answer their contact, and by more than
+    /// four times the allowed error of Rapier's solver (0.02 length units). Rapier answers the contact from the next step
+    /// on, if it does not already, until the two separate.
     #[error("{colliders:?} overlap by {depth}, more in each step; their contact is left to Rapier")]
     ContactDeepens {
         /// The two colliders, in the order of their handles.
