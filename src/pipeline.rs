@@ -20,6 +20,7 @@ mod timings;
 
 use due::{AnchorsApart, DueBodies};
 pub use open_step::OpenStep;
+pub(crate) use questions::value_of;
 pub use questions::{BodySample, FieldValue};
 pub(crate) use scene::Definition;
 use scene::StepScene;

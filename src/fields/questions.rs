@@ -7,9 +7,10 @@ use crate::contact::{ContactPlan, FieldContact};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::{EnergyAudit, Explanation};
 use crate::eval::PotentialEnergy;
+use crate::field::Query;
 use crate::integrate::{StepWarning, Stiffness};
 use crate::math::{Real, RigidBodyHandle, Vector};
-use crate::pipeline::{BodySample, FieldValue, StepTimings};
+use crate::pipeline::{BodySample, FieldValue, StepTimings, value_of};
 use crate::rigid::Wrench;
 
 impl Fields {
@@ -241,6 +242,28 @@ impl Fields {
     ) -> Vec<FieldValue> {
         self.pipeline
             .at(&self.definition(), &self.state, world.into(), world_points)
+    }
+
+    /// The composite field as a sample feels it that has a velocity, a charge, other properties, or touches something. The
+    /// push of a [contact](crate::Field::contact) field of the paper's laws is the force that makes its change of velocity
+    /// within the sample's `dt`. Fields do not act on the body that they are anchored to, if the sample is of that.
+    ///
+    /// ```
+    /// use rapier3d_fields::field::{Query, Touch};
+    /// use rapier3d_fields::math::DVec3;
+    /// use rapier3d_fields::prelude::*;
+    /// # let mut world = PhysicsWorld::new();
+    /// let (_, ball) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(1.0));
+    /// let fields = Fields::new(Field::contact(ContactLaw::Paper).at(ball))?;
+    /// let touch = Touch { collider: ball, world_normal: DVec3::Y, speed: 3.0, approach_speed: 3.0 };
+    /// let mut sample = Query { world_point: DVec3::Y * 1.5, mass: 2.0, dt: 0.5, ..Query::default() };
+    /// assert_eq!(fields.at_sample(&sample, &world).force, Vector::ZERO);
+    /// sample.touches.push(touch);
+    /// assert_eq!(fields.at_sample(&sample, &world).force, Vector::Y * (2.0 * 3.0 / 0.5));
+    /// # Ok::<(), BuildError>(())
+    /// ```
+    pub fn at_sample<'a>(&self, sample: &Query, world: impl Into<WorldRef<'a>>) -> FieldValue {
+        value_of(&self.set, &world.into(), sample)
     }
 
     /// The fields that are defined nowhere because their anchors are not in the world, as the errors that a first step

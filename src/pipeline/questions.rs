@@ -11,7 +11,7 @@ use crate::diagnose::{Explanation, SampledFields, blame, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, SampledWorld};
 use crate::field::{FieldHandle, FieldSet, Frames, Points, Query, Sampling, Span};
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
-use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
+use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::reference::{Fate, Reference};
 use crate::rigid::{Body, Wrench};
 use crate::sample::{Attitude, Gatherer, Kind, Properties, SamplePoint, Samples, owner};
@@ -26,11 +26,13 @@ pub struct BodySample {
     pub query: Query,
 }
 
-/// The composite field at a point; see [`Fields::at`](crate::Fields::at).
+/// The composite field at a point; see [`Fields::at`](crate::Fields::at) and
+/// [`Fields::at_sample`](crate::Fields::at_sample).
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FieldValue {
-    /// The force on a resting point of unit mass and no charge; zero where no field is defined.
+    /// The force on the sample, by [`Fields::at`](crate::Fields::at) a resting point of unit mass and no charge; zero where
+    /// no field is defined.
     pub force: Vector,
     /// True if any field is defined there, which is not the same as a force.
     pub is_defined: bool,
@@ -246,23 +248,10 @@ impl FieldPipeline {
                 body: None,
                 ..samples.query(centre, moment)
             };
-            let mut value = FieldValue {
+            FieldValue {
                 force: wrench.force,
-                is_defined: false,
-                fields: Vec::new(),
-                handles: Vec::new(),
-            };
-            for term in fields.set.terms() {
-                let trace = Reference::of_term(fields.set, term.root).trace(&view, &query);
-                value.is_defined |= trace.force.is_some();
-                let counts = trace.contributions.iter();
-                let counts = counts.filter(|c| c.fate == Fate::Counts);
-                for place in counts.map(|contribution| contribution.place) {
-                    value.fields.push(fields.set.label(place));
-                    value.handles.extend(fields.set.handle_at(place));
-                }
+                ..value_of(fields.set, &view, &query)
             }
-            value
         };
         samples.centres.iter().zip(&forces).map(value).collect()
     }
@@ -371,4 +360,28 @@ fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
     }
     samples.number();
     samples
+}
+
+/// The composite field as a sample feels it, by the reference.
+pub(crate) fn value_of(set: &FieldSet, view: &WorldRef<'_>, query: &Query) -> FieldValue {
+    let mut force = DVec3::ZERO;
+    let mut value = FieldValue {
+        force: Vector::ZERO,
+        is_defined: false,
+        fields: Vec::new(),
+        handles: Vec::new(),
+    };
+    for term in set.terms() {
+        let trace = Reference::of_term(set, term.root).trace(view, query);
+        value.is_defined |= trace.force.is_some();
+        force += trace.force.unwrap_or_default();
+        let counts = trace.contributions.iter();
+        let counts = counts.filter(|c| c.fate == Fate::Counts);
+        for place in counts.map(|contribution| contribution.place) {
+            value.fields.push(set.label(place));
+            value.handles.extend(set.handle_at(place));
+        }
+    }
+    value.force = from_dvec3(force);
+    value
 }

@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use rapier3d_fields::field::{Query, Touch};
-use rapier3d_fields::math::{DVec3, to_dvec3, to_f64};
+use rapier3d_fields::math::{DVec3, from_dvec3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::{FieldContact, Responder};
 
@@ -304,6 +304,49 @@ fn a_push_is_a_vector() {
         after(|it| it.difference(cut().at(Vector::Y * 9.0))),
         along(0.0, 0.0),
     );
+}
+
+/// What is asked about a sample that touches is what the reference says of the same tree, in prototypes as elsewhere.
+#[test]
+fn samples_that_touch_can_be_asked_about() {
+    let world = balls();
+    let [mine, other, _] = [0, 1, 2].map(|number| world.colliders[number]);
+    let pull = || Field::radial(-1.0, 0.0).within(Region::ball(8.0));
+    for law in [ContactLaw::Paper, ContactLaw::PaperRelative] {
+        let bounce = Field::contact(law).within(Region::ball(2.0 * RADIUS));
+        let object = pull().named("pull").replace_union(bounce.named("bounce"));
+        let tree = Tree::instances(object, world.colliders.iter().copied());
+        let fields = Fields::new(tree.clone()).expect("a valid tree");
+        let touch = Touch {
+            collider: other,
+            world_normal: -DVec3::X,
+            speed: 3.0,
+            approach_speed: 2.0,
+        };
+        let mut sample = Query {
+            world_point: to_dvec3(world.physics.colliders[mine].translation()),
+            body: Some(world.bodies[0]),
+            dt: 0.5,
+            ..Query::default()
+        };
+        let mut felt = [Vec::new(), vec![touch]].map(|touches| {
+            sample.touches = touches;
+            let value = fields.at_sample(&sample, &world.physics);
+            let expected = reference(&tree, &world, &sample).unwrap_or_default();
+            assert_near(value.force, from_dvec3(expected), 1e-5, "force");
+            assert!(
+                value.fields.iter().any(|it| it.contains("bounce")),
+                "{value:?}"
+            );
+            value.force
+        });
+        felt[1] -= felt[0];
+        let push = if law == ContactLaw::Paper { 3.0 } else { 2.0 };
+        assert_near(felt[1], -Vector::X * (push / 0.5), 1e-5, "push");
+        let explained = fields.explain(world.bodies[0], &world.physics);
+        let text = explained.expect("a body that feels fields").to_string();
+        assert!(text.contains("overruled (→∪) by field `bounce`"), "{text}");
+    }
 }
 
 /// A molecule's atoms have no mass of their own: their body has it all.
