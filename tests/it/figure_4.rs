@@ -12,7 +12,7 @@ const RADIUS: f64 = 0.3;
 /// Of the attraction, `PULL`/r².
 const REACH: f64 = 4.0;
 const PULL: f64 = 0.2;
-const STEPS_A_SECOND: usize = 120;
+const STEPS_A_SECOND: usize = 60;
 
 /// Balls of unit mass at random places in a cube.
 struct Balls {
@@ -105,7 +105,12 @@ fn fields(tree: Tree, detection: Detection) -> Fields {
 #[test]
 fn objects_attract_one_another_and_bounce() {
     for detection in [Detection::Discrete, Detection::Swept] {
-        for (count, seconds) in [(2, 20), (3, 20), (10, 10), (100, 2)] {
+        // A ball that overlaps another at the end of a step turned back late.
+        let tolerance = match detection {
+            Detection::Discrete => 2e-2,
+            _ => 2e-3,
+        };
+        for (count, seconds) in [(2, 20), (3, 20), (10, 10), (100, 10)] {
             let about = format!("{count} balls, {detection:?}");
             let mut balls = Balls::new(count);
             let mut fields = fields(Tree::instances(object(), balls.colliders()), detection);
@@ -117,10 +122,13 @@ fn objects_attract_one_another_and_bounce() {
                 let now = balls.totals();
                 most = most.max(now.kinetic);
                 let gained = now.kinetic + now.potential - start.kinetic - start.potential;
-                assert!(gained.abs() <= 5e-3 * most, "{about}: {gained} of {most}");
+                assert!(
+                    gained.abs() <= tolerance * most,
+                    "{about}: {gained} of {most}"
+                );
                 // Equal and opposite but for hits within a step, after which bodies no longer feel one another alike.
                 let off = (now.momentum - start.momentum).length();
-                assert!(off <= 1e-4 * now.speeds, "{about}: {off} of {}", now.speeds);
+                assert!(off <= 3e-4 * now.speeds, "{about}: {off} of {}", now.speeds);
                 let is_apart = detection == Detection::Discrete || now.gap >= -1e-5;
                 assert!(is_apart, "{about}: {}", now.gap);
             }
