@@ -246,7 +246,8 @@ impl Fields {
 
     /// The composite field as a sample feels it that has a velocity, a charge, other properties, or touches something. The
     /// push of a [contact](crate::Field::contact) field of the paper's laws is the force that makes its change of velocity
-    /// within the sample's `dt`. Fields do not act on the body that they are anchored to, if the sample is of that.
+    /// within the sample's `dt`. The time is that of the sample, and not [that of the fields](Self::time). Fields do not act
+    /// on the body that they are anchored to, if the sample is of that.
     ///
     /// ```
     /// use rapier3d_fields::field::{Query, Touch};

@@ -111,7 +111,7 @@ pub enum Scheme {
         /// spring with a rest length near its anchor.
         ///
         /// All of this is about forces that change smoothly. Where a force jumps within a step, at the border of a
-        /// region or where an operator changes over to another operand, the velocity is off by up to half the change of
+        /// region or where an operator changes over to another operand, the velocity is off by about half the change of
         /// the force times dt/m, which is neither counted nor told. A shorter step makes it smaller.
         tolerance: Real,
     },
