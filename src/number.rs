@@ -12,6 +12,7 @@
 
 mod dual;
 mod lanes;
+mod quat;
 mod registers;
 mod sine;
 mod vec3;
@@ -21,6 +22,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub(crate) use dual::Dual;
 pub(crate) use lanes::{LANES, LaneMask, Lanes, each_lane, lanes_of};
+pub(crate) use quat::Quat;
 #[cfg(test)]
 pub(crate) use registers::FORCED;
 pub(crate) use registers::{in_registers, level};

@@ -6,6 +6,7 @@ use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::kick::{Faster, Kick};
 use super::method::{Method, method_of, together};
 use super::motion::Motions;
+use super::spins::SpinRules;
 use super::{Integrator, StepContext};
 use crate::math::Real;
 use crate::rigid::{Body, Lookup, Wrench};
@@ -56,7 +57,7 @@ impl Integrator {
     /// Computes the action on each body, and collects the bodies to be moved within the step. `begun` is the first half
     /// in the second one.
     fn kick(
-        &self,
+        &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         begun: Option<&BegunStep<'_>>,
@@ -69,6 +70,11 @@ impl Integrator {
         };
         let mut at = 0;
         let policy = context.rules.on_fault;
+        self.spins.begin(SpinRules {
+            dt: context.dt,
+            iterations: context.rules.iterations,
+            balls_too: context.rules.exact_turns,
+        });
         // The places of bodies that are too fast, and the speed of the first.
         let mut too_fast: Option<(Vec<usize>, Real)> = None;
         for (place, body) in context.bodies.iter().enumerate() {
@@ -125,13 +131,12 @@ impl Integrator {
                 }
                 continue;
             };
-            let (iterations, exact) = (context.rules.iterations, context.rules.exact_turns);
-            let update = match begun {
-                None => motions.turned(body, update, twist, context.dt, iterations, exact),
-                Some(_) => update,
-            };
-            motions.updates.push(update);
+            match begun {
+                None => self.spins.push(motions, body, update, twist),
+                Some(_) => motions.updates.push(update),
+            }
         }
+        self.spins.compute(motions, |_| ());
         let Some((places, speed)) = too_fast else {
             return Ok(());
         };

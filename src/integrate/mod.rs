@@ -29,6 +29,7 @@ mod resolve;
 mod scheme;
 mod scout;
 mod secant;
+mod spins;
 mod stability;
 mod stiffness;
 mod substeps;
@@ -51,6 +52,7 @@ pub(crate) use motion::{
 pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
 pub(crate) use reaction::Reactions;
 pub(crate) use redo::Redone;
+pub(crate) use spins::{SpinRules, Spins, SpunUpdate};
 pub(crate) use watch::{Caps, stiff_from, warn_of_caps, warn_of_springs};
 
 use crate::eval::{BodySlowings, Evaluator, Lineariser};
@@ -60,6 +62,7 @@ use crate::math::RigidBodyHandle;
 #[derive(Default)]
 pub(crate) struct Integrator {
     pub(crate) evaluator: Evaluator,
+    pub(crate) spins: Spins,
     lineariser: Lineariser,
     /// The slopes of drag and wind on the bodies, from the last evaluation.
     slowings: BodySlowings,

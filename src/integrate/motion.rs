@@ -6,10 +6,8 @@ use super::fault::Fault;
 use super::pace::Pace;
 use super::plan::StepPlan;
 use super::reaction::Reactions;
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3, to_f64};
-use crate::rigid::{
-    Body, Inertia, Lookup, Wrench, find_by, find_next, sort_by_body, steady_angvel, to_dquat,
-};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
+use crate::rigid::{Body, Lookup, Wrench, find_by, find_next, sort_by_body, to_dquat};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -313,32 +311,6 @@ impl Motions {
         Some(self.loads[place].wrench)
     }
 
-    /// Adds the free rotation of a body over a step, which begins with an angular impulse `twist` that is part of the
-    /// new velocities, and returns the velocities to give to Rapier. `balls_too`: also for a body whose rotation Rapier
-    /// computes exactly.
-    pub(crate) fn turned(
-        &mut self,
-        body: &Body,
-        update: VelocityUpdate,
-        twist: DVec3,
-        dt: Real,
-        iterations: u32,
-        balls_too: bool,
-    ) -> VelocityUpdate {
-        let top = body.free_top(update.angvel, balls_too);
-        let Some(inertia) = top.filter(|_| dt > 0.0) else {
-            return update;
-        };
-        let turn = SteadyTurn::new(body, &inertia, twist, dt, iterations);
-        let angvel = turn.steady;
-        self.turns.push(turn);
-        VelocityUpdate {
-            angvel,
-            spins: true,
-            ..update
-        }
-    }
-
     /// Records the error of a body's speed after a hit, if it is the largest.
     pub(super) fn note_hit(&mut self, body: RigidBodyHandle, error: f64) {
         let worse = |(_, worst): (_, f64)| error.is_nan() || error > worst;
@@ -414,30 +386,6 @@ impl Motions {
     pub(crate) fn arrival(&self, body: RigidBodyHandle) -> Option<Vector> {
         let place = find_by(&self.means, body, |mean| mean.body)?;
         Some(self.means[place].linvel)
-    }
-}
-
-impl SteadyTurn {
-    /// The free rotation of a body over `dt`, after an angular impulse `twist`, and the constant angular velocity by
-    /// which Rapier carries it out.
-    pub(super) fn new(
-        body: &Body,
-        inertia: &Inertia,
-        twist: DVec3,
-        dt: Real,
-        substeps: u32,
-    ) -> Self {
-        let attitude = to_dquat(body.pose.rotation);
-        let angular_momentum = body.angular_momentum(inertia) + twist;
-        let rotation = inertia.free_rotation(attitude, angular_momentum, to_f64(dt));
-        SteadyTurn {
-            body: body.handle,
-            after: TurnAfter::Momentum(angular_momentum),
-            twist,
-            gyroscopic: true,
-            damped: false,
-            steady: steady_angvel(rotation, dt, body.iterations(substeps)),
-        }
     }
 }
 

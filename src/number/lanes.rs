@@ -36,6 +36,11 @@ impl Lanes {
 }
 
 impl LaneMask {
+    #[inline(always)]
+    pub(crate) fn is_set(self, lane: usize) -> bool {
+        self.0[lane] != 0
+    }
+
     /// One bit for each lane.
     #[inline(always)]
     pub(crate) fn bits(self) -> u64 {

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
 
-use super::{Number, Plain};
+use super::{Lanes, Number, Plain};
 use crate::math::{DQuat, DVec3};
 
 /// Three numbers of one kind.
@@ -43,6 +43,12 @@ impl<T: Number> Vec3<T> {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// The products of the components.
+    #[inline(always)]
+    pub(crate) fn times(self, other: Self) -> Self {
+        Vec3::new(self.x * other.x, self.y * other.y, self.z * other.z)
+    }
+
     #[inline(always)]
     pub(crate) fn cross(self, other: Self) -> Self {
         Vec3::new(
@@ -66,6 +72,14 @@ impl<T: Number> Vec3<T> {
     #[inline(always)]
     pub(crate) fn of(plain: Vec3<T::Plain>) -> Self {
         plain.map(T::of)
+    }
+}
+
+impl Vec3<Lanes> {
+    /// The vector in one lane.
+    #[inline(always)]
+    pub(crate) fn lane(self, lane: usize) -> DVec3 {
+        DVec3::new(self.x.0[lane], self.y.0[lane], self.z.0[lane])
     }
 }
 

@@ -165,6 +165,7 @@ impl FieldPipeline {
             gravity,
             parameters,
             iterations: iterations(parameters),
+            spins: &mut self.integrator.spins,
             evaluator: &mut self.centres,
             shown: &mut self.shown,
             motions: &mut self.motions,

@@ -6,7 +6,7 @@ use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{Constraints, StepMark, Wanted, WorldMut, WorldRef, is_movable, most_sleep};
 use crate::compile::{Compiled, FieldReach as Box, Prepared};
 use crate::field::{FieldSet, Frame};
-use crate::integrate::{FASTEST, StepWarning, kicked};
+use crate::integrate::{FASTEST, SpinRules, StepWarning, kicked};
 use crate::math::{DVec3, Real, Vector};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound, sort_by_body, world_com};
@@ -216,14 +216,18 @@ impl FieldPipeline {
 
     /// Computes the free rotation of `self.scene.bodies`, on which no field acts.
     pub(super) fn turn_freely(&mut self, parameters: &IntegrationParameters) {
-        let motions = &mut self.motions;
+        let (motions, spins) = (&mut self.motions, &mut self.integrator.spins);
         motions.clear();
-        let (dt, iterations) = (parameters.dt, iterations(parameters));
+        spins.begin(SpinRules {
+            dt: parameters.dt,
+            iterations: iterations(parameters),
+            balls_too: true,
+        });
         for body in self.scene.bodies.drain(..) {
             let update = kicked(&body, Wrench::ZERO, 0.0);
-            let update = motions.turned(&body, update, DVec3::ZERO, dt, iterations, true);
-            motions.updates.push(update);
+            spins.push(motions, &body, update, DVec3::ZERO);
         }
+        spins.compute(motions, |_| ());
     }
 
     fn reach(&self, world: &WorldMut<'_>) -> Option<Reach> {

@@ -12,6 +12,7 @@ mod slowing;
 mod small_turn;
 mod state;
 mod taylor_rotation;
+mod tops;
 mod wrench;
 
 pub use wrench::Wrench;
@@ -30,3 +31,4 @@ pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_a
 pub(crate) use slowing::{Slowing, phi1, stopped};
 pub(crate) use state::{RigidState, Turning};
 pub(crate) use taylor_rotation::{Rotor, Top};
+pub(crate) use tops::FreeTop;

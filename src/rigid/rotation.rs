@@ -15,9 +15,10 @@
 //! arithmetic is `f64` in both builds, rounded once on the way out: the rounding of `f32` is biased
 //! over many steps, and the conversion costs nothing.
 
-use super::small_turn::{AxisCoupling, SeriesPlan};
+use super::small_turn::{AxisCoupling, SeriesPlan, series_error};
 use super::taylor_rotation::Rotor;
 use crate::math::{DQuat, DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::number::constant;
 use crate::rapier::dynamics::{MassProperties, RigidBody};
 
 #[cfg(test)]
@@ -147,9 +148,9 @@ impl Inertia {
         let to_world = attitude * self.principal_to_body;
         let momentum = to_world.inverse() * angular_momentum_world;
         let rounding = to_f64(Real::EPSILON);
-        let coupling = AxisCoupling::new(self.moments, self.inverse_moments);
+        let coupling = AxisCoupling::new(constant(self.moments), constant(self.inverse_moments));
         let angle = (self.inverse_moments * momentum).length() * dt.abs();
-        let plan = coupling.plan(angle, 0.01 * rounding);
+        let plan = coupling.plan(angle, series_error());
         let small = |plan| {
             let turn = self.small_turn(coupling, momentum, dt, plan);
             let half = to_world * turn.xyz();
@@ -168,7 +169,7 @@ impl Inertia {
                 principal_to_body: self.principal_to_body,
             };
             let momentum = angular_momentum_world;
-            if let Some(after) = rotor.attitude_after(attitude, momentum, dt, 0.01 * rounding) {
+            if let Some(after) = rotor.attitude_after(attitude, momentum, dt, series_error()) {
                 return (after * attitude.inverse()).normalize();
             }
         }
@@ -180,7 +181,7 @@ impl Inertia {
     /// The rotation over `dt` of a body with this momentum; both in principal axes.
     fn small_turn(
         &self,
-        coupling: AxisCoupling,
+        coupling: AxisCoupling<f64>,
         momentum: DVec3,
         dt: f64,
         plan: SeriesPlan,

@@ -4,7 +4,8 @@
 //! Φ' = ω + ½ Φ×ω + ¹⁄₁₂ Φ×(Φ×ω) − ¹⁄₇₂₀ Φ×(Φ×(Φ×(Φ×ω))) + …, so that its terms follow from those before
 //! (Magnus, Commun. Pure Appl. Math. 7 (1954) 649).
 
-use crate::math::{DQuat, DVec3};
+use crate::math::{DQuat, DVec3, Real, to_f64};
+use crate::number::{Mask, Plain, Vec3, constant, real};
 
 /// The error (rad) of a series of order n is below this × angle ⁿ⁺¹ × coupling, or coupling ⁿ if that is larger, as long as
 /// coupling × angle is below one. Nearly twice the largest error of 800,000 random tops, with moments up to a factor of
@@ -18,82 +19,139 @@ const MOST: f64 = 0.2;
 /// Most series that are put together: seven take about as long as the Taylor series for the same turn.
 const MOST_STEPS: u32 = 8;
 
+/// The error (rad) of a step's rotation that counts as rounding.
+pub(super) fn series_error() -> f64 {
+    0.01 * to_f64(Real::EPSILON)
+}
+
 /// How free rotation about the principal axes couples: w' = coupling · (w.y w.z, w.z w.x, w.x w.y), by components.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct AxisCoupling(DVec3);
+pub(super) struct AxisCoupling<N>(Vec3<N>);
+
+/// The order of a series.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum SeriesOrder {
+    Fourth,
+    Sixth,
+}
 
 /// The number of series that keep an error, and their order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SeriesPlan {
     pub steps: u32,
-    is_long: bool,
+    order: SeriesOrder,
 }
 
-impl AxisCoupling {
+impl<N: Plain> AxisCoupling<N> {
     /// Of principal moments, and their reciprocals.
-    pub(super) fn new(moments: DVec3, inverse_moments: DVec3) -> Self {
-        let [x, y, z] = moments.to_array();
-        AxisCoupling(DVec3::new(y - z, z - x, x - y) * inverse_moments)
+    #[inline(always)]
+    pub(super) fn new(moments: Vec3<N>, inverse_moments: Vec3<N>) -> Self {
+        let Vec3 { x, y, z } = moments;
+        AxisCoupling(Vec3::new(y - z, z - x, x - y).times(inverse_moments))
     }
 
+    #[inline(always)]
+    fn strongest(self) -> N {
+        let Vec3 { x, y, z } = self.0.map(N::abs);
+        x.greater(y).greater(z)
+    }
+
+    #[inline(always)]
+    fn coupled(self, products: Vec3<N>) -> Vec3<N> {
+        self.0.times(products)
+    }
+
+    /// An upper bound of the turn (rad) in a time in which the angular velocity at the start makes `angle`: the angular
+    /// acceleration is at most coupling · |w|² / √3, so that |w| may grow meanwhile. Infinite or NaN without a bound.
+    #[inline(always)]
+    pub(super) fn longest(self, angle: N) -> N {
+        let slack = N::from(1.0) - self.strongest() * angle * (1.0 / 3.0_f64.sqrt());
+        N::select(slack.above(0.0), angle / slack, f64::INFINITY.into())
+    }
+
+    /// Where one series of some order keeps an error (rad) over a turn of at most `longest`.
+    #[inline(always)]
+    pub(super) fn keeps(self, order: SeriesOrder, longest: N, error: f64) -> N::Mask {
+        let (coupling, x) = (self.strongest(), longest);
+        let (c2, x2) = (coupling * coupling, x * x);
+        let (constant, power, omitted) = match order {
+            SeriesOrder::Fourth => (ERROR_OF_FOURTH, c2 * c2, x2 * x2 * x),
+            SeriesOrder::Sixth => (ERROR_OF_SIXTH, c2 * c2 * c2, x2 * x2 * x2 * x),
+        };
+        let omitted = coupling.greater(power) * omitted * constant;
+        x.at_most(MOST) & (coupling * x).at_most(1.0) & omitted.at_most(error)
+    }
+
+    /// The scaled axis, in principal axes, of the rotation in a unit of time from an angular velocity in these axes on:
+    /// by the series of fourth order, but where `is_long` is set, by that of sixth order.
+    #[inline(always)]
+    pub(super) fn scaled_axis(self, angvel: Vec3<N>, is_long: N::Mask) -> Vec3<N> {
+        // `tn` is the term of Φ with the n-th power of time.
+        let w0 = angvel;
+        let w1 = self.coupled(product(w0, w0));
+        let w2 = self.coupled(both(w0, w1)) * HALF.into();
+        let w3 = self.coupled(both(w0, w2) + product(w1, w1)) * THIRD.into();
+        // The terms of Φ×ω are `cn`, those of Φ×(Φ×ω) are `dn`.
+        let c2 = w0.cross(w1) * HALF.into();
+        let [t1, t2] = [w0, w1 * HALF.into()];
+        let t3 = (w2 + c2 * HALF.into()) * THIRD.into();
+        let t4 = (w3 + w0.cross(w2) * THIRD.into()) * 0.25.into();
+        let short = t1 + t2 + t3 + t4;
+        if !is_long.any() {
+            return short;
+        }
+        let w4 = self.coupled(both(w0, w3) + both(w1, w2)) * 0.25.into();
+        let w5 = self.coupled(both(w0, w4) + both(w1, w3) + product(w2, w2)) * FIFTH.into();
+        let d3 = w0.cross(c2);
+        let c3 = w0.cross(w2) * (2.0 * THIRD).into() - d3 * SIXTH.into();
+        let c4 = t1.cross(w3) + t2.cross(w2) + t3.cross(w1) + t4.cross(w0);
+        let d4 = t1.cross(c3) + t2.cross(c2);
+        let t5 = (w4 + c4 * HALF.into() + d4 * TWELFTH.into()) * FIFTH.into();
+        let c5 = t1.cross(w4) + t2.cross(w3) + t3.cross(w2) + t4.cross(w1) + t5.cross(w0);
+        let d5 = t1.cross(c4) + t2.cross(c3) + t3.cross(c2);
+        let f5 = w0.cross(w0.cross(d3));
+        let t6 = w5 + c5 * HALF.into() + d5 * TWELFTH.into() - f5 * (1.0 / 720.0).into();
+        Vec3::select(is_long, short + (t5 + t6 * SIXTH.into()), short)
+    }
+}
+
+impl AxisCoupling<f64> {
     /// The shortest plan for a turn by about `angle` with an error (rad) of at most `error`; `None` if no plan does.
     pub(super) fn plan(self, angle: f64, error: f64) -> Option<SeriesPlan> {
-        let coupling = self.0.abs().max_element();
-        // The angular acceleration is at most coupling · |w|² / √3, so that |w| may grow meanwhile.
-        let slack = 1.0 - coupling * angle / 3.0_f64.sqrt();
-        let fastest = angle / slack;
+        let longest = self.longest(angle);
         // False for NaN, too.
-        let may_do = slack > 0.0 && fastest <= MOST * f64::from(MOST_STEPS);
+        let may_do = longest <= MOST * f64::from(MOST_STEPS);
         if !may_do {
             return None;
         }
-        let omitted = |constant: f64, order: i32, angle: f64| {
-            constant * coupling.max(coupling.powi(order)) * angle.powi(order + 1)
-        };
-        let is_within = |angle: f64| angle <= MOST && coupling * angle <= 1.0;
-        if is_within(fastest) && omitted(ERROR_OF_FOURTH, 4, fastest) <= error {
-            let (steps, is_long) = (1, false);
-            return Some(SeriesPlan { steps, is_long });
+        let order = SeriesOrder::Fourth;
+        if self.keeps(order, longest, error) {
+            return Some(SeriesPlan { steps: 1, order });
         }
+        let order = SeriesOrder::Sixth;
         let does = |steps: &u32| {
-            let each = fastest / f64::from(*steps);
-            is_within(each) && omitted(ERROR_OF_SIXTH, 6, each) * f64::from(*steps) <= error
+            let steps = f64::from(*steps);
+            self.keeps(order, longest / steps, error / steps)
         };
         let steps = (1..=MOST_STEPS).find(does)?;
-        let is_long = true;
-        Some(SeriesPlan { steps, is_long })
+        Some(SeriesPlan { steps, order })
     }
 
     /// The rotation, in principal axes, in a unit of time from an angular velocity in these axes on.
     pub(super) fn turn(self, angvel: DVec3, plan: SeriesPlan) -> DQuat {
-        let product = |a: DVec3, b: DVec3| DVec3::new(a.y * b.z, a.z * b.x, a.x * b.y);
-        let both = |a: DVec3, b: DVec3| product(a, b) + product(b, a);
-        // `tn` is the term of Φ with the n-th power of time.
-        let w0 = angvel;
-        let w1 = self.0 * product(w0, w0);
-        let w2 = self.0 * both(w0, w1) * HALF;
-        let w3 = self.0 * (both(w0, w2) + product(w1, w1)) * THIRD;
-        // The terms of Φ×ω are `cn`, those of Φ×(Φ×ω) are `dn`.
-        let c2 = w0.cross(w1) * HALF;
-        let [t1, t2] = [w0, w1 * HALF];
-        let t3 = (w2 + c2 * HALF) * THIRD;
-        let t4 = (w3 + w0.cross(w2) * THIRD) * 0.25;
-        let mut axis = t1 + t2 + t3 + t4;
-        if plan.is_long {
-            let w4 = self.0 * (both(w0, w3) + both(w1, w2)) * 0.25;
-            let w5 = self.0 * (both(w0, w4) + both(w1, w3) + product(w2, w2)) * FIFTH;
-            let d3 = w0.cross(c2);
-            let c3 = w0.cross(w2) * (2.0 * THIRD) - d3 * SIXTH;
-            let c4 = t1.cross(w3) + t2.cross(w2) + t3.cross(w1) + t4.cross(w0);
-            let d4 = t1.cross(c3) + t2.cross(c2);
-            let t5 = (w4 + c4 * HALF + d4 * TWELFTH) * FIFTH;
-            let c5 = t1.cross(w4) + t2.cross(w3) + t3.cross(w2) + t4.cross(w1) + t5.cross(w0);
-            let d5 = t1.cross(c4) + t2.cross(c3) + t3.cross(c2);
-            let f5 = w0.cross(w0.cross(d3));
-            axis += t5 + (w5 + c5 * HALF + d5 * TWELFTH - f5 * (1.0 / 720.0)) * SIXTH;
-        }
-        small_rotation(axis)
+        let is_long = plan.order == SeriesOrder::Sixth;
+        small_rotation(real(self.scaled_axis(constant(angvel), is_long)))
     }
+}
+
+#[inline(always)]
+fn product<N: Plain>(a: Vec3<N>, b: Vec3<N>) -> Vec3<N> {
+    Vec3::new(a.y * b.z, a.z * b.x, a.x * b.y)
+}
+
+#[inline(always)]
+fn both<N: Plain>(a: Vec3<N>, b: Vec3<N>) -> Vec3<N> {
+    product(a, b) + product(b, a)
 }
 
 // Products take a fraction of the time of quotients.
@@ -121,7 +179,7 @@ mod tests {
 
     /// The error of a plan that is to keep `error`, against a Taylor series to the last digits; `None` without a plan.
     fn error_of(moments: DVec3, angvel: DVec3, error: f64) -> Option<(f64, SeriesPlan)> {
-        let coupling = AxisCoupling::new(moments, moments.recip());
+        let coupling = coupling_of(moments);
         let plan = coupling.plan(angvel.length(), error)?;
         let (mut momentum, mut all) = (moments * angvel, DQuat::IDENTITY);
         for _ in 0..plan.steps {
@@ -136,6 +194,10 @@ mod tests {
         let momentum = moments * angvel;
         let exact = rotor.attitude_after(DQuat::IDENTITY, momentum, 1.0, 1e-18)?;
         Some((2.0 * (exact - all).length(), plan))
+    }
+
+    fn coupling_of(moments: DVec3) -> AxisCoupling<f64> {
+        AxisCoupling::new(constant(moments), constant(moments.recip()))
     }
 
     /// Random numbers from 10 to the power of `-most` to 10 to that of `most`.
@@ -163,7 +225,11 @@ mod tests {
                 plans[9] += 1;
                 continue;
             };
-            plans[if plan.is_long { plan.steps as usize } else { 0 }] += 1;
+            plans[if plan.order == SeriesOrder::Sixth {
+                plan.steps as usize
+            } else {
+                0
+            }] += 1;
             // The Taylor series and the sums have errors of rounding.
             assert!(
                 found <= error + 1e-14,
@@ -176,9 +242,9 @@ mod tests {
     #[test]
     fn errors_are_of_the_fourth_and_the_sixth_order() {
         let (moments, way) = (DVec3::new(0.7, 1.1, 1.5), DVec3::new(0.5, -0.3, 0.8));
-        let error = |is_long: bool, angle: f64| {
-            let plan = SeriesPlan { steps: 1, is_long };
-            let coupling = AxisCoupling::new(moments, moments.recip());
+        let error = |order, angle: f64| {
+            let plan = SeriesPlan { steps: 1, order };
+            let coupling = coupling_of(moments);
             let turn = coupling.turn(way * angle, plan);
             let rotor = Rotor {
                 inverse_moments: moments.recip(),
@@ -188,20 +254,23 @@ mod tests {
             let exact = rotor.attitude_after(DQuat::IDENTITY, momentum, 1.0, 1e-18);
             (exact.expect("an attitude") - turn).length()
         };
-        for (is_long, angle, order) in [(false, 0.05, 5.0), (true, 0.2, 7.0)] {
-            let measured = (error(is_long, angle) / error(is_long, 0.5 * angle)).log2();
-            assert!((measured - order).abs() < 0.1, "{measured} for {order}");
+        let cases = [
+            (SeriesOrder::Fourth, 0.05, 5.0),
+            (SeriesOrder::Sixth, 0.2, 7.0),
+        ];
+        for (order, angle, power) in cases {
+            let measured: f64 = (error(order, angle) / error(order, 0.5 * angle)).log2();
+            assert!((measured - power).abs() < 0.1, "{measured} for {power}");
         }
     }
 
     #[test]
     fn what_turns_too_fast_or_is_not_finite_has_no_plan() {
-        let coupling =
-            AxisCoupling::new(DVec3::new(0.7, 1.1, 1.5), DVec3::new(0.7, 1.1, 1.5).recip());
+        let coupling = coupling_of(DVec3::new(0.7, 1.1, 1.5));
         for angle in [2.0, 1e9, f64::INFINITY, f64::NAN] {
             assert_eq!(coupling.plan(angle, 1e-9), None, "{angle}");
         }
-        let broken = AxisCoupling(DVec3::splat(f64::NAN));
+        let broken = AxisCoupling(constant(DVec3::splat(f64::NAN)));
         assert_eq!(broken.plan(0.01, 1e-9), None);
         let still = coupling.plan(0.0, 1e-18).expect("no turn is a small one");
         assert_eq!(coupling.turn(DVec3::ZERO, still), DQuat::IDENTITY);

@@ -5,7 +5,8 @@ use super::block::{BodyBlock, Kicked, Special};
 use super::pass::{Done, Pass, Rules};
 use crate::eval::in_lane;
 use crate::integrate::{
-    Caps, Completion, FASTEST, Load, Scheme, VelocityUpdate, complete, kicked as plainly_kicked,
+    Caps, Completion, FASTEST, Load, Scheme, SpunUpdate, VelocityUpdate, complete,
+    kicked as plainly_kicked,
 };
 use crate::math::{DVec3, RigidBodyHandle, Vector};
 use crate::number::lanes_of;
@@ -38,6 +39,8 @@ impl Pass<'_> {
             }
             self.visit.set_linvel(handle, linvel);
         }
+        self.spins
+            .compute(self.motions, |update| self.visit.write(update));
         Ok(())
     }
 
@@ -100,7 +103,7 @@ impl Pass<'_> {
                 self.load(special, wrench)?;
                 None
             }
-            None => self.turn(rules, special, wrench),
+            None => self.turn(rules, special, wrench)?,
             Some(_) => complete(body, free, wrench, held, *before, rules.kick.duration),
         };
         if let Some(update) = update {
@@ -144,19 +147,18 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// The first half for a body that precesses.
+    /// The first half for a body that precesses; `None` if there is nothing to write yet.
     fn turn(
         &mut self,
         rules: &Rules,
         Special { body, free, .. }: &Special,
         wrench: Wrench,
-    ) -> Option<VelocityUpdate> {
-        let (dt, iterations) = (self.half.dt, self.iterations);
+    ) -> Result<Option<VelocityUpdate>, RigidBodyHandle> {
         let duration = rules.kick.duration;
         let is_felt = wrench != Wrench::ZERO;
         let turns = self.compiled.torque_possible && body.angvel != Vector::ZERO;
         if !is_felt && !turns {
-            return None;
+            return Ok(None);
         }
         let is_alone = !is_felt || self.half.scheme == Scheme::Kick || free.is_none();
         let (update, twist) = if is_alone {
@@ -164,15 +166,26 @@ impl Pass<'_> {
         } else {
             free.along(body, wrench, duration)
         };
-        let motions = &mut self.motions;
-        let update = motions.turned(body, update, twist, dt, iterations, false);
+        let spins = self.spins.includes(body, &update);
         if is_alone {
-            return (is_felt || update.spins).then_some(update);
+            if spins {
+                self.check_speed(rules, &update)?;
+                self.spins
+                    .add(self.motions, body, twist, SpunUpdate::Apart(update));
+                return Ok(None);
+            }
+            return Ok(is_felt.then_some(update));
         }
         let linvel = free.given(update.linvel);
         let given = VelocityUpdate { linvel, ..update };
-        motions.complete_by(body.handle, Completion::Free);
-        motions.updates.push(given);
-        Some(given)
+        self.motions.complete_by(body.handle, Completion::Free);
+        self.motions.updates.push(given);
+        if spins {
+            self.check_speed(rules, &given)?;
+            self.spins
+                .add(self.motions, body, twist, SpunUpdate::Last(given));
+            return Ok(None);
+        }
+        Ok(Some(given))
     }
 }

@@ -5,7 +5,8 @@ use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{CentreEvaluator, TOGETHER};
 use crate::integrate::{
-    Before, Completion, Evaluation, FASTEST, FreeMotion, Motions, Scheme, StepWarning, stiff_from,
+    Before, Completion, Evaluation, FASTEST, FreeMotion, Motions, Scheme, SpinRules, Spins,
+    StepWarning, stiff_from,
 };
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64};
 use crate::number::{each_lane, lanes_of};
@@ -66,6 +67,7 @@ pub(super) struct Pass<'a> {
     pub parameters: &'a IntegrationParameters,
     /// Solver iterations of Rapier's step.
     pub iterations: u32,
+    pub spins: &'a mut Spins,
     pub evaluator: &'a mut CentreEvaluator,
     pub shown: &'a mut Evaluation,
     pub motions: &'a mut Motions,
@@ -126,6 +128,11 @@ impl Pass<'_> {
 
     fn kick_all(&mut self, block: &mut BodyBlock) -> Done {
         let mut rules = self.rules();
+        self.spins.begin(SpinRules {
+            dt: self.half.dt,
+            iterations: self.iterations,
+            balls_too: false,
+        });
         loop {
             self.read(&mut rules, block)?;
             if block.seen.count == 0 {
