@@ -104,14 +104,14 @@ impl Solid {
     /// A surface by its number, in the frame of the solid.
     #[inline(always)]
     fn surface<P: Plain>(&self, number: usize, p: Vec3<P>) -> Option<Surface<P>> {
-        let axes = DVec3::AXES.map(constant::<P>);
+        let y = constant::<P>(DVec3::Y);
         let around_y = Vec3::new(p.x, P::from(0.0), p.z);
         let (distance, outward) = match (self, number) {
             (Solid::Ball { radius }, 0) => (length(p) - to_f64(*radius), p),
             (Solid::Cuboid { half_extents }, axis) => slab(p, axis, to_dvec3(*half_extents)[axis]),
             (Solid::Cylinder { half_height, .. }, 0) => slab(p, 1, to_f64(*half_height)),
             (Solid::Cylinder { radius, .. }, 1) => (length(around_y) - to_f64(*radius), around_y),
-            (Solid::Cone { half_height, .. }, 0) => (-p.y - to_f64(*half_height), -axes[1]),
+            (Solid::Cone { half_height, .. }, 0) => (-p.y - to_f64(*half_height), -y),
             (
                 Solid::Cone {
                     half_height,
@@ -121,7 +121,7 @@ impl Solid {
             ) => {
                 let (h, r) = (to_f64(*half_height), to_f64(*radius));
                 // The mantle: radius r at the base, 0 at the apex.
-                let side = direction(around_y) * P::from(2.0 * h) + axes[1] * P::from(r);
+                let side = direction(around_y) * P::from(2.0 * h) + y * P::from(r);
                 let distance = length(around_y) * (2.0 * h) - (-p.y + h) * r;
                 (distance / (2.0 * h).hypot(r), side)
             }
@@ -141,8 +141,12 @@ impl Solid {
                 let outward = constant(to_dvec3(*outward));
                 (p.dot(outward), outward)
             }
-            (Solid::Slab { axis, min, .. }, 0) => (-p[*axis] + to_f64(*min), -axes[*axis]),
-            (Solid::Slab { axis, max, .. }, 1) => (p[*axis] - to_f64(*max), axes[*axis]),
+            (Solid::Slab { axis, min, .. }, 0) => {
+                (-p[*axis] + to_f64(*min), constant(-DVec3::AXES[*axis]))
+            }
+            (Solid::Slab { axis, max, .. }, 1) => {
+                (p[*axis] - to_f64(*max), constant(DVec3::AXES[*axis]))
+            }
             _ => return None,
         };
         Some(Surface::seen(distance, outward))
