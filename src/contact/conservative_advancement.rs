@@ -110,9 +110,10 @@ pub(super) fn first_touch_of_distance(
             let closing = last.is_some() || gap(soon).is_none_or(|g| g < seen);
             if closing {
                 return Some(if seen < 0.0 {
-                    bisect([before, time], BISECTIONS, |t| {
-                        gap(t).is_none_or(|g| g > 0.0)
-                    })
+                    // Until the way is far below the tolerance; zero for parts that overlap from the beginning.
+                    let halvings = (32.0 * speed * (time - before) / tolerance).log2().ceil();
+                    let halvings = halvings.clamp(0.0, f64::from(BISECTIONS)) as u32;
+                    bisect([before, time], halvings, |t| gap(t).is_none_or(|g| g > 0.0))
                 } else {
                     time
                 });
