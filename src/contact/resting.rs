@@ -14,13 +14,9 @@ use crate::field::Fingerprint;
 use crate::math::{ColliderHandle, Pose, Real, Rotation};
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
 
-/// Parts whose points have shifted against each other by less than this share of their size have hardly moved: points on
+/// Parts that have moved relative to each other by less than this share of their size have hardly moved: points on
 /// curved surfaces are then off by half its square.
 const HARDLY: Real = 0.02;
-
-/// The same for the angle (rad) by which they have turned: the degree up to which Parry keeps a manifold, and a little
-/// more within the step.
-const TILTED: Real = 0.03;
 
 /// The pairs that Rapier's solver held in its last step.
 #[derive(Clone, Copy)]
@@ -66,10 +62,8 @@ impl<'a> HeldPairs<'a> {
                 let [on_one, on_two] = point.local_points;
                 let lay = on_one + point.local_normal * tracked.dist;
                 let shift = (relative.transform_point(on_two) - lay).length();
-                // Points that are far apart shift by a tilt alone.
-                let allowed = HARDLY * size + TILTED * tracked.dist.max(0.0);
-                let has_hardly_moved = shift <= allowed && tilt <= TILTED;
-                if !has_hardly_moved {
+                let moved = shift + tilt * size;
+                if moved.is_nan() || moved > HARDLY * size {
                     return false;
                 }
                 near.push(point);
