@@ -117,21 +117,6 @@ impl<'a> Constraints<'a> {
         }
     }
 
-    /// The pairs of dynamic bodies that Rapier's narrow phase had near each other in its last step. `None` stands for
-    /// anything else that a body is near, and for joints.
-    pub(crate) fn neighbours(&self) -> impl Iterator<Item = [Option<RigidBodyHandle>; 2]> {
-        let dynamic =
-            |body: &RigidBodyHandle| self.bodies.get(*body).is_some_and(RigidBody::is_dynamic);
-        let near = self.pairs.contact_pairs().map(move |pair| {
-            [pair.collider1, pair.collider2].map(|it| self.parent(it).filter(dynamic))
-        });
-        let joints = self.joints.iter().filter(|it| it.1.data.is_enabled());
-        let jointed = joints.flat_map(|(_, joint)| [joint.body1(), joint.body2()]);
-        let links = self.articulations.multibodies();
-        let links = links.flat_map(|it| it.links().map(|link| link.rigid_body_handle()));
-        near.chain(jointed.chain(links).map(|body| [Some(body), None]))
-    }
-
     /// Collects those of `bodies` that contacts pushed in Rapier's last step: cheaper than all contacts where most
     /// bodies sleep.
     pub(crate) fn find_pushed_of(

@@ -148,9 +148,6 @@ impl Claims {
     /// The resting threshold of a body under any law of this world: a contact with it that approaches more slowly is no
     /// impact, whatever accelerates the other body.
     pub(super) fn slow(&self, starts: &Starts, body: RigidBodyHandle) -> Real {
-        if starts.is_alone_with_one(body) {
-            return 0.0;
-        }
         let restitution = if self.lossless { 1.0 } else { 0.0 };
         starts.slow(ContactLaw::restitution(restitution), [Some(body), None])
     }

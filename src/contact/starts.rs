@@ -46,35 +46,7 @@ pub(super) struct FreeTurn {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Starts {
     list: Vec<Option<BodyStart>>,
-    /// By the index of a dynamic body.
-    neighbours: Vec<Neighbours>,
     setting: StepSetting,
-}
-
-/// The other dynamic bodies near a body when the step began.
-#[derive(Clone, Copy, Debug, Default)]
-enum Neighbours {
-    #[default]
-    None,
-    One(RigidBodyHandle),
-    /// More, or anything that is not dynamic, or a joint.
-    Several,
-}
-
-impl Neighbours {
-    /// Adds a dynamic body, or something else.
-    fn add(&mut self, other: Option<RigidBodyHandle>) {
-        *self = match (*self, other) {
-            (Neighbours::None, Some(other)) => Neighbours::One(other),
-            (Neighbours::One(known), Some(other)) if known == other => *self,
-            _ => Neighbours::Several,
-        };
-    }
-
-    /// Returns true if this is the only one.
-    fn are(self, other: RigidBodyHandle) -> bool {
-        matches!(self, Neighbours::One(known) if known == other)
-    }
 }
 
 /// The parameters of Rapier's step.
@@ -261,42 +233,6 @@ impl Starts {
         }
     }
 
-    /// Records which bodies are near each other, as pairs of dynamic bodies; `None` stands for anything else.
-    pub(crate) fn note_neighbours(
-        &mut self,
-        pairs: impl Iterator<Item = [Option<RigidBodyHandle>; 2]>,
-    ) {
-        self.neighbours.clear();
-        for [one, other] in pairs {
-            for (body, neighbour) in [(one, other), (other, one)] {
-                if let Some(body) = body {
-                    let index = body.into_raw_parts().0 as usize;
-                    let count = self.neighbours.len().max(index + 1);
-                    self.neighbours.resize(count, Neighbours::None);
-                    self.neighbours[index].add(neighbour);
-                }
-            }
-        }
-    }
-
-    fn neighbours(&self, body: RigidBodyHandle) -> Neighbours {
-        let known = self.neighbours.get(body.into_raw_parts().0 as usize);
-        known.copied().unwrap_or_default()
-    }
-
-    /// Returns true if two bodies are near each other, and nothing else is near them.
-    fn are_alone(&self, [one, two]: [RigidBodyHandle; 2]) -> bool {
-        self.neighbours(one).are(two) && self.neighbours(two).are(one)
-    }
-
-    /// Returns true if a body is near another one, and nothing else is near the two.
-    pub(super) fn is_alone_with_one(&self, body: RigidBodyHandle) -> bool {
-        match self.neighbours(body) {
-            Neighbours::One(other) => self.are_alone([body, other]),
-            _ => false,
-        }
-    }
-
     /// Records the bodies after the first kicks. `share` says which part of its kicks a body got. `momenta` are, for
     /// each body that this crate rotates, its angular momentum and the part of it that fields gave.
     pub(crate) fn after(
@@ -386,21 +322,10 @@ impl Starts {
         known.map_or(Vector::ZERO, |start| start.behind)
     }
 
-    /// A body's acceleration in this step; zero if it is not known.
-    fn acceleration(&self, handle: RigidBodyHandle) -> Vector {
-        let known = self.known(handle);
-        known.map_or(Vector::ZERO, BodyStart::acceleration)
-    }
-
-    /// The acceleration that may press two bodies together: of two with nothing else near them, the difference of theirs,
-    /// as bodies that fall alike do not press each other; else the larger, because another body may hold one of them.
-    fn pressing(&self, bodies: [Option<RigidBodyHandle>; 2]) -> Real {
-        let accelerations = bodies.map(|it| it.map_or(Vector::ZERO, |it| self.acceleration(it)));
-        let [one, two] = accelerations;
-        match bodies {
-            [Some(first), Some(second)] if self.are_alone([first, second]) => (one - two).length(),
-            _ => one.length().max(two.length()),
-        }
+    /// The magnitude of a body's acceleration in this step; zero if it is not known.
+    fn pressed(&self, handle: Option<RigidBodyHandle>) -> Real {
+        let known = handle.and_then(|handle| self.known(handle));
+        known.map_or(0.0, |start| start.acceleration().length())
     }
 
     /// The resting threshold: contacts that approach or separate more slowly last, and Rapier holds them. They would
@@ -408,7 +333,8 @@ impl Starts {
     /// is the speed that one step's acceleration makes, or energy would be lost. Zero, so that no contact lasts, if
     /// nothing accelerates the two bodies or if a spring holds them.
     pub(super) fn slow(&self, law: ContactLaw, bodies: [Option<RigidBodyHandle>; 2]) -> Real {
-        let pressed = self.pressing(bodies);
+        let pressed = bodies.map(|body| self.pressed(body));
+        let pressed = pressed[0].max(pressed[1]);
         let within_step = pressed * self.setting.dt;
         match law {
             ContactLaw::Observe | ContactLaw::Penalty { .. } => 0.0,

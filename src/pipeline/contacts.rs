@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::scene::moment;
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
-use crate::bridge::{self, Constraints, WorldMut, WorldRef};
+use crate::bridge::{self, WorldMut, WorldRef};
 use crate::contact::{
     Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, Pairs, ResponderRules,
     SweptStep, Verdicts, is_dominated, report,
@@ -21,7 +21,6 @@ impl FieldPipeline {
         if !self.scene.compiled.detectors.is_empty() {
             let starts = Arc::make_mut(&mut self.detector.starts);
             starts.before(&world.view(), world.gravity, world.integration_parameters);
-            starts.note_neighbours(Constraints::new(world).neighbours());
         }
     }
 

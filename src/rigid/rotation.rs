@@ -18,7 +18,7 @@
 use super::small_turn::{AxisCoupling, SeriesPlan, series_error};
 use super::taylor_rotation::Rotor;
 use crate::math::{DQuat, DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to_f64};
-use crate::number::constant;
+use crate::number::{Plain, constant};
 use crate::rapier::dynamics::{MassProperties, RigidBody};
 
 #[cfg(test)]
@@ -323,8 +323,14 @@ fn small_tangent(tangent: f64, parts: f64) -> f64 {
     let x = tangent * tangent;
     let arc = [-1.0 / 11.0, 1.0 / 9.0, -1.0 / 7.0, 0.2, -1.0 / 3.0, 1.0];
     let angle = tangent * arc.iter().fold(0.0, |sum, term| sum * x + term) / parts;
-    let y = angle * angle;
-    let terms = [
+    angle * tangent_ratio(angle * angle)
+}
+
+/// tan(y)/y to rounding, given y² of at most 0.01.
+#[inline(always)]
+pub(super) fn tangent_ratio<N: Plain>(y2: N) -> N {
+    const TERMS: [f64; 7] = [
+        21844.0 / 6_081_075.0,
         1382.0 / 155_925.0,
         62.0 / 2835.0,
         17.0 / 315.0,
@@ -332,7 +338,9 @@ fn small_tangent(tangent: f64, parts: f64) -> f64 {
         1.0 / 3.0,
         1.0,
     ];
-    angle * terms.iter().fold(0.0, |sum, term| sum * y + term)
+    let [highest, rest @ ..] = TERMS;
+    rest.iter()
+        .fold(highest.into(), |sum: N, term| sum * y2 + *term)
 }
 
 /// `rotation` in 64-bit precision, normalised again, since Rapier's has unit length only up to its rounding.

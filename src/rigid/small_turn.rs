@@ -225,10 +225,9 @@ mod tests {
                 plans[9] += 1;
                 continue;
             };
-            plans[if plan.order == SeriesOrder::Sixth {
-                plan.steps as usize
-            } else {
-                0
+            plans[match plan.order {
+                SeriesOrder::Fourth => 0,
+                SeriesOrder::Sixth => plan.steps as usize,
             }] += 1;
             // The Taylor series and the sums have errors of rounding.
             assert!(

@@ -5,10 +5,12 @@
 //! each substep turns by 2y = |Φ| / substeps.
 
 use super::body::Body;
-use super::rotation::{Inertia, steady_angvel, to_dquat};
+use super::rotation::{Inertia, steady_angvel, tangent_ratio, to_dquat};
 use super::small_turn::{AxisCoupling, SeriesOrder, series_error};
 use crate::math::{DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to_f64};
-use crate::number::{LANES, LaneMask, Lanes, Number, Quat, Vec3, each_lane, in_registers, length};
+use crate::number::{
+    LANES, LaneMask, Lanes, Mask, Number, Quat, Vec3, each_lane, in_registers, length,
+};
 
 /// A body that turns freely from the beginning of a step on.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +73,6 @@ impl FreeTop {
     }
 
     /// The angular velocity by which Rapier carries out a rotation of any size.
-    #[cold]
     fn steady_angvel(&self, momentum: DVec3, dt: Real) -> Vector {
         let Some(inertia) = Inertia::of_moments(self.inverse_moments, self.frame) else {
             return self.angvel;
@@ -102,6 +103,14 @@ impl LaneSpins {
         let (longest, error) = (coupling.longest(length(turn)), series_error());
         let is_short = coupling.keeps(SeriesOrder::Fourth, longest, error);
         let is_small = is_short | coupling.keeps(SeriesOrder::Sixth, longest, error);
+        if !is_small.any() {
+            let angvel = Vec3::zero();
+            return LaneSpins {
+                momentum,
+                angvel,
+                is_small,
+            };
+        }
         let axis = coupling.scaled_axis(turn, is_small & !is_short);
         let substeps = Lanes::from_fn(|lane| f64::from(tops[lane].substeps));
         let half = Lanes::from(0.5) / substeps;
@@ -132,23 +141,6 @@ fn quaternions(tops: &[&FreeTop; LANES], of: impl Fn(&FreeTop) -> Rotation) -> Q
         xyz: vectors(tops, |it| to_dvec3(axis(it))),
         w,
     }
-}
-
-/// tan(y)/y, given y² ≤ 0.01, to rounding.
-#[inline(always)]
-fn tangent_ratio(y2: Lanes) -> Lanes {
-    const TERMS: [f64; 7] = [
-        21844.0 / 6_081_075.0,
-        1382.0 / 155_925.0,
-        62.0 / 2835.0,
-        17.0 / 315.0,
-        2.0 / 15.0,
-        1.0 / 3.0,
-        1.0,
-    ];
-    TERMS
-        .iter()
-        .fold(0.0.into(), |sum: Lanes, term| sum * y2 + *term)
 }
 
 #[cfg(test)]

@@ -42,8 +42,10 @@ fn an_uneven_mesh_holds_what_falls_on_it() {
 
 /// Of a hundred drops each up to ten cones, eight hulls and a box more than with Rapier alone fell through
 /// meshes and height fields. A corner that fell fast beside one that rested took both off Rapier's solver, and
-/// where it did not touch in that step neither was held. Some cones fall through with Rapier alone, half a
-/// percent of them: so much more as chance makes, twice over, is allowed in the sum over all grounds.
+/// where it did not touch in that step neither was held.
+///
+/// Of cones, some fall through with Rapier alone, 16 of 4,800 in `f64`, and with discrete detection 26. So for these, chance is
+/// allowed for in the sum over all grounds: twice the square root of Rapier's number and one. Nothing else may be lost.
 #[test]
 fn no_more_are_lost_than_with_rapier_alone() {
     let grounds = [
@@ -70,8 +72,15 @@ fn no_more_are_lost_than_with_rapier_alone() {
                 // Of a field on the ground, or on both, the first few.
                 let count = if *side == Side::Body { drops.count } else { 4 };
                 let drops = Drops { count, ..drops };
-                *of_fields += drops.run(Answer::Fields(*detection, *side)).lost.len();
-                *of_rapier += alone.iter().filter(|number| **number < count).count();
+                let lost = drops.run(Answer::Fields(*detection, *side)).lost;
+                let alone = alone.iter().filter(|number| **number < count).count();
+                let by_chance = shape == Dropped::Cone && *detection == Detection::Discrete;
+                assert!(
+                    by_chance || lost.len() <= alone,
+                    "{drops:?}, {detection:?}, {side:?}: {lost:?}"
+                );
+                *of_fields += lost.len();
+                *of_rapier += alone;
             }
         }
         for ((detection, side), of_fields, of_rapier) in sums {

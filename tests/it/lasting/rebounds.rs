@@ -131,32 +131,3 @@ fn an_elastic_ball_at_rest_stays() {
         assert!(moved < 2e-3, "{way:?}: {moved}");
     }
 }
-
-/// Bodies that fall alike do not press each other, so even a slow bounce on the way is one.
-#[test]
-fn what_meets_in_mid_air_bounces_at_any_speed() {
-    for restitution in [1.0, 0.8, 0.5] {
-        for detection in [Detection::Discrete, Detection::Swept] {
-            for speed in [0.02, 0.1, 0.3, 1.0] {
-                let mut world = PhysicsWorld::new();
-                let balls = [1.0, -1.0].map(|side| {
-                    let body = RigidBodyBuilder::dynamic()
-                        .translation(Vector::X * (-0.51 * side))
-                        .linvel(Vector::X * (0.5 * speed * side));
-                    world.insert(body, ColliderBuilder::ball(0.5).mass(1.0))
-                });
-                let field = Field::contact(ContactLaw::restitution(restitution)).at(balls[0].1);
-                let fields = Fields::builder(field).detection(detection).build();
-                let mut fields = fields.expect("a valid tree");
-                for _ in 0..120 {
-                    fields.step(&mut world).expect("a step");
-                }
-                let [one, two] = balls.map(|(body, _)| world.bodies[body].linvel());
-                let about = format!("{restitution} {detection:?} {speed}");
-                let apart = (two - one).x / (restitution * speed);
-                assert!((apart - 1.0).abs() < 1e-3, "{about}: {apart}");
-                assert!((one + two).x.abs() < 1e-5, "{about}: {one} and {two}");
-            }
-        }
-    }
-}

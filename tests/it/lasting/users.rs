@@ -124,6 +124,38 @@ fn what_stands_on_a_moving_platform_stays_there() {
     }
 }
 
+/// A crate on a bed that a controller holds in the air by its velocity, as drones and vehicles with rays for wheels do: no
+/// contact or joint shows that the bed does not fall with the crate.
+#[test]
+fn what_rides_on_a_body_that_a_controller_holds_lies_still() {
+    for restitution in [0.3, 0.8] {
+        let stuff = Stuff {
+            restitution,
+            friction: 0.5,
+        };
+        for way in FIELDS {
+            let mut scene = Scene::new(stuff, 60);
+            let bed = ColliderBuilder::cuboid(1.5, 0.25, 1.5);
+            scene.add(RigidBodyBuilder::dynamic(), bed);
+            let load = RigidBodyBuilder::dynamic().translation(Vector::Y * 1.0);
+            scene.add(load, ColliderBuilder::cuboid(0.3, 0.3, 0.3));
+            let mut fields = scene.fields(way, None);
+            let mut farthest = 0.0_f64;
+            for step in 0..600 {
+                let bed = &mut scene.world.bodies[scene.bodies[0]];
+                bed.set_linvel(Vector::ZERO, true);
+                bed.set_angvel(Vector::ZERO, true);
+                fields.step(&mut scene.world).expect("a step");
+                let [bed, load] = [0, 1].map(|which| scene.places()[which].y);
+                let gap = to_f64(load - bed) - 0.55;
+                farthest = farthest.max(if step < 400 { 0.0 } else { gap.abs() });
+            }
+            // Rapier alone lets it hover by 3e-5.
+            assert_at_most(farthest, 2e-4, format_args!("{restitution}, {way:?}"));
+        }
+    }
+}
+
 /// A bullet that Rapier's continuous detection stops at the wall: lifted off its solver, it must
 /// not go on through it.
 #[test]
