@@ -140,7 +140,7 @@ fn what_rides_on_a_body_that_a_controller_holds_lies_still() {
             let load = RigidBodyBuilder::dynamic().translation(Vector::Y * 1.0);
             scene.add(load, ColliderBuilder::cuboid(0.3, 0.3, 0.3));
             let mut fields = scene.fields(way, None);
-            let mut farthest = 0.0_f64;
+            let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY];
             for step in 0..600 {
                 let bed = &mut scene.world.bodies[scene.bodies[0]];
                 bed.set_linvel(Vector::ZERO, true);
@@ -148,10 +148,14 @@ fn what_rides_on_a_body_that_a_controller_holds_lies_still() {
                 fields.step(&mut scene.world).expect("a step");
                 let [bed, load] = [0, 1].map(|which| scene.places()[which].y);
                 let gap = to_f64(load - bed) - 0.55;
-                farthest = farthest.max(if step < 400 { 0.0 } else { gap.abs() });
+                if step >= 400 {
+                    [least, most] = [least.min(gap), most.max(gap)];
+                }
             }
-            // Rapier alone lets it hover by 3e-5.
-            assert_at_most(farthest, 2e-4, format_args!("{restitution}, {way:?}"));
+            // Rapier lets bodies that rest overlap by as much as 1e-3, and alone lets this one sink by 2e-4 in `f32`; what
+            // jitters moves by 5e-4 and more.
+            assert!(-1e-3 < least && most < 1e-3, "{restitution}, {way:?}");
+            assert_at_most(most - least, 3e-4, format_args!("{restitution}, {way:?}"));
         }
     }
 }
