@@ -5,7 +5,7 @@ use super::closed_mesh::{MeshFault, oriented};
 use super::error::{BuildError, require};
 use super::ground::Ground;
 use super::surface::{Face, Surface};
-use crate::math::{DVec3, Pose, Real, SharedShape, from_dvec3, to_dvec3};
+use crate::math::{DVec3, Pose, Real, SharedShape, Vector, from_dvec3, to_dvec3};
 use crate::number::{Plain, Vec3, constant, real};
 
 /// A shape of Parry's together with its inside; see [`Region::shape`](crate::Region::shape).
@@ -189,11 +189,48 @@ fn flat(shape: &SharedShape) -> Option<&'static str> {
 /// The surface of a shape whose inside Parry knows.
 fn nearest_surface(shape: &SharedShape, point: DVec3) -> Surface {
     let local_point = from_dvec3(point);
-    let projection = shape.project_local_point(local_point, false);
-    let outward = point - to_dvec3(projection.point);
+    let mut projection = shape.project_local_point(local_point, false);
     // These project onto their nearest part, which need not contain the point.
     let in_parts = shape.as_compound().is_some() || shape.as_voxels().is_some();
-    let is_inside = projection.is_inside || in_parts && shape.contains_local_point(local_point);
+    let mut is_inside = projection.is_inside;
+    if !is_inside && in_parts {
+        is_inside = shape.contains_local_point(local_point);
+    }
+    if !projection.point.is_finite() || is_inside != projection.is_inside {
+        // At the very centre of a ball Parry finds no nearest point, and in a compound it finds that of another part.
+        let reach = shape.compute_local_bounding_sphere().radius;
+        let beside = local_point + Vector::X * (reach * NEXT);
+        let near = shape.project_local_point(beside, false);
+        if near.is_inside {
+            projection = near;
+        }
+    }
+    let outward = point - to_dvec3(projection.point);
     let sign = if is_inside { -1.0 } else { 1.0 };
     Surface::new(sign * outward.length(), sign * outward)
+}
+
+/// The way beside the centre of a ball at which Parry projects again, as a share of the shape's size.
+const NEXT: Real = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_centre_of_a_ball_is_inside() {
+        let ball = SharedShape::ball(2.0);
+        let beside = Pose::from_translation(Vector::Y * 3.0);
+        let far = Pose::from_translation(Vector::Y * -9.0);
+        let parts = vec![(beside, ball.clone()), (far, ball.clone())];
+        let compound = SharedShape::compound(parts);
+        for (shape, centre) in [(ball, DVec3::ZERO), (compound, DVec3::Y * 3.0)] {
+            let solid = SolidShape::from(AnyShape(shape));
+            for off in [DVec3::ZERO, DVec3::Z * 1e-30, DVec3::X * 0.5] {
+                let distance = solid.outermost(centre + off).distance;
+                let expected = off.length() - 2.0;
+                assert!((distance - expected).abs() < 1e-5, "{off}: {distance}");
+            }
+        }
+    }
 }
