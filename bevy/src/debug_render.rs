@@ -1,0 +1,77 @@
+//! Fields drawn as gizmos.
+
+use bevy::gizmos::gizmos::Gizmos;
+use bevy::prelude::*;
+use bevy_rapier3d::prelude::{PhysicsSet, RapierContextColliders, RapierRigidBodySet};
+use rapier3d_fields::rapier::prelude::{DebugColor, DebugRenderBackend, DebugRenderObject, Vector};
+use rapier3d_fields::{FieldDebugRenderPipeline, WorldRef};
+
+use crate::context::RapierContextFields;
+
+/// Draws the fields of all contexts as gizmos: regions, arrows, stream lines, wrenches on bodies, contacts. Add Bevy's
+/// plugins of gizmos, too; those that render them are part of `DefaultPlugins`.
+#[derive(Default)]
+pub struct RapierFieldsDebugRenderPlugin;
+
+/// What is drawn of fields, and how.
+#[derive(Resource)]
+pub struct FieldsDebugRender {
+    /// True to draw.
+    pub enabled: bool,
+    /// The mode, which says what is drawn, and the style.
+    pub pipeline: FieldDebugRenderPipeline,
+    /// True once a picture was cut short.
+    warned: bool,
+}
+
+impl Default for FieldsDebugRender {
+    fn default() -> Self {
+        FieldsDebugRender {
+            enabled: true,
+            pipeline: FieldDebugRenderPipeline::default(),
+            warned: false,
+        }
+    }
+}
+
+impl Plugin for RapierFieldsDebugRenderPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<FieldsDebugRender>();
+        app.add_systems(PostUpdate, draw.after(PhysicsSet::Writeback));
+    }
+}
+
+struct Lines<'a, 'w, 's>(&'a mut Gizmos<'w, 's>);
+
+impl DebugRenderBackend for Lines<'_, '_, '_> {
+    fn draw_line(&mut self, _: DebugRenderObject, a: Vector, b: Vector, color: DebugColor) {
+        let [hue, saturation, lightness, alpha] = color;
+        self.0
+            .line(a, b, Color::hsla(hue, saturation, lightness, alpha));
+    }
+}
+
+fn draw(
+    contexts: Query<(
+        &RapierContextFields,
+        &RapierRigidBodySet,
+        &RapierContextColliders,
+    )>,
+    mut settings: ResMut<FieldsDebugRender>,
+    mut gizmos: Gizmos,
+) {
+    if !settings.enabled {
+        return;
+    }
+    for (fields, bodies, colliders) in &contexts {
+        let world = WorldRef::new(&bodies.bodies, &colliders.colliders);
+        let mut lines = Lines(&mut gizmos);
+        let outcome = settings.pipeline.render(&mut lines, fields.fields(), world);
+        if outcome.limit_reached && !std::mem::replace(&mut settings.warned, true) {
+            log::warn!(
+                "fields are drawn only in part: `style.max_lines` is {}",
+                outcome.lines
+            );
+        }
+    }
+}

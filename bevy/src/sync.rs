@@ -1,0 +1,158 @@
+//! Brings the fields of contexts in line with the components of entities, before Rapier's steps.
+
+use bevy::ecs::entity::EntityHashMap;
+use bevy::prelude::*;
+use bevy_rapier3d::prelude::{RapierColliderHandle, RapierContextColliders, RapierRigidBodyHandle};
+use rapier3d_fields::{ColliderProperties, Sampling};
+
+use crate::carrier::{Carrier, Carriers};
+use crate::components::{FieldProperties, FieldSampling, WithinCollider};
+use crate::context::RapierContextFields;
+use crate::force_field::ForceField;
+use crate::place::Spot;
+use crate::settings::RapierFieldsSettings;
+
+/// Takes changed settings over to all contexts, and all settings to new contexts.
+pub(crate) fn sync_settings(
+    settings: Res<RapierFieldsSettings>,
+    mut contexts: Query<(Entity, &mut RapierContextFields)>,
+) {
+    for (entity, mut context) in &mut contexts {
+        if !settings.is_changed() && !context.is_added() {
+            continue;
+        }
+        context.settings = settings.fields.clone();
+        context.listen(settings.zone_events, settings.contact_events);
+        for (name, value) in &settings.axes {
+            let set = &mut context.set;
+            if set.set_axis(name, *value).is_err()
+                && let Err(error) = set.declare_axis(name, *value)
+            {
+                log::error!("an axis of context {entity} is refused: {error}");
+            }
+        }
+    }
+}
+
+type FieldEntity = (
+    Entity,
+    Ref<'static, ForceField>,
+    Option<&'static RapierColliderHandle>,
+    Has<WithinCollider>,
+);
+
+/// Adds, moves, changes and removes the fields of entities.
+pub(crate) fn sync_force_fields(
+    entities: Query<FieldEntity>,
+    carriers: Carriers,
+    mut contexts: Query<(Entity, &mut RapierContextFields, &RapierContextColliders)>,
+) {
+    let found = entities.iter().map(|it| (it.0, carriers.of(it.0)));
+    let found: Vec<(Entity, Carrier)> = found.collect();
+    let homes = found.iter().map(|it| (it.0, it.1.context));
+    let homes: EntityHashMap<Option<Entity>> = homes.collect();
+    for (at, mut context, colliders) in &mut contexts {
+        if found.is_empty() && context.placed.is_empty() {
+            continue;
+        }
+        let context = &mut *context;
+        context.keep(|entity| homes.get(&entity) == Some(&Some(at)));
+        for (entity, carrier) in found.iter().filter(|it| it.1.context == Some(at)) {
+            let Ok((_, field, collider, is_within)) = entities.get(*entity) else {
+                continue;
+            };
+            let zone = if is_within {
+                let shape = collider.and_then(|it| colliders.colliders.get(it.0));
+                let Some(shape) = shape else {
+                    if field.is_changed() {
+                        log::warn!(
+                            "entity {entity} has no collider yet: within it there is no field"
+                        );
+                    }
+                    context.keep(|other| other != *entity);
+                    continue;
+                };
+                Some(shape.shared_shape())
+            } else {
+                None
+            };
+            let spot = Spot {
+                anchor: carrier.anchor,
+                zone: zone.cloned(),
+            };
+            if let Err(error) = context.place(*entity, &field, spot) {
+                log::error!("the fields of entity {entity} are refused: {error}");
+            }
+        }
+    }
+}
+
+/// Hands the properties of colliders to their contexts.
+pub(crate) fn sync_properties(
+    entities: Query<(Entity, Ref<FieldProperties>, &RapierColliderHandle)>,
+    carriers: Carriers,
+    mut contexts: Query<(Entity, &mut RapierContextFields, &RapierContextColliders)>,
+) {
+    for (at, mut context, colliders) in &mut contexts {
+        if entities.is_empty() && context.properties.is_empty() {
+            continue;
+        }
+        let context = &mut *context;
+        let set = &mut context.fields.set;
+        context.properties.retain(|entity, handle| {
+            let stays = entities.get(*entity).is_ok_and(|it| it.2.0 == *handle);
+            let stays = stays && carriers.context_of(*entity) == Some(at);
+            if !stays {
+                let nothing = ColliderProperties::new();
+                set.set_properties(*handle, nothing)
+                    .expect("no properties are valid");
+            }
+            stays
+        });
+        for (entity, properties, handle) in &entities {
+            let known = context.properties.get(&entity) == Some(&handle.0);
+            if known && !properties.is_changed() || carriers.context_of(entity) != Some(at) {
+                continue;
+            }
+            let (handle, colliders) = (handle.0, &colliders.colliders);
+            let result = context
+                .fields
+                .set_properties(handle, properties.0.clone(), colliders);
+            if let Err(error) = result {
+                log::error!("the properties of entity {entity} are refused: {error}");
+            }
+            context.properties.insert(entity, handle);
+        }
+    }
+}
+
+/// Hands the samplings of bodies to their contexts.
+pub(crate) fn sync_samplings(
+    entities: Query<(Entity, Ref<FieldSampling>, &RapierRigidBodyHandle)>,
+    carriers: Carriers,
+    mut contexts: Query<(Entity, &mut RapierContextFields)>,
+) {
+    for (at, mut context) in &mut contexts {
+        if entities.is_empty() && context.samplings.is_empty() {
+            continue;
+        }
+        let context = &mut *context;
+        let set = &mut context.fields.set;
+        context.samplings.retain(|entity, handle| {
+            let stays = entities.get(*entity).is_ok_and(|it| it.2.0 == *handle);
+            let stays = stays && carriers.context_of(*entity) == Some(at);
+            if !stays {
+                set.set_sampling(*handle, None::<Sampling>);
+            }
+            stays
+        });
+        for (entity, sampling, handle) in &entities {
+            let known = context.samplings.get(&entity) == Some(&handle.0);
+            if known && !sampling.is_changed() || carriers.context_of(entity) != Some(at) {
+                continue;
+            }
+            context.fields.set.set_sampling(handle.0, sampling.0);
+            context.samplings.insert(entity, handle.0);
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! Apps without a window, against closed forms and against the crate without Bevy.
+
+mod support;
+
+mod changes;
+mod events;
+mod frames;
+mod hooks;
+mod modes;
+mod refused;
+mod saved;
+mod snapshots;
+mod zones;

@@ -1,0 +1,75 @@
+//! Prediction and rollback.
+
+use bevy::ecs::system::RunSystemOnce;
+
+use crate::support::*;
+
+fn shaken() -> (App, Entity) {
+    let mut app = app(fixed());
+    app.world_mut().spawn(ForceField::new(Field::spring(9.0)));
+    let swirl = Field::vortex(2.0, 0.0)
+        .within(Region::ball(1.5))
+        .at(Vec3::X);
+    app.world_mut().spawn(ForceField::new(swirl));
+    let contact = || ForceField::new(Field::contact(ContactLaw::restitution(0.7)));
+    for place in [Vec3::Y, Vec3::NEG_X, Vec3::new(0.5, 0.5, 0.5)] {
+        app.world_mut().spawn((ball(place), contact()));
+    }
+    let body = app.world_mut().spawn((ball(Vec3::X), contact())).id();
+    frames(&mut app, 50);
+    (app, body)
+}
+
+#[test]
+fn a_predicted_path_is_the_one_that_is_taken() {
+    let (mut app, body) = shaken();
+    let ahead = move |ahead: PredictFields| ahead.path(body, 120).expect("a path");
+    let path = app.world_mut().run_system_once(ahead).expect("it runs");
+    assert_eq!(path.len(), 120);
+    for place in path {
+        app.update();
+        let found = *app.world().get::<Transform>(body).expect("it is placed");
+        assert_eq!(found, place);
+    }
+    let nobody = app.world_mut().spawn_empty().id();
+    let ahead = move |ahead: PredictFields| ahead.path(nobody, 9).expect("a path");
+    assert!(
+        app.world_mut()
+            .run_system_once(ahead)
+            .expect("it runs")
+            .is_empty()
+    );
+}
+
+#[test]
+fn a_context_that_is_put_back_goes_on_as_before() {
+    let (mut app, body) = shaken();
+    let at = context(&mut app);
+    let world = app.world();
+    let simulation = world.get::<RapierContextSimulation>(at).expect("a context");
+    let simulation = serde_json::to_string(simulation).expect("it can be saved");
+    let sets = (
+        world
+            .get::<RapierContextColliders>(at)
+            .expect("a set")
+            .clone(),
+        world.get::<RapierRigidBodySet>(at).expect("a set").clone(),
+        world
+            .get::<RapierContextFields>(at)
+            .expect("fields")
+            .clone(),
+    );
+    let run = |app: &mut App| {
+        frames(app, 100);
+        *app.world().get::<Transform>(body).expect("it is placed")
+    };
+    let first = run(&mut app);
+    let simulation: RapierContextSimulation =
+        serde_json::from_str(&simulation).expect("it can be read");
+    let (colliders, bodies, fields) = sets;
+    app.world_mut()
+        .entity_mut(at)
+        .insert((simulation, colliders, bodies, fields));
+    let second = run(&mut app);
+    assert_eq!(first, second);
+}
