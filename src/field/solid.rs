@@ -1,10 +1,12 @@
 //! Closed solids in space. Each is the intersection of the inner sides of some surfaces.
 
+use super::any_shape::AnyShape;
 use super::error::{BuildError, positive, require, validate_interval};
 use super::solid_shape::SolidShape;
 use super::surface::{Face, Surface};
-use crate::math::{DPose3, DVec3, Pose, Real, Vector, to_dpose3, to_dvec3, to_f64};
+use crate::math::{DPose3, DVec3, Pose, Real, SharedShape, Vector, to_dpose3, to_dvec3, to_f64};
 use crate::number::{Number, Plain, Vec3, constant, direction, length, rotate};
+use crate::rapier::geometry::TypedShape;
 
 /// A closed solid, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +72,36 @@ fn slab<P: Plain>(p: Vec3<P>, axis: usize, half: f64) -> (P, Vec3<P>) {
 }
 
 impl Solid {
+    /// A shape of Parry's as a solid, with the pose of the solid in the frame of the shape. Shapes that are solids of
+    /// this crate become these, which are tested eight points at a time.
+    pub(super) fn of(shape: SharedShape) -> (Self, Pose) {
+        let mut pose = Pose::IDENTITY;
+        let solid = match shape.as_typed_shape() {
+            TypedShape::Ball(it) => Solid::Ball { radius: it.radius },
+            TypedShape::Cuboid(it) => Solid::Cuboid {
+                half_extents: it.half_extents,
+            },
+            TypedShape::Cylinder(it) => Solid::Cylinder {
+                half_height: it.half_height,
+                radius: it.radius,
+            },
+            TypedShape::Cone(it) => Solid::Cone {
+                half_height: it.half_height,
+                radius: it.radius,
+            },
+            TypedShape::Capsule(it) => {
+                pose = it.canonical_transform();
+                Solid::Capsule {
+                    half_height: it.half_height(),
+                    radius: it.radius,
+                }
+            }
+            TypedShape::HalfSpace(it) => Solid::HalfSpace { outward: it.normal },
+            _ => Solid::Shape(AnyShape(shape.clone()).into()),
+        };
+        (solid, pose)
+    }
+
     /// Visits the surfaces whose inner sides intersect in the solid.
     ///
     /// `point` is in the frame of the field, and `pose` is the frame of the solid in that frame. Directions are
