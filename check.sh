@@ -102,6 +102,10 @@ git archive "${now:-HEAD}" | tar -x -C "$clean"
     cargo check --quiet --workspace --offline
 )
 
+step "the plugin for Bevy"
+# Bevy asks for a newer Rust than it needs.
+(cd bevy && cargo fmt --check && cargo test --quiet --ignore-rust-version)
+
 step "the example ammonia, briefly"
 cargo run --release --example ammonia -- --steps 500
 

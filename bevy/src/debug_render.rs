@@ -1,6 +1,5 @@
 //! Fields drawn as gizmos.
 
-use bevy::gizmos::gizmos::Gizmos;
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{PhysicsSet, RapierContextColliders, RapierRigidBodySet};
 use rapier3d_fields::rapier::prelude::{DebugColor, DebugRenderBackend, DebugRenderObject, Vector};
@@ -8,10 +7,14 @@ use rapier3d_fields::{FieldDebugRenderPipeline, WorldRef};
 
 use crate::context::RapierContextFields;
 
-/// Draws the fields of all contexts as gizmos: regions, arrows, stream lines, wrenches on bodies, contacts. Add Bevy's
-/// plugins of gizmos, too; those that render them are part of `DefaultPlugins`.
+/// Draws the fields of all contexts as gizmos: regions, arrows, stream lines, wrenches on bodies, contacts. `DefaultPlugins`
+/// has the plugins of Bevy's that gizmos need. Width and depth of the lines are those of the group [`FieldGizmos`].
 #[derive(Default)]
 pub struct RapierFieldsDebugRenderPlugin;
+
+/// The group of the gizmos of fields, for Bevy's `GizmoConfigStore`.
+#[derive(Default, Reflect, GizmoConfigGroup)]
+pub struct FieldGizmos;
 
 /// What is drawn of fields, and how.
 #[derive(Resource)]
@@ -37,11 +40,12 @@ impl Default for FieldsDebugRender {
 impl Plugin for RapierFieldsDebugRenderPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<FieldsDebugRender>();
+        app.init_gizmo_group::<FieldGizmos>();
         app.add_systems(PostUpdate, draw.after(PhysicsSet::Writeback));
     }
 }
 
-struct Lines<'a, 'w, 's>(&'a mut Gizmos<'w, 's>);
+struct Lines<'a, 'w, 's>(&'a mut Gizmos<'w, 's, FieldGizmos>);
 
 impl DebugRenderBackend for Lines<'_, '_, '_> {
     fn draw_line(&mut self, _: DebugRenderObject, a: Vector, b: Vector, color: DebugColor) {
@@ -58,7 +62,7 @@ fn draw(
         &RapierContextColliders,
     )>,
     mut settings: ResMut<FieldsDebugRender>,
-    mut gizmos: Gizmos,
+    mut gizmos: Gizmos<FieldGizmos>,
 ) {
     if !settings.enabled {
         return;

@@ -4,7 +4,7 @@ use std::ops::{Index, IndexMut};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bevy::prelude::*;
-use rapier3d_fields::{Field, FieldHandle, FieldSet, Tree, TreeHandle};
+use rapier3d_fields::{Field, FieldSet, Tree, TreeHandle};
 
 /// A field, or a tree of fields, in the frame of its entity. The forces of all entities add up.
 ///
@@ -81,7 +81,7 @@ impl ForceField {
 
     /// Changes each field of the tree.
     pub fn for_each(&mut self, mut change: impl FnMut(&mut Field)) {
-        for handle in self.handles() {
+        for handle in self.set.fields_of(self.tree) {
             if let Some(field) = self.set.get_mut(handle) {
                 change(field);
             }
@@ -93,8 +93,13 @@ impl ForceField {
         self.for_each(|field| field.enabled = enabled);
     }
 
-    fn handles(&self) -> Vec<FieldHandle> {
-        self.set.fields_of(self.tree)
+    /// A copy with each field in its place in the world. Prototypes of instances stay as they are.
+    pub(crate) fn placed(&self, place: impl Fn(&Field) -> Field) -> Self {
+        let mut copy = self.clone();
+        for (handle, field) in self.set.fields_in_place() {
+            copy.set[handle] = place(field);
+        }
+        copy
     }
 
     /// Returns true if only fields differ from another component.

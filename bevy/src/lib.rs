@@ -21,7 +21,7 @@ mod sync;
 pub use components::{FieldProperties, FieldSampling, WithinCollider};
 pub use context::RapierContextFields;
 #[cfg(feature = "debug-render")]
-pub use debug_render::{FieldsDebugRender, RapierFieldsDebugRenderPlugin};
+pub use debug_render::{FieldGizmos, FieldsDebugRender, RapierFieldsDebugRenderPlugin};
 pub use force_field::ForceField;
 pub use messages::{FieldContactEvent, FieldZoneEvent};
 pub use plugin::{FieldsSync, RapierFieldsPlugin};
@@ -37,7 +37,7 @@ pub mod prelude {
         WithinCollider,
     };
     #[cfg(feature = "debug-render")]
-    pub use crate::{FieldsDebugRender, RapierFieldsDebugRenderPlugin};
+    pub use crate::{FieldGizmos, FieldsDebugRender, RapierFieldsDebugRenderPlugin};
     pub use rapier3d_fields::{
         Anchor, ColliderProperties, ContactLaw, Coupling, CrossCheck, Detection, FaultPolicy,
         Field, FieldSettings, ForceMode, Layer, Operator, Region, Responder, Sample, Sampling,

@@ -51,16 +51,11 @@ impl RapierContextFields {
         match old {
             Some(old) if !field.is_changed() && old.spot.is_same(&spot) => {}
             Some(old) if field.has_structure(old.structure) => {
-                edit(
-                    set,
-                    &mut old.leaves,
-                    field.iter().map(|leaf| spot.place(leaf)),
-                )?;
+                edit(set, &mut old.leaves, &field.placed(|leaf| spot.place(leaf)))?;
                 old.spot = spot;
             }
             old => {
-                let mut placed = (**field).clone();
-                placed.for_each(|leaf| *leaf = spot.place(leaf));
+                let placed = field.placed(|leaf| spot.place(leaf));
                 let (tree, leaves) = insert(set, placed.tree())?;
                 if let Some(old) = old {
                     set.remove(old.tree);
@@ -130,11 +125,12 @@ fn insert(
 fn edit(
     set: &mut FieldSet,
     leaves: &mut [(FieldHandle, Lifetime)],
-    fields: impl Iterator<Item = Field>,
+    placed: &ForceField,
 ) -> Result<(), BuildError> {
     let mut before = Vec::new();
     let mut lifetimes = Vec::new();
-    for ((handle, lifetime), mut field) in leaves.iter().zip(fields) {
+    for ((handle, lifetime), field) in leaves.iter().zip(placed.iter()) {
+        let mut field = field.clone();
         lifetimes.push(field.lifetime);
         let Some(leaf) = set.get_mut(*handle) else {
             continue;

@@ -106,9 +106,7 @@ impl ContextItem<'_, '_> {
                 }
             }
         }
-        if steps.rounds > 0 || !matches!(mode, TimestepMode::Interpolated { .. }) {
-            self.simulation.integration_parameters.dt = steps.shown_dt;
-        }
+        self.simulation.integration_parameters.dt = steps.shown_dt;
         if steps.is_empty() {
             self.follow_bodies();
         }
@@ -121,23 +119,21 @@ impl ContextItem<'_, '_> {
         surroundings: &Surroundings<'_>,
         outlets: &mut Outlets<'_, '_>,
     ) -> Result<(), StepError> {
-        let acts = self.configuration.simulation_mode == SimulationMode::Full;
+        if self.configuration.simulation_mode == SimulationMode::CollisionOnly {
+            self.rapier_step(dt, surroundings.hooks, surroundings.time, outlets);
+            return Ok(());
+        }
         let parameters = IntegrationParameters {
             dt,
             ..self.simulation.integration_parameters
         };
-        if !acts {
-            self.rapier_step(dt, surroundings.hooks, surroundings.time, outlets);
-            return Ok(());
-        }
         let (fields, world) = self.split(&parameters);
         let open = fields.begin(world)?;
         let hooks = open.hooks(surroundings.hooks);
         self.rapier_step(dt, &hooks, surroundings.time, outlets);
         let (fields, world) = self.split(&parameters);
         fields.finish(open, world)?;
-        let fields = &mut *self.fields;
-        fields.log_warnings();
+        self.fields.log_warnings();
         Ok(())
     }
 

@@ -296,8 +296,8 @@ impl FieldSet {
         leaves.map(|(place, field)| (self.arena.handle(place as u32), field))
     }
 
-    /// The fields that no instances are made of, each with its handle.
-    pub(crate) fn fields_in_place(&self) -> impl Iterator<Item = (FieldHandle, &Field)> {
+    /// The fields that no instances are made of, each with its handle: their anchors are what they are in the tree.
+    pub fn fields_in_place(&self) -> impl Iterator<Item = (FieldHandle, &Field)> {
         let nodes = self.nodes();
         let prototypes = nodes.0.iter().filter_map(|node| match node {
             Node::Instances { prototype, .. } => Some(*prototype),

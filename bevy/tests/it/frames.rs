@@ -155,3 +155,17 @@ fn a_second_context_has_fields_of_its_own() {
     assert!(place(&app, inside).x > 0.1);
     assert_eq!(place(&app, outside), Vec3::ZERO);
 }
+
+#[test]
+fn prototypes_of_instances_are_placed_by_their_instances() {
+    let mut app = app(fixed());
+    let push = Field::uniform(Vec3::X).within(Region::ball(1.0));
+    let places = [Vec3::ZERO, Vec3::Y * 4.0].map(Anchor::from);
+    let field = ForceField::new(Tree::instances(push, places));
+    let at = Transform::from_xyz(0.0, 0.0, 50.0);
+    app.world_mut().spawn((field, at));
+    let bodies = [0.0, 4.0, 8.0].map(|y| app.world_mut().spawn(ball(Vec3::Y * y)).id());
+    app.update();
+    let speeds = bodies.map(|body| velocity(&mut app, body).x > 0.0);
+    assert_eq!(speeds, [true, true, false]);
+}

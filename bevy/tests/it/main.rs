@@ -5,6 +5,7 @@ mod support;
 mod changes;
 mod events;
 mod frames;
+mod gizmos;
 mod hooks;
 mod modes;
 mod refused;

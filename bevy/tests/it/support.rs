@@ -2,6 +2,7 @@
 
 pub use std::time::Duration;
 
+pub use bevy::app::Plugins;
 pub use bevy::prelude::*;
 pub use bevy::time::TimeUpdateStrategy;
 pub use bevy_rapier3d::prelude::*;
@@ -14,7 +15,7 @@ pub fn app(mode: TimestepMode) -> App {
     app_with(mode, RapierFieldsPlugin::<NoUserData>::default())
 }
 
-pub fn app_with(mode: TimestepMode, plugin: impl Plugin) -> App {
+pub fn app_with<M>(mode: TimestepMode, plugins: impl Plugins<M>) -> App {
     let mut app = App::new();
     let mut world = RapierContextInitialization::default();
     if let RapierContextInitialization::InitializeDefaultRapierContext {
@@ -27,7 +28,7 @@ pub fn app_with(mode: TimestepMode, plugin: impl Plugin) -> App {
     app.insert_resource(world);
     app.add_plugins((MinimalPlugins, TransformPlugin))
         .insert_resource(mode)
-        .add_plugins(plugin)
+        .add_plugins(plugins)
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f32(
             DT,
         )));
