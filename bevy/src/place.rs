@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_rapier3d::rapier::geometry::SharedShape;
+use rapier3d_fields::field::Formula;
 use rapier3d_fields::{
     Anchor, BuildError, Field, FieldHandle, FieldSet, Lifetime, Region, Tree, TreeHandle,
 };
@@ -12,7 +13,10 @@ use crate::force_field::ForceField;
 /// Where an entity is: the frame of its fields, and the shape that they are limited to.
 #[derive(Clone)]
 pub(crate) struct Spot {
-    pub anchor: Anchor,
+    /// The anchor of contact fields.
+    pub contacts: Anchor,
+    /// The anchor of all others. It is the same frame, but as a pose in the world where no body carries it, which is faster.
+    pub others: Anchor,
     pub zone: Option<SharedShape>,
 }
 
@@ -82,7 +86,7 @@ impl Spot {
             (Some(old), Some(new)) => std::sync::Arc::ptr_eq(&old.0, &new.0),
             (old, new) => old.is_none() && new.is_none(),
         };
-        same_zone && self.anchor == other.anchor
+        same_zone && self.contacts == other.contacts && self.others == other.others
     }
 
     /// A field of the entity as it is in the set.
@@ -91,7 +95,10 @@ impl Spot {
         let Anchor::World { local_pose } = field.anchor else {
             return leaf;
         };
-        let anchor = &self.anchor;
+        let anchor = match field.formula {
+            Formula::Contact(_) => &self.contacts,
+            _ => &self.others,
+        };
         leaf.anchor = anchor.with_local_pose(*anchor.local_pose() * local_pose);
         if let Some(shape) = &self.zone {
             // The region is in the field's own frame, the shape in that of the entity.

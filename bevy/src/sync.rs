@@ -3,7 +3,7 @@
 use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{RapierColliderHandle, RapierContextColliders, RapierRigidBodyHandle};
-use rapier3d_fields::{ColliderProperties, Sampling};
+use rapier3d_fields::{Anchor, ColliderProperties, Sampling};
 
 use crate::carrier::{Carrier, Carriers};
 use crate::components::{FieldProperties, FieldSampling, WithinCollider};
@@ -61,24 +61,21 @@ pub(crate) fn sync_force_fields(
             let Ok((_, field, collider, is_within)) = entities.get(*entity) else {
                 continue;
             };
-            let zone = if is_within {
-                let shape = collider.and_then(|it| colliders.colliders.get(it.0));
-                let Some(shape) = shape else {
-                    if field.is_changed() {
-                        log::warn!(
-                            "entity {entity} has no collider yet: within it there is no field"
-                        );
-                    }
-                    context.keep(|other| other != *entity);
-                    continue;
-                };
-                Some(shape.shared_shape())
-            } else {
-                None
-            };
+            let collider = collider.and_then(|it| colliders.colliders.get(it.0));
+            if is_within && collider.is_none() {
+                if field.is_changed() {
+                    log::warn!("entity {entity} has no collider yet: within it there is no field");
+                }
+                context.keep(|other| other != *entity);
+                continue;
+            }
+            let still = collider.filter(|it| it.parent().is_none());
             let spot = Spot {
-                anchor: carrier.anchor,
-                zone: zone.cloned(),
+                contacts: carrier.anchor,
+                others: still.map_or(carrier.anchor, |it| Anchor::from(*it.position())),
+                zone: collider
+                    .filter(|_| is_within)
+                    .map(|it| it.shared_shape().clone()),
             };
             if let Err(error) = context.place(*entity, &field, spot) {
                 log::error!("the fields of entity {entity} are refused: {error}");

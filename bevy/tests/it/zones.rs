@@ -73,3 +73,43 @@ fn without_a_collider_there_is_no_zone() {
     app.update();
     assert_near(velocity(&mut app, body), Vec3::X * DT, 1e-6);
 }
+
+#[test]
+fn a_zone_goes_where_its_sensor_goes() {
+    let mut app = app(fixed());
+    let zone = app
+        .world_mut()
+        .spawn(zone(Collider::ball(1.0), Transform::default()))
+        .id();
+    let bodies = [0.0, 5.0].map(|y| app.world_mut().spawn(ball(Vec3::Y * y)).id());
+    for y in [0.0, 5.0, 9.0] {
+        app.world_mut()
+            .entity_mut(zone)
+            .insert(Transform::from_xyz(0.0, y, 0.0));
+        app.update();
+    }
+    for body in bodies {
+        assert_near(velocity(&mut app, body), Vec3::X * DT, 1e-6);
+    }
+}
+
+#[test]
+fn a_floor_with_a_contact_field_answers() {
+    let mut app = app(fixed());
+    app.world_mut()
+        .spawn(ForceField::new(Field::uniform(Vec3::Y * -5.0)));
+    let contact = ForceField::new(Field::contact(ContactLaw::elastic()));
+    let at = Transform::from_xyz(0.0, -1.0, 0.0);
+    app.world_mut()
+        .spawn((Collider::cuboid(5.0, 1.0, 5.0), contact, at));
+    let body = app.world_mut().spawn(ball(Vec3::Y * 1.1)).id();
+    let fall = (2.0_f32 / 5.0).sqrt();
+    let mut highest = 0.0_f32;
+    for frame in 0..240_u8 {
+        app.update();
+        if f32::from(frame) * DT > 1.5 * fall {
+            highest = highest.max(place(&app, body).y);
+        }
+    }
+    assert!((highest - 1.1).abs() < 0.05, "as high as before: {highest}");
+}
