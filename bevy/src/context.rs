@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use rapier3d_fields::rapier::prelude::{ColliderHandle, RigidBodyHandle};
 use rapier3d_fields::{FieldHandle, FieldSet, FieldSettings, FieldState, Fields};
 
-use crate::place::PlacedField;
+use crate::place::{PlacedField, Spot};
 use crate::reports::Reports;
 
 /// The fields of a context of Rapier's, beside its `RapierContextSimulation`, which requires it.
@@ -21,6 +21,8 @@ pub struct RapierContextFields {
     #[deref]
     pub(crate) fields: Fields,
     pub(crate) placed: EntityHashMap<PlacedField>,
+    /// Where the fields of entities were refused, so that they are not tried again as long as nothing changes.
+    pub(crate) refused: EntityHashMap<Spot>,
     /// The entity of each field that is in the set, or left it in the last step.
     pub(crate) owners: HashMap<FieldHandle, Entity>,
     pub(crate) properties: EntityHashMap<ColliderHandle>,
@@ -67,6 +69,7 @@ impl Default for RapierContextFields {
         RapierContextFields {
             fields: fields.expect("nothing is valid"),
             placed: Default::default(),
+            refused: Default::default(),
             owners: HashMap::new(),
             properties: Default::default(),
             samplings: Default::default(),
@@ -80,6 +83,7 @@ impl Clone for RapierContextFields {
         let mut copy = RapierContextFields {
             fields: self.fields.clone(),
             placed: self.placed.clone(),
+            refused: self.refused.clone(),
             owners: self.owners.clone(),
             properties: self.properties.clone(),
             samplings: self.samplings.clone(),

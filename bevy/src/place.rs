@@ -33,6 +33,7 @@ pub(crate) struct PlacedField {
 impl RapierContextFields {
     /// Removes the fields of all other entities.
     pub(crate) fn keep(&mut self, is_kept: impl Fn(Entity) -> bool) {
+        self.refused.retain(|entity, _| is_kept(*entity));
         let set = &mut self.fields.set;
         self.placed.retain(|entity, placed| {
             let is_kept = is_kept(*entity);
@@ -43,8 +44,28 @@ impl RapierContextFields {
         });
     }
 
-    /// Places the fields of an entity, or what has changed of them. If they are not valid, nothing changes.
+    /// Places the fields of an entity, or what has changed of them. If they are not valid, nothing changes, and they are
+    /// not tried again before they are changed or moved.
     pub(crate) fn place(
+        &mut self,
+        entity: Entity,
+        field: &Ref<ForceField>,
+        spot: Spot,
+    ) -> Result<(), BuildError> {
+        let refused = self.refused.get(&entity);
+        if !field.is_changed() && refused.is_some_and(|it| it.is_same(&spot)) {
+            return Ok(());
+        }
+        let result = self.place_anew(entity, field, spot.clone());
+        if result.is_err() {
+            self.refused.insert(entity, spot);
+        } else {
+            self.refused.remove(&entity);
+        }
+        result
+    }
+
+    fn place_anew(
         &mut self,
         entity: Entity,
         field: &Ref<ForceField>,

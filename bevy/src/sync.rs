@@ -3,7 +3,9 @@
 use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{RapierColliderHandle, RapierContextColliders, RapierRigidBodyHandle};
-use rapier3d_fields::{Anchor, ColliderProperties, Sampling};
+use rapier3d_fields::{
+    Anchor, ColliderProperties, FieldSet, FieldSettings, FieldState, Fields, Sampling, StepError,
+};
 
 use crate::carrier::{Carrier, Carriers};
 use crate::components::{FieldProperties, FieldSampling, WithinCollider};
@@ -17,11 +19,18 @@ pub(crate) fn sync_settings(
     settings: Res<RapierFieldsSettings>,
     mut contexts: Query<(Entity, &mut RapierContextFields)>,
 ) {
+    let is_changed = settings.is_changed();
+    let mut valid = None;
     for (entity, mut context) in &mut contexts {
-        if !settings.is_changed() && !context.is_added() {
+        if !is_changed && !context.is_added() {
             continue;
         }
-        context.settings = settings.fields.clone();
+        match valid.get_or_insert_with(|| check(&settings.fields)) {
+            Ok(()) => context.settings = settings.fields.clone(),
+            Err(error) => log::error!("the settings of fields are refused: {error}"),
+        }
+        // An axis may be declared now that was not before.
+        context.refused.clear();
         context.listen(settings.zone_events, settings.contact_events);
         for (name, value) in &settings.axes {
             let set = &mut context.set;
@@ -32,6 +41,12 @@ pub(crate) fn sync_settings(
             }
         }
     }
+}
+
+/// An error if the settings are not valid, by fields that have nothing else.
+fn check(settings: &FieldSettings) -> Result<(), StepError> {
+    let (set, state) = (FieldSet::new(), FieldState::default());
+    Fields::from_parts(set, settings.clone(), state).map(drop)
 }
 
 type FieldEntity = (

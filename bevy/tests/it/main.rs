@@ -7,6 +7,7 @@ mod events;
 mod frames;
 mod gizmos;
 mod hooks;
+mod logged;
 mod modes;
 mod refused;
 mod saved;

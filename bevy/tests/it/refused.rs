@@ -58,3 +58,46 @@ fn a_field_at_a_body_that_is_not_there_is_nowhere() {
     frames(&mut app, 3);
     assert_eq!(velocity(&mut app, body), Vec3::ZERO);
 }
+
+#[test]
+fn settings_that_are_not_valid_are_refused() {
+    let mut app = app(fixed());
+    app.world_mut()
+        .spawn(ForceField::new(Field::uniform(Vec3::X)));
+    let body = app.world_mut().spawn(ball(Vec3::ZERO)).id();
+    app.update();
+    let mut settings = app.world_mut().resource_mut::<RapierFieldsSettings>();
+    settings.fields.scheme = Scheme::Auto { tolerance: -1.0 };
+    settings.fields.detection = Detection::Swept;
+    app.update();
+    assert_near(velocity(&mut app, body), Vec3::X * 2.0 * DT, 1e-6);
+    let context = context(&mut app);
+    let fields = app
+        .world()
+        .get::<RapierContextFields>(context)
+        .expect("it has fields");
+    assert_eq!(
+        fields.settings.detection,
+        Detection::default(),
+        "all or nothing"
+    );
+}
+
+#[test]
+fn a_context_whose_fields_cannot_act_stands_still_until_they_can() {
+    let mut app = app(fixed());
+    let mut settings = app.world_mut().resource_mut::<RapierFieldsSettings>();
+    settings.fields.on_fault = FaultPolicy::Refuse;
+    app.world_mut()
+        .spawn(ForceField::new(Field::uniform(Vec3::X)));
+    let body = app.world_mut().spawn(ball(Vec3::ZERO)).id();
+    app.update();
+    let bad = Field::closure([], |_: &Sample| Vec3::splat(f32::NAN));
+    let bad = app.world_mut().spawn(ForceField::new(bad)).id();
+    let before = place(&app, body);
+    frames(&mut app, 5);
+    assert_eq!(place(&app, body), before);
+    app.world_mut().despawn(bad);
+    frames(&mut app, 3);
+    assert_near(velocity(&mut app, body), Vec3::X * 4.0 * DT, 1e-6);
+}

@@ -1,0 +1,67 @@
+//! Errors and warnings in the log.
+
+use std::sync::Mutex;
+
+use log::{Log, Metadata, Record};
+
+use crate::support::*;
+
+/// All lines that tests of this program have logged.
+static LINES: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+struct Kept;
+
+impl Log for Kept {
+    fn enabled(&self, _: &Metadata<'_>) -> bool {
+        true
+    }
+
+    fn log(&self, record: &Record<'_>) {
+        LINES
+            .lock()
+            .expect("nobody panics")
+            .push(record.args().to_string());
+    }
+
+    fn flush(&self) {}
+}
+
+/// The number of lines since the last call in which all parts occur.
+fn lines(parts: &[&str]) -> usize {
+    let lines = LINES.lock().expect("nobody panics");
+    let has_all = |line: &&String| parts.iter().all(|part| line.contains(part));
+    lines.iter().filter(has_all).count()
+}
+
+#[test]
+fn errors_name_the_entity_and_warnings_do_not_repeat() {
+    log::set_logger(&Kept).expect("the only one");
+    log::set_max_level(log::LevelFilter::Warn);
+
+    let mut first = app(fixed());
+    // So that no other test has an entity of this name.
+    for _ in 0..1_000 {
+        first.world_mut().spawn_empty();
+    }
+    let bad = Field::uniform(Vec3::X * f32::NAN).named("gale");
+    let bad = first.world_mut().spawn(ForceField::new(bad)).id();
+    frames(&mut first, 5);
+    assert_eq!(lines(&["refused", &bad.to_string(), "gale"]), 1);
+
+    // 60 frames with a spring that is too stiff for the step, by a body that no other test has.
+    let mut second = app(fixed());
+    second
+        .world_mut()
+        .spawn(ForceField::new(Field::spring(5_000.0)));
+    let body = (0..777).map(|_| second.world_mut().spawn(ball(Vec3::ZERO)).id());
+    let body = body.last().expect("there are some");
+    second
+        .world_mut()
+        .entity_mut(body)
+        .insert(Transform::from_xyz(1e-3, 0.0, 0.0));
+    frames(&mut second, 50);
+    let stiff = lines(&["too stiff"]);
+    assert!(stiff >= 1);
+    frames(&mut second, 5);
+    assert_eq!(lines(&["too stiff"]), stiff, "once a second");
+}
