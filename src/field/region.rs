@@ -126,10 +126,10 @@ impl Region {
     ///   if the ground is steep anywhere, and with holes at most the distance to the end of the next cell.
     /// - Shapes that are surfaces or lines (a triangle, a segment, a polyline) have nothing inside: a field
     ///   within one, or within a compound with one, is refused ([`BuildError::FlatRegion`]).
-    /// - Balls, cuboids, cylinders, cones, capsules and half-spaces are the regions of these names, which are faster.
+    /// - Balls, cuboids, cylinders, cones, capsules around the y axis and half-spaces are the regions of these names, which
+    ///   are faster.
     pub fn shape(shape: SharedShape) -> Self {
-        let (solid, pose) = Solid::of(shape);
-        Self::of(RegionStep::Solid(solid, pose))
+        Self::solid(Solid::of(shape))
     }
 
     /// The set where `axis` is between two values; either may be infinite.

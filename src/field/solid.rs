@@ -72,11 +72,10 @@ fn slab<P: Plain>(p: Vec3<P>, axis: usize, half: f64) -> (P, Vec3<P>) {
 }
 
 impl Solid {
-    /// A shape of Parry's as a solid, with the pose of the solid in the frame of the shape. Shapes that are solids of
-    /// this crate become these, which are tested eight points at a time.
-    pub(super) fn of(shape: SharedShape) -> (Self, Pose) {
-        let mut pose = Pose::IDENTITY;
-        let solid = match shape.as_typed_shape() {
+    /// A shape of Parry's as a solid. Shapes that are solids of this crate become these, which are tested eight points at
+    /// a time; of capsules those around the y axis.
+    pub(super) fn of(shape: SharedShape) -> Self {
+        match shape.as_typed_shape() {
             TypedShape::Ball(it) => Solid::Ball { radius: it.radius },
             TypedShape::Cuboid(it) => Solid::Cuboid {
                 half_extents: it.half_extents,
@@ -89,17 +88,17 @@ impl Solid {
                 half_height: it.half_height,
                 radius: it.radius,
             },
-            TypedShape::Capsule(it) => {
-                pose = it.canonical_transform();
+            TypedShape::Capsule(it)
+                if it.segment.a == -it.segment.b && it.segment.b == Vector::Y * it.segment.b.y =>
+            {
                 Solid::Capsule {
-                    half_height: it.half_height(),
+                    half_height: it.segment.b.y.abs(),
                     radius: it.radius,
                 }
             }
             TypedShape::HalfSpace(it) => Solid::HalfSpace { outward: it.normal },
             _ => Solid::Shape(AnyShape(shape.clone()).into()),
-        };
-        (solid, pose)
+        }
     }
 
     /// Visits the surfaces whose inner sides intersect in the solid.

@@ -257,3 +257,28 @@ fn surfaces_and_lines_are_refused() {
         }
     }
 }
+
+#[test]
+fn shapes_that_are_solids_become_these() {
+    let pairs = [
+        (SharedShape::ball(1.5), Region::ball(1.5)),
+        (
+            SharedShape::cuboid(1.0, 2.0, 3.0),
+            Region::cuboid(Vector::new(1.0, 2.0, 3.0)),
+        ),
+        (SharedShape::cylinder(1.0, 0.5), Region::cylinder(1.0, 0.5)),
+        (SharedShape::cone(1.0, 0.5), Region::cone(1.0, 0.5)),
+        (SharedShape::capsule_y(1.0, 0.5), Region::capsule(1.0, 0.5)),
+        (
+            SharedShape::halfspace(Vector::Y),
+            Region::half_space(Vector::Y, 0.0),
+        ),
+    ];
+    for (shape, region) in pairs {
+        assert_eq!(Region::shape(shape), region);
+    }
+    let lying = SharedShape::capsule_x(1.0, 0.5);
+    assert_eq!(Region::shape(lying.clone()), Region::shape(lying));
+    let aside = SharedShape::capsule(Vector::ZERO, Vector::Y, 0.5);
+    assert_ne!(Region::shape(aside), Region::capsule(0.5, 0.5));
+}
