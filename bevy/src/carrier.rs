@@ -8,7 +8,7 @@ use bevy_rapier3d::prelude::{
 use rapier3d_fields::Anchor;
 use rapier3d_fields::rapier::prelude::Pose;
 
-/// What an entity is to Rapier.
+/// The parts of an entity that say where it is for Rapier.
 type InRapier = (
     Option<&'static RapierContextEntityLink>,
     Option<&'static RapierRigidBodyHandle>,

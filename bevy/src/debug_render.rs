@@ -16,7 +16,7 @@ pub struct RapierFieldsDebugRenderPlugin;
 #[derive(Default, Reflect, GizmoConfigGroup)]
 pub struct FieldGizmos;
 
-/// What is drawn of fields, and how.
+/// The mode and the style in which fields are drawn.
 #[derive(Resource)]
 pub struct FieldsDebugRender {
     /// True to draw.

@@ -1,4 +1,4 @@
-//! What steps report: messages to the app, and warnings and errors to its log.
+//! The reports of steps: messages to the app, and warnings and errors to its log.
 
 use std::collections::HashMap;
 use std::mem::{Discriminant, discriminant};
@@ -167,7 +167,7 @@ impl Entities<'_> {
     }
 }
 
-/// What has arrived on a channel.
+/// All that has arrived on a channel.
 fn received<T>(channel: &mut Option<Mutex<Receiver<T>>>) -> Vec<T> {
     let Some(receiver) = channel else {
         return Vec::new();

@@ -46,7 +46,7 @@ pub(crate) struct Outlets<'w, 's> {
     fields: FieldMessages<'w>,
 }
 
-/// What Rapier's steps take from the app.
+/// The hooks and the clock of the app, for Rapier's steps.
 struct Surroundings<'a> {
     hooks: &'a dyn PhysicsHooks,
     time: &'a Time,

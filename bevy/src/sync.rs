@@ -1,10 +1,13 @@
 //! Brings the fields of contexts in line with the components of entities, before Rapier's steps.
 
+use std::error::Error;
+
 use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{RapierColliderHandle, RapierContextColliders, RapierRigidBodyHandle};
 use rapier3d_fields::{
-    Anchor, ColliderProperties, FieldSet, FieldSettings, FieldState, Fields, Sampling, StepError,
+    Anchor, Axis, ColliderProperties, FieldSet, FieldSettings, FieldState, Fields, Sampling,
+    StepError,
 };
 
 use crate::carrier::{Carrier, Carriers};
@@ -33,14 +36,22 @@ pub(crate) fn sync_settings(
         context.refused.clear();
         context.listen(settings.zone_events, settings.contact_events);
         for (name, value) in &settings.axes {
-            let set = &mut context.set;
-            if set.set_axis(name, *value).is_err()
-                && let Err(error) = set.declare_axis(name, *value)
-            {
+            if let Err(error) = set_axis(&mut context.set, name, *value) {
                 log::error!("an axis of context {entity} is refused: {error}");
             }
         }
     }
+}
+
+/// Declares an axis, or sets the value of one that is declared.
+fn set_axis(set: &mut FieldSet, name: &str, value: f32) -> Result<(), Box<dyn Error>> {
+    let declared = set.axes().any(|(axis, _)| axis == Axis::from(name));
+    if declared {
+        set.set_axis(name, value)?;
+    } else {
+        set.declare_axis(name, value)?;
+    }
+    Ok(())
 }
 
 /// An error if the settings are not valid, by fields that have nothing else.

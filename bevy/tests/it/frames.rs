@@ -133,6 +133,12 @@ fn axes_of_ones_own_are_settings() {
     app.update();
     assert_near(velocity(&mut app, hot), Vec3::Y * 5.0 * DT, 1e-6);
     assert_near(velocity(&mut app, mild), Vec3::Y * 3.0 * DT, 1e-6);
+
+    let mut settings = app.world_mut().resource_mut::<RapierFieldsSettings>();
+    settings.axes[0].1 = -3.0;
+    app.update();
+    assert_near(velocity(&mut app, mild), Vec3::ZERO, 1e-6);
+    assert_near(velocity(&mut app, hot), Vec3::Y * 10.0 * DT, 1e-6);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What is not valid is refused, and nothing is lost.
+//! Input that is not valid is refused, and nothing is lost.
 
 use bevy_rapier3d::rapier::prelude::RigidBodyHandle;
 

@@ -31,8 +31,8 @@ fn a_predicted_path_is_the_one_that_is_taken() {
         let found = *app.world().get::<Transform>(body).expect("it is placed");
         assert_eq!(found, place);
     }
-    let nobody = app.world_mut().spawn_empty().id();
-    let ahead = move |ahead: PredictFields| ahead.path(nobody, 9).expect("a path");
+    let not_a_body = app.world_mut().spawn_empty().id();
+    let ahead = move |ahead: PredictFields| ahead.path(not_a_body, 9).expect("a path");
     assert!(
         app.world_mut()
             .run_system_once(ahead)

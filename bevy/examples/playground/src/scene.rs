@@ -1,4 +1,4 @@
-//! What is in the scene.
+//! The contents of the scene.
 
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::prelude::*;
