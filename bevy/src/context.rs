@@ -13,7 +13,8 @@ use crate::reports::Reports;
 /// The fields of a context of Rapier's, beside its `RapierContextSimulation`, which requires it.
 ///
 /// It is a [`Fields`]: its set has the fields of all [`ForceField`](crate::ForceField)s of the context, and those that you
-/// insert yourself; ask it for contacts, warnings, timings, the energy account, or the wrench on a body.
+/// insert yourself; ask it for contacts, warnings, timings, the energy account, or the wrench on a body. Leave the removal of
+/// the fields of entities to their components: one that you take out of the set stays out.
 ///
 /// A clone continues like the original, bit for bit, so a snapshot of a context is a copy of its components.
 #[derive(Component, Deref, DerefMut)]

@@ -34,8 +34,8 @@ impl FrameSteps {
             } => {
                 *behind += elapsed;
                 let mut rounds = 0;
-                // With a step that is not positive it would not end.
-                while *behind > 0.0 && dt > 0.0 {
+                // With a step that is not positive, or lost in rounding, it would not end.
+                while *behind > 0.0 && *behind - dt < *behind {
                     *behind -= dt;
                     rounds += 1;
                 }

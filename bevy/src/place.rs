@@ -31,6 +31,14 @@ pub(crate) struct PlacedField {
 }
 
 impl RapierContextFields {
+    /// Removes the fields of an entity.
+    pub(crate) fn remove(&mut self, entity: Entity) {
+        self.refused.remove(&entity);
+        if let Some(placed) = self.placed.remove(&entity) {
+            self.fields.set.remove(placed.tree);
+        }
+    }
+
     /// Removes the fields of all other entities.
     pub(crate) fn keep(&mut self, is_kept: impl Fn(Entity) -> bool) {
         self.refused.retain(|entity, _| is_kept(*entity));

@@ -73,7 +73,7 @@ impl PredictFields<'_, '_> {
     /// A copy of a context with its fields, to be stepped, pushed and edited; `None` if there is no such context.
     ///
     /// Its time step is that of Rapier's steps in the app. With a `Variable` mode it is that of the last frame, or the
-    /// longest one before the first.
+    /// longest one if that had no length.
     pub fn copy(&self, context: Entity) -> Option<Prediction> {
         let (simulation, colliders, joints, bodies, configuration, fields) =
             self.contexts.get(context).ok()?;

@@ -6,7 +6,7 @@ use rapier3d_fields::FieldSettings;
 /// The settings of the fields of all contexts. A change counts from the next step on.
 ///
 /// A context with other settings is one whose [`RapierContextFields`](crate::RapierContextFields) you change yourself:
-/// they are overwritten only when this resource changes, or is added.
+/// they are overwritten when this resource changes, and nothing else.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct RapierFieldsSettings {
     /// How fields act: scheme, waking, faults, detection, responders, cross-check.

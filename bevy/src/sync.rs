@@ -78,7 +78,7 @@ pub(crate) fn sync_force_fields(
     let homes = found.iter().map(|it| (it.0, it.1.context));
     let homes: EntityHashMap<Option<Entity>> = homes.collect();
     for (at, mut context, colliders) in &mut contexts {
-        if found.is_empty() && context.placed.is_empty() {
+        if found.is_empty() && context.placed.is_empty() && context.refused.is_empty() {
             continue;
         }
         let context = &mut *context;
@@ -92,7 +92,7 @@ pub(crate) fn sync_force_fields(
                 if field.is_changed() {
                     log::warn!("entity {entity} has no collider yet: within it there is no field");
                 }
-                context.keep(|other| other != *entity);
+                context.remove(*entity);
                 continue;
             }
             let still = collider.filter(|it| it.parent().is_none());
@@ -122,19 +122,16 @@ pub(crate) fn sync_properties(
         }
         let context = &mut *context;
         let set = &mut context.fields.set;
-        context.properties.retain(|entity, handle| {
-            let stays = entities.get(*entity).is_ok_and(|it| it.2.0 == *handle);
-            let stays = stays && carriers.context_of(*entity) == Some(at);
-            if !stays {
-                let nothing = ColliderProperties::new();
-                set.set_properties(*handle, nothing)
-                    .expect("no properties are valid");
-            }
-            stays
-        });
+        let here = |entity| carriers.context_of(entity) == Some(at);
+        let now = |entity| Some(entities.get(entity).ok()?.2.0).filter(|_| here(entity));
+        for handle in take_stale(&mut context.properties, now) {
+            let nothing = ColliderProperties::new();
+            set.set_properties(handle, nothing)
+                .expect("no properties are valid");
+        }
         for (entity, properties, handle) in &entities {
             let known = context.properties.get(&entity) == Some(&handle.0);
-            if known && !properties.is_changed() || carriers.context_of(entity) != Some(at) {
+            if known && !properties.is_changed() || !here(entity) {
                 continue;
             }
             let (handle, colliders) = (handle.0, &colliders.colliders);
@@ -161,21 +158,27 @@ pub(crate) fn sync_samplings(
         }
         let context = &mut *context;
         let set = &mut context.fields.set;
-        context.samplings.retain(|entity, handle| {
-            let stays = entities.get(*entity).is_ok_and(|it| it.2.0 == *handle);
-            let stays = stays && carriers.context_of(*entity) == Some(at);
-            if !stays {
-                set.set_sampling(*handle, None::<Sampling>);
-            }
-            stays
-        });
+        let here = |entity| carriers.context_of(entity) == Some(at);
+        let now = |entity| Some(entities.get(entity).ok()?.2.0).filter(|_| here(entity));
+        for handle in take_stale(&mut context.samplings, now) {
+            set.set_sampling(handle, None::<Sampling>);
+        }
         for (entity, sampling, handle) in &entities {
             let known = context.samplings.get(&entity) == Some(&handle.0);
-            if known && !sampling.is_changed() || carriers.context_of(entity) != Some(at) {
+            if known && !sampling.is_changed() || !here(entity) {
                 continue;
             }
             context.fields.set.set_sampling(handle.0, sampling.0);
             context.samplings.insert(entity, handle.0);
         }
     }
+}
+
+/// Takes the entities out of a list that do not have their handle any more, and returns these handles.
+fn take_stale<H: Copy + PartialEq>(
+    list: &mut EntityHashMap<H>,
+    now: impl Fn(Entity) -> Option<H>,
+) -> Vec<H> {
+    let is_stale = |entity: &Entity, handle: &mut H| now(*entity) != Some(*handle);
+    list.extract_if(is_stale).map(|it| it.1).collect()
 }

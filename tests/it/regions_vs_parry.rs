@@ -278,7 +278,7 @@ fn shapes_that_are_solids_become_these() {
         assert_eq!(Region::shape(shape), region);
     }
     let lying = SharedShape::capsule_x(1.0, 0.5);
-    assert_eq!(Region::shape(lying.clone()), Region::shape(lying));
+    assert_ne!(Region::shape(lying), Region::capsule(1.0, 0.5));
     let aside = SharedShape::capsule(Vector::ZERO, Vector::Y, 0.5);
     assert_ne!(Region::shape(aside), Region::capsule(0.5, 0.5));
 }

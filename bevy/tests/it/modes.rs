@@ -180,6 +180,15 @@ fn fixed_steps_are_those_of_the_crate_without_bevy_bit_for_bit() {
         ];
 
         let mut app = app(TimestepMode::Fixed { dt: DT, substeps });
+        app.update();
+        let at = context(&mut app);
+        let configuration = app.world_mut().get_mut::<RapierConfiguration>(at);
+        configuration.expect("a context has one").gravity = Vec3::Y * -2.0;
+        let floor = (
+            Collider::cuboid(9.0, 0.5, 9.0),
+            Transform::from_xyz(0.0, -1.5, 0.0),
+        );
+        app.world_mut().spawn(floor);
         app.world_mut().spawn(ForceField::new(planet()));
         app.world_mut().spawn(ForceField::new(wind()));
         let bodies = places.map(|place| {
@@ -191,8 +200,10 @@ fn fixed_steps_are_those_of_the_crate_without_bevy_bit_for_bit() {
         });
 
         let mut world = PhysicsWorld::new();
-        world.gravity = Vec3::ZERO;
+        world.gravity = Vec3::Y * -2.0;
         world.integration_parameters.dt = DT / substeps as f32;
+        let floor = ColliderBuilder::cuboid(9.0, 0.5, 9.0).translation(Vec3::Y * -1.5);
+        world.colliders.insert(floor);
         let handles = places.map(|place| {
             let body = RigidBodyBuilder::dynamic().translation(place);
             let body = body.angvel(Vec3::new(0.3, 1.0, -0.2));

@@ -16,6 +16,9 @@ fn shaken() -> (App, Entity) {
         app.world_mut().spawn((ball(place), contact()));
     }
     let body = app.world_mut().spawn((ball(Vec3::X), contact())).id();
+    let rope = RopeJointBuilder::new(0.7);
+    let joint = ImpulseJoint::new(body, rope);
+    app.world_mut().spawn((ball(Vec3::X * 1.5), joint));
     frames(&mut app, 50);
     (app, body)
 }
@@ -42,6 +45,21 @@ fn a_predicted_path_is_the_one_that_is_taken() {
 }
 
 #[test]
+fn with_substeps_every_second_place_is_one_that_is_seen() {
+    let (dt, substeps) = (DT, 2);
+    let mut app = app(TimestepMode::Fixed { dt, substeps });
+    app.world_mut().spawn(ForceField::new(Field::spring(9.0)));
+    let body = app.world_mut().spawn(ball(Vec3::X)).id();
+    frames(&mut app, 5);
+    let ahead = move |ahead: PredictFields| ahead.path(body, 40).expect("a path");
+    let path = app.world_mut().run_system_once(ahead).expect("it runs");
+    for place in path.into_iter().skip(1).step_by(2) {
+        app.update();
+        assert_eq!(app.world().get::<Transform>(body), Some(&place));
+    }
+}
+
+#[test]
 fn a_context_that_is_put_back_goes_on_as_before() {
     let (mut app, body) = shaken();
     let at = context(&mut app);
@@ -58,6 +76,7 @@ fn a_context_that_is_put_back_goes_on_as_before() {
             .get::<RapierContextFields>(at)
             .expect("fields")
             .clone(),
+        world.get::<RapierContextJoints>(at).expect("a set").clone(),
     );
     let run = |app: &mut App| {
         frames(app, 100);
@@ -66,10 +85,10 @@ fn a_context_that_is_put_back_goes_on_as_before() {
     let first = run(&mut app);
     let simulation: RapierContextSimulation =
         serde_json::from_str(&simulation).expect("it can be read");
-    let (colliders, bodies, fields) = sets;
+    let (colliders, bodies, fields, joints) = sets;
     app.world_mut()
         .entity_mut(at)
-        .insert((simulation, colliders, bodies, fields));
+        .insert((simulation, colliders, bodies, fields, joints));
     let second = run(&mut app);
     assert_eq!(first, second);
 }
