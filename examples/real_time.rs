@@ -13,8 +13,9 @@ use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
+use rapier3d_fields::Detection;
+use rapier3d_fields::cross_check::CrossCheckReport;
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{CrossCheckReport, Detection};
 use rapier3d_fields_lab::single::scenes::ammonia::AmmoniaSettings;
 use rapier3d_fields_lab::single::scenes::spheres::SpheresSettings;
 use rapier3d_fields_lab::single::watch::cross_check_passed;

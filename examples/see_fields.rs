@@ -4,10 +4,9 @@
 
 use std::fmt::Write;
 
+use rapier3d_fields::debug_render::FieldDebugRenderMode as Mode;
+use rapier3d_fields::debug_render::{FieldDebugRenderPipeline, FieldDebugRenderStyle};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{
-    FieldDebugRenderMode as Mode, FieldDebugRenderPipeline, FieldDebugRenderStyle,
-};
 
 /// The width and height of the picture, in pixels, and the length of a unit of the world in it.
 const SIZE: [Real; 2] = [1000.0, 620.0];

@@ -40,7 +40,7 @@ use scene::DrawnScene;
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
-/// use rapier3d_fields::{FieldDebugRenderMode, FieldDebugRenderPipeline};
+/// use rapier3d_fields::debug_render::{FieldDebugRenderMode, FieldDebugRenderPipeline};
 ///
 /// #[derive(Default)]
 /// struct Lines(Vec<[Vector; 2]>);
@@ -106,7 +106,7 @@ impl FieldDebugRenderPipeline {
     /// infinite or NaN is left out and counted. It changes neither the fields nor the world, and does not fail: a field
     /// whose anchor is gone is left out.
     ///
-    /// Arrows and stream lines evaluate the fields by [`Fields::at`] at each of their points.
+    /// Arrows and stream lines evaluate the fields by [`Fields::values_at`] at each of their points.
     pub fn render<'a>(
         &mut self,
         backend: &mut impl DebugRenderBackend,

@@ -153,11 +153,11 @@ impl Fields {
     /// is not made of solids alone. A body that was put into a zone between steps enters at the start of the next one.
     ///
     /// Costs a test of each body against each zone in each step; nothing without a channel. Who is inside is part of the
-    /// [state](crate::FieldState).
+    /// [state](crate::pipeline::FieldState).
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
-    /// use rapier3d_fields::ZoneEvent;
+    /// use rapier3d_fields::diagnose::ZoneEvent;
     /// let mut world = PhysicsWorld::new();
     /// world.gravity = Vector::ZERO;
     /// let comet = RigidBodyBuilder::dynamic().linvel(Vector::X * 3.0);

@@ -181,18 +181,18 @@ mod integrate;
 
 mod bridge;
 
-mod contact;
+pub mod contact;
 
-mod cross_check;
+pub mod cross_check;
 
-mod diagnose;
+pub mod diagnose;
 
-mod pipeline;
+pub mod pipeline;
 
 mod fields;
 
 #[cfg(feature = "debug-render")]
-mod debug_render;
+pub mod debug_render;
 
 pub mod prelude;
 
@@ -200,32 +200,26 @@ pub mod prelude;
 pub mod recipes {}
 
 pub use bridge::{StepError, WakePolicy, WorldMut, WorldRef};
-pub use compile::{IndexKind, Plan, PlanEntry};
-pub use contact::{
-    Capability, ContactEvent, ContactPlan, Detection, FieldContact, Responder, StepHooks,
-};
-pub use cross_check::{
-    Answered, Answers, ContactCounts, CrossCheck, CrossCheckReport, Difference, Disagreement,
-    NotComparable, TouchCounts, TouchesNotComparable,
-};
-#[cfg(feature = "debug-render")]
-pub use debug_render::{
-    FieldDebugRenderMode, FieldDebugRenderOutcome, FieldDebugRenderPipeline, FieldDebugRenderStyle,
-};
-pub use diagnose::{EnergyAudit, ExplainedField, Explanation, FieldEnergy, FieldTotal, ZoneEvent};
-pub use eval::PotentialEnergy;
-pub use field::{
-    Anchor, Axis, BuildError, ColliderProperties, ContactLaw, Coupling, Field, FieldHandle,
-    FieldRef, FieldSet, ForceMode, Layer, Lifetime, Operator, PropertyError, Region, Sample,
-    Sampling, Scalar, Tree, TreeHandle,
-};
+pub use compile::plan;
+pub use contact::modes::{Detection, Responder};
+pub use field::anchor::Anchor;
+pub use field::axis::Axis;
+pub use field::contact::ContactLaw;
+pub use field::error::BuildError;
+pub use field::handle::{FieldHandle, TreeHandle};
+pub use field::layer::Layer;
+pub use field::leaf::{Coupling, Field, ForceMode};
+pub use field::lifetime::Lifetime;
+pub use field::operator::Operator;
+pub use field::properties::{ColliderProperties, PropertyError};
+pub use field::query::Sample;
+pub use field::region::Region;
+pub use field::sampling::Sampling;
+pub use field::scalar::Scalar;
+pub use field::set::FieldSet;
+pub use field::tree::Tree;
 pub use fields::{ErrorEstimate, Fields, FieldsBuilder, Prediction};
 pub use integrate::{FaultPolicy, Scheme, StepWarning, Stiffness, Substeps};
-pub use pipeline::{
-    BodySample, FieldPipeline, FieldSettings, FieldState, FieldValue, OpenStep, StepOutcome,
-    StepStage, StepTimings,
-};
-
 pub use rigid::Wrench;
 
 /// The programs of the README and the guide run as tests.

@@ -3,7 +3,8 @@
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{PhysicsSet, RapierContextColliders, RapierRigidBodySet};
 use rapier3d_fields::rapier::prelude::{DebugColor, DebugRenderBackend, DebugRenderObject, Vector};
-use rapier3d_fields::{FieldDebugRenderPipeline, WorldRef};
+use rapier3d_fields::WorldRef;
+use rapier3d_fields::debug_render::FieldDebugRenderPipeline;
 
 use crate::context::RapierContextFields;
 

@@ -9,7 +9,9 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{RapierContextColliders, RapierRigidBodySet};
 use rapier3d_fields::rapier::prelude::{ColliderHandle, RigidBodyHandle};
-use rapier3d_fields::{ContactEvent, FieldHandle, Fields, StepError, StepWarning, ZoneEvent};
+use rapier3d_fields::{FieldHandle, Fields, StepError, StepWarning};
+use rapier3d_fields::contact::ContactEvent;
+use rapier3d_fields::diagnose::ZoneEvent;
 
 use crate::messages::{FieldContactEvent, FieldZoneEvent};
 

@@ -1,7 +1,7 @@
 //! The settings of the fields of all contexts.
 
 use bevy::prelude::*;
-use rapier3d_fields::FieldSettings;
+use rapier3d_fields::pipeline::FieldSettings;
 
 /// The settings of the fields of all contexts. A change counts from the next step on.
 ///

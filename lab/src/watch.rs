@@ -3,7 +3,7 @@
 use super::fields;
 use crate::AnyError;
 use crate::record::StepContacts;
-use fields::CrossCheckReport;
+use fields::cross_check::CrossCheckReport;
 use fields::math::{DVec3, to_dvec3, to_f64};
 use fields::prelude::*;
 

@@ -1,13 +1,13 @@
 //! The reasons for which a step is refused.
 
-use crate::field::BuildError;
+use crate::field::{Anchor, BuildError, FieldRef};
 use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
 /// The reason why a step was refused. The world is as it was before the step: bodies of all kinds with the next positions
 /// of kinematic ones, joints, soft bodies, and all switches. Exceptions are [`Unfinished`](Self::Unfinished) and
 /// [`NotTheirs`](Self::NotTheirs). Forces that single bodies cannot take refuse a step only if
-/// [`FieldSettings::on_fault`](crate::FieldSettings::on_fault) says so.
+/// [`FieldSettings::on_fault`](crate::pipeline::FieldSettings::on_fault) says so.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
@@ -22,7 +22,7 @@ pub enum StepError {
     #[error("{field} gives {force} on {body:?} at {world_point} (collider {collider:?})")]
     NonFinite {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The body.
         body: RigidBodyHandle,
         /// The collider that was sampled; `None` for a body without any.
@@ -38,7 +38,7 @@ pub enum StepError {
     #[error("{field} pushes {body:?} to a speed of {speed:e}; at most {limit:e} can be simulated")]
     TooFast {
         /// The field that pushes the most.
-        field: String,
+        field: FieldRef,
         /// The body.
         body: RigidBodyHandle,
         /// The speed it would have.
@@ -50,9 +50,9 @@ pub enum StepError {
     #[error("{field} is anchored to {anchor}, which is not in the world")]
     MissingAnchor {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The body or collider that is missing.
-        anchor: String,
+        anchor: Anchor,
     },
     /// A field answers contacts, other than by springs, under a scheme that does not keep the energy of bodies that are
     /// hit in a field: `Kick`, `ExternalForce` and `LinearlyImplicit`, unless all fields are constant.
@@ -61,7 +61,7 @@ pub enum StepError {
     )]
     SchemeAtHits {
         /// The first such field.
-        field: String,
+        field: FieldRef,
         /// The scheme.
         scheme: Scheme,
     },

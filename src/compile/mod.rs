@@ -21,7 +21,7 @@ mod index_kind;
 mod instances;
 mod lower;
 mod ordered;
-mod plan;
+pub mod plan;
 mod program;
 mod reach;
 mod requirements;
@@ -34,9 +34,9 @@ pub(crate) use entries::{
     ConstantField, DetectionField, FieldMask, RadialBatch, RadialSource, Weighting,
 };
 pub(crate) use extent::Bounds;
-pub use index_kind::IndexKind;
+pub(crate) use index_kind::IndexKind;
 pub(crate) use ordered::{Key, Keyed, Ordered, unique};
-pub use plan::{Plan, PlanEntry};
+pub(crate) use plan::Plan;
 pub(crate) use program::{Instruction, Program};
 pub(crate) use reach::FieldReach;
 pub(crate) use requirements::{PartSampling, SamplingRequirements};

@@ -6,7 +6,7 @@ use super::compiled::Compiled;
 use super::cost;
 use super::entries::{ConstantField, RadialBatch};
 use super::facts::Facts;
-use super::index_kind::IndexKind;
+pub use super::index_kind::IndexKind;
 use super::program::Program;
 use crate::field::{Coupling, Cuts, Field, FieldSet, Node, Points, Sampling, SamplingRule, Term};
 
@@ -108,7 +108,7 @@ impl PlanEntry {
 
     pub(super) fn constant(constant: &ConstantField, set: &FieldSet) -> Self {
         PlanEntry {
-            what: format!("{}, the same everywhere", set.label(constant.leaf)),
+            what: format!("{}, the same everywhere", set.field_ref(constant.leaf)),
             count: 1,
             cost: cost::CONSTANTS,
             index: IndexKind::None,
@@ -136,7 +136,7 @@ impl PlanEntry {
 
     pub(super) fn program(program: &Program, set: &FieldSet) -> Self {
         let what = match &program.leaves[..] {
-            [_] => set.label(program.instances.places[0]),
+            [_] => set.field_ref(program.instances.places[0]).label.into(),
             leaves => format!("composite of {} fields", leaves.len()),
         };
         PlanEntry {
@@ -252,5 +252,5 @@ fn left_out(set: &FieldSet, term: Term) -> (String, usize) {
     } else {
         "zero wherever it is defined"
     };
-    (format!("{}: {why}", set.label(place)), count)
+    (format!("{}: {why}", set.field_ref(place)), count)
 }

@@ -96,7 +96,7 @@ pub(crate) struct Verdicts {
     pub hidden: Pairs,
 }
 
-/// The hooks of an [open step](crate::OpenStep): hand them to `PhysicsPipeline::step`.
+/// The hooks of an [open step](crate::pipeline::OpenStep): hand them to `PhysicsPipeline::step`.
 ///
 /// Rapier finds and reports contacts that the fields answer as any other. Its solver holds those that last, with the
 /// friction of the law and no restitution. Contact points that approach or separate fast are moved apart so that the

@@ -23,7 +23,7 @@ pub enum Detection {
     ///
     /// Two balls, and a ball and a half-space that does not turn, are exact, to some roundings in 64 bits. Other shapes
     /// are found by Parry's distance, in time to some roundings of their size (in [`Real`](crate::math::Real)) divided
-    /// by the speed of approach: see [`Capability`](crate::Capability). After an impact, collisions of that body with
+    /// by the speed of approach: see [`Capability`](crate::contact::Capability). After an impact, collisions of that body with
     /// parts that only Rapier answers are not detected before the next step. If a step reaches its limit of impacts,
     /// the bodies stay where they touch for the rest of it, and the outcome says so.
     ///
@@ -56,7 +56,7 @@ pub enum Responder {
     /// The fields, by their laws: all contacts of a collider that has a detection field whose law is not
     /// [`Observe`](crate::ContactLaw::Observe). Rapier still finds and reports these contacts.
     ///
-    /// Contacts that last are handed to Rapier's solver by a [hook](crate::StepHooks), with the friction of the law and
+    /// Contacts that last are handed to Rapier's solver by a [hook](crate::contact::StepHooks), with the friction of the law and
     /// no restitution, so resting bodies rest and sleep as in Rapier alone. A contact lasts while it approaches or
     /// separates more slowly than √((2 a dt)² + 2 a h), where a is the larger acceleration of its two bodies by
     /// gravity, fields and their users' forces, and h is Rapier's allowed linear error, 0.005 length units: a contact

@@ -58,7 +58,7 @@ pub struct NotComparable {
     /// Rapier updated contacts more than once in the step (`max_ccd_substeps` above 1), at poses within it.
     pub ccd_substeps: u64,
     /// Rapier may have kept the contact of an earlier step, because the check [lets
-    /// it](crate::CrossCheck::let_recycle).
+    /// it](crate::cross_check::CrossCheck::let_recycle).
     pub recycled: u64,
     /// No movable body of the pair was awake: Rapier keeps the contacts from before they fell asleep.
     pub asleep: u64,

@@ -20,14 +20,14 @@ type Listener = dyn Fn(&Disagreement) + Send + Sync;
 /// It compares pairs of which at least one collider has a detection field, of any shapes. A contact of Rapier's counts
 /// if it overlaps, contact skins included; contacts that Rapier holds ready at a distance (`prediction_distance`) do
 /// not. Of several points the deepest counts. Presence, depth, normal and point are each judged against a band derived
-/// from rounding ([`CrossCheckReport::band`](crate::CrossCheckReport::band)), and for parts without a ball also from
+/// from rounding ([`CrossCheckReport::band`](crate::cross_check::CrossCheckReport::band)), and for parts without a ball also from
 /// the time for which Parry keeps their points. Contacts of one side only that are shallower than the band are counted
-/// separately, and so are pairs that cannot be compared ([`NotComparable`](crate::NotComparable)). Pairs that
+/// separately, and so are pairs that cannot be compared ([`NotComparable`](crate::cross_check::NotComparable)). Pairs that
 /// `ActiveCollisionTypes` keep from Rapier are disagreements, because fields ignore that setting.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
-/// use rapier3d_fields::CrossCheck;
+/// use rapier3d_fields::cross_check::CrossCheck;
 /// let check = CrossCheck::all().on_disagreement(|found| eprintln!("{found:?}"));
 /// let fields = Fields::builder(Field::uniform(Vector::X)).cross_check(check).build()?;
 /// # Ok::<(), BuildError>(())

@@ -43,7 +43,7 @@ fn draw<B: DebugRenderBackend>(
     if pen.is_full() || !pen.begin(None) {
         return;
     }
-    let values = scene.fields.at(world_points, scene.world);
+    let values = scene.fields.values_at(world_points, scene.world);
     let polar: Vec<_> = values.iter().map(|value| Polar::of(value.force)).collect();
     let magnitudes = polar.iter().flatten().map(|polar| polar.magnitude);
     let gauge = Gauge::new(scene.style.half_magnitude, magnitudes);
@@ -71,6 +71,6 @@ fn draw<B: DebugRenderBackend>(
 
 /// The colours of the first and the last field that count.
 fn counting_colors(value: &FieldValue) -> Option<[DebugColor; 2]> {
-    let ends = [value.handles.first()?, value.handles.last()?];
-    Some(ends.map(|field| FieldDebugRenderStyle::field_color(*field)))
+    let ends = [value.fields.first()?.handle?, value.fields.last()?.handle?];
+    Some(ends.map(FieldDebugRenderStyle::field_color))
 }

@@ -5,7 +5,7 @@ use std::ops::{BitOr, BitOrAssign};
 /// Flags of the parts of fields that are drawn, in the order in which they are drawn.
 ///
 /// ```
-/// use rapier3d_fields::FieldDebugRenderMode as Mode;
+/// use rapier3d_fields::debug_render::FieldDebugRenderMode as Mode;
 /// let mut mode = Mode::REGIONS | Mode::SLICE_ARROWS;
 /// mode.insert(Mode::STREAM_LINES);
 /// mode.remove(Mode::REGIONS);
@@ -25,7 +25,7 @@ impl FieldDebugRenderMode {
     /// present centre of mass.
     pub const WRENCHES: Self = Self(1 << 1);
     /// The contacts that fields found in the last step, by a cross and the normal, and the points of the
-    /// [disagreements](crate::CrossCheckReport::disagreements) of the cross-check, if it is on.
+    /// [disagreements](crate::cross_check::CrossCheckReport::disagreements) of the cross-check, if it is on.
     pub const CONTACTS: Self = Self(1 << 2);
     /// Arrows of the composite field on a plane.
     pub const SLICE_ARROWS: Self = Self(1 << 3);

@@ -4,7 +4,7 @@ use crate::math::Vector;
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle};
 use crate::rapier::pipeline::{DebugColor, DebugRenderBackend, DebugRenderObject};
 
-/// The result of one call of [`render`](crate::FieldDebugRenderPipeline::render).
+/// The result of one call of [`render`](crate::debug_render::FieldDebugRenderPipeline::render).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct FieldDebugRenderOutcome {
@@ -12,7 +12,7 @@ pub struct FieldDebugRenderOutcome {
     pub lines: usize,
     /// The number of lines, and of arrows, that were left out because they were infinite or NaN.
     pub not_finite: usize,
-    /// True if something was left out because of [`max_lines`](crate::FieldDebugRenderStyle::max_lines).
+    /// True if something was left out because of [`max_lines`](crate::debug_render::FieldDebugRenderStyle::max_lines).
     pub limit_reached: bool,
 }
 

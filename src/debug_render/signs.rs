@@ -1,6 +1,6 @@
 //! Which solids of a region are added to it, and which are cut away.
 
-use crate::field::Region;
+use crate::field::region::Region;
 use crate::field::visit::{RegionStep, Solid};
 use crate::math::Pose;
 

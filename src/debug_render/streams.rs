@@ -66,7 +66,10 @@ fn step_all(scene: &DrawnScene<'_>, points: &[Vector], length: Real) -> Vec<Opti
 
 /// The direction of the composite field at each point; `None` where it is not defined, zero, infinite or NaN.
 fn directions(scene: &DrawnScene<'_>, world_points: &[Vector]) -> Vec<Option<Vector>> {
-    let values = scene.fields.at(world_points, scene.world).into_iter();
+    let values = scene
+        .fields
+        .values_at(world_points, scene.world)
+        .into_iter();
     let polar = values.map(|value| Polar::of(value.force));
     polar.map(|polar| Some(polar?.direction)).collect()
 }

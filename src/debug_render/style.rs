@@ -8,7 +8,7 @@ use crate::rapier::pipeline::DebugColor;
 /// first fields look alike.
 const HUE_STEP: f64 = 137.508;
 
-/// Colours, numbers of points and sizes of the [drawing](crate::FieldDebugRenderPipeline) of fields. Colours are Rapier's,
+/// Colours, numbers of points and sizes of the [drawing](crate::debug_render::FieldDebugRenderPipeline) of fields. Colours are Rapier's,
 /// as hue (degrees), saturation, lightness and alpha.
 ///
 /// The *view* is a cube in world space, in which arrows and seeds of stream lines lie. By default it follows the dynamic
@@ -16,7 +16,7 @@ const HUE_STEP: f64 = 137.508;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldDebugRenderStyle {
     /// The largest number of lines in one call. At this number the drawing stops, and
-    /// [`limit_reached`](crate::FieldDebugRenderOutcome::limit_reached) is set.
+    /// [`limit_reached`](crate::debug_render::FieldDebugRenderOutcome::limit_reached) is set.
     pub max_lines: usize,
     /// The number of lines around a circle of an outline, from 3 to 512; numbers beyond are taken as these.
     pub subdivisions: u32,
@@ -80,7 +80,7 @@ impl FieldDebugRenderStyle {
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
-    /// use rapier3d_fields::FieldDebugRenderStyle;
+    /// use rapier3d_fields::debug_render::FieldDebugRenderStyle;
     /// let set = FieldSet::from(Field::uniform(Vector::X).sum_union(Field::spring(4.0)));
     /// let colors: Vec<_> = set
     ///     .iter()

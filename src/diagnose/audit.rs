@@ -4,7 +4,7 @@ use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::sampled::SampledFields;
-use crate::field::{Anchor, Field, Frames};
+use crate::field::{Anchor, Field, FieldRef, Frames};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::reference::Fate;
 use crate::rigid::Lookup;
@@ -41,7 +41,7 @@ pub struct EnergyAudit {
 #[non_exhaustive]
 pub struct FieldEnergy {
     /// The field's name, or its place in the tree; a prototype stands for all its instances.
-    pub field: String,
+    pub field: FieldRef,
     /// The potential energy of all bodies on which it acts; `None` for a field without potential. Fields anchored to a
     /// body count half, because the field of the other body acts back.
     pub potential: Option<f64>,
@@ -70,7 +70,7 @@ impl EnergyAudit {
             self.began = true;
             let places = 0..set.nodes().0.len() as u32;
             let energy = |place| FieldEnergy {
-                field: set.label(place),
+                field: set.field_ref(place),
                 ..FieldEnergy::default()
             };
             self.fields = places.map(energy).collect();

@@ -6,7 +6,7 @@ use super::is_contact;
 use super::sampled::SampledFields;
 use crate::bridge::StepError;
 use crate::compile::Prepared;
-use crate::field::{Anchor, FieldSet, Frames};
+use crate::field::{FieldRef, FieldSet, Frames};
 use crate::integrate::{FASTEST, Fault, FaultKind, FaultPolicy, StepWarning};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
 use crate::reference::Fate;
@@ -110,7 +110,7 @@ fn fields_of<'a>(set: &'a FieldSet, fault: &'a Fault) -> SampledFields<'a, impl 
 
 /// The worst contribution of a single field to a body: the largest, or the first that is not finite.
 struct Culprit {
-    field: String,
+    field: FieldRef,
     body: RigidBodyHandle,
     collider: Option<ColliderHandle>,
     world_point: Vector,
@@ -140,7 +140,7 @@ impl Culprit {
             }
         });
         if let Some(leaf) = leaf {
-            culprit.field = set.label(leaf);
+            culprit.field = set.field_ref(leaf);
         }
         culprit
     }
@@ -149,7 +149,7 @@ impl Culprit {
     fn unknown(fault: &Fault, place: usize) -> Self {
         let samples = &fault.scene.samples;
         Culprit {
-            field: "one of the fields".to_owned(),
+            field: "one of the fields".into(),
             body: samples.bodies[place],
             collider: None,
             world_point: samples.centres[place].world_point,
@@ -185,13 +185,8 @@ pub(crate) fn missing_anchor(compiled: Prepared<'_>, missing: usize) -> StepErro
         .filter(|detector| detector.anchor == missing)
         .map(|detector| detector.leaf);
     let leaf = of_radial.chain(of_program).chain(of_detector).next();
-    let anchor = match compiled.anchors[missing as usize] {
-        Anchor::World { .. } => "the world".to_owned(),
-        Anchor::Body { handle, .. } => format!("body {handle:?}"),
-        Anchor::Collider { handle, .. } => format!("collider {handle:?}"),
-    };
     StepError::MissingAnchor {
-        field: leaf.map_or_else(String::new, |leaf| compiled.set.label(leaf)),
-        anchor,
+        field: leaf.map_or_else(FieldRef::default, |leaf| compiled.set.field_ref(leaf)),
+        anchor: compiled.anchors[missing as usize],
     }
 }

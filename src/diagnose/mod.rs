@@ -10,6 +10,7 @@ mod zones;
 use std::collections::HashMap;
 use std::fmt;
 
+pub use crate::eval::PotentialEnergy;
 pub(crate) use audit::Tally;
 pub use audit::{EnergyAudit, FieldEnergy};
 pub(crate) use blame::{blame, missing_anchor, sifted, warn_of};
@@ -17,7 +18,7 @@ pub(crate) use sampled::SampledFields;
 pub use zones::ZoneEvent;
 pub(crate) use zones::{Occupant, ZoneWatch};
 
-use crate::field::{Cuts, FieldSet, Frames};
+use crate::field::{Cuts, FieldRef, FieldSet, Frames};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
 use crate::reference::{Contribution, Fate, Reference, Trace};
 use crate::rigid::Wrench;
@@ -52,7 +53,7 @@ pub struct Explanation {
 #[non_exhaustive]
 pub struct FieldTotal {
     /// The field's name, or its place in the tree.
-    pub field: String,
+    pub field: FieldRef,
     /// The sum of its own forces, before any operator, and their torque about the centre of mass.
     pub wrench: Wrench,
     /// The number of samples at which it counts.
@@ -64,7 +65,7 @@ pub struct FieldTotal {
 #[non_exhaustive]
 pub struct ExplainedField {
     /// The field's name, or its place in the tree.
-    pub field: String,
+    pub field: FieldRef,
     /// The collider that was sampled; `None` where the body was sampled as a whole.
     pub collider: Option<ColliderHandle>,
     /// The sample point, in world space.
@@ -75,7 +76,7 @@ pub struct ExplainedField {
     /// `Counts`, or the reason why it does not count.
     pub fate: Fate,
     /// The fields that overruled it.
-    pub overruled_by: Vec<String>,
+    pub overruled_by: Vec<FieldRef>,
 }
 
 impl<F: Frames> SampledFields<'_, F> {
@@ -189,11 +190,11 @@ fn is_contact(set: &FieldSet, place: u32) -> bool {
 impl ExplainedField {
     fn new(set: &FieldSet, sample: &SamplePoint, contribution: Contribution) -> Self {
         let overruled_by = match &contribution.fate {
-            Fate::Overruled { by, .. } => by.iter().map(|place| set.label(*place)).collect(),
+            Fate::Overruled { by, .. } => by.iter().map(|place| set.field_ref(*place)).collect(),
             _ => Vec::new(),
         };
         ExplainedField {
-            field: set.label(contribution.place),
+            field: set.field_ref(contribution.place),
             collider: sample.collider,
             world_point: sample.world_point,
             force: contribution.force.map(from_dvec3),
@@ -270,7 +271,8 @@ impl fmt::Display for ExplainedField {
             Fate::Off => write!(f, ": it is off"),
             Fate::AnchorGone => write!(f, ": what it was anchored to is gone"),
             Fate::Overruled { operator, .. } => {
-                let by = self.overruled_by.join(", ");
+                let by = self.overruled_by.iter().map(FieldRef::to_string);
+                let by = by.collect::<Vec<_>>().join(", ");
                 write!(f, ": overruled ({operator}) by {by}")
             }
             Fate::Unmatched { operator } => {

@@ -1,5 +1,7 @@
 //! The frames that fields are anchored to: that of the world, a body or a collider.
 
+use std::fmt;
+
 use crate::math::{ColliderHandle, Pose, Real, RigidBodyHandle, Vector};
 use crate::rapier::geometry::Collider;
 
@@ -110,6 +112,16 @@ impl Anchor {
             }
         };
         Some(base.then(self.local_pose()))
+    }
+}
+
+impl fmt::Display for Anchor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Anchor::World { .. } => f.write_str("the world"),
+            Anchor::Body { handle, .. } => write!(f, "body {handle:?}"),
+            Anchor::Collider { handle, .. } => write!(f, "collider {handle:?}"),
+        }
     }
 }
 

@@ -120,7 +120,7 @@ impl<R: Output> Closure<R> {
             return Ok(());
         }
         Err(BuildError::Unresolved {
-            field: field.to_owned(),
+            field: field.into(),
             kind: R::KIND,
             closure: self.name.as_deref().unwrap_or_default().to_owned(),
         })

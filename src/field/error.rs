@@ -7,10 +7,12 @@ use super::expression_error::ExpressionError;
 use super::handle::FieldHandle;
 use crate::math::{Pose, Real, Vector, to_f64};
 
-/// The field that an error is about.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The field that an error, a warning or an answer is about. It is displayed as its label, and equal to a text that is
+/// the same as its label.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct FieldRef {
-    /// Its handle, if it is in a [`FieldSet`](crate::FieldSet).
+    /// Its handle, if it is in a [`FieldSet`](crate::FieldSet). An operation of a tree has none.
     pub handle: Option<FieldHandle>,
     /// Its own name, or its place and formula.
     pub label: Box<str>,
@@ -31,7 +33,12 @@ impl From<String> for FieldRef {
     }
 }
 
-/// Displayed as its label.
+impl PartialEq<&str> for FieldRef {
+    fn eq(&self, label: &&str) -> bool {
+        *self.label == **label
+    }
+}
+
 impl fmt::Display for FieldRef {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.label)
@@ -49,7 +56,7 @@ pub enum BuildError {
     )]
     Unresolved {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The kind of closure: a formula, a scalar or a predicate.
         kind: &'static str,
         /// Its name.
@@ -59,7 +66,7 @@ pub enum BuildError {
     #[error("{field}: the registry has no {kind} of the name `{closure}`")]
     UnknownClosure {
         /// The field.
-        field: String,
+        field: FieldRef,
         /// The kind of closure: a formula, a scalar or a predicate.
         kind: &'static str,
         /// Its name.
@@ -180,7 +187,9 @@ impl BuildError {
     /// The same error, about a field of a set.
     pub(super) fn of(mut self, field: Option<FieldHandle>) -> Self {
         match &mut self {
-            BuildError::Misfit { field: culprit, .. }
+            BuildError::Unresolved { field: culprit, .. }
+            | BuildError::UnknownClosure { field: culprit, .. }
+            | BuildError::Misfit { field: culprit, .. }
             | BuildError::Expression { field: culprit, .. }
             | BuildError::Parameter { field: culprit, .. }
             | BuildError::MeshRegion { field: culprit, .. }

@@ -144,7 +144,7 @@ impl Fingerprint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Region;
+    use crate::field::region::Region;
     use crate::math::{Real, Vector};
 
     #[test]

@@ -1,40 +1,40 @@
 //! Fields as data: regions, formulas and operators, and the trees and sets they form.
 
-mod anchor;
+pub(crate) mod anchor;
 mod any_shape;
-mod axis;
+pub(crate) mod axis;
 mod border;
 pub mod boundary;
 mod closed_mesh;
 mod closure;
 mod constructors;
-mod contact;
-mod error;
+pub(crate) mod contact;
+pub(crate) mod error;
 mod expression_error;
 mod formula;
 mod ground;
-mod handle;
-mod layer;
-mod leaf;
-mod lifetime;
+pub(crate) mod handle;
+pub(crate) mod layer;
+pub(crate) mod leaf;
+pub(crate) mod lifetime;
 mod likeness;
 mod linearised;
 mod modifier;
 mod nodes;
-mod operator;
+pub(crate) mod operator;
 mod over_axes;
 mod presets;
 mod priority;
-mod properties;
-mod query;
-mod region;
+pub(crate) mod properties;
+pub(crate) mod query;
+pub(crate) mod region;
 mod registry;
 mod sampled;
-mod sampling;
+pub(crate) mod sampling;
 #[cfg(feature = "serde-serialize")]
 mod saved;
-mod scalar;
-mod set;
+pub(crate) mod scalar;
+pub(crate) mod set;
 mod sets;
 mod solid;
 mod solid_shape;
@@ -42,16 +42,14 @@ mod stack;
 mod subtree;
 mod sum;
 mod surface;
-mod tree;
+pub(crate) mod tree;
 mod validity;
 pub mod visit;
 
-pub use anchor::{Anchor, Frame, Frames};
-pub use axis::Axis;
+pub use anchor::{Frame, Frames};
 pub use closed_mesh::MeshFault;
 pub use closure::Closure;
-pub use contact::ContactLaw;
-pub use error::{BuildError, FieldRef};
+pub use error::FieldRef;
 pub use expression_error::{ExpressionError, ExpressionErrorKind};
 #[cfg(feature = "expression")]
 pub use formula::Expression;
@@ -59,21 +57,25 @@ pub use formula::{
     Buoyancy, Coordinates, Drag, Formula, Grid, LinearKernel, Magnetic, Nearest, Path, Profile,
     Radial, Spring, Swirl, Turbulence, Uniform, Wind,
 };
-pub use handle::{FieldHandle, TreeHandle};
-pub use layer::Layer;
-pub use leaf::{Coupling, Field, ForceMode};
-pub use lifetime::Lifetime;
-pub(crate) use lifetime::Span;
 pub use linearised::Linearised;
-pub use operator::Operator;
-pub use properties::{ColliderProperties, PropertyError};
-pub use query::{Query, Sample, Touch};
-pub use region::{Placement, Region};
+pub use query::{Query, Touch};
+pub use region::Placement;
 pub use registry::Registry;
-pub use sampling::Sampling;
-pub use scalar::Scalar;
-pub use set::{FieldKey, FieldSet};
-pub use tree::Tree;
+pub use set::FieldKey;
+
+// Those that users find at the root of the crate.
+pub(crate) use anchor::Anchor;
+pub(crate) use axis::Axis;
+pub(crate) use contact::ContactLaw;
+pub(crate) use error::BuildError;
+pub(crate) use handle::FieldHandle;
+pub(crate) use leaf::{Coupling, Field, ForceMode};
+pub(crate) use lifetime::{Lifetime, Span};
+pub(crate) use operator::Operator;
+pub(crate) use properties::{ColliderProperties, PropertyError};
+pub(crate) use sampling::Sampling;
+pub(crate) use set::FieldSet;
+pub(crate) use tree::Tree;
 
 pub(crate) use border::Border;
 pub(crate) use boundary::{Neighbourhood, Normal, Pieces};

@@ -97,7 +97,7 @@ fn fill<R: Output>(
     let name = closure.name().unwrap_or_default();
     let Some(known) = names.get(name) else {
         return Err(BuildError::UnknownClosure {
-            field: field.to_owned(),
+            field: field.into(),
             kind: R::KIND,
             closure: name.to_owned(),
         });

@@ -19,7 +19,7 @@ use super::operator::Operator;
 use super::properties::{ColliderProperties, PropertyError, UserProperties};
 use super::sampling::Sampling;
 use super::tree::Tree;
-use super::{Axis, BuildError};
+use super::{Axis, BuildError, FieldRef};
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, from_f64};
 
 use arena::{Arena, NONE};
@@ -474,9 +474,12 @@ impl FieldSet {
         self.term(self.arena.serial_of(place)?)
     }
 
-    /// The name of the field or operation at a place, for messages.
-    pub(crate) fn label(&self, place: u32) -> String {
-        self.nodes().label(place)
+    /// The field or operation at a place, for messages.
+    pub(crate) fn field_ref(&self, place: u32) -> FieldRef {
+        FieldRef {
+            handle: self.handle_at(place),
+            label: self.nodes().label(place).into(),
+        }
     }
 
     pub(crate) fn field(&self, place: u32) -> Option<&Field> {

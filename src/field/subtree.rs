@@ -19,9 +19,9 @@ impl Nodes<'_> {
             };
             place_of.insert(place, kept);
         }
-        // Operands of operations that became empty may be left behind the root.
+        // Operands of operations that became empty may be left over, before the root or behind it.
         match place_of[&root] {
-            Some(root) if root as usize + 1 == nodes.len() => Tree { nodes },
+            Some(root) if Nodes(&nodes).postorder(root).len() == nodes.len() => Tree { nodes },
             Some(root) => Nodes(&nodes).subtree(root),
             None => Tree::empty(),
         }
@@ -73,4 +73,28 @@ fn with_operands(
     }
     nodes.push(node);
     Some(nodes.len() as u32 - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::field::{Field, FieldSet};
+    use crate::math::Vector;
+
+    #[test]
+    fn an_operand_of_an_operation_that_became_empty_leaves_the_tree() {
+        let named = |name| Field::uniform(Vector::X).named(name);
+        let empty = named("b").sum_intersection(named("removed"));
+        let mut set = FieldSet::new();
+        let handle = set.insert(named("a").replace_union(empty).replace_union(named("c")));
+        let removed = set.handle("removed").expect("a field of this name");
+        assert!(set.remove_field(removed).is_some());
+        for tree in [set.tree(), set.remove(handle).expect("the tree")] {
+            assert_eq!(tree.field_count(), 2, "{tree:?}");
+            assert_eq!(tree.depth(), 1);
+            let mut again = FieldSet::new();
+            again.insert(tree);
+            assert!(again.handle("b").is_none());
+            assert_eq!(again.len(), 2);
+        }
+    }
 }

@@ -38,7 +38,7 @@ impl Fields {
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
-    /// use rapier3d_fields::StepStage;
+    /// use rapier3d_fields::pipeline::StepStage;
     /// let mut world = PhysicsWorld::new();
     /// world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::cuboid(0.5, 0.5, 0.5));
     /// let mut fields = Fields::new(Field::point_gravity(4.0).at(Vector::X * 9.0))?;
@@ -60,7 +60,7 @@ impl Fields {
         self.pipeline.set_timed(on);
     }
 
-    /// The simulated time: the sum of all steps since zero, or since it was [set](crate::FieldState::set_time).
+    /// The simulated time: the sum of all steps since zero, or since it was [set](crate::pipeline::FieldState::set_time).
     #[must_use]
     pub fn time(&self) -> f64 {
         self.state.time
@@ -230,18 +230,18 @@ impl Fields {
     /// # let world = PhysicsWorld::new();
     /// let wind = Field::uniform(Vector::X).within(Region::ball(1.0)).named("wind");
     /// let fields = Fields::new(wind)?;
-    /// let values = fields.at(&[Vector::ZERO, Vector::X * 5.0], &world);
+    /// let values = fields.values_at(&[Vector::ZERO, Vector::X * 5.0], &world);
     /// assert_eq!((values[0].force, &values[0].fields[..]), (Vector::X, &["field `wind`".into()][..]));
     /// assert!(!values[1].is_defined);
     /// # Ok::<(), BuildError>(())
     /// ```
-    pub fn at<'a>(
+    pub fn values_at<'a>(
         &self,
         world_points: &[Vector],
         world: impl Into<WorldRef<'a>>,
     ) -> Vec<FieldValue> {
         self.pipeline
-            .at(&self.definition(), &self.state, world.into(), world_points)
+            .values_at(&self.definition(), &self.state, world.into(), world_points)
     }
 
     /// The composite field as a sample feels it that has a velocity, a charge, other properties, or touches something. The
@@ -258,12 +258,12 @@ impl Fields {
     /// let fields = Fields::new(Field::contact(ContactLaw::Paper).at(ball))?;
     /// let touch = Touch { collider: ball, world_normal: DVec3::Y, speed: 3.0, approach_speed: 3.0 };
     /// let mut sample = Query { world_point: DVec3::Y * 1.5, mass: 2.0, dt: 0.5, ..Query::default() };
-    /// assert_eq!(fields.at_sample(&sample, &world).force, Vector::ZERO);
+    /// assert_eq!(fields.value_for(&sample, &world).force, Vector::ZERO);
     /// sample.touches.push(touch);
-    /// assert_eq!(fields.at_sample(&sample, &world).force, Vector::Y * (2.0 * 3.0 / 0.5));
+    /// assert_eq!(fields.value_for(&sample, &world).force, Vector::Y * (2.0 * 3.0 / 0.5));
     /// # Ok::<(), BuildError>(())
     /// ```
-    pub fn at_sample<'a>(&self, sample: &Query, world: impl Into<WorldRef<'a>>) -> FieldValue {
+    pub fn value_for<'a>(&self, sample: &Query, world: impl Into<WorldRef<'a>>) -> FieldValue {
         value_of(&self.set, &world.into(), sample)
     }
 

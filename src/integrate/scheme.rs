@@ -146,6 +146,18 @@ const MOST_PER_BODY: u32 = 256;
 const MOST_AUTO: u32 = 4096;
 
 impl Scheme {
+    /// [`Auto`](Scheme::Auto) with this tolerance, such as `1e-3`.
+    #[must_use]
+    pub const fn auto(tolerance: Real) -> Self {
+        Scheme::Auto { tolerance }
+    }
+
+    /// [`Substep`](Scheme::Substep) with the same number of substeps for all bodies.
+    #[must_use]
+    pub const fn substeps(number: u32) -> Self {
+        Scheme::Substep(Substeps::Fixed(number))
+    }
+
     /// Returns an error if a parameter of the scheme is out of its range.
     pub(crate) fn validate(self) -> Result<(), BuildError> {
         let bad = |quantity, requirement, value| BuildError::Parameter {

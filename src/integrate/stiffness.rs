@@ -5,6 +5,7 @@ use super::jacobian::Jacobian;
 use super::pace::Pace;
 use super::plan::Choice;
 use super::stability::{COUPLED, Mode};
+use crate::field::FieldRef;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rapier::na::Matrix6;
 use crate::rigid::{Mobility, eigen};
@@ -123,7 +124,7 @@ pub enum StepWarning {
     )]
     LeftOut {
         /// The field with the worst force; "one of the fields" if there are too many faults at once to look for it.
-        field: String,
+        field: FieldRef,
         /// The body; of a soft body its root.
         body: RigidBodyHandle,
         /// The collider that was sampled; `None` for a body that was sampled as a whole.
@@ -141,7 +142,7 @@ pub enum StepWarning {
     )]
     Quarantined {
         /// The field with the worst force; "one of the fields" if there are too many faults at once to look for it.
-        field: String,
+        field: FieldRef,
         /// The body; of a soft body its root.
         body: RigidBodyHandle,
         /// The collider that was sampled; `None` for a body that was sampled as a whole.
@@ -198,7 +199,7 @@ pub enum StepWarning {
     #[error("{field} was removed with the body or collider that it was anchored to")]
     AnchorRemoved {
         /// The field.
-        field: String,
+        field: FieldRef,
     },
     /// A soft body that encloses no volume, a sheet or a rope, is within the reach of a field that acts on volumes,
     /// such as [buoyancy](crate::Field::buoyancy). It displaces nothing, so the field does not act on it.
@@ -220,7 +221,7 @@ pub enum StepWarning {
         /// The largest share that a particle lacks if it is held; more than 0.01.
         share: Real,
     },
-    /// Fields answer contacts that Rapier solved as well, because the [hooks](crate::OpenStep::hooks) of the open step
+    /// Fields answer contacts that Rapier solved as well, because the [hooks](crate::pipeline::OpenStep::hooks) of the open step
     /// were not passed to Rapier's step.
     #[error(
         "Rapier's step was not given the hooks of the open step, so Rapier solved contacts that fields also answer"

@@ -20,7 +20,7 @@ impl FieldPipeline {
         let pushes = |law| matches!(law, ContactLaw::Observe | ContactLaw::Penalty { .. });
         let answering = detectors.find(|it| !pushes(it.law));
         answering.map_or(Ok(()), |detector| {
-            let field = fields.set.label(detector.leaf);
+            let field = fields.set.field_ref(detector.leaf);
             Err(StepError::SchemeAtHits { field, scheme })
         })
     }

@@ -9,7 +9,7 @@ use crate::bridge::{StepError, WorldRef};
 use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, SampledFields, blame, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, SampledWorld};
-use crate::field::{FieldHandle, FieldSet, Frames, Points, Query, Sampling, Span};
+use crate::field::{FieldRef, FieldSet, Frames, Points, Query, Sampling, Span};
 use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::reference::{Fate, Reference};
@@ -26,20 +26,18 @@ pub struct BodySample {
     pub query: Query,
 }
 
-/// The composite field at a point; see [`Fields::at`](crate::Fields::at) and
-/// [`Fields::at_sample`](crate::Fields::at_sample).
+/// The composite field at a point; see [`Fields::values_at`](crate::Fields::values_at) and
+/// [`Fields::value_for`](crate::Fields::value_for).
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FieldValue {
-    /// The force on the sample, by [`Fields::at`](crate::Fields::at) a resting point of unit mass and no charge; zero where
+    /// The force on the sample, by [`Fields::values_at`](crate::Fields::values_at) a resting point of unit mass and no charge; zero where
     /// no field is defined.
     pub force: Vector,
     /// True if any field is defined there, which is not the same as a force.
     pub is_defined: bool,
-    /// The fields that count there: their names, or places in the tree.
-    pub fields: Vec<String>,
-    /// The handles of these fields, in the same order.
-    pub handles: Vec<FieldHandle>,
+    /// The fields that count there.
+    pub fields: Vec<FieldRef>,
 }
 
 /// The compiled fields: kept from the last step, or made for this query.
@@ -229,7 +227,7 @@ impl FieldPipeline {
     }
 
     /// The composite field at some points.
-    pub(crate) fn at(
+    pub(crate) fn values_at(
         &self,
         fields: &Definition<'_>,
         state: &FieldState,
@@ -369,7 +367,6 @@ pub(crate) fn value_of(set: &FieldSet, view: &WorldRef<'_>, query: &Query) -> Fi
         force: Vector::ZERO,
         is_defined: false,
         fields: Vec::new(),
-        handles: Vec::new(),
     };
     for term in set.terms() {
         let trace = Reference::of_term(set, term.root).trace(view, query);
@@ -378,8 +375,7 @@ pub(crate) fn value_of(set: &FieldSet, view: &WorldRef<'_>, query: &Query) -> Fi
         let counts = trace.contributions.iter();
         let counts = counts.filter(|c| c.fate == Fate::Counts);
         for place in counts.map(|contribution| contribution.place) {
-            value.fields.push(set.label(place));
-            value.handles.extend(set.handle_at(place));
+            value.fields.push(set.field_ref(place));
         }
     }
     value.force = from_dvec3(force);

@@ -12,8 +12,8 @@ use crate::integrate::{Evaluation, Reactions, first_unsound};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
 use crate::rigid::Body;
 
-/// The state that one step leaves for the next: plain data. A snapshot needs it, the [settings](crate::FieldSettings)
-/// and the fields: a new [`FieldPipeline`](crate::FieldPipeline) continues from them bit for bit.
+/// The state that one step leaves for the next: plain data. A snapshot needs it, the [settings](crate::pipeline::FieldSettings)
+/// and the fields: a new [`FieldPipeline`](crate::pipeline::FieldPipeline) continues from them bit for bit.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct FieldState {

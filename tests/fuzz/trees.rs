@@ -1,6 +1,6 @@
 //! Trees of every formula, region, operator, anchor and law; settings of every kind.
 
-use rapier3d_fields::CrossCheck;
+use rapier3d_fields::cross_check::CrossCheck;
 use rapier3d_fields::field::{Grid, LinearKernel, Path, Swirl, Turbulence};
 use rapier3d_fields::math::Real;
 use rapier3d_fields::prelude::*;

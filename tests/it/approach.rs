@@ -1,6 +1,7 @@
 //! Axes of approach: where a sample comes from, how fast, when and how near; and who swerves by them.
 
-use rapier3d_fields::field::{Axis, Query};
+use rapier3d_fields::Axis;
+use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;

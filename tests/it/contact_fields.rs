@@ -2,10 +2,11 @@
 //! reference.
 
 use proptest::prelude::*;
+use rapier3d_fields::Responder;
+use rapier3d_fields::contact::FieldContact;
 use rapier3d_fields::field::{Query, Touch};
 use rapier3d_fields::math::{DVec3, from_dvec3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{FieldContact, Responder};
 
 use crate::support::collide::*;
 use crate::support::largest;
@@ -331,11 +332,11 @@ fn samples_that_touch_can_be_asked_about() {
         };
         let mut felt = [Vec::new(), vec![touch]].map(|touches| {
             sample.touches = touches;
-            let value = fields.at_sample(&sample, &world.physics);
+            let value = fields.value_for(&sample, &world.physics);
             let expected = reference(&tree, &world, &sample).unwrap_or_default();
             assert_near(value.force, from_dvec3(expected), 1e-5, "force");
             assert!(
-                value.fields.iter().any(|it| it.contains("bounce")),
+                value.fields.iter().any(|it| it.label.contains("bounce")),
                 "{value:?}"
             );
             value.force

@@ -140,7 +140,7 @@ fn down(scene: &Scene, place: Vector) -> Vector {
     let Some(fields) = &scene.fields else {
         return world.gravity;
     };
-    fields.at(&[place], world)[0].force
+    fields.values_at(&[place], world)[0].force
 }
 
 /// Walks, falls where there is nothing under the feet, and pushes what is in the way.

@@ -5,9 +5,9 @@ mod obstacles;
 mod touches;
 mod tricks;
 
+use rapier3d_fields::cross_check::{ContactCounts, CrossCheck, CrossCheckReport, Difference};
 use rapier3d_fields::math::{InteractionGroups, Real, Vector, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{ContactCounts, CrossCheck, CrossCheckReport, Difference};
 
 use crate::support::collide::*;
 use crate::support::{assert_at_most, assert_close, either};

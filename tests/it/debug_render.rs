@@ -1,11 +1,11 @@
 //! The drawing of fields: where its lines are, and that it stops where it says so.
 
+use rapier3d_fields::debug_render::FieldDebugRenderMode as Mode;
+use rapier3d_fields::debug_render::{
+    FieldDebugRenderOutcome, FieldDebugRenderPipeline, FieldDebugRenderStyle,
+};
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{
-    FieldDebugRenderMode as Mode, FieldDebugRenderOutcome, FieldDebugRenderPipeline,
-    FieldDebugRenderStyle,
-};
 
 use crate::support::collide::{cross_checked, overlapping, step, unseen};
 
@@ -249,7 +249,7 @@ fn arrows_point_along_the_field() {
         assert_eq!(outcome.not_finite, 0);
         let shafts: Vec<Line> = lines.chunks(3).map(|arrow| arrow[0]).collect();
         let starts: Vec<Vector> = shafts.iter().map(|shaft| shaft.a).collect();
-        let values = fields.at(&starts, &world);
+        let values = fields.values_at(&starts, &world);
         // The lee is zero at its middle, where both grids have a point.
         let points = if mode == Mode::SLICE_ARROWS {
             21 * 21

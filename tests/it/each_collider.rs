@@ -4,10 +4,11 @@
 //! The oracle is the literal reference on the same field without what tells colliders apart, asked
 //! at the samples of those colliders that are to feel it.
 
+use rapier3d_fields::Wrench;
 use rapier3d_fields::math::{DVec3, to_dvec3};
+use rapier3d_fields::pipeline::BodySample;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
-use rapier3d_fields::{BodySample, Wrench};
 
 use crate::support::{assert_at_most, either, weightless};
 

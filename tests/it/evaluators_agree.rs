@@ -7,8 +7,8 @@
 //! off boundaries and singularities there.
 
 use proptest::prelude::*;
-use rapier3d_fields::IndexKind;
 use rapier3d_fields::math::{DVec3, Real, to_dvec3, to_f64};
+use rapier3d_fields::plan::IndexKind;
 use rapier3d_fields::prelude::*;
 
 use crate::support::trees::{

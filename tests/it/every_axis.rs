@@ -5,9 +5,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use rapier3d_fields::BodySample;
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DQuat, DVec3, Rotation, from_dvec3, from_f64, to_dpose3, to_dvec3};
+use rapier3d_fields::pipeline::BodySample;
 use rapier3d_fields::prelude::*;
 
 use super::each_collider::{

@@ -61,7 +61,7 @@ fn an_explanation_sums_to_the_wrench() {
     );
     let fates = |name: &str| -> Vec<&Fate> {
         let label = format!("field `{name}`");
-        let of_field = why.contributions.iter().filter(|c| c.field == label);
+        let of_field = why.contributions.iter().filter(|c| c.field == &label[..]);
         of_field.map(|c| &c.fate).collect()
     };
     // One of the two balls is in the lee: the wind is replaced there, and counts at the other.
@@ -79,7 +79,7 @@ fn an_explanation_sums_to_the_wrench() {
         .contributions
         .iter()
         .filter(|c| !c.overruled_by.is_empty());
-    let by: Vec<&str> = overruled.map(|c| c.overruled_by[0].as_str()).collect();
+    let by: Vec<&str> = overruled.map(|c| &*c.overruled_by[0].label).collect();
     assert_eq!(by, ["field `lee`", "field `strong`", "field `strong`"]);
     assert!(
         why.outside >= 2,
@@ -118,7 +118,7 @@ fn the_audit_knows_who_took_the_energy() {
             audit
                 .fields
                 .iter()
-                .find(|f| f.field == label)
+                .find(|f| f.field == &label[..])
                 .expect("audited")
         };
         let stored = 1.5 * x.length_squared();
@@ -288,7 +288,7 @@ fn totals_of_a_sum_add_up() {
     let names: Vec<_> = told
         .totals
         .iter()
-        .map(|total| total.field.as_str())
+        .map(|total| &*total.field.label)
         .collect();
     assert_eq!(names.len(), 3, "one is out of reach, two have one name");
     assert!(

@@ -1,6 +1,6 @@
 //! Very many sources, of which those that are far act together: how right that is, and where it ends.
 
-use rapier3d_fields::field::{ForceMode, Query};
+use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
@@ -201,7 +201,7 @@ fn edits_of_still_sources_are_followed() {
         };
         let exact = reference.force(&WorldRef::from(&world), &query);
         let exact = exact.expect("defined everywhere");
-        let found = to_dvec3(fields.at(&[point], &world)[0].force);
+        let found = to_dvec3(fields.values_at(&[point], &world)[0].force);
         assert!(
             (found - exact).length() < 5e-3 * exact.length(),
             "{round}: {found}, {exact}"

@@ -145,11 +145,11 @@ fn told(fields: &Fields) -> Vec<(RigidBodyHandle, FaultPolicy)> {
     let warnings = fields.warnings().iter();
     let told = warnings.filter_map(|warning| match warning {
         StepWarning::LeftOut { field, body, .. } => {
-            assert!(field.contains("`culprit`"), "{warning}");
+            assert!(field.label.contains("`culprit`"), "{warning}");
             Some((*body, FaultPolicy::LeaveOut))
         }
         StepWarning::Quarantined { field, body, .. } => {
-            assert!(field.contains("`culprit`"), "{warning}");
+            assert!(field.label.contains("`culprit`"), "{warning}");
             Some((*body, FaultPolicy::Quarantine))
         }
         _ => None,
@@ -589,7 +589,9 @@ fn very_many_faults_at_once_are_told() {
                 _ => None,
             });
         assert_eq!(told.clone().count(), COUNT, "{policy:?}");
-        let named = told.filter(|field| field.contains("`charge ")).count();
+        let named = told
+            .filter(|field| field.label.contains("`charge "))
+            .count();
         assert!((100..COUNT).contains(&named), "{named} were looked into");
     }
 }

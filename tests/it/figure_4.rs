@@ -1,9 +1,10 @@
 //! The paper's Figure 4 as drawn: each ball has an attraction that a collision field replaces where balls touch, and all of
 //! them are summed. The balls attract one another until they collide, and bounce.
 
+use rapier3d_fields::Detection;
+use rapier3d_fields::contact::FieldContact;
 use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_dvec3};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{Detection, FieldContact};
 
 use crate::support::numbers::Numbers;
 use crate::support::weightless;

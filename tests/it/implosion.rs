@@ -3,7 +3,7 @@
 
 use crate::lab::scenes::ammonia::{MASS, PRINCIPAL_INERTIA, SITES};
 use crate::lab::scenes::insert_box;
-use rapier3d_fields::CrossCheck;
+use rapier3d_fields::cross_check::CrossCheck;
 use rapier3d_fields::math::{Vector, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 

@@ -1,6 +1,6 @@
 //! The laws of response, swept and sampled: what each conserves, who answers, and what is told.
 
-use rapier3d_fields::ContactEvent;
+use rapier3d_fields::contact::ContactEvent;
 use rapier3d_fields::math::{Vector, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 

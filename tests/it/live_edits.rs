@@ -9,8 +9,9 @@ use crate::support::worlds::{self, World, bodies};
 
 use proptest::prelude::*;
 use rapier3d_fields::math::{Pose, Real, to_dvec3};
+use rapier3d_fields::plan::Plan;
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{Plan, StepError, Wrench};
+use rapier3d_fields::{StepError, Wrench};
 
 /// An edit; what it is done to is counted round.
 #[derive(Clone, Debug)]

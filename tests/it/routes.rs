@@ -4,8 +4,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 
-use rapier3d_fields::StepOutcome;
 use rapier3d_fields::math::to_f64;
+use rapier3d_fields::pipeline::StepOutcome;
 use rapier3d_fields::prelude::*;
 
 use crate::lab::stability::SCHEMES;

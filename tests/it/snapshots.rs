@@ -141,7 +141,7 @@ fn forces_that_read_velocities() {
                 world.insert(body, ColliderBuilder::cuboid(0.3, 0.5, 0.2).mass(1.5));
             }
             let tree = Field::magnetic(Vector::new(0.3, 2.0, 0.1))
-                .coupled_to(rapier3d_fields::field::Coupling::Each)
+                .coupled_to(rapier3d_fields::Coupling::Each)
                 .sum_union(Field::wind(Vector::X * 3.0, 0.4, 0.2))
                 .sum_union(Field::spring(30.0).at(Vector::Y));
             let fields = Fields::builder(tree).scheme(scheme).build();

@@ -3,7 +3,7 @@
 //! Detection is judged apart from integration: a pair starts two steps before it touches, and the
 //! exact motion is that from the state in which the world really was when the step began.
 
-use rapier3d_fields::FieldContact;
+use rapier3d_fields::contact::FieldContact;
 use rapier3d_fields::math::{from_f64, to_dvec3};
 use rapier3d_fields::prelude::*;
 

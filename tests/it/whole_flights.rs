@@ -5,7 +5,7 @@
 //! steps within a step, half a rounding of where it is, the same of its attitude, and its velocity
 //! is off by a rounding all the time. That distance, over the speed of approach, is a time.
 
-use rapier3d_fields::FieldContact;
+use rapier3d_fields::contact::FieldContact;
 use rapier3d_fields::math::{Real, from_f64, to_dvec3};
 use rapier3d_fields::prelude::*;
 

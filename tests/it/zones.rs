@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 use std::sync::mpsc::{Receiver, channel};
 
-use rapier3d_fields::ZoneEvent;
+use rapier3d_fields::diagnose::ZoneEvent;
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 

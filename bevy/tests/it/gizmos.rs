@@ -3,7 +3,7 @@
 use std::any::TypeId;
 
 use bevy::gizmos::{GizmoAsset, GizmoHandles};
-use bevy_rapier3d_fields::fields::FieldDebugRenderMode;
+use bevy_rapier3d_fields::fields::debug_render::FieldDebugRenderMode;
 
 use crate::support::*;
 

@@ -159,7 +159,7 @@ impl Run {
         };
         let answered = fields.contacts().iter();
         let answered = answered.filter(|c| c.impulses.iter().any(|i| *i != Vector::ZERO));
-        let event = |contact: &fields::FieldContact| {
+        let event = |contact: &fields::contact::FieldContact| {
             let time = contact.time_of_impact.unwrap_or(self.time);
             Some(Event {
                 time,

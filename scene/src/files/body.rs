@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::collider::ColliderDoc;
 use super::error::{FileError, content};
-use super::fields::field::Sampling;
+use super::fields::Sampling;
 use super::fields::rapier::dynamics::{
     LockedAxes, RigidBody, RigidBodyActivation, RigidBodyAdditionalMassProps, RigidBodyBuilder,
     RigidBodyType,

@@ -8,7 +8,7 @@ use super::collider::ProbeDoc;
 use super::error::{FileError, content, parse};
 use super::field::FieldDoc;
 use super::fields::ColliderProperties;
-use super::fields::field::{BuildError, Field, Region, Scalar, Tree};
+use super::fields::{BuildError, Field, Region, Scalar, Tree};
 use super::names::Names;
 use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::error::{FileError, content};
-use super::fields::field::{Anchor, Coupling, Field, ForceMode, Sampling};
 use super::fields::math::{ColliderHandle, InteractionGroups, RigidBodyHandle};
 use super::fields::rapier::geometry::{Group, InteractionTestMode};
+use super::fields::{Anchor, Coupling, Field, ForceMode, Sampling};
 use super::formula::FormulaDoc;
 use super::names::{Directory, Names, Reference};
 use super::number::{Num, Quad, Triple, pose, quad, unless, unless_zero};

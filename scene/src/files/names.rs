@@ -8,7 +8,7 @@ use serde::de::Visitor;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::error::{FileError, content};
-use super::fields::field::Tree;
+use super::fields::Tree;
 use super::fields::math::{ColliderHandle, RigidBodyHandle};
 
 /// A body of the scene, by its number or its name.

@@ -5,8 +5,8 @@ use serde_json::Value;
 
 use super::error::{FileError, content};
 use super::fields::field::visit::{RegionStep, ShapeOverAxes, Solid};
-use super::fields::field::{Axis, Region};
 use super::fields::math::{Pose, Real};
+use super::fields::{Axis, Region};
 use super::number::{Num, Quad, Triple, num, pose, quad, triple, unless_zero, vector};
 use super::shape::ShapeDoc;
 

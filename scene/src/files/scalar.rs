@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::error::{FileError, content};
 use super::fields::field::visit::{Curve, ScalarStep};
-use super::fields::field::{Axis, Scalar};
+use super::fields::{Axis, Scalar};
 use super::number::{Num, num};
 use super::region::RegionDoc;
 

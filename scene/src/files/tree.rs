@@ -6,7 +6,7 @@ use super::error::{FileError, content};
 use super::field::{AnchorDoc, FieldDoc};
 use super::fields::BuildError;
 use super::fields::field::visit::{NodeView, Override};
-use super::fields::field::{Layer, Operator, Tree};
+use super::fields::{Layer, Operator, Tree};
 use super::names::{Directory, Names};
 use super::number::Num;
 use super::scalar::{self, ScalarDoc};

@@ -48,7 +48,7 @@ impl Snapshot {
         let places: Vec<Vector> = points.iter().map(|it| from_dvec3(*it)).collect();
         let values = self
             .fields
-            .at(&places, WorldRef::new(&self.bodies, &self.colliders));
+            .values_at(&places, WorldRef::new(&self.bodies, &self.colliders));
         let forces = points.iter().zip(values);
         let forces = forces.filter(|(_, value)| value.is_defined);
         let forces = forces.map(|(at, value)| Force {

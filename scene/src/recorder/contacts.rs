@@ -2,10 +2,11 @@
 
 use std::collections::HashSet;
 
+use super::super::fields::Fields;
+use super::super::fields::cross_check::{CrossCheckReport, Difference};
 use super::super::fields::math::{ColliderHandle, DVec3, Real, Vector, to_dvec3};
 use super::super::fields::rapier::geometry::ContactPair;
 use super::super::fields::rapier::pipeline::PhysicsWorld;
-use super::super::fields::{CrossCheckReport, Difference, Fields};
 use super::frames::Counts;
 use crate::page::ContactKind;
 

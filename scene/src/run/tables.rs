@@ -7,9 +7,10 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use super::Scene;
+use super::fields::StepWarning;
+use super::fields::contact::FieldContact;
 use super::fields::math::{to_dvec3, to_f64};
 use super::fields::prelude::*;
-use super::fields::{FieldContact, StepWarning};
 use crate::program::{AnyError, Paths};
 
 /// The tables that were asked for.

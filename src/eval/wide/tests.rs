@@ -7,9 +7,11 @@ use proptest::prelude::*;
 use super::*;
 use crate::compile::Compiled;
 use crate::eval::Interpreter;
+use crate::field::layer::Layer;
+use crate::field::region::Region;
+use crate::field::scalar::Scalar;
 use crate::field::{
-    Anchor, Axis, Field, FieldSet, Frame, Frames, Layer, Motion, Operator, Region, Scalar, Span,
-    Tree, Turbulence,
+    Anchor, Axis, Field, FieldSet, Frame, Frames, Motion, Operator, Span, Tree, Turbulence,
 };
 use crate::math::{Pose, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::number::{lanes_of, real};

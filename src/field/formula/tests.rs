@@ -6,9 +6,10 @@ use approx::assert_relative_eq;
 
 use super::random::Random;
 use super::*;
-use crate::field::{
-    Coupling, Field, Frame, Linearised, Motion, Query, Region, Sample, Scalar, Tree,
-};
+use crate::field::query::Sample;
+use crate::field::region::Region;
+use crate::field::scalar::Scalar;
+use crate::field::{Coupling, Field, Frame, Linearised, Motion, Query, Tree};
 use crate::math::{Pose, Real, SharedShape, Vector};
 use crate::number::{Dual, differences, real};
 

@@ -5,7 +5,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::StepWarning;
-use crate::field::{Field, FieldSet, ForceMode, Operator, Region, Tree, Turbulence};
+use crate::field::region::Region;
+use crate::field::{Field, FieldSet, ForceMode, Operator, Tree, Turbulence};
 use crate::math::{Real, Vector};
 use crate::pipeline::FieldSettings;
 use crate::rapier::dynamics::RigidBodyBuilder;

@@ -1,8 +1,8 @@
 //! Fields that look at another world than Rapier does are reported; those that do not, are not.
 
+use rapier3d_fields::cross_check::{CrossCheckReport, Difference};
 use rapier3d_fields::math::{Real, SharedShape, Vector, from_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{CrossCheckReport, Difference};
 
 use super::report;
 use crate::support::collide::*;

@@ -1,8 +1,8 @@
 //! Pairs that cannot be compared are counted as such, by their reason, and never as agreement.
 
+use rapier3d_fields::cross_check::{ContactCounts, NotComparable};
 use rapier3d_fields::math::Vector;
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{ContactCounts, NotComparable};
 
 use super::mutants::step_changed;
 use super::report;

@@ -1,8 +1,8 @@
 //! Touches of swept detection, judged by the gap between the parts where they were then.
 
+use rapier3d_fields::cross_check::{CrossCheckReport, TouchCounts};
 use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{CrossCheckReport, TouchCounts};
 
 use super::mutants::{MADE, Made};
 use super::report;

@@ -1,9 +1,9 @@
 //! Worlds that make use of what Rapier lets users do to contacts: each is reported as what it is, none as
 //! a disagreement of the fields.
 
+use rapier3d_fields::cross_check::{CrossCheckReport, Difference};
 use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{CrossCheckReport, Difference};
 
 use super::mutants::{MADE, Made, step_changed};
 use super::report;

@@ -1,6 +1,6 @@
 //! What detection fields find, and what not.
 
-use rapier3d_fields::FieldContact;
+use rapier3d_fields::contact::FieldContact;
 use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 

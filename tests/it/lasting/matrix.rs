@@ -1,6 +1,6 @@
 //! Every shape on every floor.
 
-use rapier3d_fields::Capability;
+use rapier3d_fields::contact::Capability;
 
 use super::*;
 

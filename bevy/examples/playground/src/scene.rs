@@ -61,7 +61,7 @@ pub fn build(
     for mut context in &mut contexts {
         context.gravity = Vec3::ZERO;
     }
-    drawing.pipeline.mode = bevy_rapier3d_fields::fields::FieldDebugRenderMode::REGIONS;
+    drawing.pipeline.mode = bevy_rapier3d_fields::fields::debug_render::FieldDebugRenderMode::REGIONS;
     let looks = Looks::new(&mut meshes, &mut materials);
     let light = DirectionalLight {
         illuminance: 8_000.0,

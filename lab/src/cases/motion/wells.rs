@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::super::fields;
 use super::{Closed, Metric, Motion, Reference, Top, about, alone, each, real, summed};
+use fields::Coupling;
 use fields::Field;
-use fields::field::Coupling;
 use fields::math::{DVec3, Vector};
 
 /// What is let go is 1 m away, along no axis.

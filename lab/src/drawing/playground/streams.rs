@@ -114,7 +114,7 @@ fn follow(level: &Playground, start: Vector) -> Vec<DVec3> {
     let (mut at, mut points) = (start, Vec::new());
     let mut last = Vector::ZERO;
     while points.len() < 200 {
-        let values = level.fields.at(&[at], &level.world);
+        let values = level.fields.values_at(&[at], &level.world);
         let towards = values[0].force.normalize_or_zero();
         if !values[0].is_defined || towards.dot(last) < 0.0 || towards == Vector::ZERO {
             break;

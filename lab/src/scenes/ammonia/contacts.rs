@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use super::fields;
+use fields::Fields;
+use fields::contact::FieldContact;
 use fields::math::{ColliderHandle, DVec3, Vector, to_dvec3};
-use fields::{FieldContact, Fields};
 
 use super::BoxOfAmmonia;
 

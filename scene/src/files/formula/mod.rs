@@ -13,10 +13,11 @@ use radial::{
 use super::error::{FileError, content};
 use super::fields;
 use super::fields::field::{
-    Buoyancy, ContactLaw, Drag, Expression, Field, ForceMode, Formula, Grid, LinearKernel,
-    Magnetic, Path, Profile, Spring, Swirl, Turbulence, Uniform,
+    Buoyancy, Drag, Expression, Formula, Grid, LinearKernel, Magnetic, Path, Profile, Spring,
+    Swirl, Turbulence, Uniform,
 };
 use super::fields::math::Real;
+use super::fields::{ContactLaw, Field, ForceMode};
 use super::number::{Num, unless};
 use super::shape::ShapeDoc;
 

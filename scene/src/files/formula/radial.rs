@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::super::error::{FileError, content};
 use super::super::number::Num;
 use super::FormulaDoc;
-use super::fields::field::{Field, Profile, Radial};
+use super::fields::Field;
+use super::fields::field::{Profile, Radial};
 use super::fields::math::Real;
 
 /// A radial formula's parameters, with what all radial formulas can be given.
