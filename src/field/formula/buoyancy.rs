@@ -11,14 +11,14 @@ use crate::number::Vec3;
 /// The weight of the displaced fluid: F = density · gravity · V(h) ŷ for a fluid that fills the
 /// field's frame below y = 0.
 ///
-/// By default parts are cut at the surface (see [`Sampling`](crate::Sampling)), and V is the volume of the part
-/// below it, at its centre.
+/// By default parts are cut at the surface (see [`Sampling`](crate::Sampling)): V is the volume below it, and the force
+/// acts at the centre of that volume.
 ///
 /// Where they are not cut, a whole part counts as a ball of its volume. Submerged to the depth h = R − y, 0 ≤ h
 /// ≤ 2R, a ball of radius R displaces the cap V(h) = π h² (3R − h)/3; so a ball collider is exact. A sample
 /// that stands for a piece of a part counts as a layer of the piece's volume and of a thickness t with the
 /// piece's second moment along ŷ: V(h) = V h/t for 0 ≤ h = t/2 − y ≤ t; so the pieces of an upright cuboid
-/// displace without gaps. Potential density · gravity · ∫V dh. Parts without a volume feel nothing. Particles
+/// displace without gaps. Potential density · gravity · ∫V dh. Parts without a volume get no force. Particles
 /// of soft bodies count as balls of their [volume](crate::Fields).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
@@ -40,7 +40,7 @@ impl Buoyancy {
     }
 }
 
-/// The form in which a sample displaces fluid.
+/// The shape as which a sample displaces fluid.
 enum Displacing<T> {
     /// A ball: its radius, and the depth of its lowest point.
     Ball(f64, T),
@@ -48,7 +48,7 @@ enum Displacing<T> {
     Layer(f64, T),
 }
 
-/// The form of a sample that is at least partly below the surface; `None` for others, and without a volume.
+/// The shape of a sample that is at least partly below the surface; `None` for others, and without a volume.
 fn submersion<T: Single>(local: &LocalQuery<'_, T>) -> Option<Displacing<T>> {
     let query = local.query;
     let up = local.rotation * DVec3::Y;

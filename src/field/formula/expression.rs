@@ -22,7 +22,7 @@ use crate::number::{Vec3, constant};
 ///
 /// Names are axes: the coordinates `x`, `y`, `z` and the velocity `vx`, `vy`, `vz` of the sample in
 /// the field's frame, `time`, `speed`, `radius`, `mass`, `charge` and so on, and the axes of the
-/// user. An axis of any other name, or of one that is taken, stands in braces: `{heat flux}`.
+/// user. An axis whose name is not a word, or has another meaning, stands in braces: `{heat flux}`.
 /// Constants are `PI`, `E`, `TAU` and `π`, `e`, `τ`. Numbers may have exponents: `1e-3`.
 ///
 /// Operators, those that bind most tightly first:
@@ -34,7 +34,7 @@ use crate::number::{Vec3, constant};
 /// | `a*b`, `a/b` | |
 /// | `a+b`, `a-b` | |
 /// | `<`, `<=`, `>`, `>=`, `==`, `!=` | 1 if so, 0 if not; `a < b < c` is an error |
-/// | `not a`, `!a` | 1 if a is 0, else 0; of all that follows up to an `and` or `or` |
+/// | `not a`, `!a` | 1 if a is 0, else 0; a ends before the next `and` or `or` |
 /// | `a and b`, `a && b` | 1 if neither is 0, else 0 |
 /// | `a or b`, `a \|\| b` | 0 if both are 0, else 1 |
 ///
@@ -44,7 +44,7 @@ use crate::number::{Vec3, constant};
 /// |---|---|
 /// | `if(condition, a, b)` | a unless the condition is 0, else b; the other is not evaluated |
 /// | `abs`, `sign`, `signum` | `sign(0)` is 0, `signum(0)` is 1 |
-/// | `min`, `max` | of any number of arguments; what is not a number is passed over |
+/// | `min`, `max` | of any number of arguments; NaN is skipped |
 /// | `clamp(x, low, high)` | |
 /// | `floor`, `ceil`, `round`, `trunc`, `fract` | halves are rounded away from zero; `fract(x)` is `x - trunc(x)` |
 /// | `sqrt`, `cbrt`, `pow(a, b)`, `hypot` | `hypot` is the length of a vector of any dimension; `0^0` is 1 |
@@ -53,12 +53,12 @@ use crate::number::{Vec3, constant};
 /// | `sinh`, `cosh`, `tanh`, `asinh`, `acosh`, `atanh` | |
 ///
 /// Derivatives are exact. At corners they are those of one side: of `abs` on the right, of `min`
-/// and `max` those of the first of equal arguments, of `if` those of what it chose. What is constant
-/// in steps (comparisons, `sign`, `floor`, …) has a derivative of zero, at its steps too. So has
-/// what has a value and no finite derivative (`sqrt(0)`, `asin(1)`, `hypot(0, 0)`), and `a^b` along
-/// b where a is not positive.
+/// and `max` those of the first of equal arguments, of `if` those of the chosen argument. Step
+/// functions (comparisons, `sign`, `floor`, …) have a derivative of zero, at their steps too. It is
+/// also zero where a value has no finite derivative (`sqrt(0)`, `asin(1)`, `hypot(0, 0)`), and for
+/// `a^b` along b where a is not positive.
 ///
-/// A text has at most 65536 characters; brackets may be as deep as they like.
+/// A text has at most 65536 characters; brackets may be nested to any depth.
 #[derive(Clone, Debug)]
 #[cfg_attr(
     feature = "serde-serialize",

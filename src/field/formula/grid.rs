@@ -6,8 +6,8 @@ use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 use crate::number::{Number, Vec3, constant};
 
-/// Vectors at the nodes of a regular grid, interpolated trilinearly between them. Where the field
-/// is used beyond the grid, the nearest cell's border counts.
+/// Vectors at the nodes of a regular grid, interpolated trilinearly between them. Beyond the grid the
+/// vector is that at the nearest point of the grid.
 ///
 /// ```
 /// use rapier3d_fields::{field::Grid, prelude::*};

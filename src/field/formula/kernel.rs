@@ -6,11 +6,11 @@ use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
 use crate::number::{Number, Vec3, constant, direction, length, real};
 
-/// In coordinates p of place and v of velocity,
+/// For a position p and a velocity v in some coordinates,
 /// f_i = \[K + M_p (P − p) + M_v (V − v) + N a\]_i / (1 + l_i |P_i − p_i| + q_i (P_i − p_i)²)
 /// (NVIDIA PhysX 2.8, `NxForceFieldLinearKernel`).
 ///
-/// a is a vector of random numbers from 0 to 1. Here it is a hash of the sample's place and time,
+/// a is a vector of random numbers from 0 to 1. Here it is a hash of the sample's position and time,
 /// so that a run repeats bit by bit. Its derivatives are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
@@ -119,7 +119,7 @@ fn hash(point: DVec3, time: f64) -> DVec3 {
 }
 
 impl LinearKernel {
-    /// Returns true if the vector depends on no place.
+    /// Returns true if the vector does not depend on the position.
     pub(super) fn is_placeless(&self) -> bool {
         let of_place = [self.noise, self.falloff_linear, self.falloff_quadratic];
         self.coordinates == Coordinates::Cartesian

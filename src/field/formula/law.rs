@@ -52,7 +52,7 @@ pub(crate) trait Law {
         false
     }
 
-    /// The axes it names beyond those that every formula may read.
+    /// The axes that it names, as closures and expressions do.
     fn axes(&self) -> &[Axis] {
         &[]
     }

@@ -74,8 +74,8 @@ pub enum Formula {
     LinearKernel(Box<LinearKernel>),
     /// A function of the user's.
     Closure(Arc<Closure>),
-    /// The answer of a detection field to a touch of its collider (§3.3), by a law: for the paper's laws the
-    /// change of velocity of a part that touches, and zero for other parts.
+    /// The law of a detection field for parts that touch its collider (§3.3): for the paper's laws the
+    /// change of velocity of a touching part, and zero for other parts.
     Contact(ContactLaw),
     /// Three expressions, given as text.
     // Last, so that the numbers of variants do not depend on the feature.
@@ -165,7 +165,7 @@ impl Formula {
         matches!(self, Formula::Uniform(_))
     }
 
-    /// Returns true if the vector is linear in place and velocity: a constant plus terms proportional to them.
+    /// Returns true if the vector is linear in position and velocity: a constant plus terms proportional to them.
     pub(crate) fn is_linear(&self) -> bool {
         match self {
             Formula::Uniform(_) | Formula::Magnetic(_) => true,
@@ -180,7 +180,7 @@ impl Formula {
         }
     }
 
-    /// Returns true if the vector does not change when the field's frame is moved without a turn.
+    /// Returns true if the vector does not change when the field's frame is translated.
     pub(crate) fn is_placeless(&self) -> bool {
         match self {
             Formula::Uniform(_) | Formula::Drag(_) | Formula::Magnetic(_) => true,
@@ -190,8 +190,8 @@ impl Formula {
         }
     }
 
-    /// Returns true if the vector may be the velocity of a medium: it answers neither a touch nor the velocity
-    /// or the volume of the sample.
+    /// Returns true if the vector may be the velocity of a medium: it depends neither on a touch nor on the velocity or
+    /// the volume of the sample.
     fn is_flow(&self) -> bool {
         use Formula::*;
         !matches!(self, Contact(_) | Drag(_) | Magnetic(_) | Buoyancy(_))
@@ -250,7 +250,7 @@ pub struct Wind {
     pub flow: Box<Formula>,
     /// c₁ and c₂.
     pub drag: Drag,
-    /// The largest |w| that counts (m/s); may be infinite.
+    /// The length to which w is shortened (m/s); may be infinite.
     #[cfg_attr(
         feature = "serde-serialize",
         serde(with = "crate::field::saved::upper")

@@ -1,4 +1,4 @@
-//! Radial forces that start from the nearest point of a shape in place of a point.
+//! Radial forces from the nearest point of a shape in place of a fixed point.
 
 use super::radial::Radial;
 use super::{Law, alone};
@@ -11,7 +11,7 @@ use crate::number::{Vec3, chain, constant, differences, limited};
 
 /// A radial force whose distance vector d is measured from the nearest point of a shape: the pull
 /// of a ring, a wall, a planet that is a cube. Inside a solid shape d is zero, and so is the force
-/// of all that is not singular there.
+/// unless the law is singular there.
 ///
 /// The nearest point is Parry's, to the rounding of [`Real`](crate::math::Real). Where two points
 /// are equally near, the force jumps. Its derivatives are central differences.

@@ -35,8 +35,8 @@ pub struct Path {
 }
 
 impl Path {
-    /// A path through at least two points of the field's frame, closed by a last straight piece
-    /// or not.
+    /// A path through at least two points of the field's frame. If `closed`, a last straight piece leads back to the
+    /// first point.
     pub fn new(points: impl IntoIterator<Item = Vector>, closed: bool) -> Self {
         let mut points: Vec<DVec3> = points.into_iter().map(to_dvec3).collect();
         if let (true, Some(first)) = (closed, points.first()) {

@@ -12,7 +12,7 @@ use crate::number::{Dual, Number, Plain, Vec3, limited};
 /// cutoff r_c ("shifted force"; Allen & Tildesley, Computer Simulation of Liquids, §1.6.3): the
 /// potential becomes U(r) − U(r_c) + (r − r_c) f(r_c).
 ///
-/// At the very centre the direction is undefined: laws that are not singular there give zero.
+/// At the centre the direction is not defined: laws that are not singular there give zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct Radial {
@@ -20,11 +20,11 @@ pub struct Radial {
     pub profile: Profile,
     /// r_c, the distance at which the force is brought to zero.
     pub shifted_at: Option<Real>,
-    /// Nearer than this, the force is as strong as at this distance.
+    /// Below this distance the force is as strong as at this distance.
     pub nearest: Option<Real>,
     /// Bound of the strength of the force. A bounded force has no potential here.
     pub strongest: Option<Real>,
-    /// Cells of sources that appear smaller than this act as a whole, if there are very many sources; see
+    /// Cells of sources that appear smaller than this act as a whole, if there are 512 sources or more; see
     /// [`Field::opening_angle`](crate::Field::opening_angle).
     pub opening_angle: Option<Real>,
 }
@@ -168,7 +168,7 @@ impl Radial {
             .map_or(0.0, |cutoff| self.profile.force(to_f64(cutoff)))
     }
 
-    /// Checks that the force has moments to be expanded in, and that the angle is in range.
+    /// Checks that the force can be expanded in moments, and that the angle is in range.
     fn may_be_seen_from_afar(&self, field: &str, angle: Real) -> Result<(), BuildError> {
         let is_power = matches!(self.profile, Profile::Power { .. });
         if !is_power || !self.is_plain() || self.shifted_at.is_some() {
@@ -215,7 +215,7 @@ impl Radial {
         self
     }
 
-    /// The strength, and the same law of strength one.
+    /// The strength, and the same law with a strength of one.
     pub(crate) fn unit(&self) -> (Real, Radial) {
         let mut law = *self;
         let strength = std::mem::replace(law.profile.strength_mut(), 1.0);
@@ -331,7 +331,7 @@ impl Profile {
                 let (power, softening) = (to_f64(power), to_f64(softening));
                 let rho2 = r2 + softening * softening;
                 let factor = rho2.powf((power - 1.0) / 2.0) * to_f64(strength);
-                // The slope of f = k r is k at the centre, too; other powers push nowhere there.
+                // At the centre f/r of f = k r is k, too; for other powers the force is zero there.
                 let flat = power >= 0.0 && power != 1.0;
                 let at_centre = rho2.re().equals(0.0) & flat.into();
                 T::select(at_centre, 0.0.into(), factor)

@@ -41,8 +41,8 @@ impl Law for Uniform {
 
 /// F = −k (r − L) d/r − c v, for the distance vector d from the field's origin, |d| = r, and the
 /// velocity v relative to the field's frame; for a rest length L of zero, F = −k d − c v.
-/// Potential k (r − L)²/2, of the spring alone. At the very centre a spring with a rest length
-/// pushes nowhere.
+/// Potential k (r − L)²/2, of the spring alone. At the centre a spring with a rest length gives no
+/// force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",

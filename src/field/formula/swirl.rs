@@ -9,10 +9,10 @@ use crate::number::{Plain, Vec3};
 /// Around the y axis of the field's frame: with ρ the distance vector from the axis,
 /// s² = |ρ|² + core², F = sⁿ (around · ŷ×ρ/s − inward · ρ/s) + along · ŷ.
 ///
-/// n = 1 turns like a rigid body, n = −1 like a free vortex, smoothed within the core (Rankine's
-/// idea with a soft edge; Vatistas' n = 1 profile, Exp. Fluids 11, 1991). Singular on the axis for
-/// n < 0 without a core; where it is not singular it pushes nowhere but along. Only the part
-/// along the axis is given a potential.
+/// n = 1 turns like a rigid body, n = −1 like a free vortex, smoothed within the core (a Rankine
+/// vortex with a soft edge; the profile of Vatistas for his n = 1, Exp. Fluids 11, 1991). Singular on
+/// the axis for n < 0 without a core; otherwise the force on the axis is along it. It has a potential
+/// only if it is along the axis everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",

@@ -13,7 +13,7 @@ use crate::field::{Coupling, Field, Frame, Linearised, Motion, Query, Tree};
 use crate::math::{Pose, Real, SharedShape, Vector};
 use crate::number::{Dual, differences, real};
 
-/// One field of each formula, with those whose derivatives are numerical marked.
+/// Fields of all formulas; true for those whose derivatives are numerical.
 fn fields() -> Vec<(&'static str, Field, bool)> {
     let law = |name, field| (name, field, false);
     let rows = |a: Real| {
@@ -157,7 +157,7 @@ fn derivatives_are_those_of_finite_differences() {
             );
             let x = query.world_point;
             let v = query.world_velocity;
-            // A difference of closures and shapes is not better than their scalar type.
+            // Closures and shapes are computed in `Real`, so their differences need a larger step.
             let step = if numerical { 30.0 } else { 1.0 };
             let step = step
                 * if numerical {
@@ -180,7 +180,7 @@ fn derivatives_are_those_of_finite_differences() {
             let scale = exact.force.length() + slopes.iter().map(|s| s.length()).sum::<f64>();
             let tolerance = if numerical { 2e-2 } else { 1e-6 } * (1.0 + scale);
             for (k, (exact, slope)) in columns.zip(slopes).enumerate() {
-                // A corner of the force within the step: the sides differ.
+                // At a corner of the force within the step, the slopes of both sides differ.
                 if !numerical && is_at_a_corner(&field, &query, k, 2e-6) {
                     continue;
                 }
@@ -267,7 +267,7 @@ fn forces_are_the_slopes_of_their_potentials() {
     assert_eq!(with_potential, 50 * 15, "fields with a potential");
 }
 
-/// The flow has no sources, and has the mean square that was asked for.
+/// The flow also has the mean square that was set.
 #[test]
 fn turbulence_has_no_divergence() {
     let mut random = Random::new(9);
@@ -287,7 +287,7 @@ fn turbulence_has_no_divergence() {
     assert_relative_eq!(square.sqrt(), 3.0, max_relative = 0.02);
 }
 
-/// A ball afloat: Archimedes by numerical integration over slices.
+/// The displaced volume of a floating ball, by numerical integration over slices.
 #[test]
 fn buoyancy_displaces_the_cap() {
     let field = Field::buoyancy(1.0, 1.0);
@@ -311,9 +311,9 @@ fn buoyancy_displaces_the_cap() {
     }
 }
 
-/// On a path the force is along it; beside it, it pulls back.
+/// On a path the force is along it; beside it, it also pulls back to the path.
 #[test]
-fn a_path_leads_along_and_back() {
+fn a_path_pulls_along_it_and_back_to_it() {
     let lane = Path::new([Vector::ZERO, Vector::X * 10.0], false);
     let field = Field::path(lane.stiffness(2.0).damping(3.0, 1.5).look_ahead(1.0));
     let at = |point: DVec3, velocity: DVec3| {
@@ -336,7 +336,6 @@ fn a_path_leads_along_and_back() {
     );
 }
 
-/// Invalid parameters are reported by name when the tree is compiled.
 #[test]
 fn bad_parameters_are_refused() {
     let grid = Grid {

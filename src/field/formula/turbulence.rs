@@ -34,7 +34,7 @@ pub struct Turbulence {
     pub(crate) waves: Box<Waves>,
 }
 
-/// Enough for a flow that looks the same in all directions.
+/// The number of waves: enough for a flow that looks the same in all directions.
 const WAVES: usize = 32;
 
 /// One number for each wave.
@@ -93,7 +93,7 @@ impl Turbulence {
         self.made()
     }
 
-    /// The flow at a point, and its derivatives, with the instructions of the build.
+    /// The flow at a point, and its derivatives. Compiled once, for the instruction set of the build.
     #[inline(never)]
     fn sums(&self, point: DVec3, time: f64) -> Sums<f64> {
         self.waves.at_one(point, time)
@@ -208,7 +208,7 @@ impl Waves {
         sums.map(|vector| vector.map(Lanes::total))
     }
 
-    /// The flow at several points: wave by wave, in the order of the sums above.
+    /// The flow at several points: wave by wave, added in the same order as in [`Self::at_one`].
     #[inline(always)]
     fn at_several<P: Plain>(&self, point: Vec3<P>, time: f64) -> Vec3<P> {
         let mut flow = Vec3::zero();

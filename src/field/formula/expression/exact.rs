@@ -6,7 +6,7 @@
 
 use crate::number::Number;
 
-/// Below this 1/x may be infinite.
+/// For |x| below this, 1/x may be infinite.
 const LEAST: f64 = f64::MIN_POSITIVE;
 
 /// |x|; at zero, the slope is that on the right.
@@ -57,7 +57,7 @@ pub(super) fn atan2<T: Number<Plain = f64>>(y: T, x: T) -> T {
     if !T::HAS_SLOPES || origin {
         return angle.into();
     }
-    // By the smaller of the two quotients, so that neither divides by zero.
+    // From the smaller of the two quotients, which does not divide by zero.
     let turned = if x.re().abs() >= y.re().abs() {
         atan(y / x)
     } else {

@@ -49,7 +49,7 @@ pub(super) enum Function {
     And,
     Or,
     Not,
-    /// Evaluates one of two arguments only, so it is a matter of jumps.
+    /// Evaluates only one of two arguments, so the parser compiles it into jumps.
     If,
 }
 
@@ -207,7 +207,7 @@ fn chosen<T: Number<Plain = f64>>(all: &[T], better: fn(f64, f64) -> bool) -> T 
     })
 }
 
-/// x within its bounds. If the bounds are in the wrong order, the upper one counts.
+/// x within its bounds. If the bounds are in the wrong order, the upper one is the result.
 fn clamp<T: Number<Plain = f64>>(x: T, low: T, high: T) -> T {
     let raised = if x.re() < low.re() { low } else { x };
     if raised.re() > high.re() {

@@ -173,7 +173,7 @@ impl Parser<'_> {
         });
     }
 
-    /// The precedence of the operator that waits, if it is not a bracket that does.
+    /// The precedence of the last operator that waits; `None` if a bracket waits after it.
     fn last_binding(&self) -> Option<Binding> {
         match self.waiting.last()? {
             Waiting::Operator { binding, .. } => Some(*binding),

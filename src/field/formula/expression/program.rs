@@ -29,7 +29,7 @@ pub(super) enum Op {
 #[derive(Clone, Debug, Default)]
 pub(super) struct StackCode {
     ops: Vec<Op>,
-    /// The end of the instructions that a jump leads over. Operations are not merged across it.
+    /// The latest target of a jump. Operations are not merged across it, since it can be reached in two ways.
     met: usize,
     /// The number of values on the stack after the last instruction.
     depth: usize,
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn constants_are_computed_once_and_not_across_the_ends_of_if() {
+    fn constants_are_folded_but_not_across_the_end_of_an_if() {
         let ops = |text: &str| {
             let program = parse(text, &mut Axes::default());
             program.expect("a good text").ops

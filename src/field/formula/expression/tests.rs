@@ -173,7 +173,7 @@ fn names_are_axes() {
 }
 
 #[test]
-fn faults_are_told_with_their_character() {
+fn error_messages_give_the_character_of_the_fault() {
     for (text, position, message) in [
         ("", 1, "the text is empty"),
         ("  ", 1, "the text is empty"),
@@ -252,7 +252,7 @@ fn faults_are_told_with_their_character() {
 }
 
 #[test]
-fn long_texts_are_told_of_in_part() {
+fn error_messages_quote_long_texts_in_part() {
     let long = |length: usize| "x+".repeat(length / 2 - 1) + "xx";
     assert!(read(&long(65_536)).is_ok());
     let fault = |text: &str| *programs([text, "0", "0"], &mut Axes::default()).expect_err("bad");
@@ -271,7 +271,7 @@ fn long_texts_are_told_of_in_part() {
     assert!(fault(&format!("{name}(1)")).to_string().len() < 500);
 }
 
-/// Derivatives by all functions, compared with differences.
+/// Derivatives of all functions, compared with central differences.
 #[test]
 fn slopes_are_those_of_differences() {
     let [x, y] = [0.7, -0.4];
@@ -393,7 +393,7 @@ fn slopes_are_exact_at_special_points() {
 
 /// Deep nesting, on a stack that is too small for recursion.
 #[test]
-fn deep_texts_need_no_stack() {
+fn deeply_nested_texts_do_not_overflow_the_stack() {
     let nested = |open: &str, middle: &str, close: &str, levels: usize| {
         open.repeat(levels) + middle + &close.repeat(levels)
     };

@@ -223,7 +223,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn what_is_written_is_read(tree in tree(), point in point()) {
+    fn written_expressions_keep_their_values_when_read(tree in tree(), point in point()) {
         let expected = tree.value(point);
         let seeded = [0, 1].map(|k| Dual::<2>::input(point[k], k));
         let slopes = |dual: Dual<2>| dual.slopes;
@@ -234,7 +234,7 @@ proptest! {
             let found = at(&text, seeded);
             prop_assert!(same(found.re, moved.re), "{text}: {found:?}, not {moved:?}");
             for (a, b) in slopes(found).iter().zip(slopes(moved).iter()) {
-                // For a constant, the program has the value, and no slopes that are NaN.
+                // The program computes constants first, so its slopes may be zero where those of the tree are NaN.
                 prop_assert!(same(*a, *b) || b.is_nan(), "{text}: {found:?}, not {moved:?}");
             }
         }
@@ -255,7 +255,7 @@ proptest! {
     }
 
     #[test]
-    fn no_row_of_words_panics(
+    fn no_sequence_of_tokens_panics(
         words in proptest::collection::vec(proptest::sample::select(&WORDS[..]), 0..24),
         between in proptest::sample::select(&["", " "][..]),
     ) {
@@ -269,7 +269,7 @@ const WORDS: [&str; 36] = [
     "atan2(", "{a b}", "é",
 ];
 
-/// A text is read and has values, or is refused at one of its characters.
+/// Checks that a text is read and has values, or is refused at one of its characters.
 fn check(text: &str) -> Result<(), TestCaseError> {
     let expression = Expression::new([text, "0", "0"]);
     match &expression.programs {
