@@ -1,38 +1,38 @@
 //! Decides whether a sample on a boundary belongs to a set made of regions. Regions and trees both use this.
 //!
 //! Sets are closed and regularised (§3.1.1): a set is the closure of its interior. So whether a
-//! sample on a boundary belongs to a composite set is decided by what lies right beside it. The
-//! surfaces that pass through the sample cut its neighbourhood into open **pieces**; within a
-//! piece every set is either everywhere or nowhere.
+//! sample on a boundary belongs to a composite set depends on the points next to it. The
+//! surfaces that pass through the sample cut its neighbourhood into open **pieces**; each set
+//! contains a piece as a whole or not at all.
 //!
-//! - A set is known at the sample by the pieces that lie in it, and pieces combine like sets:
-//!   union, intersection, difference and complement act on them piece by piece.
+//! - A set is represented by the pieces that lie in it. Union, intersection, difference and
+//!   complement act on them piece by piece.
 //! - **The sample belongs to a set if at least one piece does.**
 //!
-//! Two boxes that share only a face therefore intersect in nothing (no piece lies in both), a
+//! Two boxes that share only a face therefore have an empty intersection (no piece lies in both), a
 //! difference keeps its cut boundary (the piece just outside the cut lies in it), and a point on
 //! a common face of two equal boxes lies in their intersection and not in their difference. The
 //! apex of a pyramid of any number of sides lies in the pyramid, and in its complement.
 //! Away from all surfaces there is one piece, and this is the plain algebra of sets.
 //!
-//! Where two operands meet, membership in each of them decides on the vector, as everywhere else: on a face
-//! that E and G share from opposite sides, E ∩ G is empty, and the operators on their union give the same as
-//! for a sample in both.
+//! The vector of a union depends only on membership in each operand. On a face that E and G share from
+//! opposite sides, E ∩ G is empty, but a sample belongs to E and to G, so operators on E ∪ G give the
+//! vector of a sample in both.
 //!
 //! A sample lies on a surface when its distance is zero exactly, in `f64`. The surfaces are taken
 //! as planes through the sample, which decides the pieces wherever the surfaces cross; at points
 //! where curved surfaces touch without crossing (two balls from outside) the planes coincide, and
 //! the pieces are the two sides of it. The apex of a cone counts as a point of a plane across its
-//! axis. What is narrower than some 2e-5 radians is no piece: normals are no more exact than the
-//! poses that turn them.
+//! axis. A wedge narrower than about 2e-5 radians does not count as a piece, since the normals are
+//! only as exact as the poses that turn them.
 //!
 //! Any number of surfaces may pass through a sample, and none is left out. Pieces are not listed,
-//! since there are 2ⁿ of them where n axes end: sets are kept as decision diagrams, and a piece
-//! is searched for. Where each border stands once in a tree, and the borders are at right
-//! angles, the work grows with their number. Where they are not, it grows at worst with the pieces
-//! that they cut space into: n² − n + 2 of n planes in space. Only a tree that names the same many
-//! borders in many combinations can need more: to say whether such a set is empty is as hard as any
-//! riddle of logic.
+//! since n axes with a border at the sample make 2ⁿ of them: sets are kept as decision diagrams, which
+//! are searched for a piece. If each border occurs once in a tree, and the borders are at right
+//! angles, the work grows with their number. At other angles it grows at worst with the number of
+//! pieces: n² − n + 2 for n planes in space. Only a tree that uses the same borders in many
+//! combinations can need more: deciding whether such a set is empty is as hard as Boolean
+//! satisfiability.
 
 mod cone;
 mod diagram;
@@ -101,7 +101,7 @@ impl Neighbourhood {
         self.combine(SetRule::FirstOnly, a, b)
     }
 
-    /// Combines two sets. A result that has sides of planes, but no piece, becomes the empty set.
+    /// Combines two sets. A result without a piece becomes the empty set.
     fn combine(&self, rule: SetRule, a: Pieces, b: Pieces) -> Pieces {
         let mut sets = self.sets.borrow_mut();
         let set = sets.combine(rule, a.0, b.0);
@@ -127,8 +127,7 @@ impl Neighbourhood {
             let same_side = parallel(&plane.normal, &unit(&normal)?)?;
             Some((k, same_side))
         });
-        // A surface that is not among the planes divides no pieces, and a closed set has its surface: so all
-        // belong to it.
+        // A surface that is not among the planes divides no pieces; as the set is closed, all of them belong to it.
         plane.map_or(Pieces::ALL, |(k, same_side)| {
             Pieces(self.sets.borrow_mut().side(k, same_side))
         })

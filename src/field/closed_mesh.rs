@@ -1,15 +1,15 @@
 //! Checks that a triangle mesh is the surface of a solid, so that every point is inside or outside, and orients
 //! it.
 //!
-//! Parry tells inside from outside by the normals of faces, edges and corners, which needs a surface without
-//! gaps that is wound outwards. Meshes from files need not be so.
+//! Parry tells inside from outside by the normals of faces, edges and corners, which requires a surface without
+//! gaps that is wound outwards. Meshes from files may have gaps or be wound inwards.
 
 use std::collections::BTreeMap;
 
 use crate::math::{DVec3, SharedShape, Vector, to_dvec3};
 use crate::rapier::parry::shape::{TriMesh, TriMeshFlags};
 
-/// Volumes below this share of the cube of their extent count as rounding.
+/// Volumes below this share of the cube of the mesh's extent count as rounding errors.
 const NO_VOLUME: f64 = 1e-12;
 
 /// The reason why a mesh is not the surface of a solid. Vertices are numbered as in the mesh; the first of
@@ -41,7 +41,7 @@ pub enum MeshFault {
         /// The number of triangles at that edge.
         triangles: usize,
     },
-    /// Two neighbours disagree on which side is outside.
+    /// Two neighbouring triangles are wound in opposite senses.
     #[error(
         "the two triangles at {edges} of its edges, the first from vertex {} to vertex {}, are \
          wound against each other", edge[0], edge[1]
@@ -196,8 +196,8 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold(nowhere, |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// Checks that each point is wound around once or not at all: a surface that is wound outwards must lie outside
-/// all others, one that is wound inwards inside of one.
+/// Checks that the mesh winds around each point once or not at all: the other surfaces must wind zero times around
+/// one that is wound outwards, and once around one that is wound inwards.
 fn check_nesting(
     surfaces: &[Vec<usize>],
     triangles: &[[u32; 3]],

@@ -13,7 +13,8 @@ use cells::{Cell, Cells, Triangle};
 #[derive(Clone, Debug)]
 pub(super) struct Ground {
     shape: SharedShape,
-    /// A lower bound of the distance from the ground, as a share of the height above it.
+    /// A lower bound of the distance from the ground, as a share of the height above it: the cosine of the steepest
+    /// slope.
     least_share: f64,
     has_holes: bool,
 }
@@ -105,7 +106,7 @@ impl Ground {
     }
 }
 
-/// The nearest wall of a hole, or a surface without direction beyond the cells around.
+/// The nearest wall of a hole; if no cell around has one, a surface without direction at the end of these cells.
 fn wall(cells: Cells<'_>, near: DVec2) -> Surface {
     let mut here = cells.at(near).map(|triangle| triangle.is_there);
     let solid = here.next().unwrap_or(false);

@@ -7,7 +7,7 @@ use super::query::{LocalQuery, QueryNumber, Single};
 use crate::math::{DVec3, Pose, Real, to_dpose3, to_f64};
 use crate::number::{Vec3, rotate};
 
-/// A half-space or a ball over several axes. Its frame has a `pose` in that of the field.
+/// A half-space or a ball over several axes, in a frame of its own.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct OverAxes {
@@ -19,7 +19,7 @@ pub struct OverAxes {
     pub pose: Pose,
 }
 
-/// A set over several axes, with as many numbers as there are axes.
+/// A set over several axes. Each list has one number for each axis.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
@@ -96,8 +96,8 @@ impl OverAxes {
         })
     }
 
-    /// Distance of the sample from the border, negative inside: along the steepest direction for a half-space,
-    /// in units of the smallest radius for a ball.
+    /// Signed distance of the sample from the border, negative inside. For a ball its size is only a lower bound: it is
+    /// (ρ − 1) times the smallest radius, with ρ² = Σ ((a − cₐ)/rₐ)².
     #[inline(always)]
     pub(crate) fn excess<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         let coordinates = self.coordinates(local);

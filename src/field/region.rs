@@ -17,8 +17,8 @@ use crate::number::real;
 /// The set where a field is defined: a set in the space of all axes, in the field's own frame.
 ///
 /// Outside its region a field is *not defined*, which is not the same as zero: replacements and
-/// cross products see the difference. Regions are closed and regularised; see
-/// [`boundary`](super::boundary) for what that means on a boundary.
+/// cross products give different results. Regions are closed and regularised; see
+/// [`boundary`](super::boundary) for samples on a boundary.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -35,7 +35,7 @@ use crate::number::real;
     serde(try_from = "super::saved::RegionSteps")
 )]
 pub struct Region {
-    /// Postfix, so that neither depth nor drop can exhaust the stack.
+    /// In postfix order, so that neither deep nesting nor its drop can overflow the call stack.
     pub(crate) steps: Vec<RegionStep>,
 }
 
@@ -116,18 +116,18 @@ impl Region {
 
     /// Any Parry shape: convex, mesh, height field, compound, voxels, …
     ///
-    /// - A **mesh** must be the surface of a solid, as files have it, with or without flags: equal vertices are
-    ///   merged, and it is turned if it is wound inwards. The field is refused ([`BuildError::MeshRegion`]) if
-    ///   the mesh has gaps, edges of more than two triangles, or neighbours that are wound against each other.
-    ///   Self-intersections are not looked for. A mesh with the flag `ORIENTED` is taken as it is.
+    /// - A **mesh** must be the surface of a solid. Equal vertices are merged, and a mesh that is wound inwards is
+    ///   turned. The field is refused ([`BuildError::MeshRegion`]) if the mesh has gaps, edges of more than two
+    ///   triangles, or neighbours that are wound against each other. Self-intersections are not looked for. A mesh
+    ///   with Parry's flag `ORIENTED` is taken as it is.
     /// - A **height field** stands for the points below it, at any depth, within its rectangle; y is up, as for
-    ///   Parry. Points below removed cells and triangles are outside. On its folds, which have no plane, and on
-    ///   the walls of holes it is simply a closed set. Its depth is that of the point below the ground, or less
-    ///   if the ground is steep anywhere, and with holes at most the distance to the end of the next cell.
+    ///   Parry. Points below removed cells and triangles are outside. Points on its folds and on the walls of holes
+    ///   are in the region and not in its complement. The depth of a point is at most its vertical distance from the
+    ///   ground times the cosine of the steepest slope, and with holes the distance to the end of the next cell.
     /// - Shapes that are surfaces or lines (a triangle, a segment, a polyline) have nothing inside: a field
     ///   within one, or within a compound with one, is refused ([`BuildError::FlatRegion`]).
-    /// - Balls, cuboids, cylinders, cones, capsules around the y axis and half-spaces are the regions of these names, which
-    ///   are faster.
+    /// - Balls, cuboids, cylinders, cones, capsules around the y axis and half-spaces become the regions of these
+    ///   names, which are faster.
     pub fn shape(shape: SharedShape) -> Self {
         Self::solid(Solid::of(shape))
     }
@@ -164,9 +164,9 @@ impl Region {
         Self::of(RegionStep::OverAxes(OverAxes::ball(axes)))
     }
 
-    /// The set where a function of the user's is true. `reads` lists the axes it wants in [`Sample::axes`].
+    /// The set where a function of the user's is true. `reads` lists the axes whose values are in [`Sample::axes`].
     ///
-    /// The boundary of the set is not known, so on it the function alone decides.
+    /// The set is not regularised: on its boundary, too, the value of the function decides.
     pub fn predicate(
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> bool + Send + Sync + 'static,
@@ -193,8 +193,8 @@ impl Region {
         Region { steps: vec![step] }
     }
 
-    /// The same region moved to `local_pose` (a pose, or a point) in the field's frame. Sets without a place
-    /// stay as they are: intervals of time, speeds, predicates.
+    /// The same region moved to `local_pose` (a pose, or a point) in the field's frame. Sets without a position
+    /// (intervals of time or speed, predicates) stay as they are.
     pub fn at(mut self, local_pose: impl Into<Placement>) -> Self {
         let Placement(moved) = local_pose.into();
         for step in &mut self.steps {
@@ -360,9 +360,8 @@ impl Region {
         stack.top()
     }
 
-    /// Depth of the sample inside the region, negative outside. For solids and intervals it is no more than the
-    /// distance from the border, along whichever axis that is; without a border it is infinite. For sets over
-    /// several axes it is in units of the smallest radius or steepest slope.
+    /// Depth of the sample inside the region, negative outside. Its size is at most the distance from the border, along
+    /// whichever axis that is; without a border it is infinite. For sets over several axes see [`OverAxes::excess`].
     #[inline(always)]
     pub(crate) fn depth<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         let mut stack = Stack::<T, 4>::new(f64::NAN.into());
@@ -405,7 +404,7 @@ impl Region {
 }
 
 impl RegionStep {
-    /// The part of the neighbourhood that lies in a set which is not made of others.
+    /// The part of the neighbourhood that lies in the set of a single step.
     #[inline(always)]
     fn set<T: QueryNumber, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
         let everywhere = here.all(true.into());
@@ -439,7 +438,7 @@ impl RegionStep {
         }
     }
 
-    /// Depth of the sample in a set which is not made of others.
+    /// Depth of the sample in the set of a single step.
     #[inline(always)]
     pub(super) fn depth<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         match self {

@@ -8,7 +8,7 @@ use super::over_axes::OverAxes;
 use super::query::{LocalQuery, QueryNumber, Single};
 use crate::number::{Number, Plain, Vec3, real};
 
-/// A representation of sets near one sample or several.
+/// A representation of sets close to one sample or several.
 pub(crate) trait Sets<T: QueryNumber> {
     type Set: Copy;
 
@@ -36,7 +36,7 @@ pub(crate) enum Outward<'a, P> {
     OverAxes(&'a OverAxes),
 }
 
-/// Sets away from all surfaces, where each contains a sample or does not.
+/// Sets for samples away from all surfaces: each set either contains a sample or does not.
 pub(crate) struct Open<T: Number> {
     on_a_surface: Cell<T::Mask>,
 }
@@ -49,7 +49,7 @@ impl<T: Number> Open<T> {
         }
     }
 
-    /// The samples that lie on a surface, for which results hold only if all sets are closed.
+    /// The samples that lie on a surface, where only a [`Neighbourhood`] gives the right result.
     #[inline(always)]
     pub(crate) fn on_a_surface(&self) -> T::Mask {
         self.on_a_surface.get()

@@ -72,8 +72,8 @@ fn slab<P: Plain>(p: Vec3<P>, axis: usize, half: f64) -> (P, Vec3<P>) {
 }
 
 impl Solid {
-    /// A shape of Parry's as a solid. Shapes that are solids of this crate become these, which are tested eight points at
-    /// a time; of capsules those around the y axis.
+    /// A shape of Parry's as a solid. Balls, cuboids, cylinders, cones, half-spaces, and capsules around the y axis
+    /// become the variants of these names, which are tested at eight points at once.
     pub(super) fn of(shape: SharedShape) -> Self {
         match shape.as_typed_shape() {
             TypedShape::Ball(it) => Solid::Ball { radius: it.radius },
@@ -101,10 +101,8 @@ impl Solid {
         }
     }
 
-    /// Visits the surfaces whose inner sides intersect in the solid.
-    ///
-    /// `point` is in the frame of the field, and `pose` is the frame of the solid in that frame. Directions are
-    /// given in the frame of the field.
+    /// Visits the surfaces whose inner sides intersect in the solid. `pose` is the frame of the solid in that of the
+    /// field; `point` and the directions visited are in the frame of the field.
     #[inline(always)]
     pub(super) fn for_each_surface<P: Plain>(
         &self,
@@ -221,7 +219,7 @@ impl Solid {
                 round(0, to_f64(*radius), straight)?
             }
             (Solid::HalfSpace { outward }, 0) => {
-                // Stored with length one only to rounding.
+                // The stored vector may be up to 1e-3 off length one.
                 Face::plane(p, to_dvec3(*outward).normalize(), 0.0)
             }
             (Solid::Slab { axis, max, .. }, 0) => plane(*axis, to_f64(*max)),

@@ -116,7 +116,7 @@ impl SolidShape {
         face
     }
 
-    /// The surface that a point of the solid's frame is farthest outside of.
+    /// The surface of greatest signed distance from a point of the solid's frame.
     fn outermost(&self, point: DVec3) -> Surface {
         let mut found = Surface::new(f64::NEG_INFINITY, DVec3::ZERO);
         self.for_each_surface(constant(point), |surface: Surface| {
@@ -167,8 +167,8 @@ impl SolidShape {
 /// Distances that differ by less than this share of a body's size count as equal.
 const SAME: f64 = 1e-6;
 
-/// Directions all around: every direction is within 28° of one of them. What another face cuts off between them
-/// is less than 1/100 of a ball.
+/// Directions all around: every direction is within 28° of one of them. A face that passes between them cuts off less
+/// than 1/100 of a ball.
 fn around() -> impl Iterator<Item = DVec3> {
     let signs = |n: u8| f64::from(n) - 1.0;
     let cube = (0..27_u8).map(move |n| DVec3::new(signs(n % 3), signs(n / 3 % 3), signs(n / 9)));
@@ -186,11 +186,11 @@ fn flat(shape: &SharedShape) -> Option<&'static str> {
     }
 }
 
-/// The surface of a shape whose inside Parry knows.
+/// The nearest surface of a shape for which Parry defines an inside.
 fn nearest_surface(shape: &SharedShape, point: DVec3) -> Surface {
     let local_point = from_dvec3(point);
     let mut projection = shape.project_local_point(local_point, false);
-    // These project onto their nearest part, which need not contain the point.
+    // For these Parry projects onto the nearest part, which need not contain the point.
     let in_parts = shape.as_compound().is_some() || shape.as_voxels().is_some();
     let mut is_inside = projection.is_inside;
     if !is_inside && in_parts {
@@ -210,7 +210,7 @@ fn nearest_surface(shape: &SharedShape, point: DVec3) -> Surface {
     Surface::new(sign * outward.length(), sign * outward)
 }
 
-/// The way beside the centre of a ball at which Parry projects again, as a share of the shape's size.
+/// The distance from the centre of a ball at which the projection is repeated, as a share of the shape's size.
 const NEXT: Real = 1e-6;
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use crate::number::{Plain, Vec3, constant, real};
 
 /// Signed distance from a surface (negative inside), and the outward direction.
 pub(super) struct Surface<P = f64> {
-    /// Its size is at most that of the distance, and zero only on the surface.
+    /// In size at most the true distance, and zero only on the surface.
     pub distance: P,
     pub outward: Vec3<P>,
     /// The derivative of `distance` along `outward`.
@@ -30,7 +30,7 @@ impl Surface {
         Surface::seen(distance, constant(outward))
     }
 
-    /// The same for a kind of number that may be for several points.
+    /// The same surface in numbers that may stand for several points.
     pub fn lift<P: Plain>(&self) -> Surface<P> {
         Surface {
             distance: self.distance.into(),
@@ -47,7 +47,7 @@ pub(crate) struct Face {
     pub distance: f64,
     /// The outward normal, of length one.
     pub outward: DVec3,
-    /// Bound of the curvature within the distance that was asked for; zero for a plane.
+    /// Bound of the curvature within a given distance of the point; zero for a plane.
     pub curvature: f64,
     /// For a face that bends inwards by `curvature`: the tangent along which it is straight, or zero if it bends
     /// alike in all directions. `None` if the face may have another form. Meaningless for a plane.

@@ -1,21 +1,21 @@
-//! Tests whether sides of planes meet in a cone that is not flat.
+//! Tests whether half-spaces through the sample intersect in a cone that is not flat.
 //!
-//! The widest round cone on all sides has its axis along the point of least norm in the convex hull
-//! of the unit vectors into the sides, and the norm is the sine of half its opening. The point is
+//! The widest round cone in the intersection has its axis along the point of least norm in the convex
+//! hull of the inward unit normals, and the norm is the sine of half its opening angle. The point is
 //! found by Wolfe's method: P. Wolfe, "Finding the nearest point in a polytope", Mathematical
 //! Programming 11 (1976), 128–149.
 
 use super::plane::{Normal, dot};
 
-/// Sine of half the opening at and below which a cone is flat. Two planes that are told apart make wedges of at
-/// least 2.2e-5.
+/// Sine of half the opening at and below which a cone is flat. Two planes that do not count as one make wedges
+/// of at least 2.2e-5.
 const FLAT: f64 = 2e-5;
 
 /// Sine of the angle to a side above which a direction is clear of it. It is less than [`FLAT`], so that the
 /// search ends by one of the two before its vectors depend on each other to within rounding.
 const CLEAR: f64 = 1e-5;
 
-/// Bound of the rounds of Wolfe's method, which rounding may keep from ending.
+/// Limit of the iterations of Wolfe's method, since rounding may keep it from ending.
 const MOST_ROUNDS: usize = 1000;
 
 /// Returns true if a unit vector points into a side, and not along its border.
@@ -89,8 +89,8 @@ impl Hull<'_> {
         }
     }
 
-    /// The weights, of any sign, of the point of least norm in the plane through the corners: the solution of
-    /// (G + 1) w = 1 over its sum, with the products G of the corners.
+    /// The weights, of any sign, of the point of least norm in the plane through the corners: the solution w of
+    /// (G + 1) w = 1, divided by its sum, where G holds the dot products of the corners.
     fn least_norm(&self) -> Option<Vec<f64>> {
         let side = |k: usize| &self.sides[self.corners[k].0];
         let count = self.corners.len();

@@ -1,10 +1,9 @@
 //! Sets of pieces, as binary decision diagrams.
 //!
-//! A node tests one plane: does the piece lie behind it, or beyond? It leads to another node for either answer,
-//! and equal nodes are shared. Planes are tested in falling order, so that a set grows at its top when later
-//! surfaces are added.
+//! A node tests whether a piece lies behind one plane or beyond it, and leads to another node in either case. Equal
+//! nodes are shared. Planes are tested in falling order, so that surfaces that are added later become new top nodes.
 //!
-//! Diagrams do not know geometry: a set may have sides of planes on which no piece lies.
+//! Diagrams contain no geometry: a set may combine sides of planes between which no piece lies.
 
 use std::collections::BTreeMap;
 
@@ -81,7 +80,8 @@ impl Diagram {
         place
     }
 
-    /// Combines two sets. Pairs that wait for others are kept on a list, since there may be as many as planes.
+    /// Combines two sets. Pairs that wait for others are kept on a list, as recursion could be as deep as there are
+    /// planes.
     pub fn combine(&mut self, rule: SetRule, a: Set, b: Set) -> Set {
         if let Some(set) = self.settled(rule, a, b) {
             return set;

@@ -10,7 +10,7 @@ use super::plane::{Hyperplane, Normal, dot};
 /// The rest of a set on one side of one more plane.
 struct Branch {
     set: Set,
-    /// The number of sides chosen before.
+    /// The number of sides chosen before this one.
     depth: usize,
     /// The plane, and true for its side behind. `None` for free planes, which need no test.
     side: Option<(usize, bool)>,
@@ -18,8 +18,8 @@ struct Branch {
     direction: Rc<Normal>,
 }
 
-/// Returns true if a piece lies in a set: if a path through its nodes chooses sides that meet. Paths that part
-/// and meet again with the same sides are followed once.
+/// Returns true if a piece lies in a set: if the sides that a path through its nodes chooses intersect. Paths that
+/// reach the same node with the same sides are followed once.
 pub(super) fn holds_a_piece(sets: &Diagram, set: Set, planes: &[Hyperplane]) -> bool {
     let mut followed = BTreeSet::new();
     let mut taken: Vec<(usize, bool)> = Vec::new();

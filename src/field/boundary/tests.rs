@@ -18,7 +18,7 @@ fn sides(here: &Neighbourhood, normals: &[Normal]) -> Vec<Pieces> {
     normals.iter().map(side).collect()
 }
 
-/// The pieces, counted one by one.
+/// The number of pieces, found by testing every combination of sides.
 fn pieces(normals: &[[f64; 3]]) -> usize {
     let normals = vectors(normals);
     let here = Neighbourhood::of(&normals);
@@ -38,7 +38,7 @@ fn pieces(normals: &[[f64; 3]]) -> usize {
 
 /// Planes through a point in general position: 2, 4, 8, 14, 22 pieces (k² − k + 2).
 #[test]
-fn counts_the_pieces_of_planes_through_a_point() {
+fn planes_in_general_position_make_the_known_number_of_pieces() {
     assert_eq!(pieces(&[]), 1);
     assert_eq!(pieces(&[[1.0, 0.0, 0.0]]), 2);
     assert_eq!(pieces(&[[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]), 4);
@@ -85,16 +85,16 @@ fn axes_beyond_space_are_planes_too() {
     }
 }
 
-/// Closed: the surface belongs to the set on either side. NaN belongs to none.
+/// The surface belongs to the closed sets on both its sides, a distance of NaN to no set.
 #[test]
-fn one_surface() {
+fn a_surface_belongs_to_the_sets_on_both_sides() {
     let here = Neighbourhood::of(&[vec![1.0, 0.0, 0.0]]);
     assert!(here.behind(0.0, || vec![1.0, 0.0, 0.0]).any());
     assert!(here.behind(-0.0, || vec![-1.0, 0.0, 0.0]).any());
     assert!(!here.behind(f64::NAN, || vec![1.0, 0.0, 0.0]).any());
 }
 
-/// The cost of 24 axes that all end at the sample: there are 16,777,216 pieces.
+/// For 24 axes with a border at the sample, for example, there are 16,777,216 pieces.
 #[test]
 fn work_grows_with_the_axes_and_not_with_their_pieces() {
     for count in [8, 12, 16, 24, 64, 200] {
@@ -111,7 +111,7 @@ fn work_grows_with_the_axes_and_not_with_their_pieces() {
             sides.fold(Pieces::NONE, |a, b| here.union(a, b))
         };
         assert!(all_of(&sides).any() && any_of(&sides).any());
-        // One of each pair.
+        // Exactly one of each pair.
         let pairs: Vec<Pieces> = sides
             .chunks(2)
             .map(|pair| {
@@ -127,7 +127,7 @@ fn work_grows_with_the_axes_and_not_with_their_pieces() {
     }
 }
 
-/// A pyramid, apex up: on its apex, all its sides meet.
+/// The outward normals of the sides of a pyramid with its apex up, where all sides meet.
 fn pyramid(sides: usize) -> Vec<Normal> {
     let side = |k: usize| {
         let angle = std::f64::consts::TAU * k as f64 / sides as f64;
@@ -136,10 +136,9 @@ fn pyramid(sides: usize) -> Vec<Normal> {
     (0..sides).map(side).collect()
 }
 
-/// The apex lies in the pyramid, in its complement, and in the half-space that each side alone cuts off; not in
-/// the pyramid and, at once, in the part that one of its sides cuts off.
+/// The apex also lies in the half-space beyond each side, but not in the intersection of that with the pyramid.
 #[test]
-fn the_apex_of_a_pyramid_of_any_number_of_sides() {
+fn the_apex_lies_in_a_pyramid_of_any_number_of_sides_and_in_its_complement() {
     for count in [3, 12, 64, 65, 128] {
         let normals = pyramid(count);
         let here = Neighbourhood::of(&normals);
@@ -167,8 +166,8 @@ fn the_apex_of_a_pyramid_of_any_number_of_sides() {
     }
 }
 
-/// The pieces that planes through the origin cut space into, as bits "behind plane k", listed: for
-/// each plane, the pieces that the others cut it into, and a step off it to both sides.
+/// A list of the pieces that planes through the origin cut space into; bit k of a piece is set behind plane k.
+/// Found from the pieces that the other planes cut each plane into, by a step off that plane to both sides.
 fn listed(planes: &[Normal]) -> Vec<u64> {
     if planes.is_empty() {
         return vec![0];
@@ -215,9 +214,9 @@ impl Dice {
     }
 }
 
-/// Sets of sets, over planes that meet in lines and points more often than not, against the list.
+/// Random combinations of sets, over planes that often meet in common lines.
 #[test]
-fn sets_hold_what_the_list_of_all_pieces_says() {
+fn sets_agree_with_the_list_of_all_pieces() {
     let mut dice = Dice(1);
     for dimension in [2, 3, 4] {
         for _ in 0..300 {

@@ -121,8 +121,8 @@ impl<'a> Cells<'a> {
 }
 
 impl Cell {
-    /// Parry's left triangle and its right one. They share the diagonal from low x and high z to high x and low
-    /// z, or the other one in a zigzag.
+    /// Parry's left and right triangles. They share the diagonal from low x and high z to high x and low z, or the
+    /// other one in a zigzag.
     pub fn triangles(self) -> [Triangle; 2] {
         let [h00, h01, h10, h11] = self.heights;
         let DVec2 { x: w, y: l } = self.size;
@@ -180,7 +180,7 @@ impl Triangle {
         self.height + self.gradient.dot(point - self.corners[0])
     }
 
-    /// The way from a point outside to the nearest point of the triangle, as seen from above.
+    /// The vector from a point outside to the nearest point of the triangle, as seen from above.
     pub fn way_from(&self, point: DVec2) -> DVec2 {
         let [a, b, c] = self.corners;
         let to_edge = |(a, b): (DVec2, DVec2)| {
