@@ -1,4 +1,4 @@
-//! The frames that fields are anchored to: that of the world, a body or a collider.
+//! The frames that fields are anchored to: those of the world, a body or a collider.
 
 use std::fmt;
 
@@ -7,10 +7,9 @@ use crate::rapier::geometry::Collider;
 
 /// The frame that a field moves with.
 ///
-/// The field's own frame is `local_pose` seen from the world, the body or the collider. A field
-/// anchored to a body, or to a collider of a body, does not act on that body, but a
-/// [reacting](crate::Field::reacting) one gives it the opposite force, and a law of a
-/// [contact](crate::Field::contact) field may push both sides.
+/// The field's own frame is at `local_pose` in that of the world, the body or the collider. A field
+/// anchored to a body, or to a collider of a body, does not act on that body; but the reaction of a
+/// [reacting](crate::Field::reacting) field does, and so may a [contact](crate::Field::contact) law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub enum Anchor {
@@ -79,7 +78,7 @@ impl Anchor {
         }
     }
 
-    /// The body that carries the field, if one does. `collider` looks colliders up.
+    /// The body that carries the field, if there is one. `collider` looks colliders up.
     pub(crate) fn carrier<'a>(
         &self,
         collider: impl FnOnce(ColliderHandle) -> Option<&'a Collider>,
@@ -91,8 +90,8 @@ impl Anchor {
         }
     }
 
-    /// The present frame of the field, if its carrier is in the world. `of_body` has the frames of bodies, and
-    /// `collider` looks colliders up.
+    /// The present frame of the field; `None` if its carrier is not in the world. `of_body` gives the frames of bodies,
+    /// and `collider` looks colliders up.
     pub(crate) fn frame<'a>(
         &self,
         of_body: impl FnOnce(RigidBodyHandle) -> Option<Frame>,

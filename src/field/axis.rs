@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 /// One coordinate of the space a dynamic field is defined on (paper §2.1: fields map Rⁿ to R³).
 ///
-/// A region may constrain any axis and a formula may read any; an operand is constant along the axes it does
-/// not name. `X`, `Y`, `Z`, and axes of speed and approach, are measured in the field's own frame: for a field
-/// on a body they are relative to that body.
+/// A region may constrain any axis and a formula may read any; a field is constant along the axes it does not name.
+/// `X`, `Y`, `Z`, and axes of speed and approach, are measured in the field's own frame: for a field on a body they
+/// are relative to that body. A *part* is the share of a body that belongs to one collider.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Axis {
@@ -27,18 +27,19 @@ pub enum Axis {
     VelocityY,
     /// The same along z.
     VelocityZ,
-    /// Distance of the sample point from the field's origin: with a field on a body, from that body.
+    /// Distance of the sample point from the field's origin.
     Distance,
     /// Speed at which the sample approaches the field's origin; negative while it moves away.
     ClosingSpeed,
     /// Time until the sample is nearest to the field's origin, if both keep their velocities. Negative after
     /// that moment, infinite for a sample that does not move relative to the origin.
     TimeToClosest,
-    /// Distance of the sample from the field's origin at that moment.
+    /// Distance of the sample from the field's origin at the moment of [`TimeToClosest`](Axis::TimeToClosest).
     ClosestDistance,
     /// Radius of the part that is sampled.
     Radius,
-    /// Mass of the part that is sampled, however often it is; over the parts of a body it adds up to the body's mass.
+    /// Mass of the part that is sampled, whatever the number of samples. The masses of all parts of a body add up to
+    /// the mass of the body.
     Mass,
     /// Electric charge of the part that is sampled.
     Charge,
@@ -100,7 +101,7 @@ impl Axis {
         of_motion || self.is_steep()
     }
 
-    /// Returns true if there is no bound of its change between near points of a body.
+    /// Returns true if its change between nearby points of a body has no bound.
     pub(crate) fn is_steep(&self) -> bool {
         use Axis::*;
         matches!(self, ClosingSpeed | TimeToClosest | ClosestDistance)
@@ -117,7 +118,7 @@ impl Axis {
         matches!(self, Axis::Distance) || self.spatial().is_some() || self.reads_velocity()
     }
 
-    /// The number of the spatial coordinate that it is, if it is one.
+    /// The number of its spatial coordinate: 0, 1 or 2 for x, y or z; `None` for other axes.
     pub(crate) fn spatial(&self) -> Option<usize> {
         match self {
             Axis::X => Some(0),

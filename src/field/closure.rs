@@ -12,11 +12,11 @@ use crate::number::{Vec3, chain, constant, differences, real};
 
 type Function<R> = dyn Fn(&Sample<'_>) -> R + Send + Sync;
 
-/// A user's function with the axes it reads: a formula, or with another result a
+/// A user's function with the axes it reads: a formula or, by the type of its result, a
 /// [scalar](crate::Scalar::closure) or a [predicate](crate::Region::predicate).
 ///
-/// The derivatives of a formula are central differences: good to some 10⁻⁴ of the vector in `f32`, 10⁻⁹ in
-/// `f64`, where the formula is smooth. Derivatives by other axes than place and velocity are left out.
+/// The derivatives of a formula are central differences, with errors of about 10⁻⁴ of the vector in `f32` and 10⁻⁹
+/// in `f64` where the formula is smooth. Derivatives by axes other than position and velocity are left out.
 ///
 /// Code cannot be saved. A closure with a name is saved as that name; after reading it has to be
 /// [resolved](crate::Tree::resolve) before it can be used.
@@ -128,7 +128,7 @@ impl<R: Output> Closure<R> {
 }
 
 /// The step of a central difference at `x`, for a function computed in [`Real`]: the cube root of
-/// its rounding balances that against the truncation.
+/// its epsilon balances rounding and truncation.
 pub(super) fn difference_step(x: f64) -> f64 {
     to_f64(Real::EPSILON).cbrt() * x.abs().max(1.0)
 }

@@ -19,7 +19,7 @@ use crate::math::{Real, Vector};
 /// Fields of each formula. In each, `d` is the distance vector from the origin of the field's frame, and `r`
 /// its length. `assets/formulas.svg` in the repository shows them all, and the crate page has them in a table.
 impl Field {
-    /// The same vector everywhere, in the field's frame: a force, unless read otherwise.
+    /// The same vector everywhere, in the field's frame: a force, unless its [mode](Self::force_mode) is changed.
     pub fn uniform(vector: Vector) -> Self {
         Self::new(Formula::Uniform(Uniform { vector }))
     }
@@ -81,8 +81,8 @@ impl Field {
 
     /// A function of the user's, from the sample in the field's frame to a vector in that frame.
     ///
-    /// `reads` lists the axes it wants in [`Sample::axes`]; a function of the velocity names
-    /// [`Axis::Speed`] among them. The function must depend on nothing but the sample.
+    /// `reads` lists the axes whose values are in [`Sample::axes`]; for a function of the velocity it must include
+    /// [`Axis::Speed`]. The function must depend on nothing but the sample.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -142,8 +142,7 @@ impl Field {
         Self::from_profile(profile).coupled_to(Coupling::Each)
     }
 
-    /// Around the y axis of the field's frame like a rigid body that turns at `rate`:
-    /// `rate` · ŷ × d.
+    /// The velocity of a rigid body that turns around the y axis of the field's frame at `rate`: `rate` · ŷ × d.
     pub fn spin(rate: Real) -> Self {
         Self::vortex(rate, 1.0)
     }
@@ -166,7 +165,7 @@ impl Field {
         Self::new(Formula::Swirl(swirl))
     }
 
-    /// Along the y axis of the field's frame, `strength`, and towards it, `inward`.
+    /// `strength` along the y axis of the field's frame, and `inward` towards it.
     pub fn updraft(strength: Real, inward: Real) -> Self {
         Self::swirl(Swirl {
             around: 0.0,
@@ -240,13 +239,13 @@ impl Field {
         Self::new(Formula::Expression(Arc::new(Expression::new(components))))
     }
 
-    /// A detection field (§3.3): finds parts that touch the collider it is anchored to, or in a prototype those of its
-    /// [instances](crate::Tree::instances), and answers by a law.
+    /// A detection field (§3.3): applies a law to parts that touch the collider it is anchored to, or in a prototype
+    /// the colliders of its [instances](crate::Tree::instances).
     ///
     /// With the paper's laws it is a vector field like any other: a change of velocity (m/s) at the middle of a
-    /// part that touches, and zero at other parts. Operators, strength, scales and limits act on it as on any
-    /// vector; the part gets what the field adds to its composite. The other laws answer both parts at once:
-    /// for these, operators decide only whether the field acts.
+    /// touching part, and zero at other parts. Operators, strength, scales and limits act on it as on any
+    /// vector; the part gets the change that the touch makes to the composite. The other laws act on both parts at
+    /// once: for these, operators decide only whether the field acts.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

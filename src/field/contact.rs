@@ -1,12 +1,12 @@
-//! The laws by which detection fields answer a touch (§3.3).
+//! The laws that detection fields apply to touching parts (§3.3).
 
 use super::error::{BuildError, require};
 use super::query::Touch;
 use crate::math::{DVec3, Real, to_f64};
 
-/// The law by which a detection field answers two touching, approaching parts.
+/// The law that a detection field applies to two touching, approaching parts.
 ///
-/// If both parts have a field and the laws differ, the one farther down this list counts; of two
+/// If both parts have a field and the laws differ, the one farther down this list applies; of two
 /// of the same kind, the larger of each parameter.
 ///
 /// | law | momentum, angular momentum | energy |
@@ -14,7 +14,7 @@ use crate::math::{DVec3, Real, to_f64};
 /// | [`Observe`](ContactLaw::Observe) | kept | kept |
 /// | [`Paper`](ContactLaw::Paper) | in symmetric cases only | in symmetric cases only |
 /// | [`PaperRelative`](ContactLaw::PaperRelative) | for equal masses | for equal masses without spin |
-/// | [`Penalty`](ContactLaw::Penalty) | kept | to first order in the step; damping takes |
+/// | [`Penalty`](ContactLaw::Penalty) | kept | kept to first order in the step; damping reduces it |
 /// | [`Impulse`](ContactLaw::Impulse) | kept | kept for a restitution of one without friction, never gained |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
@@ -35,16 +35,15 @@ pub enum ContactLaw {
     /// The paper's rule, read with the velocity *relative* to the field and along its normal: the
     /// other gets a velocity change along the line of centres as large as the speed at which the
     /// two approach. Two equal masses then exchange their normal velocities, which is the exact
-    /// elastic answer; unequal ones do not conserve momentum.
+    /// elastic collision; unequal ones do not conserve momentum.
     PaperRelative,
     /// A spring that pushes overlapping parts apart, with a force along the normal of
     /// stiffness · depth + damping · approach speed, never pulling.
     ///
     /// The force at the end of a step acts as an impulse over the step's length: symplectic Euler, stable while
     /// `dt` √(stiffness / effective mass) < 2, and [reported](crate::StepWarning::Stiff) from 0.5 on. Damping
-    /// is solved for all contacts of connected bodies, and for the approach that it leaves, so it stops bodies
-    /// at any strength and turns none back. A swept contact is reported when it begins, and pushes from the end
-    /// of that step on.
+    /// is implicit, for all contacts of connected bodies together: at any strength it stops bodies and does not
+    /// reverse them. A swept contact is reported when it begins, and pushes from the end of that step on.
     Penalty {
         /// Force per length of overlap; not negative.
         stiffness: Real,
@@ -54,11 +53,11 @@ pub enum ContactLaw {
     /// Newton's law along the normal, with both bodies' effective masses including rotation:
     /// equal and opposite impulses at one point, so that momentum and angular momentum are
     /// exact, and for a restitution of one without friction the energy too. Contacts that happen
-    /// at once are resolved together, up to 48 connected ones (Moreau's law of impact; rounds,
-    /// until none approaches, at most 64).
+    /// at once are resolved together (Moreau's law of impact; at most 48 connected ones), in rounds
+    /// until none approaches, at most 64.
     ///
-    /// Friction is Coulomb's: after the normal impulse, one against the slip at the point, large
-    /// enough to stop it or as large as friction times the normal impulse. It never adds energy.
+    /// Friction is Coulomb's: after the normal impulse, an impulse against the slip at the point that
+    /// stops it, but at most friction times the normal impulse. It never adds energy.
     Impulse {
         /// Ratio of the normal speeds after and before, from 0 to 1.
         restitution: Real,
@@ -93,7 +92,7 @@ impl ContactLaw {
         }
     }
 
-    /// Returns true if a part may rebound as fast as it came.
+    /// Returns true if a part may rebound as fast as it approached.
     pub(crate) fn keeps_speed(self) -> bool {
         match self {
             Self::Impulse { restitution, .. } => restitution >= 1.0,
@@ -101,14 +100,13 @@ impl ContactLaw {
         }
     }
 
-    /// Returns true if the law gives a part a vector of its own, and not both parts equal and opposite
-    /// impulses.
+    /// Returns true if the law gives each part a vector of its own, in place of equal and opposite impulses.
     pub(crate) fn is_vector(self) -> bool {
         matches!(self, Self::Paper | Self::PaperRelative)
     }
 
     /// The vector of a contact field at a part that touches: its change of velocity, in world axes. Zero for
-    /// laws that need both sides at once.
+    /// laws that act on both parts at once.
     pub(crate) fn push(self, touch: &Touch) -> DVec3 {
         match self {
             Self::Paper => touch.world_normal * touch.speed,
@@ -117,7 +115,7 @@ impl ContactLaw {
         }
     }
 
-    /// The law that counts if two fields answer one pair.
+    /// The law that applies if both parts of a pair have a field.
     pub(crate) fn stronger(self, other: Self) -> Self {
         match (self, other) {
             (

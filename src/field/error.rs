@@ -62,7 +62,7 @@ pub enum BuildError {
         /// Its name.
         closure: String,
     },
-    /// A closure was read by a name that the registry does not know.
+    /// A closure was read by a name that is not in the registry.
     #[error("{field}: the registry has no {kind} of the name `{closure}`")]
     UnknownClosure {
         /// The field.
@@ -121,7 +121,7 @@ pub enum BuildError {
         /// The value found.
         value: f64,
     },
-    /// A region is the inside of a mesh, and the mesh has none.
+    /// A region is the inside of a mesh that is not the surface of a solid.
     #[error("{field}: the mesh of the region is not the surface of a solid: {fault}")]
     MeshRegion {
         /// The field.
@@ -153,8 +153,8 @@ pub enum BuildError {
         /// The axis.
         axis: String,
     },
-    /// A field is to react on the body that carries it, but its term of the tree is carried by no body, or by
-    /// several.
+    /// A field is to react on the body that carries it, but its term of the tree is carried by no body or by
+    /// several, or has fields that do not react.
     #[error(
         "{field}: to react, all fields of its term must react and be anchored to the same body or \
          collider"
@@ -163,8 +163,8 @@ pub enum BuildError {
         /// The field.
         field: FieldRef,
     },
-    /// A detection field is an operand where its vector would be changed, and its law has no vector: it answers
-    /// both sides at once. The paper's laws have vectors.
+    /// A detection field is an operand where its vector would be changed, but its law has no vector, as it acts on both
+    /// parts at once. The paper's laws have vectors.
     #[error(
         "{field}: a detection field cannot be an operand of {operator}, unless its law is the paper's"
     )]
@@ -174,8 +174,8 @@ pub enum BuildError {
         /// The operator.
         operator: &'static str,
     },
-    /// A detection field has nothing to touch with: neither is it anchored to a collider, nor is it in the prototype of
-    /// [instances](crate::Tree::instances) that all are.
+    /// A detection field has no collider: it is neither anchored to one, nor in the prototype of
+    /// [instances](crate::Tree::instances) that are all anchored to one.
     #[error("{field}: a detection field must be anchored to a collider, or be an instance at one")]
     DetectionAnchor {
         /// The field.
@@ -237,7 +237,7 @@ pub(crate) fn finite(field: &str, quantity: &'static str, value: Real) -> Result
     require(value.is_finite(), field, quantity, FINITE, to_f64(value))
 }
 
-/// Checks that a pose is finite and turns without stretching.
+/// Checks that a pose is finite and its rotation of length one.
 pub(crate) fn rigid(field: &str, quantity: &'static str, pose: &Pose) -> Result<(), BuildError> {
     require(pose.is_finite(), field, quantity, FINITE, f64::NAN)?;
     let length = pose.rotation.length();

@@ -30,7 +30,7 @@ pub enum ExpressionErrorKind {
         /// The limit.
         limit: usize,
     },
-    /// A character that means nothing in expressions.
+    /// A character that has no meaning in expressions.
     #[error("`{}` cannot stand in an expression", .found.escape_default())]
     UnknownCharacter {
         /// The character.
@@ -39,7 +39,7 @@ pub enum ExpressionErrorKind {
     /// A single `=`.
     #[error("`=` is not an operator; `==` compares two numbers")]
     Assignment,
-    /// A number beyond those of 64 bits.
+    /// A number beyond the range of `f64`.
     #[error("the number `{number}` is too large")]
     TooLarge {
         /// The number, or how it begins.
@@ -89,7 +89,7 @@ pub enum ExpressionErrorKind {
     /// A comparison of the result of a comparison.
     #[error("comparisons do not chain: write `a < b and b < c`")]
     Chained,
-    /// A `not` behind an operator that binds more tightly.
+    /// A `not` after an operator that binds more tightly.
     #[error("`not` binds more loosely than what stands before it: put it in brackets")]
     LooseNot,
 }

@@ -1,6 +1,6 @@
 //! Handles of the fields and trees in a set.
 
-/// A field in a [`FieldSet`](crate::FieldSet). Once the field is removed, its handle finds no other.
+/// A field in a [`FieldSet`](crate::FieldSet). The handle of a removed field never finds another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct FieldHandle {
@@ -8,8 +8,7 @@ pub struct FieldHandle {
     pub(super) generation: u32,
 }
 
-/// A tree that was inserted into a [`FieldSet`](crate::FieldSet). Once the tree is removed, its handle finds no
-/// other.
+/// A tree that was inserted into a [`FieldSet`](crate::FieldSet). The handle of a removed tree never finds another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub struct TreeHandle {

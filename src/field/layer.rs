@@ -1,4 +1,4 @@
-//! Layers of different priority, which replace or stop each other.
+//! Layers of different priority, which may replace each other or exclude the rest.
 
 use super::nodes::Node;
 use super::priority::Override;
@@ -29,13 +29,13 @@ impl Layer {
         self
     }
 
-    /// Drops, where the layer is defined, the forces of layers of higher priority.
+    /// Where the layer is defined, drops the forces of layers of higher priority.
     pub fn replacing(mut self) -> Self {
         self.mode.replaces = true;
         self
     }
 
-    /// Leaves out, where the layer is defined, layers of lower priority.
+    /// Where the layer is defined, leaves out layers of lower priority.
     pub fn stopping(mut self) -> Self {
         self.mode.stops = true;
         self

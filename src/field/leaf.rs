@@ -84,8 +84,8 @@ pub enum ForceMode {
 #[non_exhaustive]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Coupling {
-    /// Each sample takes its share of the body's mass of the vector: a body of four colliders in
-    /// a uniform force of 1 N feels 1 N. The default.
+    /// Each sample takes the vector times its share of the body's mass: a uniform force of 1 N on a
+    /// body of four colliders adds up to 1 N. The default.
     Share,
     /// Each sample takes the whole vector: for laws between sites, such as Lennard-Jones.
     Each,
@@ -126,8 +126,7 @@ impl Field {
         }
     }
 
-    /// Softens a radial power law: r² becomes r² + `length`² (Plummer). Other formulas have no
-    /// softening: the tree is then refused.
+    /// Softens a radial power law: r² becomes r² + `length`² (Plummer). Other formulas are refused with the tree.
     pub fn softened(mut self, length: Real) -> Self {
         if let Formula::Radial(Radial {
             profile: Profile::Power { softening, .. },
@@ -175,7 +174,7 @@ impl Field {
         self
     }
 
-    /// Takes a radial force nearer than `distance` to be as strong as there: no singularity.
+    /// Makes a radial force nearer than `distance` as strong as at `distance`, which removes its singularity.
     pub fn no_nearer_than(mut self, distance: Real) -> Self {
         match &mut self.formula {
             Formula::Radial(radial) | Formula::Nearest(Nearest { radial, .. }) => {
@@ -186,19 +185,20 @@ impl Field {
         self
     }
 
-    /// Lets very many sources of a power law act together where they are far off: 100,000 bodies that attract
-    /// each other, without a cutoff, in n log n (Barnes & Hut, Nature 324, 1986).
+    /// Evaluates many distant sources of a power law together, such as 100,000 bodies that attract each other, without
+    /// a cutoff, at a cost of n log n (Barnes & Hut, Nature 324, 1986).
     ///
     /// Sources are divided into cells within cells. A cell acts by its moments, up to the second, if each of
     /// its sources is nearer to its centre than `angle` times the distance of the centre; others are opened. A
-    /// smaller angle costs more and errs less: a table is in `docs/design/measurements.md`. The error is neither the
-    /// same on both of a pair nor bounded for each body, so momentum is conserved only as well as forces are right.
+    /// smaller angle costs more and errs less: a table is in `docs/design/measurements.md`. The errors are neither
+    /// equal and opposite for a pair nor bounded for each body, so momentum is conserved only as accurately as the
+    /// forces are.
     ///
     /// It has an effect for 512 or more fields that differ in strength and place only, are summed with
-    /// everything else, and act everywhere; in composites and regions each is evaluated by itself. Questions
-    /// about single fields ([`Fields::explain`](crate::Fields::explain)) are exact. Derivatives, for schemes
-    /// that need them, take a cell far off for a point. Laws that are not powers, are bounded or are cut off
-    /// are refused with the tree, as are angles above 1.
+    /// everything else, and act everywhere; in composites and regions each is evaluated by itself.
+    /// [`Fields::explain`](crate::Fields::explain) is exact. Derivatives, for schemes that need them, treat a distant
+    /// cell as a point. Laws that are not powers, are bounded or are cut off are refused with the tree, as are angles
+    /// above 1.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -220,9 +220,8 @@ impl Field {
         self
     }
 
-    /// Shortens the vector to this length where it is longer, whatever it is
-    /// [scaled](Self::scaled_by) by. The length is in the vector's own unit: that of a force, an
-    /// acceleration, or a velocity.
+    /// Shortens the vector to this length where it is longer, after any [scale](Self::scaled_by). The length
+    /// is in the vector's own unit: that of a force, an acceleration, or a velocity.
     pub fn limited_to(mut self, length: Real) -> Self {
         match &mut self.formula {
             Formula::Radial(radial) if self.scale.is_none() => radial.strongest = Some(length),
@@ -235,7 +234,7 @@ impl Field {
     /// curves, time envelopes. A second scale multiplies the first.
     pub fn scaled_by(mut self, scale: impl Into<Scalar>) -> Self {
         let scale = scale.into();
-        // The bound holds after scaling.
+        // The limit holds after scaling, so it moves from the formula to the field.
         if let Formula::Radial(radial) | Formula::Nearest(Nearest { radial, .. }) =
             &mut self.formula
         {
@@ -270,8 +269,8 @@ impl Field {
         self
     }
 
-    /// Bounds the speed past the sample that a [wind](Self::as_wind) answers to. Large speeds of
-    /// light bodies are stable only with a bound.
+    /// Bounds the speed of a [wind](Self::as_wind) past the sample, as its drag uses it. Light bodies at
+    /// large speeds are stable only with a bound.
     pub fn speed_cap(mut self, speed: Real) -> Self {
         match &mut self.formula {
             Formula::Wind(wind) => wind.speed_cap = speed,
@@ -280,14 +279,14 @@ impl Field {
         self
     }
 
-    /// Restricts the field to samples of colliders whose collision groups interact with these. Without groups
-    /// it acts on all.
+    /// Restricts the field to samples of colliders whose collision groups interact with these. By default it acts on
+    /// all.
     pub fn groups(mut self, groups: InteractionGroups) -> Self {
         self.groups = Some(groups);
         self
     }
 
-    /// Lets the body that the field is anchored to feel the opposite force, at the same point: so
+    /// Applies the opposite force, at the same point, to the body that the field is anchored to: so
     /// momentum and angular momentum are conserved. Fields that react cannot share a term of the
     /// tree with fields of other bodies.
     pub fn reacting(mut self) -> Self {
@@ -312,7 +311,7 @@ impl Field {
         self
     }
 
-    /// Names the field, for messages.
+    /// Names the field, for messages and for look-up in a [`FieldSet`](crate::FieldSet).
     pub fn named(mut self, name: &str) -> Self {
         self.name = Some(name.into());
         self
@@ -462,7 +461,7 @@ impl Field {
 
     /// The same field with the place of its region moved into its anchor, if that does not change it. Zones
     /// that differ only in their place then become instances of one. Only for fields in the world's own frame,
-    /// where this does not round.
+    /// where no rounding occurs.
     pub(crate) fn at_its_region(&self) -> Option<Field> {
         let of_place = self.anchor != Anchor::WORLD
             || self.reacts
@@ -481,7 +480,7 @@ impl Field {
         self.scale.as_ref().is_none_or(Scalar::is_uniform)
     }
 
-    /// Returns true if the field may change with time in its own frame. Closures are taken to do so.
+    /// Returns true if the field may change with time in its own frame. Closures are assumed to do so.
     pub(crate) fn reads_time(&self) -> bool {
         let by_scale = self.scale.as_ref().is_some_and(Scalar::has_code);
         !self.lifetime.is_timeless()
@@ -495,8 +494,8 @@ impl Field {
         self.formula.reads_velocity() || self.axes().any(Axis::reads_velocity)
     }
 
-    /// The share of its potential that counts as energy. The field of a body shares it with the field of the
-    /// body it acts on, which acts back, unless it reacts itself.
+    /// The share of its potential that counts as energy: half for a field that a body carries, as the field of the body
+    /// it acts on has the other half; all for a field that reacts.
     pub(crate) fn energy_share(&self, carried: bool) -> f64 {
         if carried && !self.reacts { 0.5 } else { 1.0 }
     }

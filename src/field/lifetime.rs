@@ -4,15 +4,14 @@ use super::BuildError;
 use super::error::require;
 use crate::math::{Real, to_f64};
 
-/// The time at which a field acts, in simulated time and in steps. At other times the field is defined nowhere.
+/// The time in which a field acts, in simulated time and in steps. At other times the field is defined nowhere.
 ///
 /// In a step in which a field begins or ends, its vector is multiplied by the share of the step in which it
 /// acts: the impulse of a constant force is the force times the overlap with the step, however short, and under
-/// every [`Scheme`](crate::Scheme). Questions about a moment see the field whole or not at all, and so do
-/// contacts, which are answered at a moment.
+/// every [`Scheme`](crate::Scheme). At a single moment, as in queries and contacts, the field acts fully or not at all.
 ///
-/// At the end of the step in which its time or its steps are over, a field leaves its [set](crate::FieldSet),
-/// and its handle finds it no longer. To go back in time, restore the set together with the state.
+/// At the end of the step in which its time or its steps are over, a field is removed from its
+/// [set](crate::FieldSet). To go back in time, restore the set together with the state.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -37,10 +36,10 @@ pub struct Lifetime {
         serde(with = "super::saved::never_before")
     )]
     pub from: f64,
-    /// The moment from which on it does not act any more; ∞ by default.
+    /// The moment at which it stops acting; ∞ by default.
     #[cfg_attr(feature = "serde-serialize", serde(with = "super::saved::never_after"))]
     pub until: f64,
-    /// The number of steps in which it still acts; then it leaves its set. `None` by default: no limit.
+    /// The number of steps in which it still acts. `None` by default: no limit.
     pub steps: Option<u32>,
 }
 

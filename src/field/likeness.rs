@@ -13,7 +13,7 @@ use crate::math::{DQuat, DVec3, to_f64};
 use crate::number::{constant, real};
 
 impl Field {
-    /// Returns true if two fields that are on differ at most in name, anchor and strength.
+    /// Returns true if two enabled fields differ at most in name, anchor and strength.
     pub(crate) fn is_like(&self, other: &Field) -> bool {
         self.formula == other.formula
             && self.lifetime == other.lifetime
@@ -27,8 +27,8 @@ impl Field {
             && self.sampling == other.sampling
     }
 
-    /// A hash: equal for fields that are alike, and rarely equal for others. It is made of the vector at one
-    /// place, and of the distances of another place from the surfaces of the region.
+    /// A hash that is equal for fields that are alike, and rarely for others. It is made of the vector at one point
+    /// and the distances of another point from the surfaces of the region.
     pub(crate) fn likeness(&self) -> u64 {
         let mut print = Fingerprint::default();
         std::mem::discriminant(&self.formula).hash(&mut print);
@@ -41,7 +41,7 @@ impl Field {
         for step in &self.region.steps {
             std::mem::discriminant(step).hash(&mut print);
             match step {
-                // The surfaces of a shape take long to find.
+                // Left out, since distances from a Parry shape are slow to compute.
                 RegionStep::Solid(Solid::Shape(_), _) | RegionStep::Predicate(_) => {}
                 RegionStep::Solid(solid, pose) => {
                     let far = constant(FAR);
@@ -148,7 +148,7 @@ mod tests {
     use crate::math::{Real, Vector};
 
     #[test]
-    fn alike_have_one_number_and_others_another() {
+    fn fields_that_are_alike_have_equal_hashes_and_others_do_not() {
         let zone = |x: Real| Field::uniform(Vector::X * x).within(Region::ball(2.0));
         let number = |field: &Field| field.likeness();
         let named = zone(1.0).named("a").at(Vector::Y).strength(3.0);

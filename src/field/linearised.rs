@@ -1,4 +1,4 @@
-//! A force with its derivatives by place and velocity.
+//! A force with its derivatives by position and velocity.
 
 use crate::math::{DMat3, DVec3};
 use crate::number::{Dual, Vec3, real};
@@ -26,7 +26,7 @@ impl Default for Linearised {
 }
 
 impl Linearised {
-    /// From a force that carries its derivatives: by velocity, after those by place if there are six.
+    /// From a force with derivatives by velocity (K = 3), or by position and then velocity (K = 6).
     pub(crate) fn new<const K: usize>(force: Vec3<Dual<K>>) -> Self {
         let column = |k: usize| real(force.map(|component| component.slopes[k]));
         let matrix = |k: usize| DMat3::from_cols(column(k), column(k + 1), column(k + 2));
@@ -43,7 +43,7 @@ impl Linearised {
         self.by_velocity += other.by_velocity;
     }
 
-    /// Adds the force w s d, and its derivative by place w (s + 2 s' d dᵀ), given s and its derivative s' by r².
+    /// Adds the force w s d and its derivative by position w (s + 2 s' d dᵀ), given s and its derivative s' by r².
     pub(crate) fn add_central(&mut self, d: DVec3, factor: Dual<1>, weight: f64) {
         let whole = factor.re * weight;
         let along = d * (2.0 * factor.slopes[0] * weight);

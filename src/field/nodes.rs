@@ -37,7 +37,7 @@ pub(crate) enum Node {
 }
 
 impl Node {
-    /// Returns true if it has the number of operands that it needs.
+    /// Returns true if the number of its operands is valid.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn is_whole(&self) -> bool {
         let count = self.operands().len();
@@ -74,7 +74,7 @@ impl Node {
     }
 }
 
-/// A list of nodes that name each other by their places in it.
+/// A list of nodes that refer to each other by their places in it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nodes<'a>(pub &'a [Node]);
 
@@ -117,7 +117,7 @@ impl<'a> Nodes<'a> {
         }
     }
 
-    /// The scale at a node, if it is one.
+    /// The scale at a node; `None` for nodes of other kinds.
     pub(crate) fn scale(self, node: u32) -> Option<&'a Scalar> {
         match self.get(node) {
             Node::Modified {

@@ -32,9 +32,9 @@ use crate::number::{Number, Plain, Vec3};
 /// | [`Minimum`](Operator::Minimum) | E∪G | U on E−G, V on G−E, the lesser of each component on E∩G |
 /// | [`Maximum`](Operator::Maximum) | E∪G | U on E−G, V on G−E, the greater of each component on E∩G |
 ///
-/// Where both are equally long, U counts. Components are along the world's axes. A mask is a
-/// replacement: `mask.replace_intersection(field)` is the field where the mask is defined; and a
-/// complement a difference: `field.difference(mask)` is the field where it is not.
+/// Where both are equally long, the value is U. Components are along the world's axes. Masks need no operators of their
+/// own: `mask.replace_intersection(field)` is the field where the mask is defined, and `field.difference(mask)` where
+/// it is not.
 ///
 /// `a + b`, of fields or trees, is the sum of union, and so is `sum()` over an iterator:
 ///
@@ -47,8 +47,8 @@ use crate::number::{Number, Plain, Vec3};
 /// ```
 ///
 /// The sets are closed and regularised; see [`boundary`](crate::field::boundary) for samples on a boundary.
-/// Vectors are forces here, whatever the fields' own [`ForceMode`](crate::ForceMode). If the vector of a field
-/// enters a cross product, so does its unit.
+/// Vectors are forces here, whatever the fields' own [`ForceMode`](crate::ForceMode). The value of a cross product
+/// depends on their units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -56,9 +56,9 @@ use crate::number::{Number, Plain, Vec3};
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub enum Operator {
-    /// Adds where both are defined, keeps either where only one is. Commutes and associates.
+    /// The sum where both are defined, either where only one is. Commutes and associates.
     SumUnion,
-    /// Adds, where both are defined. Commutes and associates.
+    /// The sum, where both are defined. Commutes and associates.
     SumIntersection,
     /// Cross product where both are defined, either where only one is. Does not associate.
     CrossUnion,
@@ -74,9 +74,9 @@ pub enum Operator {
     Strongest,
     /// The shorter vector where both are defined, either where only one is. Associates.
     Weakest,
-    /// The lesser of each component where both are defined. Commutes and associates.
+    /// The lesser of each component where both are defined, either where only one is. Commutes and associates.
     Minimum,
-    /// The greater of each component where both are defined. Commutes and associates.
+    /// The greater of each component where both are defined, either where only one is. Commutes and associates.
     Maximum,
 }
 

@@ -17,11 +17,11 @@ use crate::math::{Real, Vector};
 /// See also [`point_gravity`](Self::point_gravity), [`wind`](Self::wind), [`vortex`](Self::vortex),
 /// [`updraft`](Self::updraft) and [`turbulence`](Self::turbulence).
 impl Field {
-    /// A zone with a gravity of its own: an acceleration, the same for all bodies in the region. If a body is
-    /// partly in the region, that part feels it.
+    /// A zone with a gravity of its own: an acceleration, the same for all bodies in the region. Of a body that is
+    /// partly in the region, only that part is accelerated.
     ///
-    /// It adds to the gravity of the world, which fields do not read. A zone that is to replace the world's
-    /// gravity needs the latter as a field, too, and `world.gravity` at zero:
+    /// It adds to the gravity of the world, which fields do not read. To replace the world's gravity in the zone, set
+    /// `world.gravity` to zero and make it a field, too:
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -71,7 +71,7 @@ impl Field {
     /// A conveyor belt: a body with its centre of mass in the region is brought to this velocity along the
     /// belt, and not changed across it.
     ///
-    /// `grip` is the rate at which the difference of the velocities fades, in 1/time. The region
+    /// `grip` is the rate at which the difference of the velocities decays, in 1/time. The region
     /// is the space above the belt, not the belt.
     ///
     /// ```
@@ -108,8 +108,8 @@ impl Field {
     /// A magnet: pulls everything within `reach` with a force of `strength` / r², which stays
     /// finite because it is softened over the length `size`. A negative strength repels.
     ///
-    /// [`groups`](Self::groups) say which colliders are of iron, and
-    /// [`reacting`](Self::reacting) lets a magnet that is anchored to a body be pulled in turn.
+    /// [`groups`](Self::groups) restrict it to some colliders, and with [`reacting`](Self::reacting) a body that
+    /// carries the magnet is pulled in turn.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -132,10 +132,8 @@ impl Field {
             .within(Region::ball(reach))
     }
 
-    /// An explosion: it changes velocities, by `speed` in its middle and by less farther out, down
-    /// to zero at `reach`. It acts for one step and then leaves its [set](crate::FieldSet).
-    ///
-    /// The change of velocity does not depend on the mass.
+    /// An explosion: a change of velocity outward, whatever the mass, which falls linearly from `speed` in the middle
+    /// to zero at `reach`. It acts for one step and is then removed from its [set](crate::FieldSet).
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -163,15 +161,12 @@ impl Field {
 
 /// Composites for games.
 impl Tree {
-    /// A pool of a fluid: bodies in it are carried by the weight of the fluid they displace, and slowed down.
+    /// A pool of a fluid: buoyancy and drag for the bodies in it. Gravity itself is not included.
     ///
     /// The middle of the surface is the origin of `frame`, and +y is up. The fluid fills
     /// `half_extents.x` and `half_extents.z` to either side, and 2 `half_extents.y` downward.
-    /// `density` is that of the fluid, `gravity` the acceleration by which it weighs. `drag` is
-    /// the rate at which velocities fade in the fluid, in 1/time; the share of a body that is
-    /// above the surface feels none.
-    ///
-    /// Gravity itself is not included.
+    /// `density` is that of the fluid, `gravity` the acceleration of gravity. `drag` is the rate at which velocities
+    /// decay in the fluid, in 1/time; the part of a body above the surface has no drag.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -202,7 +197,7 @@ impl Tree {
     ) -> Self {
         let frame = frame.into();
         let down = -Vector::Y * half_extents.y;
-        // A floating body has its middle above the surface, and yet displaces fluid.
+        // Reaches above the surface, as the middle of a floating body may.
         let column = Region::cuboid(half_extents + Vector::Y * half_extents.y);
         let carried = Field::buoyancy(density, gravity).within(column).at(frame);
         let slowed = Field::drag(drag, 0.0)

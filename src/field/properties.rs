@@ -64,9 +64,9 @@ pub struct ColliderProperties {
     /// Electric charge, for [`Axis::Charge`]. Zero by default.
     pub charge: Real,
     /// Mass of this part of the body, in place of the collider's own, which is zero for a density of zero. Only
-    /// the ratio between the parts of a body counts.
+    /// the ratios between the parts of a body matter.
     pub mass: Option<Real>,
-    /// Values along the user's axes; others take the value of the world.
+    /// Values along some of the user's axes; on others the value of the world applies.
     pub axes: Vec<(Arc<str>, Real)>,
 }
 
@@ -215,12 +215,12 @@ impl UserProperties {
         }
     }
 
-    /// The samplings that bodies ask for, in the order of handles. Bodies that were removed since are included.
+    /// The samplings that were set for bodies, in the order of handles. They include bodies that no longer exist.
     pub(crate) fn samplings(&self) -> &[(RigidBodyHandle, Sampling)] {
         &self.samplings
     }
 
-    /// The samplings that bodies ask for, each once, in an order that does not depend on the order of bodies.
+    /// The samplings that were set for bodies, each once, in an order that does not depend on the order of bodies.
     pub(crate) fn overrides(&self) -> Vec<Sampling> {
         let mut overrides: Vec<Sampling> = Vec::new();
         for (_, own) in &self.samplings {

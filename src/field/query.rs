@@ -1,4 +1,4 @@
-//! The arguments of fields: one point of one body at one moment with its properties, or several points.
+//! The arguments of fields: one point of one body at one moment, with its properties, or several such points.
 
 use std::sync::Arc;
 
@@ -29,8 +29,8 @@ pub struct Query {
     pub time: f64,
     /// The time step, over which a [`ForceMode::VelocityChange`](crate::ForceMode) is spread.
     pub dt: f64,
-    /// The step, by start and end, over which fields are averaged: a field that begins or ends in it acts with
-    /// its share of it. `None` for the moment `time` alone.
+    /// The start and the end of the step over which fields are averaged: a field that begins or ends in it is weighted
+    /// with the share of the step in which it acts. `None` for the moment `time` alone.
     pub step: Option<[f64; 2]>,
     /// The fraction of its part that the sample stands for: one unless the part is sampled at several points.
     /// Forces are weighted with it; the properties below are those of the whole part.
@@ -58,14 +58,13 @@ pub struct Query {
     pub touches: Vec<Touch>,
 }
 
-/// Second moments of a piece so small that it lies on one side of any surface. Not zero, which stands for a
-/// whole part.
+/// Second moments of a piece that is treated as a point. Not zero, which stands for a whole part.
 pub(crate) const POINT: DMat3 = DMat3::from_diagonal(DVec3::splat(1e-60));
 
-/// A collider that the sampled part touches, as a contact field around it sees the part (§3.3).
+/// A touch between the sampled part and a collider, which may carry a contact field (§3.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
-    /// The collider that is touched, which may carry a contact field.
+    /// The collider that is touched.
     pub collider: ColliderHandle,
     /// From the touched part towards the sampled one, a unit vector.
     pub world_normal: DVec3,
@@ -104,7 +103,7 @@ impl Query {
         self.user.iter().position(|(known, _)| **known == *name)
     }
 
-    /// The value of a user's axis; `None` if it has none.
+    /// The value of a user's axis; `None` without a value.
     fn user_value(&self, name: &str) -> Option<f64> {
         Some(self.user[self.user_index(name)?].1)
     }
@@ -115,9 +114,9 @@ pub(crate) trait QueryNumber: Number {
     /// The properties of the sample or samples.
     type Query: QueryProperties<Plain = Self::Plain>;
 
-    /// Runs a closure in a function of its own. For several samples it is inlined instead, since a separate
-    /// function would be compiled for the instructions of the build, except in builds for debugging: unoptimised, each
-    /// closure keeps stack of its own, and all of them together would fill that of a thread.
+    /// Runs a closure in a function of its own. For several samples it is inlined in release builds, since a separate
+    /// function would not be compiled for the widest registers of the machine. In debug builds it is not, since the
+    /// stack space of all closures together would overflow the stack of a thread.
     fn apart<R>(something: impl FnOnce() -> R) -> R;
 
     /// The vector of a law that is evaluated at one sample at a time; NaN for several samples.
@@ -295,7 +294,7 @@ impl Motion<f64> {
 }
 
 impl Motion<Dual<6>> {
-    /// With derivatives by the point itself (the first three) and by the velocity (the last three).
+    /// With derivatives by the point (the first three) and by the velocity (the last three).
     pub(crate) fn seeded(query: &Query) -> Self {
         Motion {
             point: inputs(query.world_point, 0),
@@ -431,7 +430,7 @@ impl<T: Single> LocalQuery<'_, T> {
         self.coordinate(axis).map(T::re)
     }
 
-    /// The direction of growing `axis` in the space of all axes; not for x, y, z.
+    /// The direction of growing `axis` in the space of all axes, times `sign`; not for x, y, z.
     pub(crate) fn normal_along(&self, axis: &Axis, sign: f64) -> Normal {
         let mut normal = self.blank_normal();
         let slot = match SLOTS.iter().position(|a| a == axis) {

@@ -1,4 +1,4 @@
-//! Named functions, which trees get back after they were saved and read.
+//! Named functions for the closures of trees that were saved and read again.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -85,7 +85,7 @@ impl Registry {
     }
 }
 
-/// Gives a closure without a function the one with its name.
+/// Replaces a closure without a function by the known one with its name.
 fn fill<R: Output>(
     closure: &mut Arc<Closure<R>>,
     names: &Names<R>,

@@ -6,21 +6,20 @@ use super::sampling::{Cuts, Sampling, SamplingRule};
 use super::scalar::Scalar;
 
 impl Field {
-    /// Sets the points of bodies at which the field is sampled. A term of the tree (an operand of the outermost
-    /// sum of union) is sampled as its field of the finest sampling asks for, in the order of [`Sampling`]'s
-    /// variants.
+    /// Sets the points of bodies at which the field is sampled. A term of the tree (an operand of the outermost sum of
+    /// union) has the finest sampling of its fields: the last in the order of [`Sampling`]'s variants.
     pub fn sampled(mut self, sampling: Sampling) -> Self {
         self.sampling = sampling;
         self
     }
 
     /// Returns true if the field acts on a body as a whole, at its centre of mass: a uniform vector that is
-    /// shared out by mass, and depends on nothing that may differ between the colliders.
+    /// distributed by mass, and depends on nothing that may differ between the colliders.
     pub(crate) fn acts_at_centre(&self) -> bool {
         self.is_shared_out() && !self.reads_parts() && self.scale_is_uniform()
     }
 
-    /// Returns true if it is a uniform vector that is shared out by mass.
+    /// Returns true if it is a uniform vector that is distributed by mass.
     fn is_shared_out(&self) -> bool {
         self.formula.is_uniform() && self.coupling == Coupling::Share
     }
@@ -65,8 +64,8 @@ impl Field {
         everywhere && even && self.formula.is_linear()
     }
 
-    /// Returns true if its force on a piece of a part through which no border passes does not depend on the
-    /// form of the piece. Bodies may then be cut at borders.
+    /// Returns true if its force on a piece that no border passes through does not depend on the shape of the piece.
+    /// Bodies may then be cut at borders.
     fn is_even(&self) -> bool {
         let displaced = matches!(self.formula, Formula::Buoyancy(_));
         let auto = self.sampling == Sampling::Auto && !self.reacts;
@@ -120,7 +119,7 @@ impl SamplingRule {
             (true, false, false) => Cuts::Parts,
         };
         if finest.cuts == Cuts::Shares {
-            // A uniform vector has no slope, for which other fields have more samples.
+            // A uniform vector is the same at all points of a part, so one sample is enough.
             finest.sampling = Sampling::Parts;
         }
         finest

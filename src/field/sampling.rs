@@ -1,10 +1,10 @@
 //! The points of a body at which fields are sampled.
 
-/// The points of a body at which fields are sampled. They decide how much of a field's variation over the body
-/// is seen.
+/// The points of a body at which fields are sampled. They decide how well a field's variation over the body is
+/// resolved.
 ///
-/// Every sample stands for a fraction of its part (of its collider), by which its force is
-/// weighted: however often a body is sampled, a constant force on it stays the same.
+/// Every sample stands for a fraction of its part (its collider), with which its force is
+/// weighted: a constant force on a body does not depend on the number of samples.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -21,53 +21,53 @@
 #[non_exhaustive]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Sampling {
-    /// As the field asks for:
+    /// Chosen by the kind of field:
     ///
-    /// - [`Centre`](Self::Centre) for a uniform vector that is shared out by mass. Where the border of its
-    ///   region passes through a body, the body is cut there, and feels the force and the torque
-    ///   on the part that is inside;
+    /// - [`Centre`](Self::Centre) for a uniform vector that is distributed by mass. Where the border of its
+    ///   region passes through a body, the body is cut there, and gets the force and the torque
+    ///   on the share of it that is inside;
     /// - one sample of each part for buoyancy, and for uniform vectors in a region that act on some
-    ///   collision groups only, or whose region asks for what differs between colliders: their
-    ///   charge, mass or radius, an axis of the user's, a predicate. A part is cut at the border of the
-    ///   region, and at the surface of the fluid;
-    /// - [`Parts`](Self::Parts) for what is coupled to [each](crate::Coupling::Each) part or to an
+    ///   collision groups only, or whose region has a predicate or reads properties of colliders (charge,
+    ///   mass, radius, an axis of the user's). A part is cut at the border of the region, and at the surface
+    ///   of the fluid;
+    /// - [`Parts`](Self::Parts) for fields coupled to [each](crate::Coupling::Each) part or to an
     ///   [axis](crate::Coupling::Axis): laws between sites, such as Lennard-Jones and Coulomb;
     /// - [`Surface`](Self::Surface) for drag and wind;
     /// - [`Volume`](Self::Volume) for everything else.
     ///
-    /// Ball colliders are sampled once, at their centre, in place of volume and surface: an
-    /// inverse-square pull from outside is exact there. They are cut like any other shape.
+    /// Ball colliders are sampled once, at their centre, in place of volume and surface: for an
+    /// inverse-square pull from outside this is exact. They are cut like any other shape.
     ///
     /// Flat borders cut exactly: half-spaces, boxes, slabs, the ends of cylinders and cones, the surface of a
-    /// fluid. Cuboids, convex polyhedra, closed meshes and compounds of them lose nothing but roundings, and so
-    /// does a ball that one plane or one ball region passes through. Other round shapes are cut as meshes of 24
+    /// fluid. Cuboids, convex polyhedra, closed meshes and compounds of them are exact up to rounding, and so is
+    /// a ball that one plane or one ball region passes through. Other round shapes are cut as meshes of 24
     /// facets with their volume and second moments: their share is within 0.1 %. At a curved border bodies are
     /// halved until it bends little in each piece: the share is within 1 % of the body. At the border of a
     /// region of a [Parry shape](crate::Region::shape) it is within 2 %. Regions over other axes than x, y and
     /// z, and predicates, are evaluated at the centre of each piece, and cut nothing.
     ///
-    /// A term is cut if all of its fields are such fields, none of them [reacts](crate::Field::reacting),
-    /// and no scale varies over a body. A body that asks for a sampling of its own is not cut.
+    /// A term is cut if all of its fields are of these kinds, none of them [reacts](crate::Field::reacting),
+    /// and no scale varies over a body. A body with a sampling of its own is not cut.
     #[default]
     Auto,
     /// At the centre of mass of the body: no torque, and all or nothing at a border.
     ///
-    /// If colliders may differ, since the field has [groups](crate::Field::groups), is
+    /// If the force may differ between colliders, since the field has [groups](crate::Field::groups), is
     /// [coupled](crate::Coupling) to anything but the share of the mass, or reads the charge, the mass, the
     /// radius or an axis of the user's, each collider is sampled there by itself, with its own properties.
-    /// Functions of the user's are taken to read all of these.
+    /// Functions of the user's are assumed to read all of these.
     Centre,
     /// Once per collider, in its middle.
     Parts,
     /// At 27 or more points in each collider (a cuboid that is not long has 27, and a thin, slanted shape
     /// may have eight). Mass, centre and second moments are those of the shape, filled uniformly, so forces
-    /// up to the second power of the coordinates are exact, also in their torque up to the first; for shapes
-    /// that are their own mirror image in their centre, one power more. Forces that are linear in place and
-    /// velocity, and act everywhere, are asked at four points that have the same moments.
+    /// are exact up to the second power of the coordinates, and torques up to the first; for shapes that are
+    /// symmetric about their centre, one power more. Forces that are linear in position and velocity, and act
+    /// everywhere, are evaluated at four points that have the same moments.
     Volume,
     /// At points of each collider's surface, by area: a cuboid at 2 × 2 Gauss points of each
     /// face (exact up to the third power), a ball at six points (third power), other shapes at
-    /// patches of a triangle mesh (second power, but for the facets of the mesh). Linear forces are asked
+    /// patches of a triangle mesh (second power, but for the facets of the mesh). Linear forces are evaluated
     /// at four points, as for the volume.
     Surface,
 }
@@ -91,15 +91,15 @@ pub(crate) enum Cuts {
 pub(crate) struct SamplingRule {
     /// Never [`Sampling::Auto`].
     pub sampling: Sampling,
-    /// True if the user has asked for no sampling. Balls are then sampled once.
+    /// True if the user has set no sampling. Balls are then sampled once.
     pub auto: bool,
-    /// True if bodies may ask for another sampling.
+    /// True if the sampling of a body, where it is set, replaces this one.
     pub overridable: bool,
     /// The way in which bodies with shapes, and without a sampling of their own, are cut at borders.
     pub cuts: Cuts,
-    /// True if colliders may differ at one place: at the centre of mass each is sampled by itself.
+    /// True if forces may differ between colliders at one place: at the centre of mass each is sampled by itself.
     pub apart: bool,
-    /// True if forces are linear in place and velocity, so that few points give the same sums as many.
+    /// True if forces are linear in position and velocity, so that few points give the same sums as many.
     pub linear: bool,
 }
 
@@ -108,8 +108,8 @@ pub(crate) struct SamplingRule {
 pub(crate) enum Points {
     Volume,
     Surface,
-    /// Four points with the mass, centre and second moments of the others: forces that are linear in place
-    /// and velocity add up to the same, and so do their torques.
+    /// Four points with the mass, centre and second moments of the others: forces that are linear in position
+    /// and velocity have the same sum, and so have their torques.
     FewOfVolume,
     FewOfSurface,
 }
@@ -135,7 +135,7 @@ impl SamplingRule {
         }
     }
 
-    /// The rule of a body that asks for a sampling of its own.
+    /// The rule of a body with a sampling of its own.
     pub(crate) fn own(sampling: Sampling) -> SamplingRule {
         SamplingRule {
             sampling,
@@ -163,7 +163,6 @@ impl SamplingRule {
         let overridable = self.overridable && other.overridable;
         let apart = self.apart || other.apart;
         let linear = self.linear && other.linear;
-        // Variants are in order, the finest last.
         let finest = match (a as u8).cmp(&(b as u8)) {
             std::cmp::Ordering::Less => other,
             std::cmp::Ordering::Greater => self,

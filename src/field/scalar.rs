@@ -11,9 +11,7 @@ use super::stack::Stack;
 use crate::math::{Real, to_f64};
 use crate::number::{Number, Plain, length};
 
-/// A number for each sample: masks, soft edges, falloff curves, time envelopes.
-///
-/// Made from a coordinate of the sample, followed by curves.
+/// A number for each sample, made from its coordinates by curves: masks, soft edges, falloff curves, time envelopes.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -35,7 +33,7 @@ use crate::number::{Number, Plain, length};
     serde(try_from = "super::saved::ScalarSteps")
 )]
 pub struct Scalar {
-    /// Postfix, so that neither depth nor drop can exhaust the stack.
+    /// In postfix order, so that neither deep nesting nor its drop can overflow the call stack.
     pub(crate) steps: Vec<ScalarStep>,
 }
 
@@ -111,15 +109,15 @@ impl Scalar {
         Self::from(ScalarStep::Distance)
     }
 
-    /// Depth of the sample inside a region of the field's frame, negative outside. For one solid this is the
-    /// distance from its border; for regions composed of several, no more than that. A region over several axes
-    /// counts in units of its smallest radius.
+    /// Depth of the sample inside a region of the field's frame, negative outside. Inside one simple solid this is the
+    /// distance from its border; otherwise its size is at most that. For a [ball over axes](Region::ball_over) it is
+    /// the smallest radius times 1 − ρ, with ρ² = Σ ((a − cₐ)/rₐ)².
     pub fn depth(region: Region) -> Self {
         Self::from(ScalarStep::Depth(Box::new(region)))
     }
 
-    /// A function of the user's own; `reads` lists the axes it wants in [`Sample::axes`]. It is taken as
-    /// locally constant when derivatives are computed.
+    /// A function of the user's own. `reads` lists the axes whose values are in [`Sample::axes`]. Its derivatives are
+    /// taken as zero.
     pub fn closure(
         reads: impl IntoIterator<Item = Axis>,
         function: impl Fn(&Sample<'_>) -> Real + Send + Sync + 'static,
@@ -138,8 +136,7 @@ impl Scalar {
         Self::from(ScalarStep::Function(closure))
     }
 
-    /// From 0 at `from` to 1 at `to`, in a straight line, constant beyond. `to` may be the
-    /// smaller of the two.
+    /// Linear from 0 at `from` to 1 at `to`, and constant beyond. `to` may be less than `from`.
     pub fn ramp(self, from: Real, to: Real) -> Self {
         let smooth = false;
         self.then(ScalarStep::Curve(Curve::Ramp { from, to, smooth }))

@@ -1,4 +1,4 @@
-//! The set of all fields of a world, which are found by handles and names.
+//! The set of all fields of a world, with look-up by handles and names.
 
 mod arena;
 mod changes;
@@ -48,7 +48,7 @@ struct InsertedTree {
     there: bool,
 }
 
-/// The fields of a world: single fields and trees, which act by their sum of union.
+/// The fields of a world: single fields and trees, whose sum of union acts on its bodies.
 ///
 /// A set is plain data. Each field in it, at any depth of any tree, has a [`FieldHandle`], and may have a name;
 /// both lead to the field, which can be changed in place.
@@ -165,8 +165,7 @@ impl FieldSet {
         }
     }
 
-    /// Removes a tree, and returns its fields that are still there; `None` if it is not (or no longer) in the
-    /// set.
+    /// Removes a tree, and returns what is left of it; `None` if it is not (or no longer) in the set.
     pub fn remove(&mut self, tree: TreeHandle) -> Option<Tree> {
         let entry = self.inserted(tree)?;
         let serials = entry.terms.clone();
@@ -255,7 +254,7 @@ impl FieldSet {
     pub fn handles(&self, name: &str) -> impl Iterator<Item = FieldHandle> {
         let listed = self.names.places(name);
         let is_called = |place: &u32| self.field(*place).is_some_and(|f| f.name() == Some(name));
-        // A field that was given out to be changed may have another name by now.
+        // The field that `get_mut` returned last may have another name by now.
         let open = self.unchecked.open.filter(|open| !listed.contains(open));
         let all = listed.iter().copied().chain(open);
         all.filter(is_called).map(|place| self.arena.handle(place))
@@ -281,7 +280,7 @@ impl FieldSet {
         let handle = key.find(self)?;
         self.get(handle)?;
         let serial = self.term_of(handle.index)?.serial;
-        // The changes of the last one are taken up only now that the caller has given it back.
+        // The lists follow the changes of the last such field only now that its borrow has ended.
         if let Some(last) = self.unchecked.open.replace(handle.index) {
             self.settle(last);
         }
@@ -296,7 +295,7 @@ impl FieldSet {
         leaves.map(|(place, field)| (self.arena.handle(place as u32), field))
     }
 
-    /// The fields that no instances are made of, each with its handle: their anchors are what they are in the tree.
+    /// The fields that are not part of a prototype of instances, each with its handle. They act at their own anchors.
     pub fn fields_in_place(&self) -> impl Iterator<Item = (FieldHandle, &Field)> {
         let nodes = self.nodes();
         let prototypes = nodes.0.iter().filter_map(|node| match node {
@@ -325,8 +324,8 @@ impl FieldSet {
         Tree::fold(Operator::SumUnion, trees)
     }
 
-    /// Counts a step, which ended at a simulated time, for fields that are on and act for a number of steps. A
-    /// field leaves the set after its last step, or when its time is over.
+    /// Counts a step that ended at the simulated time `time` for enabled fields with a limit of steps. Removes fields
+    /// after their last step, and fields whose time is over.
     pub fn step_done(&mut self, time: f64) {
         if let Some(last) = self.unchecked.open.take() {
             self.settle(last);
@@ -370,7 +369,7 @@ impl FieldSet {
         }
     }
 
-    /// Changes whenever the set does. No two states of any sets in a process have the same.
+    /// A number that changes with every change of the set. Different states of sets in one process have different ones.
     pub fn revision(&self) -> u64 {
         self.changes.last()
     }
@@ -385,7 +384,7 @@ impl FieldSet {
 
 /// Axes, and properties of colliders and bodies.
 impl FieldSet {
-    /// Declares an axis of the user's own, with the value of all samples that are not given another by
+    /// Declares an axis of the user's own. Samples have this value unless their collider has one of its own; see
     /// [`set_properties`](Self::set_properties).
     ///
     /// # Errors
@@ -431,15 +430,15 @@ impl FieldSet {
         self.data.get(collider)
     }
 
-    /// Sets the sampling of a body by all fields that leave it to [`Sampling::Auto`], except laws between
-    /// sites. `None` takes it back.
+    /// Sets the sampling of a body for all fields with [`Sampling::Auto`], except laws between sites. `None` removes
+    /// this setting.
     pub fn set_sampling(&mut self, body: RigidBodyHandle, sampling: impl Into<Option<Sampling>>) {
         self.data.set_sampling(body, sampling.into());
         self.changes.push(Change::Samplings);
     }
 }
 
-/// Properties that were set, to be read.
+/// Read access to the properties that were set.
 impl FieldSet {
     /// All colliders with properties, in the order of handles.
     pub fn colliders(&self) -> impl Iterator<Item = (ColliderHandle, &ColliderProperties)> {
@@ -504,7 +503,7 @@ impl FieldSet {
         &self.data
     }
 
-    /// The changes since a revision; `None` if they are not known, so that everything may have changed.
+    /// The changes since a revision; `None` if they are not known: everything may have changed.
     pub(crate) fn changes_since(
         &self,
         revision: u64,

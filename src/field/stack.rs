@@ -4,7 +4,7 @@
 pub(crate) struct Stack<T, const FEW: usize> {
     /// The value of an empty stack before the first push.
     top: T,
-    /// `None` until a second value is pushed: most programs have one step, and values in lanes are large.
+    /// `None` until a second value is pushed: most programs have one step, and values for several samples are large.
     few: Option<[T; FEW]>,
     more: Vec<T>,
     len: usize,
@@ -95,9 +95,9 @@ impl<T: Copy, const FEW: usize> Stack<T, FEW> {
 mod tests {
     use super::*;
 
-    /// A stack of two in place does what a list does.
+    /// Random operations on a stack with two values in place.
     #[test]
-    fn is_a_list() {
+    fn a_stack_behaves_like_a_list() {
         let (mut stack, mut list) = (Stack::<_, 2>::new(0), vec![]);
         let mut random = 1_u32;
         for number in 0..10_000 {

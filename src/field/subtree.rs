@@ -7,8 +7,7 @@ use super::operator::Operator;
 use super::tree::Tree;
 
 impl Nodes<'_> {
-    /// The nodes at and below a node as a tree of its own. Fields that were removed count as empty sets in
-    /// their operations.
+    /// The nodes at and below a node as a tree of its own. Fields that were removed count as empty sets.
     pub(super) fn subtree(self, root: u32) -> Tree {
         let mut nodes: Vec<Node> = Vec::new();
         let mut place_of: HashMap<u32, Option<u32>> = HashMap::new();

@@ -38,7 +38,7 @@ pub(crate) const SIZE_LIMIT: usize = 10_000_000;
 )]
 pub struct Tree {
     /// Operands are before the operators that use them; the root is the last node. A flat list, so that neither
-    /// depth nor drop can exhaust the stack.
+    /// deep nesting nor its drop can overflow the call stack.
     pub(super) nodes: Vec<Node>,
 }
 
@@ -108,7 +108,7 @@ macro_rules! operators {
             Tree::combine(self.into(), Operator::Maximum, other.into())
         }
 
-        /// U, on E∩G: the other operand is a mask, whose vector does not count.
+        /// U, on E∩G: the other operand is a mask, whose vector is ignored.
         pub fn masked_by(self, mask: impl Into<Tree>) -> Tree {
             Tree::combine(mask.into(), Operator::ReplaceIntersection, self.into())
         }
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_too_deep_is_refused_not_walked() {
+    fn a_tree_that_is_too_deep_is_refused() {
         let deep = (0..100_000).fold(Tree::from(leaf()), |tree, _| tree.difference(leaf()));
         assert_eq!(deep.depth(), 100_000);
         assert_eq!(

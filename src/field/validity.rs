@@ -17,7 +17,7 @@ use crate::math::Pose;
 pub(super) type Misplaced = (BuildError, u32);
 
 impl Tree {
-    /// Checks whether fields can be built from the tree if these axes are declared. Nothing is built.
+    /// Checks whether fields can be built from the tree if these axes are declared.
     ///
     /// # Errors
     /// The tree is not valid; see [`BuildError`].
@@ -40,7 +40,7 @@ impl Tree {
     }
 }
 
-/// The size of a part of a tree.
+/// The size of a subtree.
 #[derive(Clone, Copy, Default)]
 pub(super) struct TreeExtent {
     /// The number of levels of operators above the deepest field.
@@ -125,7 +125,7 @@ impl Nodes<'_> {
         Ok(())
     }
 
-    /// The size of the part below the first of these nodes. Operands are listed after their users.
+    /// The size of the subtree of the first of these nodes. Operands are listed after their users.
     pub(super) fn extent(self, below: &[u32]) -> TreeExtent {
         let mut known: HashMap<u32, TreeExtent> = HashMap::with_capacity(below.len());
         let mut last = TreeExtent::default();
@@ -207,7 +207,7 @@ impl Nodes<'_> {
         Err((BuildError::Reaction { field }, first))
     }
 
-    /// The anchor of all fields of a subtree, if it is one body or collider.
+    /// The body or collider that all fields of a subtree are anchored to, if there is one.
     fn carrier(self, root: u32, instance: &Anchor) -> Option<Anchor> {
         let mut carrier: Option<Anchor> = None;
         let mut open = vec![(root, *instance)];
@@ -233,7 +233,7 @@ impl Nodes<'_> {
         carrier
     }
 
-    /// A detection field touches with a collider: that of its anchor, or in a prototype that of each instance.
+    /// Checks that detection fields have a collider: that of their anchor, or in a prototype that of each instance.
     fn validate_detection_anchors(self, term: u32) -> Result<(), Misplaced> {
         let mut open = vec![(term, false)];
         while let Some((node, instances_have)) = open.pop() {
@@ -256,13 +256,13 @@ impl Nodes<'_> {
         Ok(())
     }
 
-    /// A law that needs both sides at once has no vector, so operators that change or mix vectors cannot take
-    /// it. The paper's laws have vectors.
+    /// Checks that laws that act on both parts at once are not operands of operators that change or mix vectors, since
+    /// they have none. The paper's laws have vectors.
     fn validate_detection(self, place: u32) -> Result<(), Misplaced> {
         use Operator::*;
         let node = self.get(place);
         let operator = match node {
-            // Operators that compare or mix vectors would see its zeros.
+            // The other operators would use the zero vectors of such laws.
             Node::Operation { operator, .. } => match operator {
                 SumUnion | SumIntersection | ReplaceUnion | ReplaceIntersection | Difference => {
                     return Ok(());

@@ -1,7 +1,6 @@
 //! Views of the parts of trees, for code that writes, draws or translates them.
 //!
-//! [`Tree::nodes_view`], [`Field::view`], [`Region::steps`] and [`Scalar::steps`] give everything that was put
-//! in.
+//! [`Tree::nodes_view`], [`Field::view`], [`Region::steps`] and [`Scalar::steps`] show everything in a tree.
 //!
 //! ```
 //! use rapier3d_fields::field::visit::NodeView;
@@ -108,7 +107,7 @@ pub struct FieldView<'a> {
     pub reacts: bool,
     /// The points of a body at which it is sampled.
     pub sampling: Sampling,
-    /// A setter that does not fit its formula. Such a field is refused.
+    /// A setter that was called and does not fit the formula. Such a field is refused.
     pub misfit: Option<&'static str>,
 }
 

@@ -1,7 +1,7 @@
-//! Serialisation beyond serde's derives: infinite numbers, structure that is checked on reading, and a limit of
+//! Serialisation beyond serde's derives: infinite numbers, checks of the structure on reading, and a limit of
 //! nesting.
 //!
-//! The derives use nothing that only formats with names support, so that any format works. Data that was read
+//! The derives use no feature that requires a self-describing format, so that any format works. Data that was read
 //! has a valid structure: indices are in range, and operands are before operators. Its numbers are checked by
 //! [`Tree::validate`](super::Tree), as for any tree.
 
@@ -16,7 +16,7 @@ use super::solid::Solid;
 use super::tree::Tree;
 use crate::math::Real;
 
-/// A module that saves numbers of which one, an infinity, means that there is no end. JSON has no infinities.
+/// A module that saves a number as an option: `None` for infinity, which means no end. JSON has no infinities.
 macro_rules! end {
     ($name:ident: $Number:ty, $none:expr) => {
         pub(super) mod $name {
@@ -44,7 +44,7 @@ end!(lower: Real, -Real::INFINITY);
 end!(never_before: f64, f64::NEG_INFINITY);
 end!(never_after: f64, f64::INFINITY);
 
-/// A setter that did not fit. Such a field is refused when it is built, and is not saved.
+/// A setter that did not fit. Such a field is refused when it is built, and cannot be saved.
 pub(super) mod misfit {
     use super::*;
 
@@ -68,7 +68,7 @@ pub(super) mod misfit {
 }
 
 /// The flow of a wind, which may be a wind again: the only data that nests. Its depth is limited, so that no
-/// file can exhaust the stack.
+/// file can overflow the call stack.
 pub(super) mod flow {
     use std::cell::Cell;
 

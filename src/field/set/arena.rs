@@ -4,10 +4,10 @@ use crate::field::handle::FieldHandle;
 use crate::field::leaf::Field;
 use crate::field::nodes::Node;
 
-/// Stands for no number.
+/// Stands for the absence of a number.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Nodes in places that are used again, each time with another generation.
+/// Nodes in places that are reused, each time with another generation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Arena {
     nodes: Vec<Node>,
@@ -32,7 +32,7 @@ impl Arena {
         (self.nodes, generations.collect(), self.free)
     }
 
-    /// Made of parts that fit, with the parent of each node.
+    /// From parts that were checked, with the parent of each node.
     #[cfg(feature = "serde-serialize")]
     pub(super) fn from_parts(
         nodes: Vec<Node>,

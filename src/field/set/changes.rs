@@ -15,18 +15,16 @@ pub(crate) enum Change {
     Samplings,
 }
 
-/// The number of changes that are kept at least, once the list is cut. A follower that is behind by more may
-/// have to start over.
+/// The number of changes that remain when the list is cut. A cache that is behind by more may have to be built anew.
 const LONGEST: usize = 4096;
 
 /// The latest changes of a set.
 ///
-/// Each has a number that no other change of any set has. A follower finds the number of the last change it has
-/// seen in the set that it follows, and in later clones of it, but not in a clone that has changed in another
-/// way.
+/// Each has a number that no other change of any set has. So a cache finds the number of the last change that it
+/// contains in its set and in later clones of it, but not in a clone that has changed in another way.
 #[derive(Clone, Debug)]
 pub(super) struct Changes {
-    /// In ascending order. The first stands for all changes before.
+    /// In ascending order of numbers. The first stands for all changes before it, too.
     list: Vec<(u64, Change)>,
     /// A number that no other state of a set has, also in other runs of the program.
     mark: u64,
@@ -70,7 +68,7 @@ impl Changes {
     }
 }
 
-/// A new set begins with a change of its own, which no follower has seen.
+/// A new set begins with a change of its own, which no cache contains.
 impl Default for Changes {
     fn default() -> Self {
         let mut changes = Changes {

@@ -17,7 +17,7 @@ impl FieldNames {
         self.places.get(name).map_or(&[], |places| places)
     }
 
-    /// Lists a leaf under a name, and takes it out from under another.
+    /// Lists a leaf under a name, and no longer under its last one.
     pub(super) fn set(&mut self, place: u32, name: Option<&Arc<str>>) {
         if self.listed.get(&place) == name {
             return;

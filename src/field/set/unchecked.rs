@@ -1,12 +1,12 @@
 //! The parts of a set that still have to be checked.
 
-/// The parts of a set that were not checked since they changed.
+/// The parts of a set that have changed since they were checked.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unchecked {
     /// The serials of terms.
     pub terms: Vec<u64>,
     pub leaves: Vec<u32>,
-    /// The leaf that was last given out to be changed.
+    /// The leaf that was last borrowed mutably.
     pub open: Option<u32>,
 }
 
