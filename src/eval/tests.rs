@@ -13,8 +13,8 @@ use super::sampled_world::SampledWorld;
 use crate::bridge::{WorldRef, is_movable};
 use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::SampledFields;
-use crate::field::{
 use crate::field::region::Region;
+use crate::field::{
     Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Span, Tree,
 };
 use crate::math::{Pose, Real, Vector, to_dvec3, to_f64};
